@@ -1,0 +1,54 @@
+//! What an observer sees of a simulation at one moment: plain arrays for pictures, files and tests.
+
+use glam::{DMat3, DVec2, DVec3};
+
+/// All bodies at one moment.
+#[derive(Clone, Debug, Default)]
+pub struct Frame {
+    /// Steps done.
+    pub step: u64,
+    /// Simulated time \[ms\].
+    pub time: f64,
+    /// The bodies, in order of spawning.
+    pub bodies: Vec<BodyFrame>,
+}
+
+/// One body at one moment. Per-triangle arrays stand in the order of `triangles`.
+#[derive(Clone, Debug, Default)]
+pub struct BodyFrame {
+    /// The body's name.
+    pub name: String,
+    /// Current vertex positions \[mm\].
+    pub positions: Vec<DVec3>,
+    /// Rest vertex positions \[mm\].
+    pub rest_positions: Vec<DVec3>,
+    /// Vertex indices of the triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Biot stress \[MPa\] per triangle, turned into space by the triangle's rotation.
+    pub stress: Vec<DMat3>,
+    /// Its two in-plane principal values \[MPa\], larger first.
+    pub principal_stress: Vec<DVec2>,
+    /// Current unit fibre direction per triangle.
+    pub fibres: Vec<DVec3>,
+    /// Largest criterion value per triangle from its own stress, without a previous direction; empty for a body that cannot tear.
+    pub criterion: Vec<f64>,
+    /// The tear tips.
+    pub tips: Vec<TipFrame>,
+}
+
+/// A tear tip at one moment. Directions are unit vectors in space.
+#[derive(Clone, Debug, Default)]
+pub struct TipFrame {
+    /// Current position \[mm\].
+    pub position: DVec3,
+    /// Direction of the last advance, if there was one.
+    pub previous: Option<DVec3>,
+    /// The direction in which the criterion is largest.
+    pub direction: DVec3,
+    /// The criterion there; above 1 the tear advances.
+    pub value: f64,
+    /// The criterion's polar curve over the admissible directions: (unit direction, c).
+    pub curve: Vec<(DVec3, f64)>,
+    /// Averaging radius R \[mm\].
+    pub radius: f64,
+}

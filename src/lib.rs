@@ -1,0 +1,15 @@
+//! Rhexis: an embeddable, data-oriented engine for the real-time tearing of fibre-reinforced soft-tissue membranes.
+
+#[cfg(feature = "cli")]
+pub mod cli;
+pub mod components;
+pub mod frame;
+pub mod math;
+#[cfg(feature = "cli")]
+pub mod output;
+#[cfg(feature = "scenes")]
+pub mod scene;
+pub mod storage;
+
+#[path = "../systems/mod.rs"]
+pub mod systems;

@@ -1,0 +1,11 @@
+//! Small dense mathematics that everything else stands on: symmetric 2×2 tensors, rest triangles, the orthotropic matrix.
+//!
+//! Nothing here allocates, panics or knows of meshes. Units are the caller's: the engine uses mm, g, ms, N, MPa.
+
+mod orthotropic;
+mod sym2;
+mod triangle;
+
+pub use orthotropic::{InadmissibleMaterial, Orthotropic};
+pub use sym2::Sym2;
+pub use triangle::{RestTriangle, smallest_angle};

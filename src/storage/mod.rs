@@ -1,0 +1,16 @@
+//! The mesh as tables of columns: keys at the border, rows inside.
+//!
+//! Three kinds of address: *which thing* is a `hecs::Entity` (a body, a tool, an obstacle), *which part of it* is a slotmap
+//! key (stable for as long as the part lives), *where it is now* is a `u32` row. Public calls take keys, kernels rows.
+
+mod mesh;
+mod rows;
+mod table;
+mod tables;
+
+pub use mesh::{MeshError, TriangleMesh};
+pub use rows::Rows;
+pub use tables::{TipKey, TipRow, Tips, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
+
+/// The row that stands for "none": no neighbour across an edge, no vertex.
+pub const NONE: u32 = u32::MAX;

@@ -1,0 +1,108 @@
+//! The one macro behind every table: columns in lockstep with their keys, so that no push can forget a column.
+
+/// Declares a table of columns and the struct of one of its rows.
+macro_rules! table {
+    (
+        $(#[$table_doc:meta])*
+        pub struct $table:ident, row $row:ident, key $key:ident {
+            $( $(#[$column_doc:meta])* $column:ident: $type:ty, )*
+        }
+    ) => {
+        slotmap::new_key_type! {
+            #[doc = concat!("The stable key of a row of [`", stringify!($table), "`].")]
+            pub struct $key;
+        }
+
+        #[doc = concat!("One row of [`", stringify!($table), "`], all columns.")]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $row {
+            $( $(#[$column_doc])* pub $column: $type, )*
+        }
+
+        $(#[$table_doc])*
+        #[derive(Clone, Debug, Default)]
+        pub struct $table {
+            rows: crate::storage::Rows<$key>,
+            $( $(#[$column_doc])* pub $column: Vec<$type>, )*
+        }
+
+        impl $table {
+            /// Adds a row at the end and gives its key.
+            pub fn push(&mut self, row: $row) -> $key {
+                $( self.$column.push(row.$column); )*
+                self.rows.push()
+            }
+
+            /// Takes the last row away.
+            pub fn pop(&mut self) -> Option<$row> {
+                self.rows.pop()?;
+                Some($row { $( $column: self.$column.pop()?, )* })
+            }
+
+            /// Takes `row` away; the last row takes its place.
+            pub fn swap_remove(&mut self, row: u32) -> Option<$row> {
+                self.rows.swap_remove(row)?;
+                Some($row { $( $column: self.$column.swap_remove(row as usize), )* })
+            }
+
+            /// All columns of one row.
+            ///
+            /// # Panics
+            /// If the row is not below [`len`](Self::len).
+            pub fn at(&self, row: u32) -> $row {
+                $row { $( $column: self.$column[row as usize], )* }
+            }
+
+            /// Overwrites all columns of one row; its key stays.
+            ///
+            /// # Panics
+            /// If the row is not below [`len`](Self::len).
+            pub fn set(&mut self, row: u32, value: $row) {
+                $( self.$column[row as usize] = value.$column; )*
+            }
+
+            /// The row where a living key is now.
+            pub fn row(&self, key: $key) -> Option<u32> {
+                self.rows.row(key)
+            }
+
+            /// The key of a row.
+            pub fn key(&self, row: u32) -> Option<$key> {
+                self.rows.key(row)
+            }
+
+            /// All keys, in the order of their rows.
+            pub fn keys(&self) -> &[$key] {
+                self.rows.keys()
+            }
+
+            /// Number of rows.
+            pub fn len(&self) -> usize {
+                self.rows.len()
+            }
+
+            /// Whether there are none.
+            pub fn is_empty(&self) -> bool {
+                self.rows.is_empty()
+            }
+
+            /// Makes room for `additional` rows in every column.
+            pub fn reserve(&mut self, additional: usize) {
+                self.rows.reserve(additional);
+                $( self.$column.reserve(additional); )*
+            }
+
+            /// The name of the first column whose length differs from the number of keys, or `"keys"` where keys and
+            /// rows contradict each other.
+            pub fn first_misaligned_column(&self) -> Option<&'static str> {
+                if !self.rows.is_consistent() {
+                    return Some("keys");
+                }
+                $( if self.$column.len() != self.rows.len() { return Some(stringify!($column)); } )*
+                None
+            }
+        }
+    };
+}
+
+pub(crate) use table;

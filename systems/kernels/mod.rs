@@ -1,0 +1,4 @@
+//! The numbers: functions on values and slices. No world, no allocation, no threads.
+
+pub mod disc;
+pub mod failure;
