@@ -2,3 +2,5 @@
 
 pub mod disc;
 pub mod failure;
+pub mod membrane;
+pub mod polar;
