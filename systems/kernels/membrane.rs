@@ -6,8 +6,7 @@
 //! κ = (T₂₂ − T₁₁)·U₁₂ + T₁₂·(U₁₁ − U₂₂): T contracted with dU. The classical co-rotational force leaves the second term out;
 //! it is then no gradient of any energy, and an anisotropic triangle spins by itself.
 
-use super::polar::Polar;
-use crate::math::{Orthotropic, RestTriangle, Sym2};
+use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
 use glam::{DMat3, DVec2, DVec3};
 
 /// In-plane 2×2 matrix `[m11, m12, m21, m22]`.
@@ -16,15 +15,6 @@ type Mat = [f64; 4];
 /// Below this tr U the spin term is held bounded. Reached by mirrored triangles of planar bodies only: in space tr U is at
 /// least the norm of F, and the term is bounded by the stress.
 const LEAST_TRACE: f64 = 1e-2;
-
-/// The state of one triangle at given positions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ElementState {
-    /// Rotation and stretch.
-    pub polar: Polar,
-    /// Biot stress T \[MPa\] in the frame (fibre, transverse).
-    pub stress: Sym2,
-}
 
 /// The columns f₁, f₂ of the deformation gradient (or of any gradient, given nodal values) in the fibre's rest frame.
 #[inline]
@@ -106,17 +96,6 @@ fn in_frame(polar: &Polar, d1: DVec3, d2: DVec3) -> Mat {
     [r1.dot(d1), r1.dot(d2), r2.dot(d1), r2.dot(d2)]
 }
 
-/// Which derivative of the nodal forces a solve uses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tangent {
-    /// Constant stiffness rotated with the triangle, contracted with the exact stretch rate, plus the tensile part of the
-    /// geometric stiffness along the normal. Always positive semidefinite; keeps the angular momentum of a spinning body.
-    #[default]
-    Rotated,
-    /// The Hessian of the energy. Quadratic convergence of Newton's method; may be indefinite under compression.
-    Exact,
-}
-
 /// A triangle's tangent, ready to be applied to any displacement.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementTangent<'a> {
@@ -132,8 +111,8 @@ pub struct ElementTangent<'a> {
     pub elastic: f64,
     /// A·h times the factor of the geometric part \[mm³\].
     pub geometric: f64,
-    /// Which derivative.
-    pub kind: Tangent,
+    /// Whether this is the Hessian of the energy; else the rotated constant stiffness, always positive semidefinite.
+    pub is_exact: bool,
 }
 
 impl ElementTangent<'_> {
@@ -155,7 +134,7 @@ impl ElementTangent<'_> {
         let (spin, du) = rates(a, u);
         let dt = self.stiffness.stress(du);
         let dpi = first_piola(dt, u).map(|p| p * self.elastic);
-        if self.kind == Tangent::Rotated {
+        if !self.is_exact {
             return dpi;
         }
         // d(κ/tr U) at fixed T, and the turning of Π with the frame: ω·J·Π.

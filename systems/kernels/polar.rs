@@ -3,19 +3,8 @@
 //! With n the unit normal and t = tr U = √(|f₁|² + |f₂|² + 2|f₁×f₂|): R = (F + [f₂×n, n×f₁])/t and U = Rᵀ·F. At an area ratio
 //! of 1e-8 this R is orthonormal to rounding, where √det(FᵀF) has lost every digit.
 
-use crate::math::Sym2;
+use crate::math::{Polar, Sym2};
 use glam::DVec3;
-
-/// The rotation's two columns (images of the fibre axis and the transverse axis) and the right stretch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Polar {
-    /// First column of R: the fibre axis in space.
-    pub fibre_axis: DVec3,
-    /// Second column of R.
-    pub transverse_axis: DVec3,
-    /// U, symmetric, in the rest frame.
-    pub stretch: Sym2,
-}
 
 /// Polar decomposition of a membrane in space: the columns `f1`, `f2` of F are images of the rest axes.
 ///
