@@ -64,7 +64,7 @@ impl Orthotropic {
             }
         }
         let product = poisson_major * poisson_major * young_transverse / young_fibre;
-        if product.is_nan() || product >= 1.0 {
+        if !(product < 1.0) {
             let limit = (young_fibre / young_transverse).sqrt();
             return Err(InadmissibleMaterial::Poisson { poisson_major, product, limit });
         }
