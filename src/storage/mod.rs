@@ -4,11 +4,13 @@
 //! key (stable for as long as the part lives), *where it is now* is a `u32` row. Public calls take keys, kernels rows.
 
 mod mesh;
+mod mesh_error;
 mod rows;
 mod table;
 mod tables;
 
-pub use mesh::{MeshError, TriangleMesh};
+pub use mesh::TriangleMesh;
+pub use mesh_error::MeshError;
 pub use rows::Rows;
 pub use tables::{TipKey, TipRow, Tips, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
 
