@@ -2,7 +2,8 @@
 
 use glam::{DVec3, dvec3};
 
-use super::{MeshError, TriangleMesh};
+use super::TriangleMesh;
+use crate::storage::MeshError;
 
 fn mesh(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> TriangleMesh {
     TriangleMesh {
