@@ -2,15 +2,33 @@
 //!
 //! Three kinds of address: *which thing* is a `hecs::Entity` (a body, a tool, an obstacle), *which part of it* is a slotmap
 //! key (stable for as long as the part lives), *where it is now* is a `u32` row. Public calls take keys, kernels rows.
+//!
+//! The mesh changes by edits only: an [`Edit`] is a value; [`apply`] refuses it or does it whole and gives the
+//! [`EditRecord`] by which derived data [`Follow`] and [`undo`] goes back; [`validate`] names the first broken invariant.
 
+mod apply;
+mod attached;
+mod draft;
+mod edit;
+mod follow_topology;
+pub mod measure;
 mod mesh;
+mod record;
 mod rows;
 mod table;
 mod tables;
+mod topology;
+mod validate;
 
+pub use apply::{Mesh, apply, undo};
+pub use attached::{Attached, Attachment};
+pub use edit::{Edit, Refusal};
 pub use mesh::{MeshError, TriangleMesh};
+pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Parents, Tables};
 pub use rows::Rows;
 pub use tables::{TipKey, TipRow, Tips, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
+pub use topology::{Fan, Incidence, Topology};
+pub use validate::{Broken, validate};
 
 /// The row that stands for "none": no neighbour across an edge, no vertex.
 pub const NONE: u32 = u32::MAX;

@@ -1,0 +1,107 @@
+//! Values attached to vertices (springs, prescriptions, sensors) that follow edits.
+//!
+//! The rule: both copies of a duplicated member carry its value. A vertex put on a *boundary* edge between two members
+//! becomes a member with the interpolated value, so that a grip along a rim has no gap. No other new vertex becomes one:
+//! an edge inside the surface between two members says nothing about the points between. Sliding a member keeps its value.
+//!
+//! Values are therefore per vertex (a position, a curve) or per unit of tributary mass or area (a stiffness density), never
+//! totals: a total would double where a vertex is duplicated.
+
+use super::{EditRecord, Follow, Tables};
+
+/// A value that can be attached to vertices.
+pub trait Attachment: Copy {
+    /// The value `weight` of the way from `a` to `b`.
+    fn between(a: Self, b: Self, weight: f64) -> Self;
+}
+
+impl Attachment for () {
+    fn between((): Self, (): Self, _: f64) -> Self {}
+}
+
+impl Attachment for f64 {
+    fn between(a: Self, b: Self, weight: f64) -> Self {
+        a * (1.0 - weight) + b * weight
+    }
+}
+
+impl Attachment for glam::DVec3 {
+    fn between(a: Self, b: Self, weight: f64) -> Self {
+        a * (1.0 - weight) + b * weight
+    }
+}
+
+/// A set of vertices with a value each. Rows ascend: new members always have the newest rows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Attached<T> {
+    rows: Vec<u32>,
+    values: Vec<T>,
+}
+
+impl<T: Attachment> Attached<T> {
+    /// The set with these members; of several entries for one row the last holds.
+    pub fn new(members: impl IntoIterator<Item = (u32, T)>) -> Self {
+        let mut members: Vec<(u32, T)> = members.into_iter().collect();
+        members.sort_by_key(|&(row, _)| row);
+        let mut set = Self { rows: Vec::new(), values: Vec::new() };
+        for (row, value) in members {
+            if set.rows.last() == Some(&row) {
+                set.rows.pop();
+                set.values.pop();
+            }
+            set.rows.push(row);
+            set.values.push(value);
+        }
+        set
+    }
+
+    /// Rows of the members, ascending.
+    pub fn rows(&self) -> &[u32] {
+        &self.rows
+    }
+
+    /// Values of the members, in the order of [`rows`](Self::rows).
+    pub fn values(&self) -> &[T] {
+        &self.values
+    }
+
+    /// Values of the members, to be rewritten.
+    pub fn values_mut(&mut self) -> &mut [T] {
+        &mut self.values
+    }
+
+    /// The value at a vertex, if it is a member.
+    pub fn value(&self, row: u32) -> Option<T> {
+        self.rows.binary_search(&row).ok().map(|place| self.values[place])
+    }
+
+    /// Makes room for `additional` members.
+    pub fn reserve(&mut self, additional: usize) {
+        self.rows.reserve(additional);
+        self.values.reserve(additional);
+    }
+}
+
+impl<T: Attachment> Follow for Attached<T> {
+    fn apply(&mut self, record: &EditRecord, _: Tables<'_>) {
+        for (row, parents) in record.created() {
+            let value = match *parents.rows() {
+                [one] => self.value(one),
+                [from, to] if record.has_split_boundary() => {
+                    self.value(from).zip(self.value(to)).map(|(a, b)| T::between(a, b, parents.weights()[1]))
+                }
+                _ => None,
+            };
+            if let Some(value) = value {
+                self.rows.push(row);
+                self.values.push(value);
+            }
+        }
+    }
+
+    fn undo(&mut self, record: &EditRecord, _: Tables<'_>) {
+        let kept = self.rows.partition_point(|&row| row < record.first_vertex);
+        self.rows.truncate(kept);
+        self.values.truncate(kept);
+    }
+}

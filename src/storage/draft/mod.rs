@@ -1,0 +1,136 @@
+//! Drafts: the effect of an edit, computed from the mesh without touching it. Whatever can be refused is refused here.
+
+mod flip;
+mod open;
+mod slide;
+mod split;
+
+use super::measure::{rest_corners, triangle_mass};
+use super::{Edit, Mesh, NONE, Parents, Refusal, TriangleRow, VertexRow};
+use crate::math::{RestTriangle, smallest_angle};
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// An edit may leave an angle below this \[rad\] (1°) only where it replaces one that was no better.
+const SLIVER_ANGLE: f64 = 0.017_453_292_519_943_295;
+
+/// Mass that a flip or slide may gain or lose, relative to the triangles it touches, before their densities are corrected:
+/// rounding of a dozen triangle areas stays below, so that flat uniform sheets keep their densities bit for bit.
+const MASS_ROUNDING: f64 = 1e-13;
+
+/// The new rows of an edit. Masses are left to the commit, which sums them from the triangles.
+#[derive(Default)]
+pub(super) struct Draft {
+    pub new_vertices: SmallVec<[(Parents, VertexRow); 2]>,
+    pub moved: Option<(u32, VertexRow)>,
+    pub changed: SmallVec<[(u32, TriangleRow); 8]>,
+    /// New triangles with the row of the triangle each was cut from.
+    pub added: SmallVec<[(u32, TriangleRow); 2]>,
+    /// Whether mass moves between vertices in a way that does not keep linear momentum by itself.
+    pub shifts_momentum: bool,
+}
+
+/// Computes what an edit would do.
+pub(super) fn draft(mesh: &Mesh<'_>, edit: &Edit) -> Result<Draft, Refusal> {
+    match *edit {
+        Edit::SplitEdge { triangle, edge, weight } => split::edge(mesh, triangle, edge, weight),
+        Edit::SplitTriangle { triangle, weights } => split::triangle(mesh, triangle, weights),
+        Edit::Flip { triangle, edge } => flip::flip(mesh, triangle, edge),
+        Edit::Slide { vertex, towards, weight } => slide::slide(mesh, vertex, towards, weight),
+        Edit::Open { ref path } => open::open(mesh, path),
+    }
+}
+
+/// An edge with its triangle, and the triangle on its other side, if any, as (row, edge there).
+struct EdgeSides {
+    from: u32,
+    to: u32,
+    opposite: u32,
+    other: Option<(u32, usize)>,
+}
+
+fn edge_sides(mesh: &Mesh<'_>, triangle: u32, edge: usize) -> Result<EdgeSides, Refusal> {
+    let Some(corners) = mesh.triangles.corners.get(triangle as usize) else {
+        return Err(Refusal::NoSuchRow { what: "triangle", row: triangle });
+    };
+    if edge > 2 {
+        return Err(Refusal::NoSuchEdge { from: NONE, to: NONE });
+    }
+    let (from, to, opposite) = (corners[edge], corners[(edge + 1) % 3], corners[(edge + 2) % 3]);
+    let other = match mesh.topology.neighbours[triangle as usize][edge] {
+        NONE => None,
+        _ => mesh.topology.directed_edge(&mesh.triangles.corners, to, from),
+    };
+    Ok(EdgeSides { from, to, opposite, other })
+}
+
+fn open_interval(weight: f64) -> Result<(), Refusal> {
+    if weight > 0.0 && weight < 1.0 { Ok(()) } else { Err(Refusal::WeightOutOfRange { weight }) }
+}
+
+fn new_vertex(mesh: &Mesh<'_>, parents: Parents) -> (Parents, VertexRow) {
+    let v = &*mesh.vertices;
+    let row = VertexRow {
+        position: parents.blend(|r| v.position[r as usize]),
+        velocity: parents.blend(|r| v.velocity[r as usize]),
+        rest_position: parents.blend(|r| v.rest_position[r as usize]),
+        mass: 0.0,
+    };
+    (parents, row)
+}
+
+/// Rest and current corner positions, with `special` standing in for the vertex in row `row`.
+fn corner_positions(mesh: &Mesh<'_>, corners: [u32; 3], row: u32, special: &VertexRow) -> ([DVec3; 3], [DVec3; 3]) {
+    let v = &*mesh.vertices;
+    let rest = corners.map(|c| if c == row { special.rest_position } else { v.rest_position[c as usize] });
+    let now = corners.map(|c| if c == row { special.position } else { v.position[c as usize] });
+    (rest, now)
+}
+
+/// The rest triangle of new corner positions; refused where the triangle turns over or has become a sliver.
+fn checked_rest(
+    row: u32,
+    rest: [DVec3; 3],
+    fibre: DVec3,
+    old_normal: DVec3,
+    old_angle: f64,
+) -> Result<RestTriangle, Refusal> {
+    let shape = RestTriangle::new(rest, fibre).ok_or(Refusal::WouldInvert { triangle: row })?;
+    if !same_side(normal(rest), old_normal) {
+        return Err(Refusal::WouldInvert { triangle: row });
+    }
+    let angle = smallest_angle(rest);
+    if angle < SLIVER_ANGLE.min(old_angle) {
+        return Err(Refusal::WouldMakeSliver { angle });
+    }
+    Ok(shape)
+}
+
+/// A normal of a triangle with twice its area as length.
+fn normal(x: [DVec3; 3]) -> DVec3 {
+    (x[1] - x[0]).cross(x[2] - x[0])
+}
+
+fn rest_of(mesh: &Mesh<'_>, triangle: u32) -> [DVec3; 3] {
+    rest_corners(mesh.vertices, mesh.triangles.corners[triangle as usize])
+}
+
+fn current_of(mesh: &Mesh<'_>, triangle: u32) -> [DVec3; 3] {
+    mesh.triangles.corners[triangle as usize].map(|c| mesh.vertices.position[c as usize])
+}
+
+/// Whether two normals point to the same side; `false` where one of them is not finite.
+fn same_side(a: DVec3, b: DVec3) -> bool {
+    a.dot(b) > 0.0
+}
+
+/// Corrects the densities of changed triangles where their mass is no longer `mass`: on a curved surface flips and slides
+/// change the area at second order in the edge length, and between unequal triangles they carry thickness along.
+fn keep_mass(changed: &mut [(u32, TriangleRow)], mass: f64) {
+    let present: f64 = changed.iter().map(|(_, row)| triangle_mass(row)).sum();
+    if (present - mass).abs() > MASS_ROUNDING * mass {
+        for (_, row) in changed {
+            row.density *= mass / present;
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! A topology edit as a value, and the reasons why one is refused.
+
+use smallvec::SmallVec;
+
+/// A change of the mesh. Rows refer to the tables as they are when the edit is applied.
+///
+/// Rows stay where they are: changed triangles keep theirs, new rows go to the end of the tables.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    /// Puts a new vertex on an edge, `weight` of the way from its first corner to its second, and splits the triangles on
+    /// both sides. Each keeps the half at the edge's first corner as *it* sees the edge.
+    SplitEdge {
+        /// Row of one of the triangles at the edge.
+        triangle: u32,
+        /// The edge, from corner `edge` to the next.
+        edge: usize,
+        /// In (0, 1).
+        weight: f64,
+    },
+    /// Puts a new vertex inside a triangle, which becomes three.
+    SplitTriangle {
+        /// Row of the triangle.
+        triangle: u32,
+        /// Barycentric weights of the new vertex, positive, with sum 1.
+        weights: [f64; 3],
+    },
+    /// Replaces an edge by the other diagonal of its two triangles.
+    Flip {
+        /// Row of one of the triangles at the edge.
+        triangle: u32,
+        /// The edge, from corner `edge` to the next.
+        edge: usize,
+    },
+    /// Moves a vertex inside the surface along one of its edges, in the rest shape and in space.
+    Slide {
+        /// Row of the vertex.
+        vertex: u32,
+        /// Row of the vertex at the other end of the edge.
+        towards: u32,
+        /// How far along the edge, in (0, 1).
+        weight: f64,
+    },
+    /// Opens the edges along a path. Every vertex of the path is duplicated, once per extra component of its fan; the
+    /// component with the lowest triangle row keeps the old vertex, so no two fans ever share one.
+    Open {
+        /// Rows of the vertices, each joined to the next by an edge inside the surface. Equal ends make a loop.
+        path: SmallVec<[u32; 4]>,
+    },
+}
+
+/// Why an edit was not applied; nothing has changed then.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// A row is beyond the end of its table.
+    #[error("there is no {what} {row}")]
+    NoSuchRow {
+        /// `"vertex"` or `"triangle"`.
+        what: &'static str,
+        /// The row.
+        row: u32,
+    },
+    /// Two vertices are not joined, or an edge index is not 0, 1 or 2.
+    #[error("no edge joins vertices {from} and {to}")]
+    NoSuchEdge {
+        /// Row of the first vertex.
+        from: u32,
+        /// Row of the second vertex.
+        to: u32,
+    },
+    /// The edge has a triangle on one side only.
+    #[error("the edge between vertices {from} and {to} lies on the boundary")]
+    BoundaryEdge {
+        /// Row of the first vertex.
+        from: u32,
+        /// Row of the second vertex.
+        to: u32,
+    },
+    /// The vertex lies on the boundary, where a slide would change the shape.
+    #[error("vertex {vertex} lies on the boundary")]
+    BoundaryVertex {
+        /// Row of the vertex.
+        vertex: u32,
+    },
+    /// The edge that a flip would make is there already.
+    #[error("vertices {from} and {to} are already joined")]
+    EdgeExists {
+        /// Row of the first vertex.
+        from: u32,
+        /// Row of the second vertex.
+        to: u32,
+    },
+    /// A weight lies outside its open interval, or weights do not sum to one.
+    #[error("interpolation weight {weight} is out of range")]
+    WeightOutOfRange {
+        /// The weight, or the sum of the weights.
+        weight: f64,
+    },
+    /// A triangle would lose its area or turn over, in the rest shape or in space.
+    #[error("triangle {triangle} would turn over")]
+    WouldInvert {
+        /// Row of the triangle.
+        triangle: u32,
+    },
+    /// A triangle would become a sliver.
+    #[error("a sliver with an angle of {:.3}° would be left", angle.to_degrees())]
+    WouldMakeSliver {
+        /// The smallest angle \[rad\].
+        angle: f64,
+    },
+    /// A path has fewer than two vertices, or passes through one twice.
+    #[error("the path of {count} vertices is too short or crosses itself")]
+    BadPath {
+        /// Number of vertices.
+        count: usize,
+    },
+    /// No vertex of the path would fall into several fans: a single edge with both ends inside stays whole.
+    #[error("opening the path would separate nothing")]
+    NothingOpens,
+    /// The record to undo is not that of the last edit.
+    #[error("only the last edit can be undone")]
+    NotTheLast,
+}
