@@ -2,6 +2,7 @@
 
 use crate::components::{Body, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch};
 use crate::event::Event;
+use crate::math::Sym2;
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule::{self, Stage};
@@ -9,7 +10,6 @@ use crate::settings::{Settings, Tangent};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::parallel::Pool;
 use crate::systems::{StepContext, corotation};
-use crate::math::Sym2;
 use glam::DVec3;
 use hecs::{Entity, World};
 
@@ -130,7 +130,8 @@ impl Simulation {
 
     /// The bodies in order of spawning.
     pub fn bodies(&self) -> Vec<Entity> {
-        let mut bodies: Vec<(u32, Entity)> = self.world.query::<(Entity, &Body)>().iter().map(|(e, b)| (b.order, e)).collect();
+        let mut bodies: Vec<(u32, Entity)> =
+            self.world.query::<(Entity, &Body)>().iter().map(|(e, b)| (b.order, e)).collect();
         bodies.sort_unstable_by_key(|&(order, _)| order);
         bodies.into_iter().map(|(_, entity)| entity).collect()
     }
@@ -197,9 +198,12 @@ impl Simulation {
         let mut query = self.world.query_one::<(&Vertices, &Triangles, &Frames, Option<&PreStretch>)>(body);
         let (vertices, triangles, frames, pre_stretch) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let unstretched = Sym2::IDENTITY - pre_stretch.map_or(Sym2::ZERO, |p| p.strain);
-        let elastic = frames.state.iter().zip(&triangles.rest).zip(&triangles.thickness).map(|((s, rest), h)| {
-            0.5 * rest.area * h * s.stress.contract(s.polar.stretch - unstretched)
-        });
+        let elastic = frames
+            .state
+            .iter()
+            .zip(&triangles.rest)
+            .zip(&triangles.thickness)
+            .map(|((s, rest), h)| 0.5 * rest.area * h * s.stress.contract(s.polar.stretch - unstretched));
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
         Ok(Energies { elastic: elastic.sum(), kinetic: kinetic.sum() })
     }

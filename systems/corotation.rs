@@ -10,14 +10,8 @@ use kernels::{membrane, polar};
 /// Fills [`Frames`].
 pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
-    type Query<'a> = (
-        &'a Vertices,
-        &'a Triangles,
-        &'a mut Frames,
-        &'a SolverScratch,
-        Option<&'a Planar>,
-        Option<&'a PreStretch>,
-    );
+    type Query<'a> =
+        (&'a Vertices, &'a Triangles, &'a mut Frames, &'a SolverScratch, Option<&'a Planar>, Option<&'a PreStretch>);
     for (vertices, triangles, frames, scratch, planar, pre_stretch) in world.query_mut::<Query>() {
         if scratch.is_converged {
             continue;

@@ -7,8 +7,7 @@ use crate::storage::Vertices;
 /// Adds mass · acceleration to every vertex.
 pub fn gravity(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
-    for (vertices, gravity, scratch, forces) in
-        world.query_mut::<(&Vertices, &Gravity, &SolverScratch, &mut Forces)>()
+    for (vertices, gravity, scratch, forces) in world.query_mut::<(&Vertices, &Gravity, &SolverScratch, &mut Forces)>()
     {
         if scratch.is_converged {
             continue;

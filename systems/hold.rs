@@ -9,8 +9,7 @@ use glam::DVec3;
 /// solve: the last increment scaled to this step along free axes, the prescribed displacement along the others.
 pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
-    type Query<'a> =
-        (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
+    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
     for (vertices, increment, scratch, holds, planar) in world.query_mut::<Query>() {
         count += 1;
         let n = vertices.len();

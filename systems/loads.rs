@@ -23,8 +23,7 @@ pub fn point_loads(world: &mut hecs::World, step: &StepContext) -> usize {
 /// Adds edge loads: half of traction · rest length to each end.
 pub fn edge_loads(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
-    for (vertices, loads, scratch, forces) in
-        world.query_mut::<(&Vertices, &EdgeLoads, &SolverScratch, &mut Forces)>()
+    for (vertices, loads, scratch, forces) in world.query_mut::<(&Vertices, &EdgeLoads, &SolverScratch, &mut Forces)>()
     {
         if scratch.is_converged {
             continue;

@@ -8,8 +8,7 @@ use crate::storage::{Topology, Triangles, Vertices};
 /// the tangent (it is not symmetric at a free edge), so a static solve under pressure converges linearly.
 pub fn pressure(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
-    type Query<'a> =
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Pressure, &'a SolverScratch, &'a mut Forces);
+    type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a Pressure, &'a SolverScratch, &'a mut Forces);
     for (vertices, triangles, topology, pressure, scratch, forces) in world.query_mut::<Query>() {
         if scratch.is_converged {
             continue;

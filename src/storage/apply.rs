@@ -2,7 +2,8 @@
 
 use super::draft::{Draft, draft};
 use super::{
-    ChangedTriangle, Edit, EditRecord, Follow, NewTriangle, Refusal, Tables, Topology, Triangles, Vertices, measure, validate,
+    ChangedTriangle, Edit, EditRecord, Follow, NewTriangle, Refusal, Tables, Topology, Triangles, Vertices, measure,
+    validate,
 };
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -80,11 +81,7 @@ fn commit(mesh: &mut Mesh<'_>, edit: &Edit, draft: Draft) -> EditRecord {
         first_vertex: mesh.vertices.len() as u32,
         new_vertices: draft.new_vertices.iter().map(|&(parents, _)| parents).collect(),
         first_triangle: mesh.triangles.len() as u32,
-        new_triangles: draft
-            .added
-            .iter()
-            .map(|&(parent, row)| NewTriangle { parent, corners: row.corners })
-            .collect(),
+        new_triangles: draft.added.iter().map(|&(parent, row)| NewTriangle { parent, corners: row.corners }).collect(),
         changed_vertices: SmallVec::new(),
         changed_triangles: draft
             .changed

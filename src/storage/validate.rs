@@ -122,7 +122,8 @@ pub fn validate(vertices: &Vertices, triangles: &Triangles, topology: &Topology)
     }
     for row in 0..vertices.len() {
         let mass = vertices.mass[row];
-        if !(mass > 0.0) || mass != measure::lumped_mass(triangles, topology, row as u32) {
+        let is_sum = mass == measure::lumped_mass(triangles, topology, row as u32);
+        if !is_sum || mass <= 0.0 {
             return Err(Broken::Mass { vertex: row as u32 });
         }
     }

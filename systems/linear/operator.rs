@@ -79,8 +79,8 @@ impl Operator<'_> {
     /// The 3×3 block of vertex `v` on the diagonal \[N/mm\].
     pub fn diagonal_block(&self, v: usize) -> DMat3 {
         let incident = &self.topology.incident[v];
-        incident.iter().fold(self.own_block(v), |sum, &c| {
-            sum + self.element(c as usize / 3).diagonal_block(c as usize % 3)
-        })
+        incident
+            .iter()
+            .fold(self.own_block(v), |sum, &c| sum + self.element(c as usize / 3).diagonal_block(c as usize % 3))
     }
 }

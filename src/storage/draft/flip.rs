@@ -4,7 +4,8 @@
 //! the area-weighted mean; where they agree, the value is kept bit for bit.
 
 use super::{
-    Draft, SmallVec, checked_rest, current_of, edge_sides, keep_mass, normal, rest_of, smallest_angle, triangle_mass,
+    Draft, SmallVec, checked_rest, current_of, edge_sides, keep_mass, normal, rest_of, same_side, smallest_angle,
+    triangle_mass,
 };
 use crate::math::Orthotropic;
 use crate::storage::measure::rest_corners;
@@ -37,7 +38,7 @@ pub(super) fn flip(mesh: &Mesh<'_>, triangle: u32, edge: usize) -> Result<Draft,
         let rest = rest_corners(mesh.vertices, part.corners);
         part.rest = checked_rest(row, rest, part.fibre, old_normal, old_angle)?;
         let now = part.corners.map(|c| mesh.vertices.position[c as usize]);
-        if !(normal(now).dot(current_normal) > 0.0) {
+        if !same_side(normal(now), current_normal) {
             return Err(Refusal::WouldInvert { triangle: row });
         }
     }

@@ -96,11 +96,11 @@ fn checked_rest(
     old_angle: f64,
 ) -> Result<RestTriangle, Refusal> {
     let shape = RestTriangle::new(rest, fibre).ok_or(Refusal::WouldInvert { triangle: row })?;
-    if !(normal(rest).dot(old_normal) > 0.0) {
+    if !same_side(normal(rest), old_normal) {
         return Err(Refusal::WouldInvert { triangle: row });
     }
     let angle = smallest_angle(rest);
-    if !(angle >= SLIVER_ANGLE.min(old_angle)) {
+    if angle < SLIVER_ANGLE.min(old_angle) {
         return Err(Refusal::WouldMakeSliver { angle });
     }
     Ok(shape)
@@ -117,6 +117,11 @@ fn rest_of(mesh: &Mesh<'_>, triangle: u32) -> [DVec3; 3] {
 
 fn current_of(mesh: &Mesh<'_>, triangle: u32) -> [DVec3; 3] {
     mesh.triangles.corners[triangle as usize].map(|c| mesh.vertices.position[c as usize])
+}
+
+/// Whether two normals point to the same side; `false` where one of them is not finite.
+fn same_side(a: DVec3, b: DVec3) -> bool {
+    a.dot(b) > 0.0
 }
 
 /// Corrects the densities of changed triangles where their mass is no longer `mass`: on a curved surface flips and slides

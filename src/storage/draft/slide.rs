@@ -1,8 +1,8 @@
 //! Moving a vertex inside the surface along an edge.
 
 use super::{
-    Draft, checked_rest, corner_positions, current_of, keep_mass, normal, open_interval, rest_of, smallest_angle,
-    triangle_mass,
+    Draft, checked_rest, corner_positions, current_of, keep_mass, normal, open_interval, rest_of, same_side,
+    smallest_angle, triangle_mass,
 };
 use crate::storage::{Mesh, Parents, Refusal, VertexRow};
 
@@ -32,7 +32,7 @@ pub(super) fn slide(mesh: &Mesh<'_>, vertex: u32, towards: u32, weight: f64) -> 
         mass += triangle_mass(&triangle);
         let (rest, now) = corner_positions(mesh, triangle.corners, vertex, &moved);
         triangle.rest = checked_rest(row, rest, triangle.fibre, normal(rest_of(mesh, row)), old_angle)?;
-        if !(normal(now).dot(normal(current_of(mesh, row))) > 0.0) {
+        if !same_side(normal(now), normal(current_of(mesh, row))) {
             return Err(Refusal::WouldInvert { triangle: row });
         }
         draft.changed.push((row, triangle));

@@ -1,0 +1,197 @@
+//! Meshes and bodies for the tests of edits and tears, and a random source with fixed seeds.
+#![allow(dead_code)]
+
+use glam::{DMat3, DVec3};
+use proptest::prelude::Rng;
+use proptest::test_runner::{RngAlgorithm, TestRng};
+use rhexis::math::{Orthotropic, RestTriangle};
+use rhexis::storage::{
+    Mesh, Topology, TriangleRow, Triangles, VertexRow, Vertices,
+    measure::{rest_corners, rest_data},
+};
+
+pub struct Random(TestRng);
+
+impl Random {
+    pub fn new(seed: u8) -> Self {
+        Self(TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]))
+    }
+
+    /// In [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.0.next_u64() % count as u64) as usize
+    }
+
+    pub fn vector(&mut self, size: f64) -> DVec3 {
+        DVec3::new(self.between(-size, size), self.between(-size, size), self.between(-size, size))
+    }
+}
+
+#[derive(Clone)]
+pub struct Sheet {
+    pub positions: Vec<DVec3>,
+    pub corners: Vec<[u32; 3]>,
+}
+
+/// Structured grid over [0, width] × [0, height] with alternating diagonals.
+pub fn grid(nx: usize, ny: usize, width: f64, height: f64) -> Sheet {
+    let at = |i: usize, j: usize| (j * (nx + 1) + i) as u32;
+    let mut positions = Vec::new();
+    for j in 0..=ny {
+        for i in 0..=nx {
+            positions.push(DVec3::new(width * i as f64 / nx as f64, height * j as f64 / ny as f64, 0.0));
+        }
+    }
+    let mut corners = Vec::new();
+    for j in 0..ny {
+        for i in 0..nx {
+            let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+            if (i + j) % 2 == 0 {
+                corners.extend([[a, b, c], [a, c, d]]);
+            } else {
+                corners.extend([[a, b, d], [b, c, d]]);
+            }
+        }
+    }
+    Sheet { positions, corners }
+}
+
+/// The grid with inner vertices moved at random; angles stay above about 25°.
+pub fn jittered(nx: usize, ny: usize, width: f64, height: f64, seed: u8) -> Sheet {
+    let mut sheet = grid(nx, ny, width, height);
+    let mut random = Random::new(seed);
+    let (dx, dy) = (width / nx as f64, height / ny as f64);
+    for j in 1..ny {
+        for i in 1..nx {
+            let p = &mut sheet.positions[j * (nx + 1) + i];
+            p.x += dx * random.between(-0.13, 0.13);
+            p.y += dy * random.between(-0.13, 0.13);
+        }
+    }
+    sheet
+}
+
+/// A disc of `rings` hexagonal rings on a sphere: radius of curvature 10, 9.8 across.
+pub fn cap(rings: usize) -> Sheet {
+    let mut positions = vec![DVec3::new(0.0, 0.0, 10.0)];
+    for ring in 1..=rings {
+        for k in 0..6 * ring {
+            let angle = std::f64::consts::TAU * k as f64 / (6 * ring) as f64;
+            let polar = (0.49_f64).asin() * ring as f64 / rings as f64;
+            positions.push(10.0 * DVec3::new(polar.sin() * angle.cos(), polar.sin() * angle.sin(), polar.cos()));
+        }
+    }
+    let at = |ring: usize, k: usize| {
+        if ring == 0 { 0 } else { (1 + 3 * ring * (ring - 1) + k % (6 * ring)) as u32 }
+    };
+    let mut corners = Vec::new();
+    for ring in 1..=rings {
+        for side in 0..6 {
+            for k in 0..ring {
+                let (outer, inner) = (side * ring + k, side * (ring - 1) + k);
+                corners.push([at(ring - 1, inner), at(ring, outer), at(ring, outer + 1)]);
+                if k + 1 < ring {
+                    corners.push([at(ring - 1, inner), at(ring, outer + 1), at(ring - 1, inner + 1)]);
+                }
+            }
+        }
+    }
+    Sheet { positions, corners }
+}
+
+/// A closed sphere: an octahedron, each triangle split into four, `levels` times.
+pub fn sphere(levels: usize) -> Sheet {
+    let mut positions = vec![DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    let mut corners: Vec<[u32; 3]> =
+        vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    for _ in 0..levels {
+        let mut middle = std::collections::HashMap::new();
+        let mut next = Vec::new();
+        for c in &corners {
+            let m = [0, 1, 2].map(|i| {
+                let (a, b) = (c[i], c[(i + 1) % 3]);
+                *middle.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                    positions.push((positions[a as usize] + positions[b as usize]).normalize());
+                    positions.len() as u32 - 1
+                })
+            });
+            next.extend([[c[0], m[0], m[2]], [m[0], c[1], m[1]], [m[2], m[1], c[2]], m]);
+        }
+        corners = next;
+    }
+    Sheet { positions, corners }
+}
+
+pub struct Body {
+    pub vertices: Vertices,
+    pub triangles: Triangles,
+    pub topology: Topology,
+}
+
+impl Body {
+    /// A body at rest in its rest shape, with fibres along `fibre` projected into each triangle.
+    pub fn new(sheet: &Sheet, fibre: DVec3) -> Self {
+        let (mut vertices, mut triangles) = (Vertices::default(), Triangles::default());
+        for &position in &sheet.positions {
+            vertices.push(VertexRow { position, velocity: DVec3::ZERO, rest_position: position, mass: 0.0 });
+        }
+        let stiffness = Orthotropic::new(10.0, 1.0, 0.3, 0.5).unwrap();
+        for &corners in &sheet.corners {
+            let [a, b, c] = rest_corners(&vertices, corners);
+            let rest = RestTriangle::new([a, b, c], fibre).unwrap();
+            let fibre = RestTriangle::axis((b - a).cross(c - a).normalize(), fibre, b - a);
+            triangles.push(TriangleRow { corners, rest, fibre, stiffness, thickness: 0.1, density: 1e-3 });
+        }
+        let topology = Topology::new(vertices.len(), &triangles.corners).unwrap();
+        let mut body = Self { vertices, triangles, topology };
+        rest_data(&mut body.mesh()).unwrap();
+        body
+    }
+
+    /// Deforms the body smoothly (strains of some 10 %, rotations of 0.5 rad) and gives it velocities.
+    pub fn deform(&mut self, random: &mut Random) {
+        let stretch = DMat3::from_cols(
+            DVec3::X + random.vector(0.1),
+            DVec3::Y + random.vector(0.1),
+            DVec3::Z + random.vector(0.1),
+        ) * DMat3::from_axis_angle(random.vector(1.0).normalize(), 0.5);
+        let wave = random.vector(0.3);
+        for row in 0..self.vertices.len() {
+            let x = self.vertices.rest_position[row];
+            self.vertices.position[row] = stretch * x + DVec3::new(0.0, 0.05, 0.1) * wave.dot(x).sin();
+            self.vertices.velocity[row] = random.vector(1.0);
+        }
+    }
+
+    pub fn mesh(&mut self) -> Mesh<'_> {
+        Mesh { vertices: &mut self.vertices, triangles: &mut self.triangles, topology: &mut self.topology }
+    }
+
+    /// Co-rotational energy \[mJ\] ½·A·h·(U−I):C:(U−I) with U = √(FᵀF) by the closed form for 2×2 roots.
+    pub fn elastic_energy(&self) -> f64 {
+        let mut energy = 0.0;
+        for row in 0..self.triangles.len() {
+            let t = self.triangles.at(row as u32);
+            let [x0, x1, x2] = t.corners.map(|c| self.vertices.position[c as usize]);
+            let [g1, g2] = t.rest.gradients;
+            let f1 = (x1 - x0) * g1.x + (x2 - x0) * g2.x;
+            let f2 = (x1 - x0) * g1.y + (x2 - x0) * g2.y;
+            let (xx, yy, xy) = (f1.dot(f1), f2.dot(f2), f1.dot(f2));
+            let root = (xx * yy - xy * xy).max(0.0).sqrt();
+            let trace = (xx + yy + 2.0 * root).sqrt();
+            let (exx, eyy, exy) = ((xx + root) / trace - 1.0, (yy + root) / trace - 1.0, xy / trace);
+            let q = t.stiffness;
+            let density = q.q11 * exx * exx + 2.0 * q.q12 * exx * eyy + q.q22 * eyy * eyy + 4.0 * q.q66 * exy * exy;
+            energy += 0.5 * t.rest.area * t.thickness * density;
+        }
+        energy
+    }
+}
