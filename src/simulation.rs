@@ -2,7 +2,6 @@
 
 use crate::components::{Body, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch};
 use crate::event::Event;
-use crate::math::Sym2;
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule::{self, Stage};
@@ -197,7 +196,7 @@ impl Simulation {
         self.refresh(body)?;
         let mut query = self.world.query_one::<(&Vertices, &Triangles, &Frames, Option<&PreStretch>)>(body);
         let (vertices, triangles, frames, pre_stretch) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let unstretched = Sym2::IDENTITY - pre_stretch.map_or(Sym2::ZERO, |p| p.strain);
+        let unstretched = PreStretch::unstretched(pre_stretch);
         let elastic = frames
             .state
             .iter()

@@ -1,11 +1,10 @@
 //! Rotation, stretch and stress of every triangle at the current positions.
 
-use super::{StepContext, kernels, parallel};
+use super::{StepContext, kernels::membrane, parallel};
 use crate::components::{Frames, Planar, PreStretch, SolverScratch};
 use crate::math::{ElementState, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Triangles, Vertices};
-use kernels::{membrane, polar};
 
 /// Fills [`Frames`].
 pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -32,27 +31,12 @@ pub fn evaluate(
     is_planar: bool,
     pre_stretch: Option<&PreStretch>,
 ) {
-    // The strain is U − unstretched, with the held pre-stretch folded into the constant.
-    let unstretched = Sym2::IDENTITY - pre_stretch.map_or(Sym2::ZERO, |p| p.strain);
+    let unstretched = PreStretch::unstretched(pre_stretch);
     frames.state.resize(triangles.len(), ElementState::REST);
     parallel::for_rows(&mut frames.state, |t, state| {
-        *state = triangle_state(vertices, triangles, t, is_planar, unstretched);
+        let x = triangles.corners[t].map(|v| vertices.position[v as usize]);
+        *state = membrane::state(x, &triangles.rest[t], &triangles.stiffness[t], is_planar, unstretched);
     });
-}
-
-/// State of one triangle. `unstretched` is the stretch that is free of stress.
-#[inline]
-pub fn triangle_state(
-    vertices: &Vertices,
-    triangles: &Triangles,
-    t: usize,
-    is_planar: bool,
-    unstretched: Sym2,
-) -> ElementState {
-    let x = triangles.corners[t].map(|v| vertices.position[v as usize]);
-    let (f1, f2) = membrane::gradient(x, &triangles.rest[t]);
-    let polar = if is_planar { polar::planar(f1, f2) } else { polar::membrane(f1, f2) };
-    ElementState { polar, stress: triangles.stiffness[t].stress(polar.stretch - unstretched) }
 }
 
 fn outer_stiffness(frames: &mut Frames, is_planar: bool, is_exact: bool) {

@@ -39,3 +39,10 @@ pub struct PreStretch {
     /// ε₀ in the axes (fibre, transverse).
     pub strain: Sym2,
 }
+
+impl PreStretch {
+    /// The stretch that is free of stress: the identity, less the pre-stretch where there is one.
+    pub fn unstretched(this: Option<&Self>) -> Sym2 {
+        Sym2::IDENTITY - this.map_or(Sym2::ZERO, |p| p.strain)
+    }
+}

@@ -6,6 +6,7 @@
 //! κ = (T₂₂ − T₁₁)·U₁₂ + T₁₂·(U₁₁ − U₂₂): T contracted with dU. The classical co-rotational force leaves the second term out;
 //! it is then no gradient of any energy, and an anisotropic triangle spins by itself.
 
+use super::polar;
 use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -22,6 +23,21 @@ pub fn gradient(x: [DVec3; 3], rest: &RestTriangle) -> (DVec3, DVec3) {
     let [g1, g2] = rest.gradients;
     let (a, b) = (x[1] - x[0], x[2] - x[0]);
     (a * g1.x + b * g2.x, a * g1.y + b * g2.y)
+}
+
+/// Rotation, stretch and stress of a triangle with corners at `x`. `unstretched` is the stretch that is free of stress:
+/// the identity, less a held pre-stretch. A planar body keeps its normal along +z.
+#[inline]
+pub fn state(
+    x: [DVec3; 3],
+    rest: &RestTriangle,
+    stiffness: &Orthotropic,
+    is_planar: bool,
+    unstretched: Sym2,
+) -> ElementState {
+    let (f1, f2) = gradient(x, rest);
+    let polar = if is_planar { polar::planar(f1, f2) } else { polar::membrane(f1, f2) };
+    ElementState { polar, stress: stiffness.stress(polar.stretch - unstretched) }
 }
 
 /// κ/tr U: the size of the skew part of Π.
