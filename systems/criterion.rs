@@ -1,11 +1,11 @@
 //! The tear criterion at every tip and, where a body may tear by itself, at its triangles.
 
 use super::StepContext;
-use super::kernels::failure::{self, Cone, Decision, Sector, Strength};
-use super::tearing::{DiscAverage, Surface, disc_average};
+use super::kernels::failure;
+use super::tearing::{Surface, decision, disc_average, strength, tip_decision};
 use crate::components::{Planar, PreStretch, TearDecision, TearScratch, Tearing};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearScratch`]. Does not run on a body that
 /// has no tip and may not start a tear.
@@ -27,7 +27,7 @@ pub fn criterion(world: &mut hecs::World, _: &StepContext) -> usize {
         let unstretched = PreStretch::unstretched(pre_stretch);
         let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched };
         for tip in 0..tips.len() {
-            let decision = at_tip(&surface, tearing, tips.vertex[tip], tips.previous[tip], scratch);
+            let decision = tip_decision(&surface, tearing, tips.vertex[tip], tips.previous[tip], scratch);
             tips.criterion[tip] = decision.map_or(0.0, |d| d.value);
             scratch.tips.push(decision);
         }
@@ -36,49 +36,6 @@ pub fn criterion(world: &mut hecs::World, _: &StepContext) -> usize {
         }
     }
     count
-}
-
-/// The strengths of a body.
-pub fn strength(tearing: &Tearing) -> Strength {
-    Strength { fibre: tearing.strength_fibre, transverse: tearing.strength_transverse, exponent: tearing.exponent }
-}
-
-fn at_tip(
-    surface: &Surface,
-    tearing: &Tearing,
-    vertex: u32,
-    previous: DVec3,
-    scratch: &mut TearScratch,
-) -> Option<TearDecision> {
-    let chart = surface.chart(vertex)?;
-    let centre = surface.vertices.rest_position[vertex as usize];
-    let start = surface.topology.incident[vertex as usize].iter().map(|&entry| entry / 3);
-    let average = disc_average(surface, centre, chart.axes(), tearing.radius, start, scratch)?;
-    let cone = (previous != DVec3::ZERO).then(|| Cone { previous: chart.to_chart(previous), half_angle: tearing.cone });
-    let (from, to) = chart.range();
-    let sector = (!chart.is_closed()).then_some(Sector { from, to });
-    let decision = failure::evaluate(average.stress, average.fibre, &strength(tearing), cone, sector)?;
-    Some(decide(vertex, &decision, &average, chart.axes(), |d| chart.to_surface(d)))
-}
-
-fn decide(
-    row: u32,
-    decision: &Decision,
-    average: &DiscAverage,
-    axes: [DVec3; 2],
-    to_surface: impl Fn(DVec2) -> DVec3,
-) -> TearDecision {
-    TearDecision {
-        row,
-        direction: to_surface(decision.best.direction),
-        value: decision.best.value,
-        margin: decision.margin(),
-        is_ambiguous: decision.is_ambiguous(),
-        stress: average.stress,
-        fibre: axes[0] * average.fibre.x + axes[1] * average.fibre.y,
-        axes,
-        edges_per_radius: average.edges_per_radius,
-    }
 }
 
 /// The triangle whose disc average exceeds the criterion most. The cheap bound comes first: a triangle whose own largest
@@ -96,9 +53,9 @@ fn strongest_triangle(surface: &Surface, tearing: &Tearing, scratch: &mut TearSc
         let centre = (x[0] + x[1] + x[2]) / 3.0;
         let average = disc_average(surface, centre, axes, tearing.radius, [t as u32], scratch);
         let found = average.and_then(|average| {
-            let decision = failure::evaluate(average.stress, average.fibre, &strength, None, None)?;
+            let answer = failure::evaluate(average.stress, average.fibre, &strength, None, None)?;
             let to_surface = |d: DVec2| axes[0] * d.x + axes[1] * d.y;
-            decision.tears().then(|| decide(t as u32, &decision, &average, axes, to_surface))
+            answer.tears().then(|| decision(t as u32, &answer, &average, axes, to_surface))
         });
         if let Some(found) = found
             && best.is_none_or(|b| found.value > b.value)
