@@ -2,3 +2,4 @@
 
 pub mod disc;
 pub mod failure;
+pub mod fan;
