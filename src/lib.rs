@@ -3,12 +3,18 @@
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod components;
+pub mod event;
 pub mod frame;
 pub mod math;
+pub mod membrane;
 #[cfg(feature = "cli")]
 pub mod output;
+pub mod report;
 #[cfg(feature = "scenes")]
 pub mod scene;
+pub mod schedule;
+pub mod settings;
+pub mod simulation;
 pub mod storage;
 
 #[path = "../systems/mod.rs"]

@@ -1,1 +1,29 @@
-//! What a body can carry.
+//! What an entity can carry. Each component is exactly one of *state* (in the tables, copied on a split, saved), *parameter*
+//! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
+//! system that would read it finds no match.
+
+mod body;
+mod curve;
+mod derived;
+mod environment;
+mod fibres;
+mod grip;
+mod hold;
+mod loads;
+mod material;
+mod obstacle;
+mod springs;
+mod tearing;
+
+pub use body::{Body, Planar};
+pub use curve::{BadCurve, Curve};
+pub use derived::{ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch};
+pub use environment::{Damping, Drag, Gravity, PreStretch, Pressure};
+pub use fibres::Fibres;
+pub use grip::{Grip, Grips, Path};
+pub use hold::{Hold, Holds};
+pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
+pub use material::Material;
+pub use obstacle::{Contact, Obstacle, Shape};
+pub use springs::{Anchor, Springs};
+pub use tearing::{TearMode, Tearing};

@@ -2,10 +2,12 @@
 //!
 //! Nothing here allocates, panics or knows of meshes. Units are the caller's: the engine uses mm, g, ms, N, MPa.
 
+mod element;
 mod orthotropic;
 mod sym2;
 mod triangle;
 
+pub use element::{ElementState, Polar};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 pub use sym2::Sym2;
 pub use triangle::{RestTriangle, smallest_angle};

@@ -64,7 +64,6 @@ impl Orthotropic {
             }
         }
         let product = poisson_major * poisson_major * young_transverse / young_fibre;
-        // Written so that a NaN is refused as well.
         if !(product < 1.0) {
             let limit = (young_fibre / young_transverse).sqrt();
             return Err(InadmissibleMaterial::Poisson { poisson_major, product, limit });

@@ -4,7 +4,7 @@
 //! directed edge (u, v) and the other (v, u); the triangles around a vertex stand in ascending order. A list patched by
 //! edits is therefore equal to a rebuilt one, entry by entry, and a sum gathered along it has the same bits.
 
-use super::{Broken, NONE};
+use super::{Broken, NONE, Triangles};
 use smallvec::SmallVec;
 
 /// The triangles around one vertex: entries 3·triangle + corner, ascending. Eight fit without a heap allocation.
@@ -126,6 +126,11 @@ impl Topology {
     fn boundary_entry(&self, vertex: u32) -> Option<u32> {
         let around = self.incident.get(vertex as usize)?;
         around.iter().copied().find(|&e| self.neighbours[(e / 3) as usize][(e % 3) as usize] == NONE)
+    }
+
+    /// Rest area \[mm²\] of a vertex: a third of every triangle around it, in ascending order of rows.
+    pub fn vertex_area(&self, triangles: &Triangles, vertex: u32) -> f64 {
+        self.incident[vertex as usize].iter().map(|&e| triangles.rest[(e / 3) as usize].area / 3.0).sum()
     }
 
     /// The number of pieces that hang together across edges, and the piece of every triangle. Pieces are numbered by

@@ -3,3 +3,5 @@
 pub mod disc;
 pub mod failure;
 pub mod fan;
+pub mod membrane;
+pub mod polar;

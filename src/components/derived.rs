@@ -1,0 +1,95 @@
+//! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
+
+use crate::math::{ElementState, Sym2};
+use glam::{DMat3, DVec3};
+
+/// Rotation, stretch and stress of every triangle, and its out-of-plane stiffness.
+#[derive(Clone, Debug, Default)]
+pub struct Frames {
+    /// State at the positions of the last evaluation.
+    pub state: Vec<ElementState>,
+    /// Out-of-plane stiffness \[MPa\]: second Piola–Kirchhoff stress, its tensile part for the rotated tangent.
+    pub normal: Vec<Sym2>,
+}
+
+/// Nodal forces and the corner buffer they are gathered from.
+#[derive(Clone, Debug, Default)]
+pub struct Forces {
+    /// Force per vertex \[N\].
+    pub nodal: Vec<DVec3>,
+    /// Contribution of each triangle to each of its corners; vertices gather theirs in ascending order of triangles.
+    pub corner: Vec<[DVec3; 3]>,
+}
+
+/// Stiffness of springs, grips, contact and drag: a symmetric block per vertex \[N/mm\]. Present only with one of them.
+#[derive(Clone, Debug, Default)]
+pub struct ExternalStiffness {
+    /// −∂f/∂x per vertex.
+    pub block: Vec<DMat3>,
+}
+
+/// Where the step started and how far it has come.
+#[derive(Clone, Debug, Default)]
+pub struct Increment {
+    /// Positions at the start of the step \[mm\].
+    pub start: Vec<DVec3>,
+    /// Velocities at the start of the step \[mm/ms\].
+    pub start_velocity: Vec<DVec3>,
+    /// Displacement since the start \[mm\]; kept afterwards as the next step's first guess.
+    pub displacement: Vec<DVec3>,
+    /// The linear solve's answer: the change of `displacement` \[mm\].
+    pub delta: Vec<DVec3>,
+    /// The time step that `displacement` belongs to \[ms\].
+    pub dt: f64,
+}
+
+/// Forces \[N\] that the holds exert on their vertices, in the groups and order of [`Holds`](super::Holds).
+#[derive(Clone, Debug, Default)]
+pub struct Reactions {
+    /// One force per held vertex, zero along free axes.
+    pub groups: Vec<Vec<DVec3>>,
+}
+
+/// Vectors of the linear solve, one entry per vertex, and what it reached.
+#[derive(Clone, Debug, Default)]
+pub struct SolverScratch {
+    /// 1 along free axes, 0 along prescribed ones.
+    pub free: Vec<DVec3>,
+    /// Residual \[N\].
+    pub residual: Vec<DVec3>,
+    /// Preconditioned residual \[mm\].
+    pub preconditioned: Vec<DVec3>,
+    /// Search direction \[mm\].
+    pub direction: Vec<DVec3>,
+    /// Operator times direction \[N\].
+    pub product: Vec<DVec3>,
+    /// Inverse diagonal blocks \[mm/N\].
+    pub inverse_block: Vec<DMat3>,
+    /// Sums per chunk of rows.
+    pub partials: Vec<f64>,
+    /// Linear iterations in this step.
+    pub iterations: u32,
+    /// Newton iterations in this step.
+    pub newton_iterations: u32,
+    /// Relative residual of the last linear solve.
+    pub linear_residual: f64,
+    /// Largest free nodal imbalance at the last evaluation \[N\].
+    pub imbalance: f64,
+    /// Whether this body needs no further iteration in this step.
+    pub is_converged: bool,
+    /// Whether the exact tangent was indefinite and the rotated one took its place.
+    pub fell_back: bool,
+    /// The static increment that is being tried.
+    pub line_search: Option<LineSearch>,
+}
+
+/// What a static increment is compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineSearch {
+    /// |increment · imbalance| before it \[mJ\].
+    pub work: f64,
+    /// Squared norm of the imbalance before it \[N²\].
+    pub norm_sq: f64,
+    /// Fraction of the increment that stands.
+    pub fraction: f64,
+}

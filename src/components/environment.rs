@@ -1,0 +1,48 @@
+//! What acts on a whole body. All are parameters; each has its own system, which runs only where the component is present.
+
+use super::Curve;
+use crate::math::Sym2;
+use glam::DVec3;
+
+/// Damping of strain rates: the stress C:(U − I) becomes C:(U − I + β·dU/dt). Rigid motion is not braked. *Parameter.*
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Damping {
+    /// β \[ms\], ≥ 0.
+    pub time: f64,
+}
+
+/// Uniform acceleration. *Parameter.*
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gravity {
+    /// \[mm/ms²\]; the earth's is 9.81e-3.
+    pub acceleration: DVec3,
+}
+
+/// Follower pressure along each triangle's current normal, on its current area. *Parameter.*
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pressure {
+    /// \[MPa\] over time.
+    pub curve: Curve,
+}
+
+/// Viscous drag of the surrounding fluid, proportional to velocity and rest area. *Parameter.*
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drag {
+    /// \[N·ms/mm³\], ≥ 0.
+    pub coefficient: f64,
+}
+
+/// Pre-stretch held by the surroundings, as an initial Biot strain: the stress is C:(U − I + ε₀), so the drawn shape is
+/// under tension and a released piece shrinks to U = I − ε₀. *Parameter.*
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PreStretch {
+    /// ε₀ in the axes (fibre, transverse).
+    pub strain: Sym2,
+}
+
+impl PreStretch {
+    /// The stretch that is free of stress: the identity, less the pre-stretch where there is one.
+    pub fn unstretched(this: Option<&Self>) -> Sym2 {
+        Sym2::IDENTITY - this.map_or(Sym2::ZERO, |p| p.strain)
+    }
+}

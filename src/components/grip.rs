@@ -1,0 +1,61 @@
+//! Forceps: a pinch that takes hold of the tissue at one time, follows a hand path and lets go.
+
+use crate::storage::Attached;
+use glam::DVec3;
+
+/// A polyline through space over time, at rest before its first and after its last point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Path {
+    /// (time \[ms\], position \[mm\]), times ascending.
+    pub points: Vec<(f64, DVec3)>,
+}
+
+impl Path {
+    /// Position at a time \[ms\]; the origin for a path without points.
+    pub fn at(&self, time: f64) -> DVec3 {
+        let after = self.points.partition_point(|p| p.0 <= time);
+        match (after.checked_sub(1).map(|i| self.points[i]), self.points.get(after)) {
+            (Some((t0, a)), Some(&(t1, b))) => a.lerp(b, (time - t0) / (t1 - t0)),
+            (Some((_, p)), None) | (None, Some(&(_, p))) => p,
+            (None, None) => DVec3::ZERO,
+        }
+    }
+}
+
+/// One grasp. Between `from` and `until` every vertex whose rest position lies within `radius` of `material_point` is drawn
+/// by a spring towards where the hand has carried it: its position at the grasp plus the hand's displacement since.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grip {
+    /// Name in reports.
+    pub name: String,
+    /// Time of the grasp \[ms\].
+    pub from: f64,
+    /// Time of the release \[ms\].
+    pub until: f64,
+    /// Where the tissue is taken, in the rest shape \[mm\].
+    pub material_point: DVec3,
+    /// Pinch radius \[mm\]; the nearest vertex is always taken.
+    pub radius: f64,
+    /// Stiffness per vertex \[N/mm\].
+    pub stiffness: f64,
+    /// The hand's path.
+    pub path: Path,
+}
+
+/// The grasps of a body and what each holds. *Parameter* `list`; the rest follows from it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Grips {
+    /// The grasps.
+    pub list: Vec<Grip>,
+    /// Per grasp: the vertices held and their positions relative to the hand when taken; empty before and after.
+    pub held: Vec<Attached<DVec3>>,
+    /// Per grasp: force of the hand on the tissue \[N\] at the last step.
+    pub force: Vec<DVec3>,
+}
+
+impl Grips {
+    /// The given grasps, none taken yet.
+    pub fn new(list: Vec<Grip>) -> Self {
+        Self { held: vec![Attached::default(); list.len()], force: vec![DVec3::ZERO; list.len()], list }
+    }
+}

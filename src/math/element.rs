@@ -1,0 +1,32 @@
+//! The state of one membrane triangle: rotation, stretch and stress.
+
+use super::Sym2;
+use glam::DVec3;
+
+/// The rotation's two columns (images of the fibre axis and the transverse axis) and the right stretch, F = R·U.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Polar {
+    /// First column of R: the fibre axis in space.
+    pub fibre_axis: DVec3,
+    /// Second column of R.
+    pub transverse_axis: DVec3,
+    /// U, symmetric, in the rest frame.
+    pub stretch: Sym2,
+}
+
+/// The state of one triangle at given positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElementState {
+    /// Rotation and stretch.
+    pub polar: Polar,
+    /// Biot stress T \[MPa\] in the frame (fibre, transverse).
+    pub stress: Sym2,
+}
+
+impl ElementState {
+    /// Placeholder before the first evaluation: unrotated, unstretched, free of stress.
+    pub const REST: Self = Self {
+        polar: Polar { fibre_axis: DVec3::X, transverse_axis: DVec3::Y, stretch: Sym2::IDENTITY },
+        stress: Sym2::ZERO,
+    };
+}

@@ -1,0 +1,269 @@
+//! A body before it is spawned: mesh, material, fibres and whatever else it carries.
+
+use crate::components::{
+    Body, Contact, Drag, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment, Material, Planar,
+    Reactions, SolverScratch, Springs, Tearing,
+};
+use crate::math::{InadmissibleMaterial, RestTriangle};
+use crate::storage::{
+    Broken, Mesh, MeshError, Tips, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
+};
+use glam::DVec3;
+use hecs::EntityBuilder;
+
+/// Why a body is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BodyError {
+    /// The mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The mesh, found while its topology was built.
+    #[error("the mesh is not an oriented surface: {0}")]
+    Topology(#[from] Broken),
+    /// The material of a triangle.
+    #[error("triangle {triangle}: {source}")]
+    Material {
+        /// The triangle's index.
+        triangle: usize,
+        /// What is wrong.
+        source: InadmissibleMaterial,
+    },
+    /// A number outside its range.
+    #[error("{what} is {value}: {must}")]
+    OutOfRange {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        must: &'static str,
+    },
+    /// A fibre list of the wrong length.
+    #[error("{given} fibre directions for {needed} triangles: give one per triangle, in the mesh's order")]
+    FibreCount {
+        /// Directions given.
+        given: usize,
+        /// Triangles.
+        needed: usize,
+    },
+    /// A vertex row that does not exist.
+    #[error("{what} names vertex {row}, but the mesh has {count} vertices")]
+    NoSuchVertex {
+        /// Who names it.
+        what: String,
+        /// The row.
+        row: u32,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// Two holds prescribe the same axis of the same vertex.
+    #[error("holds `{first}` and `{second}` both prescribe axis {axis} of vertex {row}: let one of them go")]
+    ContradictoryHolds {
+        /// Name of the first hold.
+        first: String,
+        /// Name of the second hold.
+        second: String,
+        /// x, y or z.
+        axis: char,
+        /// The vertex.
+        row: u32,
+    },
+}
+
+/// A body to be spawned.
+pub struct Membrane {
+    name: String,
+    mesh: TriangleMesh,
+    material: Box<dyn Fn(DVec3) -> Material + Send + Sync>,
+    fibres: Option<Fibres>,
+    holds: Vec<Hold>,
+    components: EntityBuilder,
+}
+
+impl Membrane {
+    /// A membrane of one material. Its fibres are the mesh's own, or run along x where it has none, until
+    /// [`fibres`](Self::fibres) says otherwise.
+    pub fn new(name: impl Into<String>, mesh: TriangleMesh, material: Material) -> Self {
+        Self {
+            name: name.into(),
+            mesh,
+            material: Box::new(move |_| material),
+            fibres: None,
+            holds: Vec::new(),
+            components: EntityBuilder::new(),
+        }
+    }
+
+    /// A material that varies with the rest position \[mm\] of a triangle's centroid.
+    #[must_use]
+    pub fn graded(mut self, material: impl Fn(DVec3) -> Material + Send + Sync + 'static) -> Self {
+        self.material = Box::new(material);
+        self
+    }
+
+    /// Sets the fibres.
+    #[must_use]
+    pub fn fibres(mut self, fibres: Fibres) -> Self {
+        self.fibres = Some(fibres);
+        self
+    }
+
+    /// Keeps the body in the plane z = const.
+    #[must_use]
+    pub fn planar(self) -> Self {
+        self.with(Planar)
+    }
+
+    /// Prescribes vertices.
+    #[must_use]
+    pub fn hold(mut self, hold: Hold) -> Self {
+        self.holds.push(hold);
+        self
+    }
+
+    /// Adds any component: loads, springs, damping, tearing, or one of your own.
+    #[must_use]
+    pub fn with(mut self, component: impl hecs::Component) -> Self {
+        self.components.add(component);
+        self
+    }
+
+    /// Indices of the vertices whose rest position fulfils a condition.
+    pub fn select(&self, condition: impl Fn(DVec3) -> bool) -> Vec<u32> {
+        let positions = self.mesh.positions.iter().enumerate();
+        positions.filter(|(_, p)| condition(**p)).map(|(i, _)| i as u32).collect()
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
+    /// All components of the body, checked.
+    pub(crate) fn build(mut self, order: u32) -> Result<EntityBuilder, BodyError> {
+        self.mesh.check()?;
+        check_holds(&self.holds, self.mesh.positions.len())?;
+        self.check_components()?;
+        let mut triangles = self.triangle_rows()?;
+        let mut vertices = Vertices::default();
+        for &position in &self.mesh.positions {
+            vertices.push(VertexRow { position, velocity: DVec3::ZERO, rest_position: position, mass: 0.0 });
+        }
+        let mut topology = Topology::new(vertices.len(), &self.mesh.triangles)?;
+        let mut mesh = Mesh { vertices: &mut vertices, triangles: &mut triangles, topology: &mut topology };
+        measure::rest_data(&mut mesh)?;
+
+        let c = &mut self.components;
+        c.add(Body { name: self.name, order });
+        c.add_bundle((vertices, triangles, topology));
+        c.add_bundle((Frames::default(), Forces::default(), Increment::default(), SolverScratch::default()));
+        if !self.holds.is_empty() {
+            c.add_bundle((Holds { groups: self.holds }, Reactions::default()));
+        }
+        if c.has::<Tearing>() {
+            c.add(Tips::default());
+        }
+        if c.has::<Springs>() || c.has::<Grips>() || c.has::<Drag>() || c.has::<Contact>() {
+            c.add(ExternalStiffness::default());
+        }
+        Ok(self.components)
+    }
+
+    fn triangle_rows(&self) -> Result<Triangles, BodyError> {
+        let needed = self.mesh.triangles.len();
+        if let Some(Fibres::PerTriangle(list)) = &self.fibres
+            && list.len() != needed
+        {
+            return Err(BodyError::FibreCount { given: list.len(), needed });
+        }
+        let mut triangles = Triangles::default();
+        triangles.reserve(needed);
+        for (t, &corners) in self.mesh.triangles.iter().enumerate() {
+            let x = corners.map(|v| self.mesh.positions[v as usize]);
+            let centroid = (x[0] + x[1] + x[2]) / 3.0;
+            let material = (self.material)(centroid);
+            positive("thickness", material.thickness)?;
+            positive("density", material.density)?;
+            let stiffness = material.stiffness().map_err(|source| BodyError::Material { triangle: t, source })?;
+            let direction = match (&self.fibres, &self.mesh.fibres) {
+                (Some(fibres), _) => fibres.direction(t, centroid),
+                (None, Some(list)) => list[t],
+                (None, None) => DVec3::X,
+            };
+            let normal = (x[1] - x[0]).cross(x[2] - x[0]).normalize_or_zero();
+            let fibre = RestTriangle::axis(normal, direction, x[1] - x[0]);
+            let rest = RestTriangle::new(x, fibre).ok_or(Broken::RestArea { triangle: t as u32 })?;
+            let Material { thickness, density, .. } = material;
+            triangles.push(TriangleRow { corners, rest, fibre, stiffness, thickness, density });
+        }
+        Ok(triangles)
+    }
+
+    fn check_components(&self) -> Result<(), BodyError> {
+        if let Some(t) = self.components.get::<&Tearing>() {
+            positive("strength_fibre", t.strength_fibre)?;
+            positive("strength_transverse", t.strength_transverse)?;
+            positive("exponent", t.exponent)?;
+            positive("cone", t.cone)?;
+            positive("radius", t.radius)?;
+            positive("max_tear_speed", t.max_tear_speed)?;
+        }
+        if let Some(c) = self.components.get::<&Contact>() {
+            positive("contact stiffness", c.stiffness)?;
+        }
+        if let Some(d) = self.components.get::<&Drag>() {
+            not_negative("drag coefficient", d.coefficient)?;
+        }
+        if let Some(d) = self.components.get::<&crate::components::Damping>() {
+            not_negative("damping time", d.time)?;
+        }
+        if let Some(springs) = self.components.get::<&Springs>() {
+            check_rows("springs", springs.anchors.rows(), self.mesh.positions.len())?;
+            springs.anchors.values().iter().try_for_each(|a| not_negative("spring stiffness", a.stiffness))?;
+        }
+        if let Some(grips) = self.components.get::<&Grips>() {
+            for grip in &grips.list {
+                positive("grip stiffness", grip.stiffness)?;
+                not_negative("grip radius", grip.radius)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn positive(what: &'static str, value: f64) -> Result<(), BodyError> {
+    let is_right = value > 0.0 && value.is_finite();
+    is_right.then_some(()).ok_or(BodyError::OutOfRange { what, value, must: "it must be positive and finite" })
+}
+
+fn not_negative(what: &'static str, value: f64) -> Result<(), BodyError> {
+    let is_right = value >= 0.0 && value.is_finite();
+    is_right.then_some(()).ok_or(BodyError::OutOfRange { what, value, must: "it must be zero or more, and finite" })
+}
+
+fn check_rows(what: &str, rows: &[u32], count: usize) -> Result<(), BodyError> {
+    match rows.iter().find(|&&row| row as usize >= count) {
+        Some(&row) => Err(BodyError::NoSuchVertex { what: what.to_owned(), row, count }),
+        None => Ok(()),
+    }
+}
+
+fn check_holds(holds: &[Hold], count: usize) -> Result<(), BodyError> {
+    let mut holder: Vec<[Option<usize>; 3]> = vec![[None; 3]; count];
+    for (h, hold) in holds.iter().enumerate() {
+        check_rows(&format!("hold `{}`", hold.name), hold.members.rows(), count)?;
+        for &row in hold.members.rows() {
+            for axis in (0..3).filter(|&axis| hold.axes[axis]) {
+                if let Some(first) = holder[row as usize][axis].replace(h) {
+                    return Err(BodyError::ContradictoryHolds {
+                        first: holds[first].name.clone(),
+                        second: hold.name.clone(),
+                        axis: ['x', 'y', 'z'][axis],
+                        row,
+                    });
+                }
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,58 @@
+//! What a step did and what it cost.
+
+use hecs::Entity;
+use std::time::Duration;
+
+/// One system of the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SystemReport {
+    /// The system's name.
+    pub name: &'static str,
+    /// Bodies it ran on, added over Newton iterations; zero means skipped: no body carries what it needs.
+    pub bodies: usize,
+    /// Time spent.
+    pub time: Duration,
+}
+
+/// One body's solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyReport {
+    /// The body.
+    pub body: Entity,
+    /// Linear iterations, added over Newton iterations.
+    pub iterations: u32,
+    /// Newton iterations.
+    pub newton_iterations: u32,
+    /// Relative residual of the last linear solve.
+    pub residual: f64,
+    /// Largest free nodal imbalance at the last evaluation \[N\]; only where Newton iterates.
+    pub imbalance: f64,
+    /// Whether Newton's iteration reached its tolerance; true for a linearly implicit step.
+    pub is_converged: bool,
+    /// Whether the exact tangent was indefinite and the rotated one took its place.
+    pub fell_back: bool,
+}
+
+/// One step, or one static solve.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Steps done so far.
+    pub step: u64,
+    /// Time reached \[ms\].
+    pub time: f64,
+    /// The systems in their order.
+    pub systems: Vec<SystemReport>,
+    /// The bodies in order of spawning.
+    pub bodies: Vec<BodyReport>,
+    /// Sub-steps that were undone because they left a state that is not finite.
+    pub rolled_back: u32,
+    /// Whether the step was given up and the last good state stands.
+    pub has_failed: bool,
+}
+
+impl Report {
+    /// Time of all systems.
+    pub fn total_time(&self) -> Duration {
+        self.systems.iter().map(|s| s.time).sum()
+    }
+}

@@ -1,0 +1,66 @@
+//! The step as one list on one screen.
+
+use crate::report::SystemReport;
+use crate::systems::{self, StepContext};
+use hecs::World;
+use std::time::{Duration, Instant};
+
+/// When a system runs within a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Once, before anything moves.
+    Begin,
+    /// In every Newton iteration.
+    Iterate,
+    /// Once, at the end, on the state that the step has reached.
+    Tear,
+}
+
+/// A system and its place.
+#[derive(Clone, Copy, Debug)]
+pub struct System {
+    /// Name in reports.
+    pub name: &'static str,
+    /// When it runs.
+    pub stage: Stage,
+    /// The function; returns the number of bodies it ran on.
+    pub run: fn(&mut World, &StepContext) -> usize,
+}
+
+const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepContext) -> usize) -> System {
+    System { name, stage, run }
+}
+
+/// All systems in the order in which they run.
+pub const STEP: &[System] = &[
+    system("hold", Stage::Begin, systems::hold::hold),
+    system("corotation", Stage::Iterate, systems::corotation::corotation),
+    system("assembly", Stage::Iterate, systems::assembly::assembly),
+    system("gravity", Stage::Iterate, systems::gravity::gravity),
+    system("pressure", Stage::Iterate, systems::pressure::pressure),
+    system("point loads", Stage::Iterate, systems::loads::point_loads),
+    system("edge loads", Stage::Iterate, systems::loads::edge_loads),
+    system("springs", Stage::Iterate, systems::springs::springs),
+    system("grip", Stage::Iterate, systems::grip::grip),
+    system("drag", Stage::Iterate, systems::drag::drag),
+    system("contact", Stage::Iterate, systems::contact::contact),
+    system("solve", Stage::Iterate, systems::solve::solve),
+    system("integrate", Stage::Iterate, systems::integrate::integrate),
+];
+
+/// Runs the systems of one stage in order and adds their times and counts to `reports`, which has one entry per system.
+pub fn run_stage(world: &mut World, step: &StepContext, stage: Stage, reports: &mut [SystemReport]) {
+    for (system, report) in STEP.iter().zip(reports) {
+        if system.stage == stage {
+            let start = Instant::now();
+            report.bodies += (system.run)(world, step);
+            report.time += start.elapsed();
+        }
+    }
+}
+
+/// Empties `reports` and gives it one entry per system.
+pub fn reset_reports(reports: &mut Vec<SystemReport>) {
+    reports.clear();
+    reports.extend(STEP.iter().map(|s| SystemReport { name: s.name, bodies: 0, time: Duration::ZERO }));
+}

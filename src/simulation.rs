@@ -1,0 +1,326 @@
+//! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
+
+use crate::components::{Body, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch};
+use crate::event::Event;
+use crate::membrane::{BodyError, Membrane};
+use crate::report::{BodyReport, Report};
+use crate::schedule::{self, Stage};
+use crate::settings::{Settings, Tangent};
+use crate::storage::{Triangles, Vertices};
+use crate::systems::parallel::Pool;
+use crate::systems::{StepContext, corotation};
+use glam::DVec3;
+use hecs::{Entity, World};
+
+/// Bodies, obstacles and time.
+pub struct Simulation {
+    world: World,
+    settings: Settings,
+    pool: Pool,
+    report: Report,
+    events: Vec<Event>,
+    next_order: u32,
+}
+
+/// Why a simulation could not be made or could not go on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// The threads could not be started.
+    #[error("the threads could not be started: {0}")]
+    Threads(String),
+    /// A time step that is not a positive finite number.
+    #[error("dt is {0} ms: it must be positive and finite")]
+    TimeStep(f64),
+    /// There is no such body.
+    #[error("there is no such body")]
+    NoSuchBody,
+    /// No equilibrium was found; the last good state stands.
+    #[error(
+        "no equilibrium at time {time} ms: imbalance {imbalance:e} N after {iterations} iterations; \
+         use smaller load steps, more holds, or a dynamic run"
+    )]
+    NoEquilibrium {
+        /// Time whose loads were applied \[ms\].
+        time: f64,
+        /// Largest free nodal force left \[N\].
+        imbalance: f64,
+        /// Newton iterations done.
+        iterations: u32,
+    },
+}
+
+/// Energies of a body \[mJ\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energies {
+    /// Elastic energy of the membrane, relative to its stress-free shape.
+    pub elastic: f64,
+    /// Kinetic energy.
+    pub kinetic: f64,
+}
+
+impl Simulation {
+    /// An empty world at time zero.
+    ///
+    /// # Errors
+    /// If the system grants no threads.
+    pub fn new(settings: Settings) -> Result<Self, SimulationError> {
+        let pool = Pool::new(settings.threads).map_err(SimulationError::Threads)?;
+        let (world, report, events) = (World::new(), Report::default(), Vec::new());
+        Ok(Self { world, settings, pool, report, events, next_order: 0 })
+    }
+
+    /// Puts a body into the world.
+    ///
+    /// # Errors
+    /// If its mesh, material or components are refused; the world is unchanged then.
+    pub fn spawn(&mut self, membrane: Membrane) -> Result<Entity, BodyError> {
+        let mut components = membrane.build(self.next_order)?;
+        self.next_order += 1;
+        Ok(self.world.spawn(components.build()))
+    }
+
+    /// Puts an obstacle into the world; bodies that carry [`Contact`](crate::components::Contact) feel it.
+    pub fn spawn_obstacle(&mut self, obstacle: Obstacle) -> Entity {
+        self.world.spawn((obstacle,))
+    }
+
+    /// Takes a body or an obstacle out of the world.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn despawn(&mut self, entity: Entity) -> Result<(), SimulationError> {
+        self.world.despawn(entity).map_err(|_| SimulationError::NoSuchBody)
+    }
+
+    /// The world, to look at.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The world, to change parameters or to add components of your own.
+    pub fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Time reached \[ms\].
+    pub fn time(&self) -> f64 {
+        self.report.time
+    }
+
+    /// What the last step did.
+    pub fn report(&self) -> &Report {
+        &self.report
+    }
+
+    /// Number of threads that a step uses.
+    pub fn thread_count(&self) -> usize {
+        self.pool.thread_count()
+    }
+
+    /// Takes the events since the last call, in order.
+    pub fn drain_events(&mut self) -> std::vec::Drain<'_, Event> {
+        self.events.drain(..)
+    }
+
+    /// The bodies in order of spawning.
+    pub fn bodies(&self) -> Vec<Entity> {
+        let mut bodies: Vec<(u32, Entity)> =
+            self.world.query::<(Entity, &Body)>().iter().map(|(e, b)| (b.order, e)).collect();
+        bodies.sort_unstable_by_key(|&(order, _)| order);
+        bodies.into_iter().map(|(_, entity)| entity).collect()
+    }
+
+    /// Moves the world on by `dt` \[ms\]: linearly implicit backward Euler, or with more than one Newton iteration the
+    /// nonlinear step. A step that leaves a state which is not finite is undone and retried in halves; if that fails too,
+    /// the last good state stays and the report says so.
+    ///
+    /// # Errors
+    /// For a `dt` that is not a positive finite number; nothing has changed then.
+    pub fn step(&mut self, dt: f64) -> Result<&Report, SimulationError> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(SimulationError::TimeStep(dt));
+        }
+        self.begin_report();
+        let Self { world, settings, pool, report, .. } = self;
+        let time = report.time;
+        let done = pool.run(|| advance(world, settings, time, dt, settings.halvings, report));
+        self.report.has_failed = done < dt;
+        self.report.time += done;
+        self.finish_report();
+        Ok(&self.report)
+    }
+
+    /// Moves time on by `dt` \[ms\] and finds the static equilibrium there by Newton's method with the exact tangent, to
+    /// `tolerance`: the largest free nodal imbalance over the largest corner force.
+    ///
+    /// # Errors
+    /// For a `dt` that is negative or not finite, and where no equilibrium is found; the state is then the one before, and
+    /// time has not moved.
+    pub fn settle(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
+        if !(dt >= 0.0 && dt.is_finite()) {
+            return Err(SimulationError::TimeStep(dt));
+        }
+        self.begin_report();
+        let step = StepContext {
+            dt: if dt > 0.0 { dt } else { 1.0 },
+            time: self.report.time + dt,
+            is_static: true,
+            tangent: Tangent::Exact,
+            linear: crate::settings::LinearParams { tolerance: 1e-12, iterations: 20_000 },
+            newton_iterations: self.settings.static_iterations.max(2),
+            newton_tolerance: tolerance,
+        };
+        let Self { world, pool, report, .. } = self;
+        pool.run(|| iterate(world, &step, report));
+        self.finish_report();
+        let worst = self.report.bodies.iter().filter(|b| !b.is_converged).map(|b| (b.imbalance, b.newton_iterations));
+        if let Some((imbalance, iterations)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
+            restore(&mut self.world);
+            self.report.has_failed = true;
+            return Err(SimulationError::NoEquilibrium { time: step.time, imbalance, iterations });
+        }
+        self.report.time = step.time;
+        Ok(&self.report)
+    }
+
+    /// Energies of a body now.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn energies(&mut self, body: Entity) -> Result<Energies, SimulationError> {
+        self.refresh(body)?;
+        let mut query = self.world.query_one::<(&Vertices, &Triangles, &Frames, Option<&PreStretch>)>(body);
+        let (vertices, triangles, frames, pre_stretch) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let unstretched = PreStretch::unstretched(pre_stretch);
+        let elastic = frames
+            .state
+            .iter()
+            .zip(&triangles.rest)
+            .zip(&triangles.thickness)
+            .map(|((s, rest), h)| 0.5 * rest.area * h * s.stress.contract(s.polar.stretch - unstretched));
+        let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
+        Ok(Energies { elastic: elastic.sum(), kinetic: kinetic.sum() })
+    }
+
+    /// Sum of the forces \[N\] that a body's holds exert on it, one per hold, from the last step.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn reactions(&self, body: Entity) -> Result<Vec<(String, DVec3)>, SimulationError> {
+        let mut query = self.world.query_one::<(&Body, Option<(&Holds, &Reactions)>)>(body);
+        let (_, held) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let groups = held.into_iter().flat_map(|(holds, reactions)| holds.groups.iter().zip(&reactions.groups));
+        Ok(groups.map(|(hold, forces)| (hold.name.clone(), forces.iter().sum())).collect())
+    }
+
+    /// Brings [`Frames`] up to the current positions: stresses for whoever looks between steps.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn refresh(&mut self, body: Entity) -> Result<(), SimulationError> {
+        type Query<'a> = (&'a Vertices, &'a Triangles, &'a mut Frames, Option<&'a Planar>, Option<&'a PreStretch>);
+        let found = self.world.query_one_mut::<Query>(body);
+        let (vertices, triangles, frames, planar, pre_stretch) = found.map_err(|_| SimulationError::NoSuchBody)?;
+        self.pool.run(|| corotation::evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch));
+        Ok(())
+    }
+
+    fn begin_report(&mut self) {
+        schedule::reset_reports(&mut self.report.systems);
+        self.report.rolled_back = 0;
+        self.report.has_failed = false;
+    }
+
+    fn finish_report(&mut self) {
+        self.report.step += 1;
+        let mut bodies: Vec<(u32, BodyReport)> = Vec::new();
+        for (body, about, scratch) in &mut self.world.query::<(Entity, &Body, &SolverScratch)>() {
+            let report = BodyReport {
+                body,
+                iterations: scratch.iterations,
+                newton_iterations: scratch.newton_iterations,
+                residual: scratch.linear_residual,
+                imbalance: scratch.imbalance,
+                is_converged: scratch.is_converged,
+                fell_back: scratch.fell_back,
+            };
+            bodies.push((about.order, report));
+        }
+        bodies.sort_unstable_by_key(|&(order, _)| order);
+        self.report.bodies.clear();
+        self.report.bodies.extend(bodies.into_iter().map(|(_, report)| report));
+    }
+}
+
+/// One dynamic step, in halves where the whole leaves a state that is not finite. Returns the time \[ms\] that was done: all
+/// of `dt`, or less where even the smallest part failed.
+fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, halvings: u32, report: &mut Report) -> f64 {
+    let step = StepContext {
+        dt,
+        time: time + dt,
+        is_static: false,
+        tangent: settings.tangent,
+        linear: settings.linear,
+        newton_iterations: settings.newton_iterations.max(1),
+        newton_tolerance: settings.newton_tolerance,
+    };
+    iterate(world, &step, report);
+    if is_finite(world) {
+        schedule::run_stage(world, &step, Stage::Tear, &mut report.systems);
+        return dt;
+    }
+    restore(world);
+    report.rolled_back += 1;
+    if halvings == 0 {
+        return 0.0;
+    }
+    let half = 0.5 * dt;
+    let first = advance(world, settings, time, half, halvings - 1, report);
+    if first < half {
+        return first;
+    }
+    half + advance(world, settings, time + half, half, halvings - 1, report)
+}
+
+/// Newton's iteration over all bodies.
+fn iterate(world: &mut World, step: &StepContext, report: &mut Report) {
+    schedule::run_stage(world, step, Stage::Begin, &mut report.systems);
+    let limit = if step.newton_iterations == 1 { 1 } else { step.newton_iterations + 1 };
+    for _ in 0..limit {
+        schedule::run_stage(world, step, Stage::Iterate, &mut report.systems);
+        let is_done = |s: &SolverScratch| s.is_converged || s.linear_residual.is_nan();
+        if step.newton_iterations > 1 && world.query_mut::<&SolverScratch>().into_iter().all(is_done) {
+            break;
+        }
+    }
+    if step.newton_iterations == 1 {
+        for scratch in world.query_mut::<&mut SolverScratch>() {
+            scratch.is_converged = scratch.linear_residual.is_finite();
+        }
+    }
+}
+
+fn is_finite(world: &mut World) -> bool {
+    let query = world.query_mut::<(&Vertices, &SolverScratch)>();
+    query.into_iter().all(|(vertices, scratch)| {
+        !scratch.linear_residual.is_nan()
+            && vertices.position.iter().zip(&vertices.velocity).all(|(x, v)| x.is_finite() && v.is_finite())
+    })
+}
+
+/// Back to the start of the step.
+fn restore(world: &mut World) {
+    for (vertices, increment, scratch) in world.query_mut::<(&mut Vertices, &mut Increment, &mut SolverScratch)>() {
+        if increment.start.len() == vertices.len() {
+            vertices.position.copy_from_slice(&increment.start);
+            vertices.velocity.copy_from_slice(&increment.start_velocity);
+        }
+        increment.displacement.fill(DVec3::ZERO);
+        scratch.linear_residual = 0.0;
+    }
+}

@@ -1,0 +1,64 @@
+//! Force assembly: elastic and viscous membrane forces, gathered per vertex.
+
+use super::{StepContext, kernels::membrane, parallel};
+use crate::components::{Damping, ExternalStiffness, Forces, Frames, Increment, SolverScratch};
+use crate::storage::{Topology, Triangles, Vertices};
+use glam::{DMat3, DVec3};
+
+/// Starts the nodal forces with those of the membrane, and empties the external stiffness.
+pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, &'a Increment, &'a SolverScratch),
+        &'a mut Forces,
+        Option<&'a mut ExternalStiffness>,
+        Option<&'a Damping>,
+    );
+    for ((vertices, triangles, topology, frames, increment, scratch), forces, external, damping) in
+        world.query_mut::<Query>()
+    {
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        if let Some(external) = external {
+            external.block.clear();
+            external.block.resize(vertices.len(), DMat3::ZERO);
+        }
+        let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+        membrane_forces(triangles, frames, &increment.displacement, viscosity, forces);
+        gather(topology, forces, vertices.len());
+    }
+    count
+}
+
+/// Corner forces of every triangle. `viscosity` is β/dt, by which the stretch rate of `displacement` adds to the strain.
+pub fn membrane_forces(
+    triangles: &Triangles,
+    frames: &Frames,
+    displacement: &[DVec3],
+    viscosity: f64,
+    forces: &mut Forces,
+) {
+    forces.corner.resize(triangles.len(), [DVec3::ZERO; 3]);
+    parallel::for_rows(&mut forces.corner, |t, corner| {
+        let state = &frames.state[t];
+        let rest = &triangles.rest[t];
+        let mut stress = state.stress;
+        if viscosity > 0.0 {
+            let u = triangles.corners[t].map(|v| displacement[v as usize]);
+            let rate = membrane::stretch_rate(&state.polar, rest, u);
+            stress += triangles.stiffness[t].stress(rate * viscosity);
+        }
+        *corner = membrane::nodal_forces(&state.polar, stress, rest, rest.area * triangles.thickness[t]);
+    });
+}
+
+/// Sums every vertex' corner forces in the order of triangle rows.
+pub fn gather(topology: &Topology, forces: &mut Forces, vertex_count: usize) {
+    let corner = &forces.corner;
+    forces.nodal.resize(vertex_count, DVec3::ZERO);
+    parallel::for_rows(&mut forces.nodal, |v, nodal| {
+        *nodal = topology.incident[v].iter().map(|&c| corner[c as usize / 3][c as usize % 3]).sum();
+    });
+}

@@ -1,0 +1,34 @@
+//! What every system of a step is told.
+
+use crate::settings::{LinearParams, Tangent};
+
+/// One step, or one Newton iteration of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepContext {
+    /// Time step \[ms\], > 0; in a static solve the time by which the loads move on.
+    pub dt: f64,
+    /// Time at the end of the step \[ms\]: where prescribed motion and loads are taken.
+    pub time: f64,
+    /// Equilibrium without inertia, damping and drag.
+    pub is_static: bool,
+    /// Tangent of the solves.
+    pub tangent: Tangent,
+    /// Limits of each linear solve.
+    pub linear: LinearParams,
+    /// Newton iterations at the most.
+    pub newton_iterations: u32,
+    /// Imbalance, as a fraction of the largest corner force, at which Newton stops.
+    pub newton_tolerance: f64,
+}
+
+impl StepContext {
+    /// 1/dt² \[1/ms²\], the factor of the mass; zero in a static solve.
+    pub fn inertia(&self) -> f64 {
+        if self.is_static { 0.0 } else { 1.0 / (self.dt * self.dt) }
+    }
+
+    /// 1/dt \[1/ms\], the factor of damping and drag; zero in a static solve.
+    pub fn rate(&self) -> f64 {
+        if self.is_static { 0.0 } else { 1.0 / self.dt }
+    }
+}

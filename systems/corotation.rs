@@ -1,0 +1,53 @@
+//! Rotation, stretch and stress of every triangle at the current positions.
+
+use super::{StepContext, kernels::membrane, parallel};
+use crate::components::{Frames, Planar, PreStretch, SolverScratch};
+use crate::math::{ElementState, Sym2};
+use crate::settings::Tangent;
+use crate::storage::{Triangles, Vertices};
+
+/// Fills [`Frames`].
+pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> =
+        (&'a Vertices, &'a Triangles, &'a mut Frames, &'a SolverScratch, Option<&'a Planar>, Option<&'a PreStretch>);
+    for (vertices, triangles, frames, scratch, planar, pre_stretch) in world.query_mut::<Query>() {
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
+        let is_exact = step.tangent == Tangent::Exact && !scratch.fell_back;
+        outer_stiffness(frames, planar.is_some(), is_exact);
+    }
+    count
+}
+
+/// State of every triangle at the vertices' positions.
+pub fn evaluate(
+    vertices: &Vertices,
+    triangles: &Triangles,
+    frames: &mut Frames,
+    is_planar: bool,
+    pre_stretch: Option<&PreStretch>,
+) {
+    let unstretched = PreStretch::unstretched(pre_stretch);
+    frames.state.resize(triangles.len(), ElementState::REST);
+    parallel::for_rows(&mut frames.state, |t, state| {
+        let x = triangles.corners[t].map(|v| vertices.position[v as usize]);
+        *state = membrane::state(x, &triangles.rest[t], &triangles.stiffness[t], is_planar, unstretched);
+    });
+}
+
+fn outer_stiffness(frames: &mut Frames, is_planar: bool, is_exact: bool) {
+    frames.normal.resize(frames.state.len(), Sym2::ZERO);
+    if is_planar {
+        frames.normal.fill(Sym2::ZERO);
+        return;
+    }
+    let state = &frames.state;
+    parallel::for_rows(&mut frames.normal, |t, normal| {
+        let s = membrane::second_piola(state[t].stress, state[t].polar.stretch);
+        *normal = if is_exact { s } else { s.positive_part() };
+    });
+}

@@ -1,0 +1,30 @@
+//! Drag of the surrounding fluid.
+
+use super::{StepContext, parallel};
+use crate::components::{Drag, ExternalStiffness, Forces, Increment, SolverScratch};
+use crate::storage::{Topology, Triangles};
+use glam::{DMat3, DVec3};
+
+/// Adds −c · (rest area of the vertex) · velocity, and its derivative. A static solve has no velocity and no drag.
+pub fn drag(world: &mut hecs::World, step: &StepContext) -> usize {
+    if step.is_static {
+        return 0;
+    }
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a Triangles, &'a Topology, &'a Increment, &'a SolverScratch, &'a Drag),
+        &'a mut Forces,
+        &'a mut ExternalStiffness,
+    );
+    for ((triangles, topology, increment, scratch, drag), forces, external) in world.query_mut::<Query>() {
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        let factor = drag.coefficient * step.rate();
+        let per_vertex = |v: usize| factor * topology.vertex_area(triangles, v as u32);
+        parallel::for_rows(&mut forces.nodal, |v, f| *f -= increment.displacement[v] * per_vertex(v));
+        parallel::for_rows(&mut external.block, |v, k| *k += DMat3::from_diagonal(DVec3::splat(per_vertex(v))));
+    }
+    count
+}

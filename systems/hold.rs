@@ -1,0 +1,51 @@
+//! Start of a step: remembers where it began, marks prescribed axes and puts the prescribed motion into the first guess.
+
+use super::StepContext;
+use crate::components::{Holds, Increment, Planar, SolverScratch};
+use crate::storage::Vertices;
+use glam::DVec3;
+
+/// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear
+/// solve: the last increment scaled to this step along free axes, the prescribed displacement along the others.
+pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
+    for (vertices, increment, scratch, holds, planar) in world.query_mut::<Query>() {
+        count += 1;
+        let n = vertices.len();
+        increment.start.clone_from(&vertices.position);
+        increment.start_velocity.clone_from(&vertices.velocity);
+        increment.displacement.resize(n, DVec3::ZERO);
+        let scale = if step.is_static || increment.dt <= 0.0 { 0.0 } else { step.dt / increment.dt };
+        increment.delta.clear();
+        increment.delta.extend(increment.displacement.iter().map(|&u| u * scale));
+        increment.displacement.fill(DVec3::ZERO);
+        increment.dt = step.dt;
+
+        let free_axes = if planar.is_some() { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
+        scratch.free.clear();
+        scratch.free.resize(n, free_axes);
+        if planar.is_some() {
+            increment.delta.iter_mut().for_each(|d| d.z = 0.0);
+        }
+        for hold in holds.map(|h| h.groups.as_slice()).unwrap_or_default() {
+            let factor = hold.curve.at(step.time);
+            for (&row, &offset) in hold.members.rows().iter().zip(hold.members.values()) {
+                let v = row as usize;
+                let target = vertices.rest_position[v] + offset * factor;
+                for axis in 0..3 {
+                    if hold.axes[axis] {
+                        scratch.free[v][axis] = 0.0;
+                        increment.delta[v][axis] = target[axis] - vertices.position[v][axis];
+                    }
+                }
+            }
+        }
+        scratch.iterations = 0;
+        scratch.newton_iterations = 0;
+        scratch.is_converged = false;
+        scratch.fell_back = false;
+        scratch.line_search = None;
+    }
+    count
+}

@@ -1,0 +1,139 @@
+//! The choice among the candidates: the best, by a stated rule where several are equal, and its runner-up.
+
+use super::curve::Curve;
+use super::region::Region;
+use super::{Candidate, Decision, Origin, TIE};
+use glam::DVec2;
+use std::f64::consts::PI;
+
+/// cos 2°: directions nearer than that are the same decision.
+const COS_SAME: f64 = 0.999_390_827_019_095_8;
+/// Difference of d·p, and of angles \[rad\], that rounding may make and the tie rule must not see.
+const INDISTINCT: f64 = 1e-9;
+/// Four kinks, four smooth maxima with their opposites, four limits and p.
+const CAPACITY: usize = 17;
+/// The rotation by 1e-4 rad, larger than the slack of the admissible set.
+const STEP: DVec2 = DVec2::new(1.0 - 5e-9, 1e-4);
+
+#[derive(Clone, Copy)]
+struct Entry {
+    direction: DVec2,
+    value: f64,
+    origin: Origin,
+    is_maximum: bool,
+}
+
+/// The admissible candidates, in the order they were offered.
+pub(super) struct Ranking {
+    fibre: DVec2,
+    region: Region,
+    entries: [Entry; CAPACITY],
+    count: usize,
+}
+
+impl Ranking {
+    pub fn new(fibre: DVec2, region: Region) -> Self {
+        let nothing = Entry { direction: fibre, value: 0.0, origin: Origin::Smooth, is_maximum: false };
+        Self { fibre, region, entries: [nothing; CAPACITY], count: 0 }
+    }
+
+    /// Offers `d` and, where they differ, `−d`; see [`Ranking::offer`].
+    pub fn offer_line(&mut self, d: DVec2, value: f64, origin: Origin, rises: [bool; 2]) {
+        self.offer(d, value, origin, rises);
+        if !self.region.is_everything() {
+            self.offer(-d, value, origin, rises);
+        }
+    }
+
+    /// Offers the limits of the admissible set and, where all directions are equal, the previous one.
+    pub fn offer_limits(&mut self, curve: &Curve) {
+        for d in self.region.limits().into_iter().flatten() {
+            let (sine, cosine) = (self.fibre.perp_dot(d), self.fibre.dot(d));
+            // There the kink itself has been offered, with its exact δ.
+            if (sine * cosine).abs() <= 0.5 * INDISTINCT {
+                continue;
+            }
+            let side = if sine * cosine < 0.0 { -1.0 } else { 1.0 };
+            let delta = sine.abs().atan2(cosine.abs());
+            let slope = side * curve.slope(side, delta);
+            self.offer(d, curve.value(side, delta), Origin::Limit, [slope > 0.0, slope < 0.0]);
+        }
+        if let (Some(p), true) = (self.region.previous, curve.is_constant()) {
+            self.offer(p, curve.value_along_fibre(), curve.kink_origin(), [false; 2]);
+        }
+    }
+
+    /// Adds `d` if it is admissible. `rises`: whether c grows from there counter-clockwise, and clockwise.
+    fn offer(&mut self, direction: DVec2, value: f64, origin: Origin, rises: [bool; 2]) {
+        if value.is_nan() || self.count == CAPACITY || !self.region.admits(direction) {
+            return;
+        }
+        let [left, right] = rises;
+        let is_beaten_left = left && self.region.admits(STEP.rotate(direction));
+        let is_beaten_right = right && self.region.admits(DVec2::new(STEP.x, -STEP.y).rotate(direction));
+        let is_maximum = !is_beaten_left && !is_beaten_right;
+        self.entries[self.count] = Entry { direction, value, origin, is_maximum };
+        self.count += 1;
+    }
+
+    /// The decision, its values multiplied by `unit_of_value`.
+    pub fn decide(&self, unit_of_value: f64) -> Option<Decision> {
+        let entries = &self.entries[..self.count];
+        // An earlier entry keeps its place against rounding: a kink against the smooth maximum that tends to it.
+        let top = *entries
+            .iter()
+            .reduce(|best, e| if e.value > best.value + 4.0 * f64::EPSILON * best.value.abs() { e } else { best })?;
+        let best = entries
+            .iter()
+            .filter(|e| e.is_maximum && e.value >= top.value - TIE * top.value.abs() && self.is_other(e, &top))
+            .fold(top, |best, e| if self.goes_first(e.direction, best.direction) { *e } else { best });
+        let runner_up = entries
+            .iter()
+            .filter(|e| e.is_maximum && self.is_other(e, &best))
+            .reduce(|first, e| if e.value > first.value { e } else { first });
+        let candidate = |e: &Entry| {
+            let value = e.value * unit_of_value;
+            value.is_finite().then(|| self.candidate(e.direction, value))
+        };
+        Some(Decision { best: candidate(&best)?, origin: best.origin, runner_up: runner_up.and_then(candidate) })
+    }
+
+    fn is_other(&self, a: &Entry, b: &Entry) -> bool {
+        let cosine = a.direction.dot(b.direction);
+        (if self.region.is_everything() { cosine.abs() } else { cosine }) <= COS_SAME
+    }
+
+    /// The tie rule; it turns with the input and does not see the fibre's sign.
+    fn goes_first(&self, a: DVec2, b: DVec2) -> bool {
+        if let Some(p) = self.region.previous {
+            let nearer = a.dot(p) - b.dot(p);
+            if nearer.abs() > INDISTINCT {
+                return nearer > 0.0;
+            }
+        }
+        let turn = |d: DVec2| {
+            let angle = self.fibre.perp_dot(d).atan2(self.fibre.dot(d)).rem_euclid(PI);
+            if angle > PI - INDISTINCT { 0.0 } else { angle }
+        };
+        let earlier = turn(b) - turn(a);
+        if earlier.abs() > INDISTINCT {
+            return earlier > 0.0;
+        }
+        if let Some(p) = self.region.previous {
+            return p.perp_dot(a) > p.perp_dot(b);
+        }
+        self.region.turn_into_sector(a).map(|t| t.0) < self.region.turn_into_sector(b).map(|t| t.0)
+    }
+
+    fn candidate(&self, direction: DVec2, value: f64) -> Candidate {
+        let angle = direction.to_angle();
+        if !self.region.is_everything() {
+            return Candidate { angle, direction, value };
+        }
+        let is_upper = direction.y > 0.0 || (direction.y == 0.0 && direction.x > 0.0);
+        let direction = if is_upper { direction } else { -direction };
+        // −1e-17 + π rounds to π, which is the line of angle zero.
+        let angle = direction.to_angle();
+        Candidate { angle: if (0.0..PI).contains(&angle) { angle } else { 0.0 }, direction, value }
+    }
+}

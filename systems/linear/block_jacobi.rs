@@ -1,0 +1,36 @@
+//! Block Jacobi: the inverse of each vertex' 3×3 diagonal block.
+
+use super::Operator;
+use crate::systems::parallel;
+use glam::{DMat3, DVec3};
+
+/// A block's weakest direction is raised to this fraction of its strongest, so that a direction without any stiffness (a
+/// slack vertex in a static solve) has an inverse.
+const LEAST_RATIO: f64 = 1e-12;
+
+/// Fills `inverse` with the inverse blocks \[mm/N\], restricted to the free axes (1 free, 0 prescribed).
+pub fn invert_blocks(operator: &Operator, free: &[DVec3], inverse: &mut Vec<DMat3>) {
+    inverse.resize(free.len(), DMat3::ZERO);
+    parallel::for_rows(inverse, |v, inverse| *inverse = invert(operator.diagonal_block(v), free[v]));
+}
+
+fn invert(block: DMat3, free: DVec3) -> DMat3 {
+    // Prescribed rows and columns become those of the identity, and leave again after inversion.
+    let mask = DMat3::from_diagonal(free);
+    let trace = block.x_axis.x.abs() * free.x + block.y_axis.y.abs() * free.y + block.z_axis.z.abs() * free.z;
+    if !(trace > 0.0 && trace.is_finite()) {
+        return DMat3::ZERO;
+    }
+    let shift = DMat3::from_diagonal(free * (trace * LEAST_RATIO) + (DVec3::ONE - free) * trace);
+    let inverse = (mask * block * mask + shift).inverse();
+    let symmetric = (inverse + inverse.transpose()) * 0.5;
+    // An indefinite block (exact tangent under compression) is replaced by its mean stiffness.
+    let is_positive = [symmetric.x_axis.x, symmetric.y_axis.y, symmetric.z_axis.z].iter().all(|&d| d > 0.0)
+        && symmetric.determinant() > 0.0;
+    let inverse = if is_positive && symmetric.is_finite() {
+        symmetric
+    } else {
+        DMat3::from_diagonal(DVec3::splat((free.x + free.y + free.z) / trace))
+    };
+    mask * inverse * mask
+}

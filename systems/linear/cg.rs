@@ -1,0 +1,109 @@
+//! Preconditioned conjugate gradients on the free axes, warm started, with scratch owned by the caller.
+
+use super::Operator;
+use crate::components::SolverScratch;
+use crate::settings::LinearParams;
+use crate::systems::parallel;
+use glam::DVec3;
+
+/// What a solve reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CgInfo {
+    /// Iterations done.
+    pub iterations: u32,
+    /// Norm of the residual over the norm of the right-hand side (with the prescribed motion on its right side).
+    pub relative_residual: f64,
+}
+
+/// Why a solve stopped without an answer. The first guess is then as it was.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum CgError {
+    /// A direction of zero or negative curvature: the operator is not positive definite.
+    #[error("the operator is not positive definite (found in iteration {iteration})")]
+    Indefinite {
+        /// Iteration in which it was found.
+        iteration: u32,
+    },
+    /// The right-hand side or the operator holds a NaN or an infinity.
+    #[error("a value that is not finite (in iteration {iteration})")]
+    NotFinite {
+        /// Iteration in which it was found.
+        iteration: u32,
+    },
+}
+
+/// Solves A·x = b for the free axes of `x`, whose prescribed axes are given and stay. `scratch.residual` holds b on entry and
+/// the residual on exit; `scratch.free` and `scratch.inverse_block` are read; the other vectors are overwritten.
+///
+/// # Errors
+/// See [`CgError`]; `x` is then unchanged along free axes up to the iterations done.
+pub fn solve(
+    operator: &Operator,
+    params: &LinearParams,
+    corner: &mut [[DVec3; 3]],
+    x: &mut [DVec3],
+    scratch: &mut SolverScratch,
+) -> Result<CgInfo, CgError> {
+    let n = x.len();
+    let SolverScratch { free, residual, preconditioned, direction, product, inverse_block, partials, .. } = scratch;
+    for vector in [&mut *preconditioned, direction, product] {
+        vector.resize(n, DVec3::ZERO);
+    }
+
+    // The reference norm: b with the prescribed motion moved to the right, the residual of a zero guess.
+    parallel::for_rows(direction, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
+    operator.apply(direction, free, corner, product, partials);
+    let reference_sq = parallel::sum_rows(direction, partials, |v, p| {
+        *p = (residual[v] - product[v]) * free[v];
+        p.length_squared()
+    });
+    if !reference_sq.is_finite() {
+        return Err(CgError::NotFinite { iteration: 0 });
+    }
+    operator.apply(x, free, corner, product, partials);
+    let mut residual_sq = parallel::sum_rows(residual, partials, |v, r| {
+        *r = (*r - product[v]) * free[v];
+        r.length_squared()
+    });
+    if !(residual_sq <= reference_sq) {
+        // A guess that is worse than none: start from the prescribed motion alone.
+        parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
+        residual.copy_from_slice(direction);
+        residual_sq = reference_sq;
+    }
+
+    let target_sq = params.tolerance * params.tolerance * reference_sq;
+    let mut rz = precondition(inverse_block, residual, preconditioned, partials);
+    direction.copy_from_slice(preconditioned);
+    let mut iteration = 0;
+    while residual_sq > target_sq && iteration < params.iterations {
+        let curvature = operator.apply(direction, free, corner, product, partials);
+        if !(curvature.is_finite() && rz.is_finite()) {
+            return Err(CgError::NotFinite { iteration });
+        }
+        if curvature <= 0.0 {
+            return Err(CgError::Indefinite { iteration });
+        }
+        let alpha = rz / curvature;
+        parallel::for_rows(x, |v, x| *x += direction[v] * alpha);
+        residual_sq = parallel::sum_rows(residual, partials, |v, r| {
+            *r -= product[v] * free[v] * alpha;
+            r.length_squared()
+        });
+        let next = precondition(inverse_block, residual, preconditioned, partials);
+        let beta = next / rz;
+        rz = next;
+        parallel::for_rows(direction, |v, p| *p = preconditioned[v] + *p * beta);
+        iteration += 1;
+    }
+    let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
+    Ok(CgInfo { iterations: iteration, relative_residual })
+}
+
+/// z = M⁻¹·r; returns r·z.
+fn precondition(inverse: &[glam::DMat3], r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
+    parallel::sum_rows(z, partials, |v, z| {
+        *z = inverse[v] * r[v];
+        r[v].dot(*z)
+    })
+}

@@ -1,0 +1,86 @@
+//! A = M/dt² + external stiffness + Σ over triangles of the element tangent, applied without a matrix.
+//!
+//! Two passes: every triangle writes its three corner forces, every vertex gathers its corners in the order of triangle rows.
+//! No two threads write one number and every sum has one order.
+
+use crate::components::{ExternalStiffness, Frames};
+use crate::math::ElementState;
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::kernels::membrane::ElementTangent;
+use crate::systems::parallel;
+use glam::{DMat3, DVec3};
+
+/// The operator at one state of one body.
+#[derive(Clone, Copy, Debug)]
+pub struct Operator<'a> {
+    /// For the masses.
+    pub vertices: &'a Vertices,
+    /// Rest data and material.
+    pub triangles: &'a Triangles,
+    /// For the gather.
+    pub topology: &'a Topology,
+    /// State of the triangles.
+    pub frames: &'a Frames,
+    /// Stiffness of springs, contact, grips and drag.
+    pub external: Option<&'a ExternalStiffness>,
+    /// 1/dt² \[1/ms²\].
+    pub inertia: f64,
+    /// β/dt of strain-rate damping.
+    pub viscosity: f64,
+    /// Hessian of the energy instead of the rotated tangent.
+    pub is_exact: bool,
+}
+
+impl Operator<'_> {
+    fn element(&self, t: usize) -> ElementTangent<'_> {
+        let volume = self.triangles.rest[t].area * self.triangles.thickness[t];
+        let state: &ElementState = &self.frames.state[t];
+        ElementTangent {
+            state,
+            rest: &self.triangles.rest[t],
+            stiffness: &self.triangles.stiffness[t],
+            normal: self.frames.normal[t],
+            elastic: volume * (1.0 + self.viscosity),
+            geometric: volume,
+            is_exact: self.is_exact,
+        }
+    }
+
+    /// What vertex `v` contributes by itself: mass and external stiffness.
+    fn own_block(&self, v: usize) -> DMat3 {
+        let mass = DMat3::from_diagonal(DVec3::splat(self.vertices.mass[v] * self.inertia));
+        self.external.map_or(mass, |e| mass + e.block[v])
+    }
+
+    /// `out` = A·u \[N\] for u \[mm\]; returns Σ weight·u·(A·u) over all components. `corner` is scratch.
+    pub fn apply(
+        &self,
+        u: &[DVec3],
+        weight: &[DVec3],
+        corner: &mut [[DVec3; 3]],
+        out: &mut [DVec3],
+        partials: &mut Vec<f64>,
+    ) -> f64 {
+        parallel::for_rows(corner, |t, corner| {
+            *corner = self.element(t).apply(self.triangles.corners[t].map(|v| u[v as usize]));
+        });
+        parallel::sum_rows(out, partials, |v, out| {
+            let own = match self.external {
+                None => u[v] * (self.vertices.mass[v] * self.inertia),
+                Some(_) => self.own_block(v) * u[v],
+            };
+            let gathered: DVec3 =
+                self.topology.incident[v].iter().map(|&c| corner[c as usize / 3][c as usize % 3]).sum();
+            *out = own + gathered;
+            (weight[v] * u[v]).dot(*out)
+        })
+    }
+
+    /// The 3×3 block of vertex `v` on the diagonal \[N/mm\].
+    pub fn diagonal_block(&self, v: usize) -> DMat3 {
+        let incident = &self.topology.incident[v];
+        incident
+            .iter()
+            .fold(self.own_block(v), |sum, &c| sum + self.element(c as usize / 3).diagonal_block(c as usize % 3))
+    }
+}

@@ -1,0 +1,210 @@
+//! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
+
+use super::{StepContext, linear, parallel};
+use crate::components::{
+    Damping, ExternalStiffness, Forces, Frames, Holds, Increment, LineSearch, Reactions, SolverScratch,
+};
+use crate::settings::{LinearParams, Tangent};
+use crate::storage::{Topology, Triangles, Vertices};
+use glam::DVec3;
+use linear::{CgError, CgInfo, Operator};
+
+/// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
+const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
+
+/// Solves (M/dt² + D/dt + K)·δ = f − M·(u/dt² − v/dt) for the change δ of the displacement u.
+pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+        (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
+        (Option<&'a ExternalStiffness>, Option<&'a Damping>),
+        (Option<&'a Holds>, Option<&'a mut Reactions>),
+    );
+    for (
+        (vertices, triangles, topology, frames),
+        (forces, increment, scratch),
+        (external, damping),
+        (holds, reactions),
+    ) in world.query_mut::<Query>()
+    {
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        let force_scale = imbalance(vertices, forces, increment, scratch, step);
+        if has_converged(increment, scratch, step, force_scale) {
+            scratch.is_converged = true;
+            if let (Some(holds), Some(reactions)) = (holds, reactions) {
+                record_reactions(holds, reactions, |v| -scratch.residual[v]);
+            }
+            continue;
+        }
+        if step.is_static && reject_increment(increment, scratch) {
+            continue;
+        }
+        scratch.newton_iterations += 1;
+        let operator = Operator {
+            vertices,
+            triangles,
+            topology,
+            frames,
+            external,
+            inertia: step.inertia(),
+            viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
+            is_exact: step.tangent == Tangent::Exact,
+        };
+        if step.is_static && scratch.newton_iterations > 1 {
+            increment.delta.fill(DVec3::ZERO);
+        }
+        let params = linear_params(step, scratch, force_scale);
+        match solve_or_fall_back(operator, &params, forces, increment, scratch) {
+            Ok(info) => {
+                scratch.iterations += info.iterations;
+                scratch.linear_residual = info.relative_residual;
+            }
+            // No answer: what is not finite is caught after the step, which is then rolled back.
+            Err(_) => scratch.linear_residual = f64::NAN,
+        }
+        if step.newton_iterations == 1
+            && let (Some(holds), Some(reactions)) = (holds, reactions)
+        {
+            reactions_of_linear_step(&operator, forces, increment, scratch, step, (holds, reactions));
+        }
+        if step.is_static {
+            start_line_search(forces, increment, scratch);
+        }
+    }
+    count
+}
+
+/// Fills `scratch.residual` with f − M·(u/dt² − v/dt), sets `scratch.imbalance` to its largest free component and returns the
+/// largest corner force, both \[N\].
+fn imbalance(
+    vertices: &Vertices,
+    forces: &Forces,
+    increment: &Increment,
+    scratch: &mut SolverScratch,
+    step: &StepContext,
+) -> f64 {
+    let (inertia, rate) = (step.inertia(), step.rate());
+    scratch.residual.resize(vertices.len(), DVec3::ZERO);
+    parallel::for_rows(&mut scratch.residual, |v, r| {
+        let momentum = increment.start_velocity[v] * rate - increment.displacement[v] * inertia;
+        *r = forces.nodal[v] + momentum * vertices.mass[v];
+    });
+    if step.newton_iterations == 1 {
+        return 0.0;
+    }
+    let free = &scratch.free;
+    scratch.imbalance =
+        scratch.residual.iter().zip(free).map(|(r, f)| (*r * *f).abs().max_element()).fold(0.0, f64::max);
+    forces.corner.iter().flatten().map(|f| f.length()).fold(0.0, f64::max)
+}
+
+fn has_converged(increment: &Increment, scratch: &SolverScratch, step: &StepContext, force_scale: f64) -> bool {
+    if step.newton_iterations == 1 || scratch.imbalance > step.newton_tolerance * force_scale {
+        return false;
+    }
+    // Prescribed motion still to be made, or a dynamic step that has not been solved at all.
+    let is_moved = |(d, f): (&DVec3, &DVec3)| *d * (DVec3::ONE - *f) != DVec3::ZERO;
+    scratch.newton_iterations > 0 || !increment.delta.iter().zip(&scratch.free).any(is_moved)
+}
+
+/// How far a Newton iteration solves its linear system: only so far as the step as a whole can use.
+fn linear_params(step: &StepContext, scratch: &SolverScratch, force_scale: f64) -> LinearParams {
+    if step.newton_iterations == 1 {
+        return step.linear;
+    }
+    if scratch.newton_iterations == 1 {
+        return LinearParams { tolerance: step.linear.tolerance.max(1e-4), ..step.linear };
+    }
+    let needed = 0.1 * step.newton_tolerance * force_scale / scratch.imbalance.max(f64::MIN_POSITIVE);
+    LinearParams { tolerance: needed.clamp(step.linear.tolerance, 1e-3), ..step.linear }
+}
+
+/// The solve with the step's tangent or, where that is indefinite, with the rotated one.
+fn solve_or_fall_back(
+    mut operator: Operator,
+    params: &LinearParams,
+    forces: &mut Forces,
+    increment: &mut Increment,
+    scratch: &mut SolverScratch,
+) -> Result<CgInfo, CgError> {
+    let rhs = if operator.is_exact { scratch.residual.clone() } else { Vec::new() };
+    let first_guess = if operator.is_exact { increment.delta.clone() } else { Vec::new() };
+    let mut inverse = std::mem::take(&mut scratch.inverse_block);
+    linear::invert_blocks(&operator, &scratch.free, &mut inverse);
+    scratch.inverse_block = inverse;
+    let result = linear::solve(&operator, params, &mut forces.corner, &mut increment.delta, scratch);
+    if operator.is_exact && matches!(result, Err(CgError::Indefinite { .. })) {
+        operator.is_exact = false;
+        scratch.fell_back = true;
+        scratch.residual = rhs;
+        increment.delta = first_guess;
+        let mut inverse = std::mem::take(&mut scratch.inverse_block);
+        linear::invert_blocks(&operator, &scratch.free, &mut inverse);
+        scratch.inverse_block = inverse;
+        return linear::solve(&operator, params, &mut forces.corner, &mut increment.delta, scratch);
+    }
+    result
+}
+
+/// Constraint forces of a linearly implicit step: A·δ − b on the prescribed axes.
+fn reactions_of_linear_step(
+    operator: &Operator,
+    forces: &mut Forces,
+    increment: &Increment,
+    scratch: &mut SolverScratch,
+    step: &StepContext,
+    (holds, reactions): (&Holds, &mut Reactions),
+) {
+    let SolverScratch { free, product, partials, .. } = scratch;
+    operator.apply(&increment.delta, free, &mut forces.corner, product, partials);
+    let vertices = operator.vertices;
+    let (inertia, rate) = (step.inertia(), step.rate());
+    record_reactions(holds, reactions, |v| {
+        let momentum = increment.start_velocity[v] * rate - increment.displacement[v] * inertia;
+        product[v] - forces.nodal[v] - momentum * vertices.mass[v]
+    });
+}
+
+fn record_reactions(holds: &Holds, reactions: &mut Reactions, force: impl Fn(usize) -> DVec3) {
+    reactions.groups.resize_with(holds.groups.len(), Vec::new);
+    for (hold, group) in holds.groups.iter().zip(&mut reactions.groups) {
+        let held = DVec3::from_array(hold.axes.map(|a| f64::from(u8::from(a))));
+        group.clear();
+        group.extend(hold.members.rows().iter().map(|&row| force(row as usize) * held));
+    }
+}
+
+/// Work of the imbalance along an increment, and the norm of the imbalance: what the line search compares.
+fn merit(increment: &Increment, scratch: &SolverScratch) -> (f64, f64) {
+    let rows = increment.delta.iter().zip(&scratch.residual).zip(&scratch.free);
+    rows.fold((0.0, 0.0), |(work, norm_sq), ((d, r), f)| {
+        (work + (*d * *f).dot(*r), norm_sq + (*r * *f).length_squared())
+    })
+}
+
+/// Remembers the imbalance before a static increment is made. The solve has overwritten the residual: it is formed anew.
+fn start_line_search(forces: &Forces, increment: &Increment, scratch: &mut SolverScratch) {
+    parallel::for_rows(&mut scratch.residual, |v, r| *r = forces.nodal[v]);
+    let (work, norm_sq) = merit(increment, scratch);
+    // The first increment carries the prescribed motion: there is nothing to compare it with.
+    let is_first = scratch.newton_iterations == 1;
+    scratch.line_search = (!is_first).then_some(LineSearch { work: work.abs(), norm_sq, fraction: 1.0 });
+}
+
+/// Takes half of the last increment back where it made the imbalance worse.
+fn reject_increment(increment: &mut Increment, scratch: &mut SolverScratch) -> bool {
+    let Some(search) = scratch.line_search else { return false };
+    let (work, norm_sq) = merit(increment, scratch);
+    let is_better = norm_sq <= search.norm_sq || work.abs() <= 0.9 * search.work * search.fraction;
+    if is_better || search.fraction <= LINE_SEARCH_HALVINGS {
+        return false;
+    }
+    let back = if search.fraction == 1.0 { -0.5 } else { 0.5 };
+    increment.delta.iter_mut().zip(&scratch.free).for_each(|(d, f)| *d *= *f * back);
+    scratch.line_search = Some(LineSearch { fraction: 0.5 * search.fraction, ..search });
+    true
+}
