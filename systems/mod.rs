@@ -20,5 +20,6 @@ pub mod parallel;
 pub mod pressure;
 pub mod solve;
 pub mod springs;
+pub mod tearing;
 
 pub use context::StepContext;
