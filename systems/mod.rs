@@ -8,6 +8,7 @@ pub mod assembly;
 pub mod contact;
 pub mod context;
 pub mod corotation;
+pub mod criterion;
 pub mod drag;
 pub mod gravity;
 pub mod grip;
@@ -19,6 +20,7 @@ pub mod loads;
 pub mod parallel;
 pub mod pressure;
 pub mod solve;
+pub mod split;
 pub mod springs;
 pub mod tearing;
 

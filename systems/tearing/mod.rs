@@ -8,6 +8,7 @@
 mod advance;
 mod blade;
 mod edge;
+mod followers;
 mod free;
 mod locate;
 mod piece;
@@ -15,12 +16,17 @@ mod place;
 mod relax;
 mod start;
 mod tip;
+mod tip_decision;
+mod tip_stress;
 
 pub use blade::CutOutcome;
 pub use edge::{EdgeAdvance, EdgePlan, plan_edge};
+pub use followers::Followers;
 pub use free::{Way, Ways, plan_free};
 pub use start::{Slit, Start};
 pub use tip::TipChart;
+pub use tip_decision::{decision, strength, tip_decision};
+pub use tip_stress::{DiscAverage, Surface, disc_average};
 
 use crate::storage::{EditRecord, Mesh, Refusal};
 use glam::DVec3;
