@@ -51,7 +51,7 @@ impl Cutter<'_, '_> {
                 Err(error) => refusal = Some(error),
             }
         }
-        if ways.is_part {
+        if ways.is_part && best.is_none_or(|(angle, _)| angle < self.quality.exact) {
             return Err(TearRefusal::TooShort { way: ways.distance });
         }
         let least = self.quality.least.min(before);

@@ -96,10 +96,10 @@ impl Cutter<'_, '_> {
             let corners = &self.mesh.triangles.corners;
             let missing = Refusal::NoSuchEdge { from: first, to: second };
             let (triangle, edge) = self.mesh.topology.directed_edge(corners, first, second).ok_or(missing)?;
-            let middle = self.mesh.vertices.len() as u32;
-            self.edit(&Edit::SplitEdge { triangle, edge, weight: 0.5 })?;
+            let edits = smallvec![Edit::SplitEdge { triangle, edge, weight: 0.5 }];
+            let way = Way { edits, reaches: self.mesh.vertices.len() as u32, deviation: 0.0 };
             let tip = TipChart::new(self.mesh, first)?;
-            self.take(&tip, &straight_to(middle), &Opening::Later)?
+            self.take(&tip, &Ways { exact: smallvec![way], ..Ways::default() }, &Opening::Later)?
         } else {
             self.step_towards(first, second, next, &run.held, &Opening::Later)?
         };
