@@ -2,7 +2,7 @@
 
 use crate::components::{
     Body, Contact, Drag, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment, Material, Planar,
-    Reactions, SolverScratch, Springs, Tearing,
+    Reactions, SolverScratch, Springs, TearScratch, Tearing,
 };
 use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{
@@ -161,7 +161,7 @@ impl Membrane {
             c.add_bundle((Holds { groups: self.holds }, Reactions::default()));
         }
         if c.has::<Tearing>() {
-            c.add(Tips::default());
+            c.add_bundle((Tips::default(), TearScratch::default()));
         }
         if c.has::<Springs>() || c.has::<Grips>() || c.has::<Drag>() || c.has::<Contact>() {
             c.add(ExternalStiffness::default());

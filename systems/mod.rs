@@ -8,6 +8,7 @@ pub mod assembly;
 pub mod contact;
 pub mod context;
 pub mod corotation;
+pub mod criterion;
 pub mod drag;
 pub mod gravity;
 pub mod grip;
@@ -20,5 +21,6 @@ pub mod parallel;
 pub mod pressure;
 pub mod solve;
 pub mod springs;
+pub mod tearing;
 
 pub use context::StepContext;

@@ -13,6 +13,7 @@ mod loads;
 mod material;
 mod obstacle;
 mod springs;
+mod tear_scratch;
 mod tearing;
 
 pub use body::{Body, Planar};
@@ -26,4 +27,5 @@ pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use material::Material;
 pub use obstacle::{Contact, Obstacle, Shape};
 pub use springs::{Anchor, Springs};
+pub use tear_scratch::{TearDecision, TearScratch};
 pub use tearing::{TearMode, Tearing};

@@ -55,7 +55,7 @@ impl Sym2 {
         self.xx * other.xx + self.yy * other.yy + 2.0 * self.xy * other.xy
     }
 
-    /// The components of the same tensor in axes turned by `angle` [rad] counter-clockwise.
+    /// The components of the same tensor in axes turned by `angle` \[rad\] counter-clockwise.
     pub fn in_axes_turned_by(self, angle: f64) -> Self {
         let (s, c) = angle.sin_cos();
         self.in_axes(DVec2::new(c, s), DVec2::new(-s, c))
@@ -73,7 +73,7 @@ impl Sym2 {
         (mean + radius, mean - radius)
     }
 
-    /// Angle [rad] of the axis of the larger principal value, in (−π/2, π/2].
+    /// Angle \[rad\] of the axis of the larger principal value, in (−π/2, π/2].
     pub fn principal_angle(self) -> f64 {
         0.5 * (2.0 * self.xy).atan2(self.xx - self.yy)
     }

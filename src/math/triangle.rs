@@ -48,7 +48,7 @@ impl RestTriangle {
     }
 }
 
-/// The smallest interior angle [rad] of a triangle; zero where it has no area.
+/// The smallest interior angle \[rad\] of a triangle; zero where it has no area.
 pub fn smallest_angle(x: [DVec3; 3]) -> f64 {
     (0..3)
         .map(|i| {

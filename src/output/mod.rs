@@ -1,4 +1,15 @@
-//! What a run writes: pictures and ParaView files.
+//! What a run writes for the eye: pictures and ParaView files.
+//!
+//! Every file is first written beside its place and then renamed, so a reader (or an interrupted run) never meets half a
+//! file.
 
+mod error;
+mod file;
 pub mod picture;
+pub mod pvd;
 pub mod vtu;
+
+pub use error::OutputError;
+pub use picture::{PictureSettings, View, render};
+pub use pvd::PvdWriter;
+pub use vtu::write_vtu;

@@ -2,5 +2,6 @@
 
 pub mod disc;
 pub mod failure;
+pub mod fan;
 pub mod membrane;
 pub mod polar;

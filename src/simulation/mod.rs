@@ -1,5 +1,7 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
+mod frame;
+
 use crate::components::{Body, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch};
 use crate::event::Event;
 use crate::membrane::{BodyError, Membrane};

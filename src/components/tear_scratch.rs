@@ -1,0 +1,70 @@
+//! What the criterion finds for the split, and the scratch of its walks.
+
+use crate::math::Sym2;
+use glam::DVec3;
+
+/// The criterion's answer at a tip or inside a triangle. Directions are unit vectors of the rest shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TearDecision {
+    /// The vertex row of a tip, or the triangle row of a start.
+    pub row: u32,
+    /// The direction of the largest criterion.
+    pub direction: DVec3,
+    /// The criterion there; the tear advances where it exceeds 1.
+    pub value: f64,
+    /// 1 − (best other direction's criterion)/value; infinite without another.
+    pub margin: f64,
+    /// Whether the margin is under 5 %.
+    pub is_ambiguous: bool,
+    /// Mean Biot stress over the averaging disc \[MPa\], in `axes`.
+    pub stress: Sym2,
+    /// Mean fibre over the disc.
+    pub fibre: DVec3,
+    /// Axes of the tangent plane.
+    pub axes: [DVec3; 2],
+    /// Averaging radius over mean edge length; under 3 the mesh is too coarse for R.
+    pub edges_per_radius: f64,
+}
+
+/// *Derived.* One decision per tip, in the order of the tips' rows, and one for the place where a tear may start.
+#[derive(Clone, Debug, Default)]
+pub struct TearScratch {
+    /// Per tip; `None` where no direction is admissible.
+    pub tips: Vec<Option<TearDecision>>,
+    /// The triangle with the largest criterion above 1, if the body may tear where there is no tip.
+    pub start: Option<TearDecision>,
+    visited: Vec<u32>,
+    walk: u32,
+    queue: Vec<u32>,
+    head: usize,
+}
+
+impl TearScratch {
+    /// Begins a breadth-first walk over `count` triangles.
+    pub fn begin_walk(&mut self, count: usize) {
+        self.visited.resize(count, self.walk);
+        if self.walk == u32::MAX {
+            self.visited.fill(0);
+            self.walk = 0;
+        }
+        self.walk += 1;
+        self.queue.clear();
+        self.head = 0;
+    }
+
+    /// Puts a triangle on the walk, unless it has been there.
+    pub fn visit(&mut self, triangle: u32) {
+        let mark = &mut self.visited[triangle as usize];
+        if *mark != self.walk {
+            *mark = self.walk;
+            self.queue.push(triangle);
+        }
+    }
+
+    /// The next triangle of the walk.
+    pub fn next(&mut self) -> Option<u32> {
+        let next = self.queue.get(self.head).copied();
+        self.head += usize::from(next.is_some());
+        next
+    }
+}

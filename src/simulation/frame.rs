@@ -1,0 +1,136 @@
+//! What an observer sees: the state of every body as plain arrays.
+
+use super::Simulation;
+use crate::components::{Body, Frames, Planar, PreStretch, TearDecision, TearScratch, Tearing};
+use crate::frame::{BodyFrame, Frame, TipFrame};
+use crate::math::{ElementState, Sym2};
+use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::systems::kernels::failure::{self, Strength};
+use crate::systems::tearing::{Surface, strength, tip_decision};
+use glam::{DMat3, DVec2, DVec3};
+use hecs::Entity;
+
+/// Directions at which a tip's polar curve is sampled.
+const CURVE_POINTS: usize = 180;
+
+impl Simulation {
+    /// The state of all bodies now. Costs one evaluation of every stress and, at each tip, of the criterion.
+    pub fn frame(&mut self) -> Frame {
+        let bodies = self.bodies();
+        for &body in &bodies {
+            // A body from the list exists.
+            let _ = self.refresh(body);
+        }
+        let frames = bodies.iter().filter_map(|&body| self.body_frame(body)).collect();
+        Frame { step: self.report.step, time: self.report.time, bodies: frames }
+    }
+
+    fn body_frame(&self, body: Entity) -> Option<BodyFrame> {
+        type Query<'a> = (
+            (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+            (Option<&'a Planar>, Option<&'a PreStretch>, Option<(&'a Tearing, &'a Tips)>),
+        );
+        let mut query = self.world.query_one::<Query>(body);
+        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, tearing)) = query.get().ok()?;
+        let unstretched = PreStretch::unstretched(pre_stretch);
+        let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched };
+        let principal = |state: &ElementState| DVec2::from(state.stress.principal_values());
+        let mut frame = BodyFrame {
+            name: about.name.clone(),
+            positions: vertices.position.clone(),
+            rest_positions: vertices.rest_position.clone(),
+            triangles: triangles.corners.clone(),
+            stress: frames.state.iter().map(stress_in_space).collect(),
+            principal_stress: frames.state.iter().map(principal).collect(),
+            fibres: frames.state.iter().map(|state| state.polar.fibre_axis).collect(),
+            criterion: Vec::new(),
+            tips: Vec::new(),
+        };
+        if let Some((tearing, tips)) = tearing {
+            let strength = strength(tearing);
+            frame.criterion = frames.state.iter().map(|state| own_criterion(state.stress, &strength)).collect();
+            let mut scratch = TearScratch::default();
+            frame.tips = (0..tips.len())
+                .filter_map(|tip| {
+                    let (vertex, previous) = (tips.vertex[tip], tips.previous[tip]);
+                    let decision = tip_decision(&surface, tearing, vertex, previous, &mut scratch)?;
+                    Some(tip_frame(&surface, frames, tearing, previous, &decision))
+                })
+                .collect();
+        }
+        Some(frame)
+    }
+}
+
+/// Biot stress turned into space by the triangle's rotation.
+fn stress_in_space(state: &ElementState) -> DMat3 {
+    let (a, b, t) = (state.polar.fibre_axis, state.polar.transverse_axis, state.stress);
+    let (ta, tb) = (a * t.xx + b * t.xy, a * t.xy + b * t.yy);
+    let column = |i: usize| ta * a[i] + tb * b[i];
+    DMat3::from_cols(column(0), column(1), column(2))
+}
+
+/// The criterion of a triangle's own stress; its frame lies along the fibre.
+fn own_criterion(stress: Sym2, strength: &Strength) -> f64 {
+    failure::evaluate(stress, DVec2::X, strength, None, None).map_or(0.0, |d| d.best.value)
+}
+
+fn tip_frame(
+    surface: &Surface,
+    frames: &Frames,
+    tearing: &Tearing,
+    previous: DVec3,
+    decision: &TearDecision,
+) -> TipFrame {
+    let [e1, e2] = decision.axes;
+    let fibre = DVec2::new(decision.fibre.dot(e1), decision.fibre.dot(e2));
+    let strength = strength(tearing);
+    let chart = surface.chart(decision.row);
+    let is_admissible = |rest: DVec3, flat: DVec2| {
+        let is_in_fan = chart.as_ref().is_none_or(|c| c.sector(flat).is_some());
+        is_in_fan && (previous == DVec3::ZERO || rest.dot(previous) >= tearing.cone.cos() - 1e-9)
+    };
+    let turn = RestToSpace::at(surface, frames, decision);
+    let curve = (0..CURVE_POINTS)
+        .filter_map(|i| {
+            let flat = DVec2::from_angle(std::f64::consts::TAU * i as f64 / CURVE_POINTS as f64);
+            let rest = e1 * flat.x + e2 * flat.y;
+            let value = failure::direction_value(decision.stress, fibre, &strength, flat);
+            is_admissible(rest, flat).then(|| (turn.apply(rest), value))
+        })
+        .collect();
+    TipFrame {
+        position: surface.vertices.position[decision.row as usize],
+        previous: (previous != DVec3::ZERO).then(|| turn.apply(previous)),
+        direction: turn.apply(decision.direction),
+        value: decision.value,
+        curve,
+        radius: tearing.radius,
+    }
+}
+
+/// The rotation of the tissue ahead of a tip, by which rest directions are drawn in space: that of the triangle into which
+/// the chosen direction points, or of the tip's first.
+struct RestToSpace {
+    rest: [DVec3; 3],
+    space: [DVec3; 3],
+}
+
+impl RestToSpace {
+    fn at(surface: &Surface, frames: &Frames, decision: &TearDecision) -> Self {
+        let fan = surface.topology.fan(decision.row);
+        let chart = surface.chart(decision.row);
+        let sector = chart.and_then(|c| c.sector(c.to_chart(decision.direction))).unwrap_or(0);
+        let t = fan.sectors.get(sector).map_or(0, |&(t, _)| t as usize);
+        let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);
+        let fibre = surface.triangles.fibre[t];
+        let normal = (x[1] - x[0]).cross(x[2] - x[0]).normalize_or(DVec3::Z);
+        let polar = frames.state[t].polar;
+        let (a, b) = (polar.fibre_axis, polar.transverse_axis);
+        Self { rest: [fibre, normal.cross(fibre), normal], space: [a, b, a.cross(b)] }
+    }
+
+    fn apply(&self, rest: DVec3) -> DVec3 {
+        (0..3).map(|i| self.space[i] * self.rest[i].dot(rest)).sum()
+    }
+}

@@ -1,0 +1,52 @@
+//! The criterion at a tip, from the mean stress around it.
+
+use super::{DiscAverage, Surface, disc_average};
+use crate::components::{TearDecision, TearScratch, Tearing};
+use crate::systems::kernels::failure::{self, Cone, Decision, Sector, Strength};
+use glam::{DVec2, DVec3};
+
+/// The strengths of a body.
+pub fn strength(tearing: &Tearing) -> Strength {
+    Strength { fibre: tearing.strength_fibre, transverse: tearing.strength_transverse, exponent: tearing.exponent }
+}
+
+/// The criterion at a tip with the last direction `previous` (zero for none), within its fan and cone. `None` where no
+/// direction is admissible.
+pub fn tip_decision(
+    surface: &Surface,
+    tearing: &Tearing,
+    vertex: u32,
+    previous: DVec3,
+    scratch: &mut TearScratch,
+) -> Option<TearDecision> {
+    let chart = surface.chart(vertex)?;
+    let centre = surface.vertices.rest_position[vertex as usize];
+    let start = surface.topology.incident[vertex as usize].iter().map(|&entry| entry / 3);
+    let average = disc_average(surface, centre, chart.axes(), tearing.radius, start, scratch)?;
+    let cone = (previous != DVec3::ZERO).then(|| Cone { previous: chart.to_chart(previous), half_angle: tearing.cone });
+    let (from, to) = chart.range();
+    let sector = (!chart.is_closed()).then_some(Sector { from, to });
+    let answer = failure::evaluate(average.stress, average.fibre, &strength(tearing), cone, sector)?;
+    Some(decision(vertex, &answer, &average, chart.axes(), |d| chart.to_surface(d)))
+}
+
+/// The answer of the criterion with what it was found from.
+pub fn decision(
+    row: u32,
+    answer: &Decision,
+    average: &DiscAverage,
+    axes: [DVec3; 2],
+    to_surface: impl Fn(DVec2) -> DVec3,
+) -> TearDecision {
+    TearDecision {
+        row,
+        direction: to_surface(answer.best.direction),
+        value: answer.best.value,
+        margin: answer.margin(),
+        is_ambiguous: answer.is_ambiguous(),
+        stress: average.stress,
+        fibre: axes[0] * average.fibre.x + axes[1] * average.fibre.y,
+        axes,
+        edges_per_radius: average.edges_per_radius,
+    }
+}

@@ -1,0 +1,129 @@
+//! Stress has a length at a tear's tip: its average over a disc of the material radius R in the rest shape.
+//!
+//! Tensors are averaged in one common frame, the tangent plane at the disc's centre, with uniform weight by area; triangles at
+//! the rim count by their overlap with the disc. They are found by walking from neighbour to neighbour, so the average
+//! never reaches across a crack.
+
+use crate::components::TearScratch;
+use crate::math::Sym2;
+use crate::storage::{NONE, Topology, Triangles, Vertices};
+use crate::systems::kernels::{disc::disc_triangle_overlap, fan::FanChart, membrane};
+use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
+
+/// A body's surface as the average needs it.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<'a> {
+    /// Positions, current and at rest.
+    pub vertices: &'a Vertices,
+    /// Rest data, fibres and material.
+    pub triangles: &'a Triangles,
+    /// For the walk.
+    pub topology: &'a Topology,
+    /// Whether the body stays in its plane.
+    pub is_planar: bool,
+    /// The stretch that is free of stress.
+    pub unstretched: Sym2,
+}
+
+/// The averages over a disc, in its axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiscAverage {
+    /// Biot stress \[MPa\].
+    pub stress: Sym2,
+    /// Unit mean fibre: the principal axis of the mean of f ⊗ f.
+    pub fibre: DVec2,
+    /// Area of the disc that is tissue \[mm²\].
+    pub area: f64,
+    /// R over the mean edge length in the disc; under 3 the average is under-resolved.
+    pub edges_per_radius: f64,
+}
+
+impl Surface<'_> {
+    /// The chart of the fan around a vertex; `None` where the fan has no area.
+    pub fn chart(&self, vertex: u32) -> Option<FanChart> {
+        let fan = self.topology.fan(vertex);
+        let at = |v: u32| self.vertices.rest_position[v as usize] - self.vertices.rest_position[vertex as usize];
+        let end = |&(t, c): &(u32, usize), turn: usize| at(self.triangles.corners[t as usize][(c + turn) % 3]);
+        let mut spokes: SmallVec<[DVec3; 10]> = fan.sectors.iter().map(|sector| end(sector, 1)).collect();
+        if !fan.is_closed {
+            spokes.push(end(fan.sectors.last()?, 2));
+        }
+        FanChart::new(&spokes, fan.is_closed)
+    }
+
+    /// Biot stress of a triangle at the current positions, in its frame (fibre, transverse).
+    pub fn stress(&self, triangle: usize) -> Sym2 {
+        let (vertices, triangles) = (self.vertices, self.triangles);
+        let x = triangles.corners[triangle].map(|v| vertices.position[v as usize]);
+        let (rest, stiffness) = (&triangles.rest[triangle], &triangles.stiffness[triangle]);
+        membrane::state(x, rest, stiffness, self.is_planar, self.unstretched).stress
+    }
+}
+
+/// Averages over the disc of `radius` \[mm\] about `centre` (rest shape), whose tangent plane has the orthonormal `axes`.
+/// The walk starts from the triangles `start`. `None` where no tissue lies in the disc.
+pub fn disc_average(
+    surface: &Surface,
+    centre: DVec3,
+    axes: [DVec3; 2],
+    radius: f64,
+    start: impl IntoIterator<Item = u32>,
+    scratch: &mut TearScratch,
+) -> Option<DiscAverage> {
+    let chart = TangentPlane { centre, axes, normal: axes[0].cross(axes[1]) };
+    scratch.begin_walk(surface.triangles.len());
+    start.into_iter().for_each(|t| scratch.visit(t));
+    let (mut area, mut full_area, mut count) = (0.0, 0.0, 0.0);
+    let (mut stress, mut fibres) = (Sym2::ZERO, Sym2::ZERO);
+    while let Some(t) = scratch.next() {
+        let t = t as usize;
+        let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);
+        let overlap = disc_triangle_overlap(DVec2::ZERO, radius, x.map(|p| chart.place(p)));
+        if !(overlap > 0.0) {
+            continue;
+        }
+        let fibre = chart.direction(surface.triangles.fibre[t], (x[1] - x[0]).cross(x[2] - x[0]));
+        let across = fibre.perp();
+        // Axes of the disc, seen from the triangle's frame.
+        let (e1, e2) = (DVec2::new(fibre.x, across.x), DVec2::new(fibre.y, across.y));
+        stress += surface.stress(t).in_axes(e1, e2) * overlap;
+        fibres += Sym2::outer(fibre) * overlap;
+        area += overlap;
+        full_area += surface.triangles.rest[t].area;
+        count += 1.0;
+        surface.topology.neighbours[t].iter().filter(|&&n| n != NONE).for_each(|&n| scratch.visit(n));
+    }
+    // An equilateral triangle of the mean area has this edge.
+    let edge = (full_area / count * 4.0 / 3.0_f64.sqrt()).sqrt();
+    (area > 0.0).then(|| DiscAverage {
+        stress: stress * (1.0 / area),
+        fibre: DVec2::from_angle(fibres.principal_angle()),
+        area,
+        edges_per_radius: radius / edge,
+    })
+}
+
+struct TangentPlane {
+    centre: DVec3,
+    axes: [DVec3; 2],
+    normal: DVec3,
+}
+
+impl TangentPlane {
+    /// A point of the surface in the plane, at its true distance from the centre.
+    fn place(&self, p: DVec3) -> DVec2 {
+        let d = p - self.centre;
+        let flat = DVec2::new(d.dot(self.axes[0]), d.dot(self.axes[1]));
+        let height = d.dot(self.normal);
+        if height == 0.0 { flat } else { flat.normalize_or_zero() * d.length() }
+    }
+
+    /// A direction in a triangle with normal along `cross`, turned into the plane by the smallest rotation.
+    fn direction(&self, fibre: DVec3, cross: DVec3) -> DVec2 {
+        let n = cross.normalize_or(self.normal);
+        let sum = n + self.normal;
+        let turned = fibre - sum * (self.normal.dot(fibre) / (1.0 + n.dot(self.normal)).max(f64::MIN_POSITIVE));
+        DVec2::new(turned.dot(self.axes[0]), turned.dot(self.axes[1])).normalize_or(DVec2::X)
+    }
+}
