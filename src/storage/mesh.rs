@@ -61,10 +61,8 @@ impl TriangleMesh {
                 None => return self,
             }
         }
-        let mut next = 0;
-        for row in row.iter_mut().filter(|row| **row != NONE) {
-            *row = next;
-            next += 1;
+        for (next, row) in row.iter_mut().filter(|row| **row != NONE).enumerate() {
+            *row = next as u32;
         }
         let mut kept = row.iter();
         self.positions.retain(|_| kept.next().is_some_and(|&row| row != NONE));

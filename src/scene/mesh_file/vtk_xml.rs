@@ -1,0 +1,250 @@
+//! VTK XML unstructured grids (.vtu): text, base64 and appended data, plain or zlib-compressed.
+//!
+//! The XML is read by `roxmltree`, the encodings by `base64` and `miniz_oxide`; what the arrays mean is a page of code here. The
+//! crate that knows the format as a whole panics on malformed files and misreads the default header size.
+
+use std::cell::Cell;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
+use roxmltree::{Document, Node};
+
+use super::fault::{Fault, line_of};
+use super::surface::{points, push_cell, vtk_shape};
+use super::vtk_legacy::{index_list, slices};
+use crate::storage::TriangleMesh;
+
+/// Decompressed bytes allowed per byte of file: meshes shrink 2 to 20 times, bombs a thousand times.
+const MOST_INFLATION: usize = 64;
+
+/// Reads all pieces as one surface.
+pub fn parse(bytes: Vec<u8>) -> Result<TriangleMesh, Fault> {
+    let (text, appended) = split_appended(&bytes)?;
+    let document = Document::parse(&text).map_err(|error| {
+        Fault::at(error.pos().row as usize, format!("{error}; the XML is broken: save the file again"))
+    })?;
+    let root = document.root_element();
+    let file = File::new(root, appended, bytes.len())?;
+    let grid = child(root, "UnstructuredGrid")
+        .ok_or_else(|| fault_at(root, "no <UnstructuredGrid>; save the surface as an unstructured grid (.vtu)"))?;
+    let mut mesh = TriangleMesh::default();
+    for piece in grid.children().filter(|node| node.has_tag_name("Piece")) {
+        file.piece(piece, &mut mesh)?;
+    }
+    Ok(mesh)
+}
+
+/// Takes the content of <AppendedData>, which need not be text, out of the file.
+fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), Fault> {
+    let find =
+        |needle: &[u8], from: usize| bytes[from..].windows(needle.len()).position(|w| w == needle).map(|at| from + at);
+    let end_tag = b"</AppendedData";
+    let cut = find(b"<AppendedData", 0).and_then(|tag| {
+        let start = find(b">", tag)? + 1;
+        let end = bytes.windows(end_tag.len()).rposition(|window| window == end_tag).filter(|end| *end >= start)?;
+        Some((start, end))
+    });
+    let (start, end) = cut.unwrap_or((bytes.len(), bytes.len()));
+    let text = |part: &[u8]| {
+        String::from_utf8(part.to_vec()).map_err(|_| Fault::new("not text: not a VTK XML file, or cut off"))
+    };
+    let content = &bytes[start..end];
+    let data = content.iter().position(|byte| *byte == b'_').map_or(&[][..], |mark| &content[mark + 1..]);
+    Ok((text(&bytes[..start])? + &text(&bytes[end..])?, data))
+}
+
+fn child<'a>(node: Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
+    node.children().find(|child| child.has_tag_name(name))
+}
+
+fn fault_at(node: Node, what: impl std::fmt::Display) -> Fault {
+    Fault::at(line_of(node.document().input_text().as_bytes(), node.range().start), what)
+}
+
+/// How the file encodes its numbers.
+struct File<'a> {
+    appended: &'a [u8],
+    appended_is_base64: bool,
+    /// Offsets of all appended arrays: each ends where the next begins.
+    offsets: Vec<usize>,
+    big_endian: bool,
+    header_bytes: usize,
+    compressed: bool,
+    /// Bytes that may still be decompressed.
+    budget: Cell<usize>,
+}
+
+impl<'a> File<'a> {
+    fn new(root: Node<'_, '_>, appended: &'a [u8], size: usize) -> Result<Self, Fault> {
+        let known = |name: &str, default: &str, choices: [&str; 2]| {
+            let value = root.attribute(name).unwrap_or(default);
+            match choices.iter().position(|choice| *choice == value) {
+                Some(place) => Ok(place == 1),
+                None => {
+                    Err(fault_at(root, format!("{name} {value:?} is not read; save with {}", choices.join(" or "))))
+                }
+            }
+        };
+        if !root.has_tag_name("VTKFile") {
+            return Err(fault_at(root, "not a VTK XML file: the outermost element must be <VTKFile>"));
+        }
+        let encoding =
+            root.children().find(|node| node.has_tag_name("AppendedData")).and_then(|node| node.attribute("encoding"));
+        let compressed = match root.attribute("compressor") {
+            None | Some("") => false,
+            Some("vtkZLibDataCompressor") => true,
+            Some(other) => {
+                return Err(fault_at(root, format!("{other} is not read; save with zlib or without compression")));
+            }
+        };
+        let offset = |node: Node| node.attribute("offset")?.parse().ok();
+        let mut offsets: Vec<usize> = root.descendants().filter_map(offset).collect();
+        offsets.sort_unstable();
+        Ok(Self {
+            appended,
+            appended_is_base64: encoding == Some("base64"),
+            offsets,
+            big_endian: known("byte_order", "LittleEndian", ["LittleEndian", "BigEndian"])?,
+            header_bytes: if known("header_type", "UInt32", ["UInt32", "UInt64"])? { 8 } else { 4 },
+            compressed,
+            budget: Cell::new(size.saturating_mul(MOST_INFLATION)),
+        })
+    }
+
+    fn piece(&self, piece: Node<'_, '_>, mesh: &mut TriangleMesh) -> Result<(), Fault> {
+        let count = |name: &str| {
+            let text = piece.attribute(name).unwrap_or_default();
+            text.trim().parse::<usize>().map_err(|_| fault_at(piece, format!("{name} {text:?} is not a count")))
+        };
+        let (point_count, cell_count) = (count("NumberOfPoints")?, count("NumberOfCells")?);
+        let sized = |parent: &str, name: Option<&str>, components: usize, expected: usize| {
+            let array = self.find(piece, parent, name);
+            let array = array
+                .ok_or_else(|| fault_at(piece, format!("<{parent}> holds no array {}", name.unwrap_or("of points"))))?;
+            let numbers = self.numbers(array)?;
+            match expected.checked_mul(components) {
+                Some(length) if length == numbers.len() => Ok(numbers),
+                _ => Err(fault_at(
+                    array,
+                    format!("{} numbers where {expected} × {components} belong; save again", numbers.len()),
+                )),
+            }
+        };
+        let positions = points(&sized("Points", None, 3, point_count)?);
+        let types = sized("Cells", Some("types"), 1, cell_count)?;
+        let mut offsets = vec![0.0];
+        offsets.extend(sized("Cells", Some("offsets"), 1, cell_count)?);
+        let connectivity = self.find(piece, "Cells", Some("connectivity"));
+        let connectivity = connectivity.map(|array| self.numbers(array)).transpose()?.unwrap_or_default();
+        let first = mesh.positions.len() as u32;
+        let moved =
+            |list: Vec<u32>| list.into_iter().map(|corner| corner.checked_add(first)).collect::<Option<Vec<u32>>>();
+        let cells = index_list(&offsets)
+            .zip(index_list(&connectivity).and_then(moved))
+            .and_then(|(offsets, connectivity)| slices(&offsets, &connectivity))
+            .ok_or_else(|| fault_at(piece, "the cell offsets and the connectivity do not fit together; save again"))?;
+        let fibre_array = self.find(piece, "CellData", Some("fibre"));
+        let fibres = fibre_array.map(|_| sized("CellData", Some("fibre"), 3, cell_count)).transpose()?;
+        let fibres = fibres.as_deref().map(points);
+        mesh.positions.extend(positions);
+        for (number, (cell, cell_type)) in cells.iter().zip(types).enumerate() {
+            let shape =
+                vtk_shape(cell_type as u64).map_err(|what| fault_at(piece, format!("cell {number}: {what}")))?;
+            push_cell(mesh, shape, cell, fibres.as_ref().map(|fibres| fibres[number]));
+        }
+        Ok(())
+    }
+
+    /// The array `name` (or the first) in `parent`.
+    fn find<'b>(&self, piece: Node<'b, 'b>, parent: &str, name: Option<&str>) -> Option<Node<'b, 'b>> {
+        let mut arrays = child(piece, parent)?.children().filter(|node| node.has_tag_name("DataArray"));
+        arrays.find(|array| name.is_none() || array.attribute("Name") == name)
+    }
+
+    fn numbers(&self, array: Node) -> Result<Vec<f64>, Fault> {
+        let refuse = |what: &str| fault_at(array, format!("{what}; save the file again"));
+        let text = array.text().unwrap_or_default();
+        let packed = match array.attribute("format") {
+            Some("ascii") | None => {
+                let parse = |word: &str| word.parse().map_err(|_| refuse(&format!("{word:?} is not a number")));
+                return text.split_ascii_whitespace().map(parse).collect();
+            }
+            Some("binary") => from_base64(text.as_bytes()),
+            Some("appended") => self.appended_array(array),
+            Some(_) => None,
+        };
+        let bytes = packed
+            .and_then(|packed| self.unpack(&packed))
+            .ok_or_else(|| refuse("the array's data are broken or cut off"))?;
+        macro_rules! read {
+            ($type:ty) => {{
+                let (numbers, rest) = bytes.as_chunks::<{ size_of::<$type>() }>();
+                let convert = if self.big_endian { <$type>::from_be_bytes } else { <$type>::from_le_bytes };
+                rest.is_empty().then(|| numbers.iter().map(|bytes| convert(*bytes) as f64).collect())
+            }};
+        }
+        let numbers = match array.attribute("type").unwrap_or_default() {
+            "Float64" => read!(f64),
+            "Float32" => read!(f32),
+            "Int64" => read!(i64),
+            "UInt64" => read!(u64),
+            "Int32" => read!(i32),
+            "UInt32" => read!(u32),
+            "Int16" => read!(i16),
+            "UInt16" => read!(u16),
+            "Int8" => read!(i8),
+            "UInt8" => read!(u8),
+            _ => None,
+        };
+        numbers.ok_or_else(|| refuse("the array's type does not fit its data"))
+    }
+
+    fn appended_array(&self, array: Node) -> Option<Vec<u8>> {
+        let offset: usize = array.attribute("offset")?.parse().ok()?;
+        let end = self.offsets.iter().copied().find(|other| *other > offset).unwrap_or(self.appended.len());
+        let bytes = self.appended.get(offset..end.min(self.appended.len()))?;
+        if self.appended_is_base64 { from_base64(bytes) } else { Some(bytes.to_vec()) }
+    }
+
+    /// A header number at `place`.
+    fn header(&self, bytes: &[u8], place: usize) -> Option<usize> {
+        let at = place.checked_mul(self.header_bytes)?;
+        let mut number = bytes.get(at..at.checked_add(self.header_bytes)?)?.to_vec();
+        if self.big_endian {
+            number.reverse();
+        }
+        number.resize(8, 0);
+        usize::try_from(u64::from_le_bytes(number.try_into().ok()?)).ok()
+    }
+
+    /// Plain: [length][data]. Compressed: [blocks][size of a block][size of the last if shorter][compressed sizes…][data…].
+    fn unpack(&self, bytes: &[u8]) -> Option<Vec<u8>> {
+        let first = self.header(bytes, 0)?;
+        if !self.compressed {
+            return Some(bytes.get(self.header_bytes..self.header_bytes.checked_add(first)?)?.to_vec());
+        }
+        let block_size = self.header(bytes, 1)?;
+        let mut rest = bytes.get(first.checked_add(3)?.checked_mul(self.header_bytes)?..)?;
+        let mut out = Vec::new();
+        for block in 0..first {
+            let (data, after) = rest.split_at_checked(self.header(bytes, 3 + block)?)?;
+            let plain = decompress_to_vec_zlib_with_limit(data, block_size.min(self.budget.get())).ok()?;
+            self.budget.set(self.budget.get() - plain.len());
+            out.extend(plain);
+            rest = after;
+        }
+        Some(out)
+    }
+}
+
+/// Base64 in one or more separately padded pieces, as VTK writes header and data.
+fn from_base64(text: &[u8]) -> Option<Vec<u8>> {
+    let text: Vec<u8> = text.iter().copied().filter(|byte| !byte.is_ascii_whitespace()).collect();
+    let mut out = Vec::with_capacity(text.len());
+    // A piece ends with its padding: cut where something else follows it.
+    for piece in text.chunk_by(|a, b| !(*a == b'=' && *b != b'=')) {
+        STANDARD.decode_vec(piece, &mut out).ok()?;
+    }
+    Some(out)
+}
