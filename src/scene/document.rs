@@ -11,6 +11,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
+/// The most words a dotted key may have; the schema needs seven.
+const DEEPEST: usize = 16;
+
 /// The text of a scene before it is understood.
 #[derive(Clone, Debug)]
 pub struct Document {
@@ -62,7 +65,8 @@ impl Document {
         let path = Path::new(name_or_path);
         match Self::named(name_or_path) {
             Err(unknown) if path.exists() || name_or_path.ends_with(".toml") || path.components().count() > 1 => {
-                Self::load(path).map_err(|error| if path.exists() { error } else { SceneError { hint: unknown.hint, ..error } })
+                Self::load(path)
+                    .map_err(|error| if path.exists() { error } else { SceneError { hint: unknown.hint, ..error } })
             }
             found => found,
         }
@@ -74,7 +78,7 @@ impl Document {
     /// Without an equals sign or a key. Whether the key exists is judged by [`scene`](Self::scene).
     pub fn set(&mut self, assignment: &str) -> Result<(), SceneError> {
         match assignment.split_once('=') {
-            Some((key, value)) if !key.trim().is_empty() => {
+            Some((key, value)) if (1..=DEEPEST).contains(&key.trim().split('.').filter(|w| !w.is_empty()).count()) => {
                 self.overrides.push((key.trim().to_owned(), value.trim().to_owned()));
                 Ok(())
             }
@@ -184,6 +188,7 @@ fn insert<'i>(root: &mut DeTable<'i>, path: &'i str, value: Value<'i>) -> Result
     let span = value.span();
     let mut words = path.split('.').peekable();
     let mut table = root;
+    let mut walked = String::new();
     while let Some(word) = words.next() {
         let key = toml::Spanned::new(span.clone(), word.into());
         if words.peek().is_none() {
@@ -196,7 +201,7 @@ fn insert<'i>(root: &mut DeTable<'i>, path: &'i str, value: Value<'i>) -> Result
             table.insert(key, toml::Spanned::new(span.clone(), DeValue::Table(DeTable::new())));
         }
         let Some(mut next) = table.get_mut(word).map(toml::Spanned::get_mut) else { break };
-        let mut walked = word.to_owned();
+        walked = join(&walked, word);
         while let DeValue::Array(array) = next {
             let (count, index) = (array.len(), words.next().unwrap_or_default());
             let entry = index.parse().ok().and_then(|i: usize| array.get_mut(i));
@@ -211,7 +216,7 @@ fn insert<'i>(root: &mut DeTable<'i>, path: &'i str, value: Value<'i>) -> Result
                 *entry = value;
                 return Ok(());
             }
-            walked = format!("{walked}.{index}");
+            walked = join(&walked, index);
             next = entry.get_mut();
         }
         match next {

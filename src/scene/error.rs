@@ -100,7 +100,10 @@ pub(super) fn explain(message: &str) -> (String, String) {
         return (format!("unknown {kind} `{given}`"), hint);
     }
     if let (true, Some(name)) = (message.starts_with("missing field"), quoted.first()) {
-        return (format!("the key `{name}` is missing"), format!("add `{name} = …`; `rhexis scenes --show fig2` shows a whole scene"));
+        return (
+            format!("the key `{name}` is missing"),
+            format!("add `{name} = …`; `rhexis scenes --show fig2` shows a whole scene"),
+        );
     }
     if message.starts_with("wanted exactly 1 element") {
         return ("exactly one kind belongs here".to_owned(), "keep one of the keys, with its own table".to_owned());

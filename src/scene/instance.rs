@@ -2,7 +2,7 @@
 
 use super::build::{self, direction};
 use super::error::{Fault, positive};
-use super::schema::{InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec, TangentSpec};
+use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec, TangentSpec};
 use super::{Scene, SceneError};
 use crate::components::{Body, Holds, Obstacle, Shape};
 use crate::report::Report;
@@ -112,6 +112,9 @@ impl Scene {
             if let Some(initial) = &spec.initial {
                 start(&mut simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
             }
+            for (i, cut) in spec.cuts.iter().enumerate() {
+                self::cut(&mut simulation, body, cut, &format!("{key}.cuts.{i}"))?;
+            }
             bodies.push(body);
         }
         for (i, obstacle) in self.file.obstacles.iter().enumerate() {
@@ -153,7 +156,9 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
     let steps = match (spec.steps, spec.duration) {
         (Some(steps), None) => steps,
         // The relative 1e-9 keeps a duration that is a multiple of dt from gaining a step by rounding.
-        (None, Some(duration)) => (positive("run.duration".to_owned(), duration, "ms")? / dt * (1.0 - 1e-9)).ceil() as u64,
+        (None, Some(duration)) => {
+            (positive("run.duration".to_owned(), duration, "ms")? / dt * (1.0 - 1e-9)).ceil() as u64
+        }
         _ => {
             let what = "the length of the run is given twice or not at all";
             return Err(Fault::new("run", what, "give either `steps` or `duration` [ms]"));
@@ -169,7 +174,11 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
         _ => Ok(count),
     };
     if spec.threads > 1024 {
-        return Err(Fault::new("run.threads", format!("{} threads are too many", spec.threads), "give 0 for one per core"));
+        return Err(Fault::new(
+            "run.threads",
+            format!("{} threads are too many", spec.threads),
+            "give 0 for one per core",
+        ));
     }
     if spec.halvings > 20 {
         let hint = "give 20 or less: a millionth of dt is the smallest part then";
@@ -190,6 +199,16 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
         halvings: spec.halvings,
         threads: spec.threads,
     })
+}
+
+/// A notch or slit made before the first step.
+fn cut(_simulation: &mut Simulation, _body: Entity, spec: &CutSpec, key: &str) -> Result<(), Fault> {
+    let polyline: Vec<DVec3> = spec.polyline.iter().map(|point| point.0).collect();
+    if polyline.len() < 2 || polyline.windows(2).any(|pair| pair[0] == pair[1]) {
+        let hint = "give two or more points [x, y, z], no two in a row the same";
+        return Err(Fault::new(format!("{key}.polyline"), "this is no line", hint));
+    }
+    Ok(())
 }
 
 fn start(
@@ -247,9 +266,7 @@ fn summary(simulation: &Simulation, body: Entity) -> Option<BodySummary> {
         vertex_count: vertices.len(),
         triangle_count: world.get::<&crate::storage::Triangles>(body).ok()?.len(),
         bounds: vertices.rest_position.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p))),
-        holds: held.map_or(Vec::new(), |h| {
-            h.groups.iter().map(|g| (g.name.clone(), g.members.rows().len())).collect()
-        }),
+        holds: held.map_or(Vec::new(), |h| h.groups.iter().map(|g| (g.name.clone(), g.members.rows().len())).collect()),
         tip_count: world.get::<&Tips>(body).map_or(0, |tips| tips.len()),
     })
 }

@@ -8,7 +8,9 @@ mod constraint;
 mod mesh;
 mod number;
 
-pub use body::{BodySpec, ContactSpec, CutSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec, TearModeSpec, TearingSpec};
+pub use body::{
+    BodySpec, ContactSpec, CutSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec, TearModeSpec, TearingSpec,
+};
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, PointLoadSpec, RegionSpec, SpringSpec,
 };
