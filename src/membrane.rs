@@ -2,12 +2,13 @@
 
 use crate::components::{
     Body, Contact, Drag, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment, Material, Planar,
-    Reactions, SolverScratch, Springs, TearScratch, Tearing,
+    Reactions, SolverScratch, Springs, TearDecisions, TearLog, Tearing,
 };
 use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{
     Broken, Mesh, MeshError, Tips, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
 };
+use crate::systems::tearing::TearScratch;
 use glam::DVec3;
 use hecs::EntityBuilder;
 
@@ -157,11 +158,12 @@ impl Membrane {
         c.add(Body { name: self.name, order });
         c.add_bundle((vertices, triangles, topology));
         c.add_bundle((Frames::default(), Forces::default(), Increment::default(), SolverScratch::default()));
+        c.add_bundle((TearLog::default(), TearScratch::default()));
         if !self.holds.is_empty() {
             c.add_bundle((Holds { groups: self.holds }, Reactions::default()));
         }
         if c.has::<Tearing>() {
-            c.add_bundle((Tips::default(), TearScratch::default()));
+            c.add_bundle((Tips::default(), TearDecisions::default()));
         }
         if c.has::<Springs>() || c.has::<Grips>() || c.has::<Drag>() || c.has::<Contact>() {
             c.add(ExternalStiffness::default());

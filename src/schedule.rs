@@ -47,6 +47,7 @@ pub const STEP: &[System] = &[
     system("solve", Stage::Iterate, systems::solve::solve),
     system("integrate", Stage::Iterate, systems::integrate::integrate),
     system("criterion", Stage::Tear, systems::criterion::criterion),
+    system("split", Stage::Tear, systems::split::split),
 ];
 
 /// Runs the systems of one stage in order and adds their times and counts to `reports`, which has one entry per system.

@@ -22,6 +22,19 @@ pub struct StepContext {
 }
 
 impl StepContext {
+    /// A static solve by Newton's method with the exact tangent, under the loads of `time` \[ms\].
+    pub fn of_static_solve(dt: f64, time: f64, tolerance: f64, iterations: u32) -> Self {
+        Self {
+            dt: if dt > 0.0 { dt } else { 1.0 },
+            time,
+            is_static: true,
+            tangent: Tangent::Exact,
+            linear: LinearParams { tolerance: 1e-12, iterations: 20_000 },
+            newton_iterations: iterations,
+            newton_tolerance: tolerance,
+        }
+    }
+
     /// 1/dt² \[1/ms²\], the factor of the mass; zero in a static solve.
     pub fn inertia(&self) -> f64 {
         if self.is_static { 0.0 } else { 1.0 / (self.dt * self.dt) }

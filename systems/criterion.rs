@@ -3,17 +3,17 @@
 use super::StepContext;
 use super::kernels::failure;
 use super::tearing::{Surface, decision, disc_average, strength, tip_decision};
-use crate::components::{Planar, PreStretch, TearDecision, TearScratch, Tearing};
+use crate::components::{Planar, PreStretch, TearDecision, TearDecisions, Tearing};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec2;
 
-/// Evaluates the criterion at the current positions and leaves the decisions in [`TearScratch`]. Does not run on a body that
+/// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
 /// has no tip and may not start a tear.
 pub fn criterion(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
-        (&'a mut Tips, &'a mut TearScratch),
+        (&'a mut Tips, &'a mut TearDecisions),
         (Option<&'a Planar>, Option<&'a PreStretch>),
     );
     for ((vertices, triangles, topology, tearing), (tips, scratch), (planar, pre_stretch)) in world.query_mut::<Query>()
@@ -40,7 +40,7 @@ pub fn criterion(world: &mut hecs::World, _: &StepContext) -> usize {
 
 /// The triangle whose disc average exceeds the criterion most. The cheap bound comes first: a triangle whose own largest
 /// principal stress is under every threshold cannot be the centre of a start.
-fn strongest_triangle(surface: &Surface, tearing: &Tearing, scratch: &mut TearScratch) -> Option<TearDecision> {
+fn strongest_triangle(surface: &Surface, tearing: &Tearing, scratch: &mut TearDecisions) -> Option<TearDecision> {
     let strength = strength(tearing);
     let mut best: Option<TearDecision> = None;
     for t in 0..surface.triangles.len() {

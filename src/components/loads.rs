@@ -1,6 +1,7 @@
 //! Dead loads: forces that keep their direction in space.
 
 use super::Curve;
+use crate::storage::{Edit, EditRecord};
 use glam::DVec3;
 
 /// Forces on single vertices. *Parameter.*
@@ -37,4 +38,43 @@ pub struct EdgeLoad {
 pub struct EdgeLoads {
     /// The loads.
     pub groups: Vec<EdgeLoad>,
+}
+
+impl EdgeLoads {
+    /// Follows an edit: a loaded edge that was split is loaded in both halves, one whose ends were renamed by an opening is
+    /// loaded under its new ends.
+    pub fn follow(&mut self, record: &EditRecord) {
+        for (row, parents) in record.created().filter(|_| record.has_split_boundary()) {
+            let [from, to] = *parents.rows() else { continue };
+            for edges in self.groups.iter_mut().map(|group| &mut group.edges) {
+                if let Some(place) = edges.iter().position(|&[a, b]| [a, b] == [from, to] || [b, a] == [from, to]) {
+                    let [a, b] = edges[place];
+                    edges[place] = [a, row];
+                    edges.push([row, b]);
+                }
+            }
+        }
+        if let Edit::Open { .. } = record.edit {
+            for edge in self.groups.iter_mut().flat_map(|group| &mut group.edges) {
+                *edge = renamed(record, *edge);
+            }
+        }
+    }
+}
+
+/// The ends of a boundary edge after an opening: those of the one triangle that it belongs to.
+fn renamed(record: &EditRecord, [a, b]: [u32; 2]) -> [u32; 2] {
+    for changed in &record.changed_triangles {
+        let before = changed.before.corners;
+        for i in 0..3 {
+            let j = (i + 1) % 3;
+            if [before[i], before[j]] == [a, b] {
+                return [changed.corners[i], changed.corners[j]];
+            }
+            if [before[j], before[i]] == [a, b] {
+                return [changed.corners[j], changed.corners[i]];
+            }
+        }
+    }
+    [a, b]
 }

@@ -13,7 +13,8 @@ mod loads;
 mod material;
 mod obstacle;
 mod springs;
-mod tear_scratch;
+mod tear_decisions;
+mod tear_log;
 mod tearing;
 
 pub use body::{Body, Planar};
@@ -27,5 +28,6 @@ pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use material::Material;
 pub use obstacle::{Contact, Obstacle, Shape};
 pub use springs::{Anchor, Springs};
-pub use tear_scratch::{TearDecision, TearScratch};
+pub use tear_decisions::{TearDecision, TearDecisions};
+pub use tear_log::TearLog;
 pub use tearing::{TearMode, Tearing};

@@ -1,7 +1,7 @@
 //! What an observer sees: the state of every body as plain arrays.
 
 use super::Simulation;
-use crate::components::{Body, Frames, Planar, PreStretch, TearDecision, TearScratch, Tearing};
+use crate::components::{Body, Frames, Planar, PreStretch, TearDecision, TearDecisions, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -49,7 +49,7 @@ impl Simulation {
         if let Some((tearing, tips)) = tearing {
             let strength = strength(tearing);
             frame.criterion = frames.state.iter().map(|state| own_criterion(state.stress, &strength)).collect();
-            let mut scratch = TearScratch::default();
+            let mut scratch = TearDecisions::default();
             frame.tips = (0..tips.len())
                 .filter_map(|tip| {
                     let (vertex, previous) = (tips.vertex[tip], tips.previous[tip]);

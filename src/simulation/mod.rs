@@ -1,13 +1,16 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
 mod frame;
+mod tear;
+
+pub use tear::{Cut, CutError};
 
 use crate::components::{Body, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch};
-use crate::event::Event;
+use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule::{self, Stage};
-use crate::settings::{Settings, Tangent};
+use crate::settings::Settings;
 use crate::storage::{Triangles, Vertices};
 use crate::systems::parallel::Pool;
 use crate::systems::{StepContext, corotation};
@@ -154,6 +157,13 @@ impl Simulation {
         self.report.has_failed = done < dt;
         self.report.time += done;
         self.finish_report();
+        self.collect_events();
+        if self.report.has_failed {
+            let reason = format!("no part of the step of {dt} ms led to a finite state");
+            let (step, time) = (self.report.step, self.report.time);
+            let failed = |body| Event { step, time, body, kind: EventKind::StepFailed { reason: reason.clone() } };
+            self.events.extend(self.report.bodies.iter().map(|b| failed(b.body)));
+        }
         Ok(&self.report)
     }
 
@@ -168,15 +178,8 @@ impl Simulation {
             return Err(SimulationError::TimeStep(dt));
         }
         self.begin_report();
-        let step = StepContext {
-            dt: if dt > 0.0 { dt } else { 1.0 },
-            time: self.report.time + dt,
-            is_static: true,
-            tangent: Tangent::Exact,
-            linear: crate::settings::LinearParams { tolerance: 1e-12, iterations: 20_000 },
-            newton_iterations: self.settings.static_iterations.max(2),
-            newton_tolerance: tolerance,
-        };
+        let iterations = self.settings.static_iterations.max(2);
+        let step = StepContext::of_static_solve(dt, self.report.time + dt, tolerance, iterations);
         let Self { world, pool, report, .. } = self;
         pool.run(|| iterate(world, &step, report));
         self.finish_report();

@@ -50,5 +50,7 @@ table! {
         criterion: f64,
         /// Length \[mm\] that `max_tear_speed` still allows this tip.
         allowance: f64,
+        /// Whether the last advance that the criterion asked for was refused.
+        is_refused: bool,
     }
 }

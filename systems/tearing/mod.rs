@@ -1,7 +1,167 @@
-//! What criterion and split share: the stress at a tip, and the geometry of an advancing tear.
+//! Where a tear goes in the mesh: the geometry of advances, starts and cuts, in the rest shape.
+//!
+//! An advance is decided in the chart of the tip's fan ([`TipChart`]), planned without touching the mesh ([`plan_free`],
+//! [`plan_edge`]), and carried out by a [`Cutter`]: edits that bring a vertex onto the path, the opening of the edge to it,
+//! and flips where they raise a small angle. Each edit leaves a record; what cannot be done well enough is taken back by
+//! those records and refused with a reason.
 
+mod advance;
+mod blade;
+mod edge;
+mod followers;
+mod free;
+mod locate;
+mod piece;
+mod place;
+mod relax;
+mod start;
+mod tip;
 mod tip_decision;
 mod tip_stress;
 
+pub use blade::CutOutcome;
+pub use edge::{EdgeAdvance, EdgePlan, plan_edge};
+pub use followers::Followers;
+pub use free::{Way, Ways, plan_free};
+pub use start::{Slit, Start};
+pub use tip::TipChart;
 pub use tip_decision::{decision, strength, tip_decision};
 pub use tip_stress::{DiscAverage, Surface, disc_average};
+
+use crate::storage::{EditRecord, Mesh, Refusal};
+use glam::DVec3;
+
+/// What shapes of triangle a tear may leave. Tuned on random tears through structured, jittered and curved meshes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quality {
+    /// The first way whose triangles keep this angle \[rad\] is taken without looking at others; 20°.
+    pub good: f64,
+    /// A path leaves its ray and snaps to a vertex only where an angle below this \[rad\] would be left otherwise; 14°.
+    pub exact: f64,
+    /// No angle below this \[rad\] is left, except where one was there before; 10°.
+    pub least: f64,
+    /// Largest turn \[rad\] away from the ray by a snap that is preferred to a poor exact path; 15°.
+    pub snap: f64,
+    /// Largest turn \[rad\] by a snap where there is no other way; 40°.
+    pub widest_snap: f64,
+    /// Pairs of triangles with an angle below this \[rad\] are flipped where that helps; 28°.
+    pub flip: f64,
+}
+
+impl Default for Quality {
+    fn default() -> Self {
+        Self {
+            good: 20_f64.to_radians(),
+            exact: 14_f64.to_radians(),
+            least: 10_f64.to_radians(),
+            snap: 15_f64.to_radians(),
+            widest_snap: 40_f64.to_radians(),
+            flip: 28_f64.to_radians(),
+        }
+    }
+}
+
+/// Why a tear does not advance; the mesh is as it was.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum TearRefusal {
+    /// An edit was refused.
+    #[error(transparent)]
+    Edit(#[from] Refusal),
+    /// The vertex lies inside the surface, where a tear has to be started before it can advance.
+    #[error("vertex {vertex} lies inside the surface and is no tip")]
+    NotATip {
+        /// Its row.
+        vertex: u32,
+    },
+    /// The vertex does not exist, or its triangles have no area.
+    #[error("vertex {vertex} has no fan of triangles")]
+    NoFan {
+        /// Its row.
+        vertex: u32,
+    },
+    /// The direction leaves the surface, or runs along its boundary.
+    #[error("the direction does not lie inside the fan of vertex {vertex}")]
+    OutsideFan {
+        /// Row of the tip.
+        vertex: u32,
+    },
+    /// The allowed length ends too soon for a triangle to be cut; it may be saved up.
+    #[error("the next step is {way} mm long")]
+    TooShort {
+        /// Length of the step \[mm\].
+        way: f64,
+    },
+    /// Every way would leave too small an angle.
+    #[error("every way would leave an angle of {:.1}° or less", angle.to_degrees())]
+    NoGoodWay {
+        /// The best smallest angle found \[rad\].
+        angle: f64,
+    },
+    /// Edge mode: no edge leads forward.
+    #[error("no edge of vertex {vertex} leads forward")]
+    NoForwardEdge {
+        /// Row of the tip.
+        vertex: u32,
+    },
+    /// A cut needs two points that are finite and differ.
+    #[error("a cut needs at least two different points")]
+    BadPolyline,
+    /// A cut does not come nearer to its next point.
+    #[error("the cut does not reach its point {point}")]
+    NoProgress {
+        /// Index of the point in the polyline.
+        point: usize,
+    },
+}
+
+/// One advance of a tear. Positions are in the rest shape \[mm\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Advance {
+    /// Where the tip was.
+    pub from: DVec3,
+    /// Where it is now.
+    pub to: DVec3,
+    /// Row of the vertex it reached: the new tip, unless the tear has ended.
+    pub vertex: u32,
+    /// Angle \[rad\] between the wanted direction and the way taken; zero where the path is exact.
+    pub deviation: f64,
+    /// Smallest angle \[rad\] of the triangles whose shape the advance has changed; π where it has changed none.
+    pub smallest_angle: f64,
+    /// Set where the tear has run into a boundary: the outer rim, another tear, or itself.
+    pub end: Option<End>,
+}
+
+impl Advance {
+    /// Length of the advance \[mm\].
+    pub fn length(&self) -> f64 {
+        self.from.distance(self.to)
+    }
+}
+
+/// The end of a tear at a boundary. Every tip at the vertex it has reached is gone as well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct End {
+    /// Number of triangles of the smaller part, where the surface has come apart.
+    pub freed: Option<usize>,
+}
+
+/// Buffers of a cutter, to be kept between events so that these do not allocate.
+#[derive(Clone, Debug, Default)]
+pub struct TearScratch {
+    /// The edits done, in order. The caller clears them after the followers have followed.
+    pub records: Vec<EditRecord>,
+    marks: Vec<u8>,
+    queues: [Vec<u32>; 2],
+}
+
+/// Advances, starts and cuts tears in a mesh.
+pub struct Cutter<'c, 'm> {
+    /// The mesh.
+    pub mesh: &'c mut Mesh<'m>,
+    /// Whether a vertex may be moved in the rest shape to make room for a path: not where something holds it.
+    pub is_movable: &'c dyn Fn(u32) -> bool,
+    /// Limits on triangle shapes.
+    pub quality: Quality,
+    /// Buffers and the records of what was done.
+    pub scratch: &'c mut TearScratch,
+}

@@ -1,7 +1,7 @@
 //! The criterion at a tip, from the mean stress around it.
 
 use super::{DiscAverage, Surface, disc_average};
-use crate::components::{TearDecision, TearScratch, Tearing};
+use crate::components::{TearDecision, TearDecisions, Tearing};
 use crate::systems::kernels::failure::{self, Cone, Decision, Sector, Strength};
 use glam::{DVec2, DVec3};
 
@@ -17,7 +17,7 @@ pub fn tip_decision(
     tearing: &Tearing,
     vertex: u32,
     previous: DVec3,
-    scratch: &mut TearScratch,
+    scratch: &mut TearDecisions,
 ) -> Option<TearDecision> {
     let chart = surface.chart(vertex)?;
     let centre = surface.vertices.rest_position[vertex as usize];

@@ -4,7 +4,7 @@
 //! the rim count by their overlap with the disc. They are found by walking from neighbour to neighbour, so the average
 //! never reaches across a crack.
 
-use crate::components::TearScratch;
+use crate::components::TearDecisions;
 use crate::math::Sym2;
 use crate::storage::{NONE, Topology, Triangles, Vertices};
 use crate::systems::kernels::{disc::disc_triangle_overlap, fan::FanChart, membrane};
@@ -69,7 +69,7 @@ pub fn disc_average(
     axes: [DVec3; 2],
     radius: f64,
     start: impl IntoIterator<Item = u32>,
-    scratch: &mut TearScratch,
+    scratch: &mut TearDecisions,
 ) -> Option<DiscAverage> {
     let chart = TangentPlane { centre, axes, normal: axes[0].cross(axes[1]) };
     scratch.begin_walk(surface.triangles.len());

@@ -130,6 +130,7 @@ pub fn sphere(levels: usize) -> Sheet {
     Sheet { positions, corners }
 }
 
+#[derive(Clone)]
 pub struct Body {
     pub vertices: Vertices,
     pub triangles: Triangles,

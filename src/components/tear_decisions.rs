@@ -28,7 +28,7 @@ pub struct TearDecision {
 
 /// *Derived.* One decision per tip, in the order of the tips' rows, and one for the place where a tear may start.
 #[derive(Clone, Debug, Default)]
-pub struct TearScratch {
+pub struct TearDecisions {
     /// Per tip; `None` where no direction is admissible.
     pub tips: Vec<Option<TearDecision>>,
     /// The triangle with the largest criterion above 1, if the body may tear where there is no tip.
@@ -39,7 +39,7 @@ pub struct TearScratch {
     head: usize,
 }
 
-impl TearScratch {
+impl TearDecisions {
     /// Begins a breadth-first walk over `count` triangles.
     pub fn begin_walk(&mut self, count: usize) {
         self.visited.resize(count, self.walk);

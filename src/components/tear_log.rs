@@ -1,0 +1,33 @@
+//! What a body's tears have done so far.
+
+use crate::event::EventKind;
+
+/// Totals since the body was spawned, and the events not yet collected. *State.*
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TearLog {
+    /// Total length torn or cut in the rest shape \[mm\].
+    pub length: f64,
+    /// Advances of tips.
+    pub advance_count: u32,
+    /// Advances whose margin to the runner-up was under 5 %.
+    pub ambiguous_count: u32,
+    /// Tears that ended at a boundary.
+    pub end_count: u32,
+    /// Pieces that came free.
+    pub piece_count: u32,
+    /// Advances that the mesh refused; a tip that stays refused counts once.
+    pub refusal_count: u32,
+    /// Smallest rest angle \[rad\] of the triangles that tears have touched; infinite before the first.
+    pub smallest_angle: Option<f64>,
+    /// Smallest ratio of the averaging radius to the edge length around a tip; under 3 the mesh is too coarse for R.
+    pub edges_per_radius: Option<f64>,
+    /// Events in order, until the simulation collects them.
+    pub pending: Vec<EventKind>,
+}
+
+impl TearLog {
+    /// Keeps the smallest angle.
+    pub fn note_angle(&mut self, angle: f64) {
+        self.smallest_angle = Some(self.smallest_angle.map_or(angle, |least| least.min(angle)));
+    }
+}

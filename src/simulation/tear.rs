@@ -1,0 +1,127 @@
+//! Cuts by a tool, quasi-static tearing, and the collection of events.
+
+use super::{Simulation, SimulationError};
+use crate::components::{Body, EdgeLoads, Grips, Holds, Increment, Springs, TearLog};
+use crate::event::{Event, EventKind};
+use crate::report::Report;
+use crate::schedule::{self, Stage};
+use crate::storage::{Mesh, TipKey, Tips, Topology, Triangles, Vertices};
+use crate::systems::StepContext;
+use crate::systems::split::add_tip;
+use crate::systems::tearing::{Cutter, Followers, Quality, TearRefusal, TearScratch};
+use glam::DVec3;
+use hecs::Entity;
+
+/// What a cut has done.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cut {
+    /// Points along the cut \[mm, rest shape\].
+    pub path: Vec<DVec3>,
+    /// Tips at its ends inside the tissue, for a body that can tear.
+    pub tips: Vec<TipKey>,
+    /// Largest distance \[mm\] of a point of the cut from the polyline.
+    pub off_line: f64,
+    /// Smallest rest angle \[rad\] of the triangles that the cut has touched.
+    pub smallest_angle: f64,
+    /// Number of pieces that came free.
+    pub piece_count: usize,
+}
+
+/// Why a cut was not made; the body is as it was.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CutError {
+    /// There is no such body.
+    #[error("there is no such body")]
+    NoSuchBody,
+    /// The mesh refused it.
+    #[error("the cut was refused: {0}")]
+    Refused(#[from] TearRefusal),
+}
+
+impl Simulation {
+    /// Cuts a body along a polyline \[mm, rest shape\], taken at the nearest points of the surface. A polyline that starts on
+    /// the boundary makes a notch, one that starts inside a slit with two ends. Where the body can tear, the cut's ends
+    /// inside the tissue become tips.
+    ///
+    /// # Errors
+    /// Why the cut was not made; the body is as it was.
+    pub fn cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
+        type Query<'a> = (
+            (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
+            (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch),
+            (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>, Option<&'a mut EdgeLoads>),
+        );
+        let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
+        let ((vertices, triangles, topology, increment), (tips, log, scratch), (holds, springs, grips, edge_loads)) =
+            found;
+        let mut mesh = Mesh { vertices, triangles, topology };
+        let mut followers = Followers { increment, holds, springs, grips, edge_loads };
+        let outcome = {
+            let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
+            let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);
+            let quality = Quality::default();
+            Cutter { mesh: &mut mesh, is_movable: &is_movable, quality, scratch }.cut(polyline)
+        };
+        followers.follow(&scratch.records, mesh.tables());
+        scratch.records.clear();
+        let outcome = outcome?;
+        log.length += outcome.path.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
+        log.note_angle(outcome.smallest_angle);
+        log.piece_count += outcome.freed.len() as u32;
+        let mut keys = Vec::new();
+        if let Some(tips) = tips {
+            for &(vertex, direction) in &outcome.tips {
+                keys.push(add_tip(tips, log, mesh.vertices, vertex, direction));
+            }
+        }
+        log.pending.extend(outcome.freed.iter().map(|&triangle_count| EventKind::PieceFreed { triangle_count }));
+        let cut = Cut {
+            path: outcome.path,
+            tips: keys,
+            off_line: outcome.off_line,
+            smallest_angle: outcome.smallest_angle,
+            piece_count: outcome.freed.len(),
+        };
+        self.collect_events();
+        Ok(cut)
+    }
+
+    /// Moves time on by `dt` \[ms\], finds the equilibrium there and tears quasi-statically: advance and equilibrium
+    /// alternate until no tip exceeds the criterion, or at most `advances` times.
+    ///
+    /// # Errors
+    /// As [`settle`](Self::settle); tears made before the failure stay.
+    pub fn settle_and_tear(&mut self, dt: f64, tolerance: f64, advances: u32) -> Result<&Report, SimulationError> {
+        self.settle(dt, tolerance)?;
+        for _ in 0..advances {
+            let advances_before = self.advances();
+            let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2);
+            let Self { world, pool, report, .. } = self;
+            pool.run(|| schedule::run_stage(world, &step, Stage::Tear, &mut report.systems));
+            self.collect_events();
+            if self.advances() == advances_before {
+                break;
+            }
+            self.settle(0.0, tolerance)?;
+        }
+        Ok(&self.report)
+    }
+
+    fn advances(&mut self) -> u64 {
+        let logs = self.world.query_mut::<&TearLog>().into_iter();
+        logs.map(|log| u64::from(log.advance_count) + u64::from(log.piece_count)).sum()
+    }
+
+    /// Moves the bodies' pending events into the queue, in the order of spawning.
+    pub(super) fn collect_events(&mut self) {
+        let (step, time) = (self.report.step, self.report.time);
+        let mut found: Vec<(u32, Event)> = Vec::new();
+        for (body, about, log) in self.world.query_mut::<(Entity, &Body, &mut TearLog)>() {
+            let events = log.pending.drain(..).map(|kind| (about.order, Event { step, time, body, kind }));
+            found.extend(events);
+        }
+        // Stable: the order within a body stays.
+        found.sort_by_key(|&(order, _)| order);
+        self.events.extend(found.into_iter().map(|(_, event)| event));
+    }
+}

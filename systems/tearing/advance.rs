@@ -1,0 +1,167 @@
+//! Carrying out an advance: each way is done, judged by the triangles it leaves, and taken back if another may be better.
+
+use super::{Advance, Cutter, End, TearRefusal, TipChart, Way, Ways, plan_free};
+use crate::math::smallest_angle;
+use crate::storage::{Edit, EditRecord, measure::rest_corners};
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// What happens to the edge of a step.
+pub(super) enum Opening<'p> {
+    /// The path that leads up to the tip, and this edge, are opened.
+    After(&'p [u32]),
+    /// The edge stays whole, to be opened with a later step.
+    Later,
+}
+
+impl Cutter<'_, '_> {
+    /// Advances a tear in free mode: from a tip, or from any vertex of the boundary, in a unit direction of the rest shape, by
+    /// one triangle or at most `limit` \[mm\].
+    ///
+    /// # Errors
+    /// Why it does not advance; the mesh is as it was.
+    pub fn advance(&mut self, vertex: u32, direction: DVec3, limit: f64) -> Result<Advance, TearRefusal> {
+        let tip = TipChart::new(self.mesh, vertex)?;
+        if tip.fan.is_closed {
+            return Err(TearRefusal::NotATip { vertex });
+        }
+        let direction = tip.chart.to_chart(direction);
+        let ways = plan_free(self.mesh, &tip, direction, limit, &self.quality, self.is_movable)?;
+        self.take(&tip, &ways, &Opening::After(&[vertex]))
+    }
+
+    /// Takes the best of the ways: the first exact one with good angles; else the best exact one, a near snap, or at worst a
+    /// wide snap.
+    pub(super) fn take(&mut self, tip: &TipChart, ways: &Ways, opening: &Opening<'_>) -> Result<Advance, TearRefusal> {
+        let start = self.scratch.records.len();
+        let before = self.smallest_around(tip);
+        let mut best: Option<(f64, &Way)> = None;
+        let mut refusal = None;
+        for way in &ways.exact {
+            match self.go(tip, way, opening) {
+                Ok(advance) if advance.smallest_angle >= self.quality.good.min(before) => {
+                    return Ok(self.finish(advance, tip));
+                }
+                Ok(advance) => {
+                    if best.is_none_or(|(angle, _)| advance.smallest_angle > angle) {
+                        best = Some((advance.smallest_angle, way));
+                    }
+                    self.roll_back(start);
+                }
+                Err(error) => refusal = Some(error),
+            }
+        }
+        if ways.is_part && best.is_none_or(|(angle, _)| angle < self.quality.exact) {
+            return Err(TearRefusal::TooShort { way: ways.distance });
+        }
+        let least = self.quality.least.min(before);
+        let exact = |limit: f64| best.filter(|&(angle, _)| angle >= limit).map(|(_, way)| way);
+        let (near, wide) = ways.snaps.split_at(ways.snaps.partition_point(|way| way.deviation <= self.quality.snap));
+        let order = exact(self.quality.exact.min(before)).into_iter().chain(near).chain(exact(least)).chain(wide);
+        for way in order {
+            match self.go(tip, way, opening) {
+                Ok(advance) if advance.smallest_angle >= least => return Ok(self.finish(advance, tip)),
+                Ok(_) => self.roll_back(start),
+                Err(error) => refusal = Some(error),
+            }
+        }
+        Err(best
+            .map(|(angle, _)| TearRefusal::NoGoodWay { angle })
+            .or(refusal)
+            .unwrap_or(TearRefusal::NoGoodWay { angle: 0.0 }))
+    }
+
+    /// Does one way with its opening and flips. `end` is only marked yet; after an error everything is as it was.
+    fn go(&mut self, tip: &TipChart, way: &Way, opening: &Opening<'_>) -> Result<Advance, TearRefusal> {
+        let start = self.scratch.records.len();
+        let done = self.go_forward(tip, way, opening);
+        if done.is_err() {
+            self.roll_back(start);
+        }
+        done
+    }
+
+    fn go_forward(&mut self, tip: &TipChart, way: &Way, opening: &Opening<'_>) -> Result<Advance, TearRefusal> {
+        let start = self.scratch.records.len();
+        for edit in &way.edits {
+            self.edit(edit)?;
+        }
+        let ends = self.mesh.topology.is_boundary_vertex(way.reaches);
+        match opening {
+            Opening::After(prefix) => {
+                let mut path: SmallVec<[u32; 4]> = SmallVec::from_slice(prefix);
+                path.push(way.reaches);
+                self.edit(&Edit::Open { path })?;
+                self.relax(start, None);
+            }
+            Opening::Later => self.relax(start, Some((tip.vertex, way.reaches))),
+        }
+        Ok(Advance {
+            from: self.mesh.vertices.rest_position[tip.vertex as usize],
+            to: self.mesh.vertices.rest_position[way.reaches as usize],
+            vertex: way.reaches,
+            deviation: way.deviation,
+            smallest_angle: self.smallest_touched(start),
+            end: ends.then_some(End { freed: None }),
+        })
+    }
+
+    fn finish(&mut self, mut advance: Advance, tip: &TipChart) -> Advance {
+        if let Some(end) = &mut advance.end {
+            end.freed = self.freed_piece(tip.vertex, advance.vertex);
+        }
+        advance
+    }
+
+    /// Applies an edit and keeps its record.
+    pub(super) fn edit(&mut self, edit: &Edit) -> Result<(), TearRefusal> {
+        let record = crate::storage::apply(self.mesh, edit)?;
+        self.scratch.records.push(record);
+        Ok(())
+    }
+
+    /// Undoes the records from `start` on.
+    pub(super) fn roll_back(&mut self, start: usize) {
+        while self.scratch.records.len() > start {
+            if let Some(record) = self.scratch.records.pop() {
+                // The records are this mesh's last edits, in order, so the undo cannot be refused.
+                let undone = crate::storage::undo(self.mesh, &record);
+                debug_assert_eq!(undone, Ok(()));
+            }
+        }
+    }
+
+    /// The smallest rest angle \[rad\] of the triangles shaped by the records from `start` on; π where there are none.
+    pub(super) fn smallest_touched(&self, start: usize) -> f64 {
+        let mut smallest = std::f64::consts::PI;
+        for record in self.shaped(start) {
+            let new = record.first_triangle..record.first_triangle + record.new_triangles.len() as u32;
+            for row in record.changed_triangles.iter().map(|c| c.row).chain(new) {
+                smallest = smallest.min(self.angle_of(row));
+            }
+        }
+        smallest
+    }
+
+    /// The records from `start` on that have changed the shape of triangles: an opening does not.
+    pub(super) fn shaped(&self, start: usize) -> impl Iterator<Item = &EditRecord> {
+        self.scratch.records[start..].iter().filter(|record| !matches!(record.edit, Edit::Open { .. }))
+    }
+
+    pub(super) fn angle_of(&self, triangle: u32) -> f64 {
+        smallest_angle(rest_corners(self.mesh.vertices, self.mesh.triangles.corners[triangle as usize]))
+    }
+
+    /// The smallest rest angle \[rad\] around the tip, and across the edges opposite to it.
+    fn smallest_around(&self, tip: &TipChart) -> f64 {
+        let mut smallest = std::f64::consts::PI;
+        for &(triangle, corner) in &tip.fan.sectors {
+            smallest = smallest.min(self.angle_of(triangle));
+            let across = self.mesh.topology.neighbours[triangle as usize][(corner + 1) % 3];
+            if across != crate::storage::NONE {
+                smallest = smallest.min(self.angle_of(across));
+            }
+        }
+        smallest
+    }
+}

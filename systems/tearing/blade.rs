@@ -1,0 +1,185 @@
+//! The blade: a cut along a polyline in the rest shape. From the boundary it is a notch, from inside a slit with two tips.
+//!
+//! The points of the polyline become vertices first; then the cut runs from one to the next like a tear that is told where
+//! to go, so that it ends exactly where it should.
+
+use super::advance::Opening;
+use super::{Advance, Cutter, TearRefusal, TipChart, Way, Ways, plan_free};
+use crate::storage::{Edit, Refusal};
+use glam::DVec3;
+use smallvec::{SmallVec, smallvec};
+
+/// What a cut has done.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CutOutcome {
+    /// Points along the cut \[mm, rest shape\].
+    pub path: Vec<DVec3>,
+    /// Rows of the tips and the directions \[unit, rest shape\] in which they point.
+    pub tips: SmallVec<[(u32, DVec3); 2]>,
+    /// Triangles of each piece that came free.
+    pub freed: SmallVec<[usize; 2]>,
+    /// Whether the cut has run into a boundary; the polyline is followed no further then.
+    pub has_met_boundary: bool,
+    /// Largest distance \[mm\] of a point of the cut from the polyline.
+    pub off_line: f64,
+    /// Smallest angle \[rad\] of the triangles whose shape has changed.
+    pub smallest_angle: f64,
+}
+
+impl Cutter<'_, '_> {
+    /// Cuts along a polyline of at least two points \[mm, rest shape\], taken at the nearest points of the surface. A first
+    /// point on the boundary, or nearer to it than a tenth of a triangle's height, starts a notch there.
+    ///
+    /// # Errors
+    /// Why the cut cannot be made; the mesh is as it was.
+    pub fn cut(&mut self, polyline: &[DVec3]) -> Result<CutOutcome, TearRefusal> {
+        let mark = self.scratch.records.len();
+        let outcome = self.cut_through(polyline);
+        if outcome.is_err() {
+            self.roll_back(mark);
+        }
+        outcome
+    }
+
+    fn cut_through(&mut self, polyline: &[DVec3]) -> Result<CutOutcome, TearRefusal> {
+        let mark = self.scratch.records.len();
+        if polyline.iter().any(|point| !point.is_finite()) {
+            return Err(TearRefusal::BadPolyline);
+        }
+        let mut targets: SmallVec<[u32; 8]> = SmallVec::new();
+        for &point in polyline {
+            let row = self.place(point, &targets)?;
+            if targets.last() != Some(&row) {
+                targets.push(row);
+            }
+        }
+        let &[first, second, ..] = targets.as_slice() else { return Err(TearRefusal::BadPolyline) };
+        let mut run = Run { outcome: CutOutcome::default(), held: targets.clone(), tip: first };
+        run.outcome.path.push(self.at(first));
+        let mut next = 1;
+        let starts_inside = !self.mesh.topology.is_boundary_vertex(first);
+        if starts_inside {
+            next = self.begin_slit(&mut run, &targets)?;
+        }
+        while let Some(&target) = targets.get(next) {
+            if run.outcome.has_met_boundary || run.tip == target {
+                next += 1;
+                continue;
+            }
+            let from = run.tip;
+            let advance = self.step_towards(from, target, next, &run.held, &Opening::After(&[from]))?;
+            self.pass(&mut run, advance);
+        }
+        let mut outcome = run.outcome;
+        if !outcome.has_met_boundary {
+            let count = outcome.path.len();
+            outcome.tips.push((run.tip, (outcome.path[count - 1] - outcome.path[count - 2]).normalize_or_zero()));
+        }
+        let has_closed = outcome.has_met_boundary && run.tip == first;
+        if starts_inside && !has_closed {
+            let towards = outcome.path.get(1).copied().unwrap_or(self.at(second));
+            outcome.tips.insert(0, (first, (self.at(first) - towards).normalize_or_zero()));
+        }
+        outcome.off_line = off_line(&outcome.path, polyline);
+        outcome.smallest_angle = self.smallest_touched(mark);
+        Ok(outcome)
+    }
+
+    /// Opens the first two edges of a slit at once, since one edge inside the surface cannot open. Returns the index of
+    /// the point the cut is on its way to.
+    fn begin_slit(&mut self, run: &mut Run, targets: &[u32]) -> Result<usize, TearRefusal> {
+        let (first, mut next) = (targets[0], 1);
+        let start = self.scratch.records.len();
+        let second = targets[next];
+        let is_adjacent = self.mesh.topology.is_edge(&self.mesh.triangles.corners, first, second);
+        let advance = if is_adjacent && targets.len() == 2 {
+            let corners = &self.mesh.triangles.corners;
+            let missing = Refusal::NoSuchEdge { from: first, to: second };
+            let (triangle, edge) = self.mesh.topology.directed_edge(corners, first, second).ok_or(missing)?;
+            let edits = smallvec![Edit::SplitEdge { triangle, edge, weight: 0.5 }];
+            let way = Way { edits, reaches: self.mesh.vertices.len() as u32, deviation: 0.0 };
+            let tip = TipChart::new(self.mesh, first)?;
+            self.take(&tip, &Ways { exact: smallvec![way], ..Ways::default() }, &Opening::Later)?
+        } else {
+            self.step_towards(first, second, next, &run.held, &Opening::Later)?
+        };
+        run.held.push(advance.vertex);
+        if advance.end.is_some() {
+            // The first step has met the boundary already: a notch from its other end.
+            self.edit(&Edit::Open { path: smallvec![advance.vertex, first] })?;
+            self.relax(start, None);
+            self.pass(run, advance);
+            return Ok(next);
+        }
+        self.pass(run, advance);
+        if run.tip == second {
+            next += 1;
+        }
+        let &target = targets.get(next).ok_or(TearRefusal::BadPolyline)?;
+        let path = [first, run.tip];
+        let advance = self.step_towards(run.tip, target, next, &run.held, &Opening::After(&path))?;
+        self.pass(run, advance);
+        Ok(next)
+    }
+
+    fn pass(&self, run: &mut Run, advance: Advance) {
+        run.tip = advance.vertex;
+        run.outcome.path.push(advance.to);
+        if let Some(end) = advance.end {
+            run.outcome.has_met_boundary = true;
+            run.outcome.freed.extend(end.freed);
+        }
+    }
+
+    /// One step from a vertex towards another, which it reaches where an edge joins them.
+    fn step_towards(
+        &mut self,
+        from: u32,
+        target: u32,
+        point: usize,
+        held: &[u32],
+        opening: &Opening<'_>,
+    ) -> Result<Advance, TearRefusal> {
+        let tip = TipChart::new(self.mesh, from)?;
+        let distinct = tip.chart.spoke_count() - usize::from(tip.chart.is_closed());
+        let joining = (0..distinct).find(|&k| tip.end(self.mesh, k) == Some(target));
+        let ways = match joining {
+            Some(spoke) if tip.is_inside(spoke) => straight_to(target),
+            Some(_) => return Err(TearRefusal::OutsideFan { vertex: from }),
+            None => {
+                let direction = tip.chart.to_chart(self.direction(from, target));
+                let is_movable = |row: u32| !held.contains(&row) && (self.is_movable)(row);
+                plan_free(self.mesh, &tip, direction, f64::INFINITY, &self.quality, &is_movable)?
+            }
+        };
+        let advance = self.take(&tip, &ways, opening)?;
+        let goal = self.at(target);
+        let is_nearer = advance.to.distance(goal) < advance.from.distance(goal) * (1.0 - 1e-9);
+        if is_nearer { Ok(advance) } else { Err(TearRefusal::NoProgress { point }) }
+    }
+
+    fn at(&self, vertex: u32) -> DVec3 {
+        self.mesh.vertices.rest_position[vertex as usize]
+    }
+}
+
+/// A cut on its way.
+struct Run {
+    outcome: CutOutcome,
+    /// Vertices that must stay where they are.
+    held: SmallVec<[u32; 8]>,
+    tip: u32,
+}
+
+fn straight_to(vertex: u32) -> Ways {
+    Ways { exact: smallvec![Way { edits: SmallVec::new(), reaches: vertex, deviation: 0.0 }], ..Ways::default() }
+}
+
+fn off_line(path: &[DVec3], polyline: &[DVec3]) -> f64 {
+    let to_segment = |p: DVec3, a: DVec3, b: DVec3| {
+        let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        p.distance(a + (b - a) * along)
+    };
+    let to_line = |&p: &DVec3| polyline.windows(2).map(|s| to_segment(p, s[0], s[1])).fold(f64::INFINITY, f64::min);
+    path.iter().map(to_line).fold(0.0, f64::max)
+}

@@ -1,0 +1,55 @@
+//! Components that refer to vertices and follow what a tear does to them.
+
+use crate::components::{EdgeLoads, Grips, Holds, Increment, Springs};
+use crate::storage::{EditRecord, Follow, Tables};
+use glam::DVec3;
+
+/// Those that a body carries.
+#[derive(Debug)]
+pub struct Followers<'a> {
+    /// Its last increment, the first guess of the next solve.
+    pub increment: &'a mut Increment,
+    /// Prescribed vertices.
+    pub holds: Option<&'a mut Holds>,
+    /// Springs to ground.
+    pub springs: Option<&'a mut Springs>,
+    /// Forceps.
+    pub grips: Option<&'a mut Grips>,
+    /// Loads along edges.
+    pub edge_loads: Option<&'a mut EdgeLoads>,
+}
+
+impl Followers<'_> {
+    /// Whether a vertex belongs to the tissue alone, so that it may be moved in the rest shape.
+    pub fn leave_free(&self, vertex: u32) -> bool {
+        let is_held = self.holds.as_ref().is_some_and(|h| h.groups.iter().any(|g| g.members.value(vertex).is_some()));
+        let is_anchored = self.springs.as_ref().is_some_and(|s| s.anchors.value(vertex).is_some());
+        let is_gripped = self.grips.as_ref().is_some_and(|g| g.held.iter().any(|held| held.value(vertex).is_some()));
+        !(is_held || is_anchored || is_gripped)
+    }
+
+    /// Follows the edits in their order; the tables are those after the last.
+    pub fn follow(&mut self, records: &[EditRecord], tables: Tables<'_>) {
+        for record in records {
+            for (row, parents) in record.created() {
+                let displacement = &mut self.increment.displacement;
+                if displacement.len() == row as usize {
+                    let blended: DVec3 = parents.blend(|parent| displacement[parent as usize]);
+                    displacement.push(blended);
+                }
+            }
+            if let Some(holds) = &mut self.holds {
+                holds.groups.iter_mut().for_each(|group| group.members.apply(record, tables));
+            }
+            if let Some(springs) = &mut self.springs {
+                springs.anchors.apply(record, tables);
+            }
+            if let Some(grips) = &mut self.grips {
+                grips.held.iter_mut().for_each(|held| held.apply(record, tables));
+            }
+            if let Some(loads) = &mut self.edge_loads {
+                loads.follow(record);
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Bringing a vertex to a given point of the rest surface.
+
+use super::locate::SurfacePoint;
+use super::{Cutter, TearRefusal};
+use crate::storage::{Edit, NONE};
+use glam::DVec3;
+use smallvec::{SmallVec, smallvec};
+
+/// A barycentric weight below this is zero: over a triangle of 1 mm that is 1e-9 mm.
+const ON_EDGE: f64 = 1e-9;
+/// A point nearer to a boundary edge than this part of the triangle's height is put on it: no ligament so thin could be meshed.
+const ON_BOUNDARY: f64 = 0.1;
+/// A point on a boundary edge may be moved to an end of the edge if that is nearer than this part of its length.
+const NEAR_END: f64 = 0.25;
+/// A corner is moved to a point inside its triangle if its barycentric weight there is at least this.
+const NEAR_CORNER: f64 = 0.4;
+
+/// Edits that bring a vertex to a point, and its row.
+struct Placement {
+    edits: SmallVec<[Edit; 2]>,
+    vertex: u32,
+}
+
+impl Cutter<'_, '_> {
+    /// The row of a vertex at the point of the surface nearest to `point`: one that is there, or a new or moved one.
+    /// Vertices in `held` stay where they are.
+    pub(super) fn place(&mut self, point: DVec3, held: &[u32]) -> Result<u32, TearRefusal> {
+        let at = self.nearest(point).ok_or(TearRefusal::BadPolyline)?;
+        let corners = self.mesh.triangles.corners[at.triangle as usize];
+        if let Some(corner) = (0..3).find(|&i| at.weights[i] >= 1.0 - ON_EDGE) {
+            return Ok(corners[corner]);
+        }
+        let before = self.smallest_near(at.triangle);
+        let mut best: Option<(f64, Placement)> = None;
+        for placement in self.placements(&at, held) {
+            let start = self.scratch.records.len();
+            let Ok(angle) = self.try_placement(&placement) else { continue };
+            if angle >= self.quality.good.min(before) {
+                return Ok(placement.vertex);
+            }
+            self.roll_back(start);
+            if best.as_ref().is_none_or(|(least, _)| angle > *least) {
+                best = Some((angle, placement));
+            }
+        }
+        let angle = best.as_ref().map_or(0.0, |(angle, _)| *angle);
+        match best {
+            Some((_, placement)) if angle >= self.quality.least.min(before) => {
+                self.try_placement(&placement)?;
+                Ok(placement.vertex)
+            }
+            _ => Err(TearRefusal::NoGoodWay { angle }),
+        }
+    }
+
+    fn placements(&self, at: &SurfacePoint, held: &[u32]) -> SmallVec<[Placement; 6]> {
+        let SurfacePoint { triangle, weights } = *at;
+        let corners = self.mesh.triangles.corners[triangle as usize];
+        let neighbours = self.mesh.topology.neighbours[triangle as usize];
+        let new = self.mesh.vertices.len() as u32;
+        let split = |edge: usize| {
+            let (a, b) = (weights[edge], weights[(edge + 1) % 3]);
+            let edit = Edit::SplitEdge { triangle, edge, weight: b / (a + b) };
+            Placement { edits: smallvec![edit], vertex: new }
+        };
+        let mut placements = SmallVec::new();
+        // The weight of the corner opposite to an edge is the part of the height.
+        let opposite = |edge: usize| weights[(edge + 2) % 3];
+        let rim = (0..3).filter(|&e| neighbours[e] == NONE && opposite(e) < ON_BOUNDARY);
+        if let Some(edge) = rim.min_by(|&e, &f| opposite(e).total_cmp(&opposite(f))) {
+            let (a, b) = (weights[edge], weights[(edge + 1) % 3]);
+            placements.push(split(edge));
+            let near = if a >= b { edge } else { (edge + 1) % 3 };
+            if a.min(b) <= NEAR_END * (a + b) {
+                placements.push(Placement { edits: SmallVec::new(), vertex: corners[near] });
+            }
+            return placements;
+        }
+        match (0..3).find(|&edge| opposite(edge) < ON_EDGE) {
+            Some(edge) => placements.push(split(edge)),
+            None => {
+                let edits = smallvec![Edit::SplitTriangle { triangle, weights }];
+                placements.push(Placement { edits, vertex: new });
+            }
+        }
+        let mut near: SmallVec<[usize; 3]> = (0..3).filter(|&i| weights[i] >= NEAR_CORNER).collect();
+        near.sort_by(|&i, &j| weights[j].total_cmp(&weights[i]));
+        for i in near {
+            let vertex = corners[i];
+            let is_free =
+                !held.contains(&vertex) && !self.mesh.topology.is_boundary_vertex(vertex) && (self.is_movable)(vertex);
+            if is_free {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                let slides = [(corners[j], weights[j] / (1.0 - weights[k])), (corners[k], weights[k])];
+                let slides = slides.into_iter().filter(|&(_, weight)| weight > ON_EDGE);
+                let edits = slides.map(|(towards, weight)| Edit::Slide { vertex, towards, weight }).collect();
+                placements.push(Placement { edits, vertex });
+            }
+        }
+        placements
+    }
+
+    /// Does the edits and flips around them; the smallest angle \[rad\] that is left. After an error everything is as it was.
+    fn try_placement(&mut self, placement: &Placement) -> Result<f64, TearRefusal> {
+        let start = self.scratch.records.len();
+        for edit in &placement.edits {
+            if let Err(refusal) = self.edit(edit) {
+                self.roll_back(start);
+                return Err(refusal);
+            }
+        }
+        self.relax(start, None);
+        Ok(self.smallest_touched(start))
+    }
+
+    /// The smallest rest angle \[rad\] of a triangle and its neighbours.
+    fn smallest_near(&self, triangle: u32) -> f64 {
+        let neighbours = self.mesh.topology.neighbours[triangle as usize];
+        let around = neighbours.into_iter().filter(|&n| n != NONE);
+        around.map(|n| self.angle_of(n)).fold(self.angle_of(triangle), f64::min)
+    }
+}

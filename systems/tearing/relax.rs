@@ -1,0 +1,79 @@
+//! Flips that raise the smallest angle (Lawson 1977), near what was just edited and only where an angle is poor: a flip
+//! interpolates the state anew, so good triangles are left alone.
+
+use super::Cutter;
+use crate::math::{Orthotropic, smallest_angle};
+use crate::storage::{Edit, NONE, TriangleRow};
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// Cosine of the largest angle between the normals of two triangles in the rest shape that may be flipped: 20°.
+const COPLANAR: f64 = 0.939_692_620_785_908_4;
+/// Materials of two triangles may differ by this part where they are flipped; a flip gives both the mean.
+const ALIKE: f64 = 0.2;
+/// A flip must gain this \[rad\] (about 1°).
+const GAIN: f64 = 0.02;
+/// Flips per event; a run-away would be a defect of the mesh, not of the tear.
+const MOST_FLIPS: usize = 24;
+
+impl Cutter<'_, '_> {
+    /// Flips edges around the triangles touched by the records from `start` on, except the edge `keep`.
+    pub(super) fn relax(&mut self, start: usize, keep: Option<(u32, u32)>) {
+        let mut pending: SmallVec<[u32; 32]> = SmallVec::new();
+        for record in self.shaped(start) {
+            let new = record.first_triangle..record.first_triangle + record.new_triangles.len() as u32;
+            pending.extend(record.changed_triangles.iter().map(|c| c.row).chain(new));
+        }
+        pending.sort_unstable();
+        pending.dedup();
+        let mut flips = 0;
+        while let Some(triangle) = pending.pop() {
+            for edge in 0..3 {
+                let Some(other) = self.useful_flip(triangle, edge, keep) else { continue };
+                if flips < MOST_FLIPS && self.edit(&Edit::Flip { triangle, edge }).is_ok() {
+                    flips += 1;
+                    pending.extend([triangle, other]);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// The triangle on the other side of an edge whose flip would raise the smallest angle of the two.
+    fn useful_flip(&self, triangle: u32, edge: usize, keep: Option<(u32, u32)>) -> Option<u32> {
+        let triangles = &*self.mesh.triangles;
+        let other = self.mesh.topology.neighbours[triangle as usize][edge];
+        if other == NONE {
+            return None;
+        }
+        let corners = triangles.corners[triangle as usize];
+        let (u, v, o) = (corners[edge], corners[(edge + 1) % 3], corners[(edge + 2) % 3]);
+        if keep == Some((u, v)) || keep == Some((v, u)) {
+            return None;
+        }
+        let p = triangles.corners[other as usize].into_iter().find(|&c| c != u && c != v)?;
+        let [u, v, o, p] = [u, v, o, p].map(|row| self.mesh.vertices.rest_position[row as usize]);
+        let old = smallest_angle([u, v, o]).min(smallest_angle([v, u, p]));
+        if old >= self.quality.flip {
+            return None;
+        }
+        let new = smallest_angle([u, p, o]).min(smallest_angle([v, o, p]));
+        let (n, m) = (normal(u, v, o), normal(v, u, p));
+        let is_convex = normal(u, p, o).dot(n) > 0.0 && normal(v, o, p).dot(n) > 0.0;
+        let is_coplanar = n.dot(m) >= COPLANAR * n.length() * m.length();
+        let is_alike = are_alike(&triangles.at(triangle), &triangles.at(other));
+        (new > old + GAIN && is_convex && is_coplanar && is_alike).then_some(other)
+    }
+}
+
+fn normal(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+fn are_alike(a: &TriangleRow, b: &TriangleRow) -> bool {
+    let moduli = |q: Orthotropic| [q.q11, q.q12, q.q22, q.q66];
+    let close = |x: f64, y: f64| (x - y).abs() <= ALIKE * x.abs().max(y.abs());
+    moduli(a.stiffness).into_iter().zip(moduli(b.stiffness)).all(|(x, y)| close(x, y))
+        && close(a.thickness, b.thickness)
+        && close(a.density, b.density)
+}
