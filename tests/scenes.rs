@@ -57,7 +57,7 @@ fn the_free_triangle_follows_the_listed_backward_euler_steps() {
     while !instance.is_finished() {
         instance.advance().unwrap();
     }
-    assert_eq!(instance.simulation.report().step, 100);
+    assert_eq!(instance.step(), 100);
     let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0]).unwrap();
     for (x, listed) in vertices.position.iter().zip(listed) {
         // Newton stops at 1e-12 of the corner force in each of 100 steps.

@@ -23,6 +23,7 @@ pub struct Instance {
     pub run: Run,
     /// What to write of it.
     pub output: OutputSpec,
+    step: u64,
     has_torn: bool,
 }
 
@@ -39,6 +40,8 @@ pub struct Run {
     pub until_torn: bool,
     /// Where a static solve ends, as a fraction of the largest corner force.
     pub static_tolerance: f64,
+    /// How often tearing and equilibrium may alternate within one static step.
+    pub static_advances: u32,
 }
 
 /// What a scene holds, for a look before it is run.
@@ -120,7 +123,7 @@ impl Scene {
         for (i, obstacle) in self.file.obstacles.iter().enumerate() {
             simulation.spawn_obstacle(Obstacle { shape: shape(obstacle, &format!("obstacles.{i}"))? });
         }
-        Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), has_torn: false })
+        Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), step: 0, has_torn: false })
     }
 }
 
@@ -133,15 +136,24 @@ impl Instance {
         self.has_torn |= self.tip_count() > 0;
         match self.run.mode {
             Mode::Dynamic => self.simulation.step(self.run.dt)?,
-            Mode::Static => self.simulation.settle(self.run.dt, self.run.static_tolerance)?,
+            Mode::Static => {
+                let Run { dt, static_tolerance, static_advances, .. } = self.run;
+                self.simulation.settle_and_tear(dt, static_tolerance, static_advances)?
+            }
         };
+        self.step += 1;
         Ok(self.simulation.report())
     }
 
     /// Whether all steps are done, or the tear is through where the scene asks to stop there.
     pub fn is_finished(&self) -> bool {
         let is_torn = self.run.until_torn && self.has_torn && self.tip_count() == 0;
-        is_torn || self.simulation.report().step >= self.run.steps
+        is_torn || self.step >= self.run.steps
+    }
+
+    /// Steps of the scene done; a static one may have taken several equilibria.
+    pub fn step(&self) -> u64 {
+        self.step
     }
 
     /// Tear tips that are alive, of all bodies.
@@ -165,7 +177,7 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         }
     };
     let static_tolerance = positive("run.static_tolerance".to_owned(), spec.static_tolerance, "")?;
-    Ok(Run { mode: spec.mode, dt, steps, until_torn: spec.until_torn, static_tolerance })
+    Ok(Run { mode: spec.mode, dt, steps, until_torn: spec.until_torn, static_tolerance, static_advances: spec.static_advances })
 }
 
 fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
@@ -202,13 +214,15 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
 }
 
 /// A notch or slit made before the first step.
-fn cut(_simulation: &mut Simulation, _body: Entity, spec: &CutSpec, key: &str) -> Result<(), Fault> {
+fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key: &str) -> Result<(), Fault> {
     let polyline: Vec<DVec3> = spec.polyline.iter().map(|point| point.0).collect();
     if polyline.len() < 2 || polyline.windows(2).any(|pair| pair[0] == pair[1]) {
         let hint = "give two or more points [x, y, z], no two in a row the same";
         return Err(Fault::new(format!("{key}.polyline"), "this is no line", hint));
     }
-    Ok(())
+    let hint = "move its points onto the body, away from other cuts, or make it longer than an edge of the mesh";
+    let cut = simulation.cut(body, &polyline);
+    cut.map(|_| ()).map_err(|error| Fault::new(format!("{key}.polyline"), error, hint))
 }
 
 fn start(

@@ -110,6 +110,10 @@ pub struct RunSpec {
     /// Newton iterations of a static solve at the most. Default 60.
     #[serde(default = "static_iterations")]
     pub static_iterations: u32,
+    /// How often tearing and equilibrium may alternate within one static step. Default 1000; a tear that would go on is
+    /// held until the next step.
+    #[serde(default = "static_advances")]
+    pub static_advances: u32,
     /// How often a step that fails is retried in halves. Default 4.
     #[serde(default = "halvings")]
     pub halvings: u32,
@@ -194,6 +198,10 @@ fn linear_iterations() -> u32 {
 
 fn static_iterations() -> u32 {
     60
+}
+
+fn static_advances() -> u32 {
+    1000
 }
 
 fn halvings() -> u32 {
