@@ -5,7 +5,6 @@ use super::kernels::failure;
 use super::tearing::{Surface, decision, disc_average, strength, tip_decision};
 use crate::components::{Planar, PreStretch, TearDecision, TearDecisions, Tearing};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use glam::DVec2;
 
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
 /// has no tip and may not start a tear.
@@ -54,8 +53,8 @@ fn strongest_triangle(surface: &Surface, tearing: &Tearing, scratch: &mut TearDe
         let average = disc_average(surface, centre, axes, tearing.radius, [t as u32], scratch);
         let found = average.and_then(|average| {
             let answer = failure::evaluate(average.stress, average.fibre, &strength, None, None)?;
-            let to_surface = |d: DVec2| axes[0] * d.x + axes[1] * d.y;
-            answer.tears().then(|| decision(t as u32, &answer, &average, axes, to_surface))
+            let d = answer.best.direction;
+            answer.tears().then(|| decision(t as u32, &answer, &average, axes, axes[0] * d.x + axes[1] * d.y))
         });
         if let Some(found) = found
             && best.is_none_or(|b| found.value > b.value)
