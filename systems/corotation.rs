@@ -18,7 +18,7 @@ pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
         count += 1;
         evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
         let is_exact = step.tangent == Tangent::Exact && !scratch.fell_back;
-        outer_stiffness(frames, planar.is_some(), is_exact);
+        geometric_stiffness(frames, planar.is_some(), is_exact);
     }
     count
 }
@@ -39,13 +39,17 @@ pub fn evaluate(
     });
 }
 
-fn outer_stiffness(frames: &mut Frames, is_planar: bool, is_exact: bool) {
-    frames.normal.resize(frames.state.len(), Sym2::ZERO);
+fn geometric_stiffness(frames: &mut Frames, is_planar: bool, is_exact: bool) {
+    let state = &frames.state;
+    frames.shear.resize(state.len(), 0.0);
+    parallel::for_rows(&mut frames.shear, |t, shear| {
+        *shear = if is_exact { 0.0 } else { membrane::shear_majorant(state[t].stress, state[t].polar.stretch) };
+    });
+    frames.normal.resize(state.len(), Sym2::ZERO);
     if is_planar {
         frames.normal.fill(Sym2::ZERO);
         return;
     }
-    let state = &frames.state;
     parallel::for_rows(&mut frames.normal, |t, normal| {
         let s = membrane::second_piola(state[t].stress, state[t].polar.stretch);
         *normal = if is_exact { s } else { s.positive_part() };

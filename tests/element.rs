@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use rhexis::math::{ElementState, Orthotropic, RestTriangle, Sym2};
-use rhexis::systems::kernels::membrane::{ElementTangent, gradient, nodal_forces, second_piola};
+use rhexis::systems::kernels::membrane::{ElementTangent, gradient, nodal_forces, second_piola, shear_majorant};
 use rhexis::systems::kernels::polar;
 
 /// A fixed-seed generator is enough for shapes: splitmix64.
@@ -102,6 +102,7 @@ fn the_exact_tangent_is_the_derivative_of_the_forces() {
             rest: &c.rest,
             stiffness: &c.stiffness,
             normal,
+            shear: shear_majorant(state.stress, state.polar.stretch),
             elastic: c.rest.area,
             geometric: c.rest.area,
             is_exact: true,
@@ -154,6 +155,7 @@ fn the_rotated_tangent_is_semidefinite_and_exerts_no_in_plane_torque() {
             rest: &c.rest,
             stiffness: &c.stiffness,
             normal,
+            shear: shear_majorant(state.stress, state.polar.stretch),
             elastic: c.rest.area,
             geometric: c.rest.area,
             is_exact: false,

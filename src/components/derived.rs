@@ -3,13 +3,15 @@
 use crate::math::{ElementState, Sym2};
 use glam::{DMat3, DVec3};
 
-/// Rotation, stretch and stress of every triangle, and its out-of-plane stiffness.
+/// Rotation, stretch and stress of every triangle, and its geometric stiffness.
 #[derive(Clone, Debug, Default)]
 pub struct Frames {
     /// State at the positions of the last evaluation.
     pub state: Vec<ElementState>,
     /// Out-of-plane stiffness \[MPa\]: second Piola–Kirchhoff stress, its tensile part for the rotated tangent.
     pub normal: Vec<Sym2>,
+    /// In-plane stiffness \[MPa\] that stands for the geometric one in the rotated tangent.
+    pub shear: Vec<f64>,
 }
 
 /// Nodal forces and the corner buffer they are gathered from.

@@ -1,4 +1,104 @@
 //! Scenes: mesh generators, mesh files, scene files and the catalog.
+//!
+//! A scene file is TOML in fixed units (mm, g, ms, hence N and MPa); [`schema`] describes every key. The shortest one:
+//!
+//! ```
+//! let text = r#"
+//! [scene]
+//! name = "strip"
+//!
+//! [run]
+//! dt = 10.0      # ms
+//! steps = 3
+//!
+//! [[bodies]]
+//! name = "tissue"
+//! planar = true
+//! mesh = { grid = { width = 30, height = 10, nx = 12, ny = 4 } }
+//! material = { young_fibre = 10, young_transverse = 1, poisson_major = 0.3, thickness = 0.1 }
+//! fibres = { degrees = 45 }
+//! holds = [
+//!     { name = "left", region = { x = 0 } },
+//!     { name = "right", region = { x = 30 }, move = { offset = [1.5, 0] }, curve = [[0, 0], [500, 1]] },
+//! ]
+//! "#;
+//! let mut instance = rhexis::scene::Scene::parse(text, "strip.toml")?.instantiate()?;
+//! while !instance.is_finished() {
+//!     instance.advance()?;
+//! }
+//! let reactions = instance.simulation.reactions(instance.bodies[0])?;
+//! assert!(reactions[1].1.x > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Every error names the file, the line and how to mend it.
 
+mod build;
+pub mod catalog;
+mod document;
+mod error;
 pub mod generate;
+mod grasp;
+mod instance;
 pub mod mesh_file;
+mod region;
+pub mod schema;
+mod shape;
+
+pub use document::Document;
+pub use error::{SceneError, nearest};
+pub use instance::{BodySummary, Instance, Run, Summary};
+
+use error::Span;
+use schema::SceneFile;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A scene that follows the schema; [`check`](Self::check) judges it, [`instantiate`](Self::instantiate) builds it.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    file: SceneFile,
+    document: Document,
+    spans: BTreeMap<String, Span>,
+}
+
+impl Scene {
+    /// A scene from text; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// Where the text is not TOML or does not follow the schema.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, SceneError> {
+        Document::new(text, origin).scene()
+    }
+
+    /// A scene from a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is not TOML or does not follow the schema.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Document::load(path)?.scene()
+    }
+
+    /// A scene of the catalog.
+    ///
+    /// # Errors
+    /// If there is none of that name.
+    pub fn named(name: &str) -> Result<Self, SceneError> {
+        Document::named(name)?.scene()
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.file.scene.name
+    }
+
+    /// One sentence about it.
+    pub fn about(&self) -> &str {
+        &self.file.scene.about
+    }
+
+    /// What the file says.
+    pub fn file(&self) -> &SceneFile {
+        &self.file
+    }
+}

@@ -90,6 +90,21 @@ pub fn second_piola(stress: Sym2, stretch: Sym2) -> Sym2 {
     )
 }
 
+/// Stiffness c \[MPa\] that stands, in the rotated tangent, for the in-plane geometric stiffness: 2c·dev(dU) adds to dT.
+///
+/// A shear wave that travels along the larger principal stress T₁ is stiffened by T₁ + (T₁ − T₂)·λ₂/t, over t = λ₁ + λ₂
+/// (exact tangent, U and T coaxial). Left out, a linearly implicit step makes that part of the force explicit, and the wave
+/// grows where it exceeds the elastic shear stiffness: from a fibre tension of 4/3·G on. The deviator of dU resists such a
+/// wave in any direction and no rotation, so the tangent stays semidefinite and exerts no torque.
+#[inline]
+pub fn shear_majorant(stress: Sym2, stretch: Sym2) -> f64 {
+    let (t1, t2) = stress.principal_values();
+    let trace = stretch.trace();
+    // A collapsed triangle has no meaningful geometric stiffness: the bound keeps it finite.
+    let low = stretch.principal_values().1.max(0.2 * trace).max(f64::MIN_POSITIVE);
+    (t1 + (t1 - t2) * (low / trace)).max(0.0) * trace / (4.0 * low * low)
+}
+
 /// Spin ω and stretch rate dU for a gradient change `a` = RᵀdF.
 #[inline]
 fn rates(a: Mat, stretch: Sym2) -> (f64, Sym2) {
@@ -123,6 +138,8 @@ pub struct ElementTangent<'a> {
     pub stiffness: &'a Orthotropic,
     /// Out-of-plane stiffness \[MPa\]: S⁺ for the rotated tangent, S for the exact one.
     pub normal: Sym2,
+    /// What [`shear_majorant`] gives \[MPa\] for the rotated tangent; the exact one does not use it.
+    pub shear: f64,
     /// A·h times the factor of the elastic part (1, or 1 + β/dt with strain-rate damping β) \[mm³\].
     pub elastic: f64,
     /// A·h times the factor of the geometric part \[mm³\].
@@ -148,11 +165,13 @@ impl ElementTangent<'_> {
     fn in_plane(&self, a: Mat) -> Mat {
         let (u, t) = (self.state.polar.stretch, self.state.stress);
         let (spin, du) = rates(a, u);
-        let dt = self.stiffness.stress(du);
-        let dpi = first_piola(dt, u).map(|p| p * self.elastic);
+        let dt = self.stiffness.stress(du) * self.elastic;
         if !self.is_exact {
-            return dpi;
+            let c = self.shear * self.geometric;
+            let deviator = c * (du.xx - du.yy);
+            return first_piola(dt + Sym2::new(deviator, -deviator, 2.0 * c * du.xy), u);
         }
+        let dpi = first_piola(dt, u);
         // d(κ/tr U) at fixed T, and the turning of Π with the frame: ω·J·Π.
         let trace = u.trace().max(LEAST_TRACE);
         let dkappa = (t.yy - t.xx) * du.xy + t.xy * (du.xx - du.yy);

@@ -40,6 +40,7 @@ impl Operator<'_> {
             rest: &self.triangles.rest[t],
             stiffness: &self.triangles.stiffness[t],
             normal: self.frames.normal[t],
+            shear: self.frames.shear[t],
             elastic: volume * (1.0 + self.viscosity),
             geometric: volume,
             is_exact: self.is_exact,

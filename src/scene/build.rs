@@ -1,0 +1,279 @@
+//! From `[[bodies]]` to a membrane with its components.
+
+use super::error::{Fault, not_negative, positive};
+use super::region::Surface;
+use super::schema::{BodySpec, FibreSpec, GradingSpec, MaterialSpec, TearModeSpec, TearingSpec};
+use super::{grasp, mesh_file, shape};
+use crate::components::{
+    Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, Fibres, Gravity, Grips, Hold, Material, PointLoad, PointLoads,
+    PreStretch, Pressure, Springs, TearMode, Tearing,
+};
+use crate::membrane::{BodyError, Membrane};
+use crate::storage::{Attached, TriangleMesh};
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A membrane, not yet spawned. `key` is the body's path in the file.
+pub(super) fn membrane(spec: &BodySpec, folder: &Path, key: &str) -> Result<Membrane, Fault> {
+    let mesh = shape::mesh(&spec.mesh, folder, &format!("{key}.mesh"))?;
+    if spec.planar && !shape::is_flat(&mesh) {
+        let hint = "remove `planar = true`, or give a mesh with one z";
+        return Err(Fault::new(format!("{key}.planar"), "the mesh is not flat across z", hint));
+    }
+    let material = material(&spec.material, &format!("{key}.material"))?;
+    let mut membrane = Membrane::new(&spec.name, mesh.clone(), material);
+    if let Some(grading) = &spec.grading {
+        membrane = graded(membrane, material, grading, &format!("{key}.grading"))?;
+    }
+    if let Some(fibres) = &spec.fibres {
+        membrane = membrane.fibres(self::fibres(fibres, folder, &format!("{key}.fibres"))?);
+    }
+    if spec.planar {
+        membrane = membrane.planar();
+    }
+    membrane = surroundings(membrane, spec, key)?;
+    membrane = boundary_conditions(membrane, spec, &mesh, key)?;
+    Ok(membrane)
+}
+
+fn material(spec: &MaterialSpec, key: &str) -> Result<Material, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let thickness = positive(at("thickness"), spec.thickness, "mm")?;
+    let density = positive(at("density"), spec.density, "g/mm³")?;
+    let MaterialSpec { young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus, .. } = *spec;
+    let named = |values: [(&str, Option<f64>, &str); 4]| {
+        values.into_iter().try_for_each(|(name, value, unit)| match value {
+            Some(value) => positive(at(name), value, unit).map(|_| ()),
+            None => Ok(()),
+        })
+    };
+    named([
+        ("young", young, "MPa"),
+        ("young_fibre", young_fibre, "MPa"),
+        ("young_transverse", young_transverse, "MPa"),
+        ("shear_modulus", shear_modulus, "MPa"),
+    ])?;
+    let material = match (young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus) {
+        (Some(young), Some(poisson), None, None, None, None) => {
+            if poisson <= -1.0 || poisson >= 1.0 {
+                let what = format!("{poisson} is outside −1 to 1, where the energy of a membrane is positive");
+                return Err(Fault::new(at("poisson"), what, "soft tissue is near 0.45"));
+            }
+            Material { density, ..Material::isotropic(young, poisson, thickness) }
+        }
+        (None, None, Some(young_fibre), Some(young_transverse), Some(poisson_major), shear_modulus) => {
+            Material { young_fibre, young_transverse, poisson_major, shear_modulus, thickness, density }
+        }
+        _ => {
+            let hint = "give `young` and `poisson` (isotropic), or `young_fibre`, `young_transverse`, `poisson_major` \
+                        and optionally `shear_modulus`";
+            return Err(Fault::new(key, "the elastic constants are incomplete or mixed", hint));
+        }
+    };
+    material.stiffness().map_err(|error| inadmissible(key, &error))?;
+    Ok(material)
+}
+
+fn inadmissible(key: &str, error: &crate::math::InadmissibleMaterial) -> Fault {
+    let message = error.to_string();
+    let (what, hint) = message.split_once(": it must").unwrap_or((&message, ""));
+    Fault::new(format!("{key}.poisson_major"), what, format!("it must{hint}"))
+}
+
+fn graded(membrane: Membrane, material: Material, spec: &GradingSpec, key: &str) -> Result<Membrane, Fault> {
+    let ratio = positive(format!("{key}.ratio_at_rim"), spec.ratio_at_rim, "")?;
+    let radius = positive(format!("{key}.radius"), spec.radius, "mm")?;
+    let axis = direction(spec.axis.0, &format!("{key}.axis"))?;
+    let centre = spec.centre.0;
+    Ok(membrane.graded(move |at| {
+        let out = (at - centre).reject_from_normalized(axis).length();
+        let root = (1.0 + (ratio - 1.0) * (out / radius).min(1.0)).sqrt();
+        Material {
+            young_fibre: material.young_fibre * root,
+            young_transverse: material.young_transverse / root,
+            ..material
+        }
+    }))
+}
+
+fn fibres(spec: &FibreSpec, folder: &Path, key: &str) -> Result<Fibres, Fault> {
+    Ok(match spec {
+        FibreSpec::Degrees(degrees) => Fibres::at_degrees(*degrees),
+        FibreSpec::Direction(d) => Fibres::Uniform(direction(d.0, &format!("{key}.direction"))?),
+        FibreSpec::Concentric(c) => {
+            Fibres::Concentric { centre: c.centre.0, axis: direction(c.axis.0, &format!("{key}.concentric.axis"))? }
+        }
+        FibreSpec::File(path) => {
+            let read = mesh_file::read_fibres(&folder.join(path));
+            Fibres::PerTriangle(read.map_err(|error| shape::refused_file(&format!("{key}.file"), error))?)
+        }
+    })
+}
+
+/// A unit vector.
+pub(super) fn direction(vector: DVec3, key: &str) -> Result<DVec3, Fault> {
+    vector.try_normalize().ok_or_else(|| Fault::new(key, "it has no direction", "give a vector that is not zero"))
+}
+
+/// What acts on the body as a whole.
+fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Membrane, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    if let Some(strain) = spec.pre_stretch {
+        membrane = membrane.with(PreStretch { strain: strain.0 });
+    }
+    if let Some(time) = spec.damping {
+        membrane = membrane.with(Damping { time: not_negative(at("damping"), time, "ms")? });
+    }
+    if let Some(acceleration) = spec.gravity {
+        membrane = membrane.with(Gravity { acceleration: acceleration.0 });
+    }
+    if let Some(coefficient) = spec.drag {
+        membrane = membrane.with(Drag { coefficient: not_negative(at("drag"), coefficient, "N·ms/mm³")? });
+    }
+    if let Some(curve) = &spec.pressure {
+        membrane = membrane.with(Pressure { curve: curve.0.clone() });
+    }
+    if let Some(contact) = &spec.contact {
+        membrane =
+            membrane.with(Contact { stiffness: positive(at("contact.stiffness"), contact.stiffness, "N/mm³")? });
+    }
+    if let Some(spec) = &spec.tearing {
+        membrane = membrane.with(tearing(spec, &at("tearing"))?);
+    }
+    Ok(membrane)
+}
+
+fn tearing(spec: &TearingSpec, key: &str) -> Result<Tearing, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let strength_transverse = positive(at("strength_transverse"), spec.strength_transverse, "MPa")?;
+    let strength_fibre = match (spec.strength_fibre, spec.strength_ratio) {
+        (Some(strength), None) => positive(at("strength_fibre"), strength, "MPa")?,
+        (None, Some(ratio)) => strength_transverse * positive(at("strength_ratio"), ratio, "")?,
+        _ => {
+            let what = "the strength across the fibres is given twice or not at all";
+            return Err(Fault::new(key, what, "give either `strength_fibre` or `strength_ratio`"));
+        }
+    };
+    let cone = positive(at("cone_degrees"), spec.cone_degrees, "°")?;
+    if cone > 180.0 {
+        return Err(Fault::new(at("cone_degrees"), format!("{cone}° is more than a half turn"), "give at most 180"));
+    }
+    Ok(Tearing {
+        strength_fibre,
+        strength_transverse,
+        exponent: positive(at("exponent"), spec.exponent, "")?,
+        cone: cone.to_radians(),
+        radius: positive(at("radius"), spec.radius, "mm")?,
+        mode: match spec.mode {
+            TearModeSpec::Free => TearMode::Free,
+            TearModeSpec::Edge => TearMode::Edge,
+        },
+        max_tear_speed: positive(at("max_tear_speed"), spec.max_tear_speed, "mm/ms")?,
+        may_initiate: spec.may_initiate,
+    })
+}
+
+/// What acts on parts of the body.
+fn boundary_conditions(
+    mut membrane: Membrane,
+    spec: &BodySpec,
+    mesh: &TriangleMesh,
+    key: &str,
+) -> Result<Membrane, Fault> {
+    let surface = Surface::new(mesh);
+    for (i, hold) in spec.holds.iter().enumerate() {
+        let key = format!("{key}.holds.{i}");
+        if let Some(j) = spec.holds[..i].iter().position(|other| other.name == hold.name) {
+            let what = format!("the name `{}` is taken by hold {j}", hold.name);
+            return Err(Fault::new(format!("{key}.name"), what, "give each hold a name of its own"));
+        }
+        let rows = surface.vertices(&hold.region, &format!("{key}.region"))?;
+        let m = &hold.movement;
+        let offset = |p: DVec3| m.offset.0 + m.per_x.0 * p.x + m.per_y.0 * p.y + m.per_z.0 * p.z;
+        membrane = membrane.hold(Hold {
+            name: hold.name.clone(),
+            members: Attached::new(rows.into_iter().map(|row| (row, offset(mesh.positions[row as usize])))),
+            axes: axes(&hold.axes, &format!("{key}.axes"))?,
+            curve: hold.curve.0.clone(),
+        });
+    }
+    if !spec.point_loads.is_empty() {
+        let groups = spec.point_loads.iter().enumerate().map(|(i, load)| {
+            let rows = surface.vertices(&load.region, &format!("{key}.point_loads.{i}.region"))?;
+            Ok(PointLoad { rows, force: load.force.0, curve: load.curve.0.clone() })
+        });
+        membrane = membrane.with(PointLoads { groups: groups.collect::<Result<_, Fault>>()? });
+    }
+    if !spec.edge_loads.is_empty() {
+        let groups = spec.edge_loads.iter().enumerate().map(|(i, load)| {
+            let edges = surface.edges(&load.region, &format!("{key}.edge_loads.{i}.region"))?;
+            Ok(EdgeLoad { edges, traction: load.traction.0, curve: load.curve.0.clone() })
+        });
+        membrane = membrane.with(EdgeLoads { groups: groups.collect::<Result<_, Fault>>()? });
+    }
+    if !spec.springs.is_empty() {
+        membrane = membrane.with(springs(spec, mesh, &surface, key)?);
+    }
+    if !spec.grips.is_empty() {
+        let grips = spec.grips.iter().enumerate().map(|(i, grip)| grasp::grip(grip, &format!("{key}.grips.{i}")));
+        membrane = membrane.with(Grips::new(grips.collect::<Result<_, Fault>>()?));
+    }
+    Ok(membrane)
+}
+
+fn axes(text: &str, key: &str) -> Result<[bool; 3], Fault> {
+    if text.is_empty() || text.chars().any(|c| !"xyz".contains(c)) {
+        return Err(Fault::new(key, format!("`{text}` names no axes"), "write some of the letters xyz, as in \"xy\""));
+    }
+    Ok(['x', 'y', 'z'].map(|axis| text.contains(axis)))
+}
+
+/// All groups of springs as one set: where two groups meet at a vertex, their stiffnesses add.
+fn springs(spec: &BodySpec, mesh: &TriangleMesh, surface: &Surface<'_>, key: &str) -> Result<Springs, Fault> {
+    let mut stiffness: BTreeMap<u32, f64> = BTreeMap::new();
+    for (i, group) in spec.springs.iter().enumerate() {
+        let key = format!("{key}.springs.{i}");
+        let rows = surface.vertices(&group.region, &format!("{key}.region"))?;
+        let per_area = match (group.total, group.per_area) {
+            (Some(total), None) => not_negative(format!("{key}.total"), total, "N/mm")? / tributary_area(mesh, &rows),
+            (None, Some(per_area)) => not_negative(format!("{key}.per_area"), per_area, "N/mm³")?,
+            _ => {
+                let what = "the stiffness is given twice or not at all";
+                return Err(Fault::new(key, what, "give either `total` [N/mm] or `per_area` [N/mm³]"));
+            }
+        };
+        rows.into_iter().for_each(|row| *stiffness.entry(row).or_default() += per_area);
+    }
+    let anchor = |(row, stiffness)| (row, Anchor { point: mesh.positions[row as usize], stiffness });
+    Ok(Springs { anchors: Attached::new(stiffness.into_iter().map(anchor)) })
+}
+
+/// A third of the rest area of the triangles at each of the vertices \[mm²\]; rows ascend.
+fn tributary_area(mesh: &TriangleMesh, rows: &[u32]) -> f64 {
+    let parts = mesh.triangles.iter().map(|corners| {
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+        let members = corners.iter().filter(|v| rows.binary_search(v).is_ok()).count();
+        (b - a).cross(c - a).length() / 6.0 * members as f64
+    });
+    parts.sum()
+}
+
+/// What spawning found, under the key that caused it.
+pub(super) fn refused_body(spec: &BodySpec, key: &str, error: &BodyError) -> Fault {
+    match error {
+        BodyError::ContradictoryHolds { first, second, axis, row } => {
+            let at = spec.holds.iter().position(|hold| hold.name == *second).unwrap_or(0);
+            let what = format!("holds `{first}` and `{second}` both prescribe {axis} of vertex {row}");
+            let hint = "make their regions disjoint (`except`), or let one of them leave that axis free (`axes`)";
+            Fault::new(format!("{key}.holds.{at}"), what, hint)
+        }
+        BodyError::FibreCount { .. } => {
+            let message = error.to_string();
+            let (what, hint) = message.split_once(": ").unwrap_or((&message, ""));
+            Fault::new(format!("{key}.fibres"), what, hint)
+        }
+        BodyError::Material { .. } => Fault::new(format!("{key}.grading"), error, "choose a ratio nearer to 1"),
+        _ => Fault::new(key, error, ""),
+    }
+}

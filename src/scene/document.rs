@@ -1,0 +1,271 @@
+//! A scene's text, with what `--set` changes in it, and where each key stands.
+//!
+//! An override is put into the parsed tree before it is deserialised, so it is judged like text of the file. Its spans are
+//! made to begin behind the end of the file (it is parsed after as many spaces), which tells whose fault an error is.
+
+use super::error::{Fault, SceneError, Span, explain, position};
+use super::schema::SceneFile;
+use super::{Scene, catalog};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
+
+/// The most words a dotted key may have; the schema needs seven.
+const DEEPEST: usize = 16;
+
+/// The text of a scene before it is understood.
+#[derive(Clone, Debug)]
+pub struct Document {
+    origin: String,
+    folder: PathBuf,
+    text: String,
+    overrides: Vec<(String, String)>,
+}
+
+impl Document {
+    /// A scene from text; `origin` names it in errors, files it mentions are looked for in the current directory.
+    pub fn new(text: impl Into<String>, origin: impl Into<String>) -> Self {
+        Self { origin: origin.into(), folder: PathBuf::new(), text: text.into(), overrides: Vec::new() }
+    }
+
+    /// A scene file; files it mentions are looked for beside it.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let origin = path.display().to_string();
+        let refuse = |what: String, hint: &str| {
+            let (origin, hint) = (origin.clone(), hint.to_owned());
+            SceneError { origin, position: None, key: String::new(), what, hint }
+        };
+        if !path.is_file() && path.exists() {
+            return Err(refuse("is not a regular file".to_owned(), "give the path of a scene file (.toml)"));
+        }
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| refuse(format!("cannot be read: {e}"), "check the path; a scene file is UTF-8 text (TOML)"))?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        Ok(Self { origin, folder, text, overrides: Vec::new() })
+    }
+
+    /// A scene of the catalog.
+    ///
+    /// # Errors
+    /// If there is none of that name.
+    pub fn named(name: &str) -> Result<Self, SceneError> {
+        let entry = catalog::find(name)?;
+        Ok(Self::new(entry.text, format!("{name}.toml (catalog)")))
+    }
+
+    /// A scene of the catalog, or else the file at this path.
+    ///
+    /// # Errors
+    /// If there is neither.
+    pub fn open(name_or_path: &str) -> Result<Self, SceneError> {
+        let path = Path::new(name_or_path);
+        match Self::named(name_or_path) {
+            Err(unknown) if path.exists() || name_or_path.ends_with(".toml") || path.components().count() > 1 => {
+                Self::load(path)
+                    .map_err(|error| if path.exists() { error } else { SceneError { hint: unknown.hint, ..error } })
+            }
+            found => found,
+        }
+    }
+
+    /// Replaces or adds a value: `run.dt=5`, `bodies.0.tearing.radius=1`. The value is TOML; what is none is a string.
+    ///
+    /// # Errors
+    /// Without an equals sign or a key. Whether the key exists is judged by [`scene`](Self::scene).
+    pub fn set(&mut self, assignment: &str) -> Result<(), SceneError> {
+        match assignment.split_once('=') {
+            Some((key, value)) if (1..=DEEPEST).contains(&key.trim().split('.').filter(|w| !w.is_empty()).count()) => {
+                self.overrides.push((key.trim().to_owned(), value.trim().to_owned()));
+                Ok(())
+            }
+            _ => Err(SceneError {
+                origin: format!("--set {assignment}"),
+                position: None,
+                key: String::new(),
+                what: "not of the form key=value".to_owned(),
+                hint: "write for example --set run.dt=5 or --set bodies.0.tearing.radius=1".to_owned(),
+            }),
+        }
+    }
+
+    /// The text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Where files are looked for that the scene mentions.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Understands the text.
+    ///
+    /// # Errors
+    /// Where it is not TOML, does not follow the schema, or holds a number that is not finite.
+    pub fn scene(self) -> Result<Scene, SceneError> {
+        let (file, spans) = self.parse()?;
+        Ok(Scene { file, document: self, spans })
+    }
+
+    fn parse(&self) -> Result<(SceneFile, BTreeMap<String, Span>), SceneError> {
+        let refuse = |error: &toml::de::Error| {
+            let (what, hint) = explain(error.message());
+            self.at(error.span(), String::new(), what, hint)
+        };
+        let root = DeTable::parse(&self.text).map_err(|e| refuse(&e))?;
+        let padded = self.padded_overrides();
+        let (whole, mut root) = (root.span(), root.into_inner());
+        for ((key, _), text) in self.overrides.iter().zip(&padded) {
+            let mut parsed = DeTable::parse(text).map_err(|e| refuse(&e))?.into_inner();
+            if let Some(value) = parsed.remove("value") {
+                insert(&mut root, key, value).map_err(|(what, hint)| self.at_override(key, what, hint))?;
+            }
+        }
+        let mut spans = BTreeMap::new();
+        record(&root, "", &mut spans);
+        if let Some(key) = first_not_finite(&root, "") {
+            let span = spans.get(&key).cloned();
+            return Err(self.at(span, key, "not a finite number".to_owned(), "give an ordinary number".to_owned()));
+        }
+        let tree = toml::Spanned::new(whole, root);
+        let file = SceneFile::deserialize(toml::Deserializer::from(tree)).map_err(|e| refuse(&e))?;
+        Ok((file, spans))
+    }
+
+    /// Each override as a document of its own, behind spaces up to its place.
+    fn padded_overrides(&self) -> Vec<String> {
+        let mut padding = self.text.len() + 1;
+        let overrides = self.overrides.iter().map(|(_, value)| {
+            let is_toml = DeValue::parse(value).is_ok();
+            let value = if is_toml { value.clone() } else { toml::Value::String(value.clone()).to_string() };
+            let text = format!("{}value = {value}", " ".repeat(padding));
+            padding = text.len() + 1;
+            text
+        });
+        overrides.collect()
+    }
+
+    /// The error for a fault, at the place of its key or of the nearest key above that is written down.
+    pub(super) fn locate(&self, spans: &BTreeMap<String, Span>, fault: Fault) -> SceneError {
+        let mut path = fault.key.as_str();
+        let span = loop {
+            match spans.get(path) {
+                Some(span) => break Some(span.clone()),
+                None => match path.rsplit_once('.') {
+                    Some((above, _)) => path = above,
+                    None => break None,
+                },
+            }
+        };
+        self.at(span, fault.key, fault.what, fault.hint)
+    }
+
+    fn at(&self, span: Option<Span>, key: String, what: String, hint: String) -> SceneError {
+        let start = span.map_or(0, |span| span.start);
+        if start <= self.text.len() {
+            let position = Some(position(&self.text, start));
+            return SceneError { origin: self.origin.clone(), position, key, what, hint };
+        }
+        let ends = self.padded_overrides();
+        let at_fault = self.overrides.iter().zip(&ends).find(|(_, text)| start < text.len()).map(|(set, _)| set);
+        let origin = at_fault.map_or(String::new(), |(key, value)| format!("--set {key}={value}"));
+        SceneError { origin, position: None, key, what, hint }
+    }
+
+    fn at_override(&self, key: &str, what: String, hint: String) -> SceneError {
+        SceneError { origin: format!("--set {key}=…"), position: None, key: String::new(), what, hint }
+    }
+}
+
+type Value<'i> = toml::Spanned<DeValue<'i>>;
+
+/// Puts a value at a dotted path; tables on the way are made, arrays are indexed.
+fn insert<'i>(root: &mut DeTable<'i>, path: &'i str, value: Value<'i>) -> Result<(), (String, String)> {
+    let span = value.span();
+    let mut words = path.split('.').peekable();
+    let mut table = root;
+    let mut walked = String::new();
+    while let Some(word) = words.next() {
+        let key = toml::Spanned::new(span.clone(), word.into());
+        if words.peek().is_none() {
+            // An old key would keep its span in the file.
+            table.remove(word);
+            table.insert(key, value);
+            return Ok(());
+        }
+        if !table.contains_key(word) {
+            table.insert(key, toml::Spanned::new(span.clone(), DeValue::Table(DeTable::new())));
+        }
+        let Some(mut next) = table.get_mut(word).map(toml::Spanned::get_mut) else { break };
+        walked = join(&walked, word);
+        while let DeValue::Array(array) = next {
+            let (count, index) = (array.len(), words.next().unwrap_or_default());
+            let entry = index.parse().ok().and_then(|i: usize| array.get_mut(i));
+            let Some(entry) = entry else {
+                let range = if count == 0 { "no entry".to_owned() } else { format!("the entries 0 to {}", count - 1) };
+                return Err((
+                    format!("`{walked}` has {range}, so `{index}` names none"),
+                    format!("write `{walked}.0` for the first"),
+                ));
+            };
+            if words.peek().is_none() {
+                *entry = value;
+                return Ok(());
+            }
+            walked = join(&walked, index);
+            next = entry.get_mut();
+        }
+        match next {
+            DeValue::Table(inner) => table = inner,
+            _ => {
+                let hint = "leave out what stands behind it".to_owned();
+                return Err((format!("`{walked}` is a single value and has no keys"), hint));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn join(path: &str, word: &str) -> String {
+    if path.is_empty() { word.to_owned() } else { format!("{path}.{word}") }
+}
+
+fn children<'a, 'i>(value: &'a DeValue<'i>) -> Vec<(String, Span, &'a Value<'i>)> {
+    match value {
+        DeValue::Table(table) => table.iter().map(|(k, v)| (k.get_ref().to_string(), k.span(), v)).collect(),
+        DeValue::Array(array) => array.iter().enumerate().map(|(i, v)| (i.to_string(), v.span(), v)).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Where every key stands.
+fn record(table: &DeTable<'_>, path: &str, spans: &mut BTreeMap<String, Span>) {
+    for (key, value) in table {
+        let path = join(path, key.get_ref());
+        spans.insert(path.clone(), key.span());
+        record_children(value.get_ref(), &path, spans);
+    }
+}
+
+fn record_children(value: &DeValue<'_>, path: &str, spans: &mut BTreeMap<String, Span>) {
+    for (word, span, child) in children(value) {
+        let path = join(path, &word);
+        record_children(child.get_ref(), &path, spans);
+        spans.insert(path, span);
+    }
+}
+
+fn first_not_finite(table: &DeTable<'_>, path: &str) -> Option<String> {
+    table.iter().find_map(|(key, value)| not_finite(value.get_ref(), &join(path, key.get_ref())))
+}
+
+fn not_finite(value: &DeValue<'_>, path: &str) -> Option<String> {
+    match value {
+        DeValue::Float(number) if !number.as_str().parse::<f64>().is_ok_and(f64::is_finite) => Some(path.to_owned()),
+        _ => children(value).into_iter().find_map(|(word, _, child)| not_finite(child.get_ref(), &join(path, &word))),
+    }
+}

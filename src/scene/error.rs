@@ -1,0 +1,138 @@
+//! Why a scene is refused: where, what is wrong, how to mend it.
+
+use std::fmt;
+use std::ops::Range;
+
+/// A refused scene. Displayed as `file:line:column: what` and, on a second line, how to mend it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneError {
+    /// The scene file, the catalog scene or the `--set` that is at fault.
+    pub origin: String,
+    /// Line and column, both from 1, where the fault has a place in the text.
+    pub position: Option<(usize, usize)>,
+    /// Dotted path of the key at fault (`bodies.0.material`); empty where the text itself cannot be read.
+    pub key: String,
+    /// What is wrong.
+    pub what: String,
+    /// How to mend it.
+    pub hint: String,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.origin)?;
+        if let Some((line, column)) = self.position {
+            write!(f, "{line}:{column}:")?;
+        }
+        if !self.key.is_empty() {
+            write!(f, " {}:", self.key)?;
+        }
+        write!(f, " {}", self.what)?;
+        if !self.hint.is_empty() {
+            write!(f, "\n  help: {}", self.hint)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+/// A fault found after the text was understood; [`Document`](super::Document) adds the place.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Fault {
+    pub key: String,
+    pub what: String,
+    pub hint: String,
+}
+
+impl Fault {
+    pub fn new(key: impl Into<String>, what: impl fmt::Display, hint: impl fmt::Display) -> Self {
+        Self { key: key.into(), what: what.to_string(), hint: hint.to_string() }
+    }
+}
+
+/// A number that must be above zero.
+pub(super) fn positive(key: String, value: f64, unit: &str) -> Result<f64, Fault> {
+    if value > 0.0 {
+        return Ok(value);
+    }
+    Err(Fault::new(key, format!("{value}{} is not above zero", spaced(unit)), "give a number above zero"))
+}
+
+/// A number that must not be below zero.
+pub(super) fn not_negative(key: String, value: f64, unit: &str) -> Result<f64, Fault> {
+    if value >= 0.0 {
+        return Ok(value);
+    }
+    Err(Fault::new(key, format!("{value}{} is below zero", spaced(unit)), "give zero or more"))
+}
+
+fn spaced(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" {unit}") }
+}
+
+/// Line and column, from 1, of a byte of the text.
+pub(super) fn position(text: &str, byte: usize) -> (usize, usize) {
+    let before = text.get(..byte.min(text.len())).unwrap_or(text);
+    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+}
+
+/// The word nearest to `given`, if one is near enough to be what was meant.
+pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let scored = known.into_iter().map(|word| (strsim::jaro_winkler(given, word), word));
+    // 0.75 accepts a slip in four letters and refuses unrelated words of the schema.
+    scored.filter(|(score, _)| *score > 0.75).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, word)| word)
+}
+
+/// What is wrong and the hint, from a deserialiser's message: its lists of names become a suggestion.
+pub(super) fn explain(message: &str) -> (String, String) {
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let (kind, is_name) = if message.starts_with("unknown field") {
+        ("key", true)
+    } else {
+        ("value", message.starts_with("unknown variant"))
+    };
+    if let (true, Some((given, known))) = (is_name, quoted.split_first()) {
+        let suggestion = nearest(given, known.iter().copied());
+        let list = format!("valid {kind}s here: {}", known.join(", "));
+        let hint = suggestion.map_or(list.clone(), |word| format!("did you mean `{word}`? {list}"));
+        return (format!("unknown {kind} `{given}`"), hint);
+    }
+    if let (true, Some(name)) = (message.starts_with("missing field"), quoted.first()) {
+        return (
+            format!("the key `{name}` is missing"),
+            format!("add `{name} = …`; `rhexis scenes --show fig2` shows a whole scene"),
+        );
+    }
+    if message.starts_with("wanted exactly 1 element") {
+        return ("exactly one kind belongs here".to_owned(), "keep one of the keys, with its own table".to_owned());
+    }
+    let (what, hint) = message.split_once("; ").unwrap_or((message, ""));
+    (what.replace('\n', ", "), hint.to_owned())
+}
+
+/// A byte range, kept apart from [`Range`]'s iteration.
+pub(super) type Span = Range<usize>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_count_lines_and_characters_from_one() {
+        let text = "a = 1\nµ = 2 x\n";
+        assert_eq!(position(text, 0), (1, 1));
+        // The µ takes two bytes and one column.
+        assert_eq!(position(text, text.find('x').unwrap()), (2, 7));
+        assert_eq!(position(text, 999), (3, 1));
+    }
+
+    #[test]
+    fn an_unknown_key_brings_its_nearest_neighbour() {
+        let (what, hint) = explain("unknown field `yung`, expected one of `young`, `poisson`");
+        assert_eq!(what, "unknown key `yung`");
+        assert_eq!(hint, "did you mean `young`? valid keys here: young, poisson");
+        assert!(!explain("unknown field `zzz`, expected `young`").1.contains("did you mean"));
+    }
+}

@@ -1,0 +1,322 @@
+//! A scene in a simulation, ready to run.
+
+use super::build::{self, direction};
+use super::error::{Fault, positive};
+use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec, TangentSpec};
+use super::{Scene, SceneError};
+use crate::components::{Body, Holds, Obstacle, Shape};
+use crate::report::Report;
+use crate::settings::{LinearParams, Settings, Tangent};
+use crate::simulation::{Simulation, SimulationError};
+use crate::storage::{Tips, Vertices};
+use glam::{DMat3, DVec3};
+use hecs::Entity;
+use std::fmt;
+
+/// A scene in a simulation.
+pub struct Instance {
+    /// The simulation, with all bodies and obstacles and the starting cuts made.
+    pub simulation: Simulation,
+    /// The bodies in the order of the file.
+    pub bodies: Vec<Entity>,
+    /// How to run it.
+    pub run: Run,
+    /// What to write of it.
+    pub output: OutputSpec,
+    step: u64,
+    has_torn: bool,
+}
+
+/// How a scene is run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run {
+    /// Steps or equilibria.
+    pub mode: Mode,
+    /// Time step \[ms\].
+    pub dt: f64,
+    /// Number of steps at the most.
+    pub steps: u64,
+    /// Whether the run ends once a tear has begun and no tip is left.
+    pub until_torn: bool,
+    /// Where a static solve ends, as a fraction of the largest corner force.
+    pub static_tolerance: f64,
+    /// How often tearing and equilibrium may alternate within one static step.
+    pub static_advances: u32,
+}
+
+/// What a scene holds, for a look before it is run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// The scene's name.
+    pub name: String,
+    /// How it is run.
+    pub run: Run,
+    /// Its bodies.
+    pub bodies: Vec<BodySummary>,
+    /// Number of obstacles.
+    pub obstacle_count: usize,
+}
+
+/// One body of a [`Summary`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodySummary {
+    /// Its name.
+    pub name: String,
+    /// Number of vertices, after the starting cuts.
+    pub vertex_count: usize,
+    /// Number of triangles, after the starting cuts.
+    pub triangle_count: usize,
+    /// Least and greatest rest coordinates \[mm\].
+    pub bounds: (DVec3, DVec3),
+    /// Each hold with its number of vertices.
+    pub holds: Vec<(String, usize)>,
+    /// Number of tear tips.
+    pub tip_count: usize,
+}
+
+impl Scene {
+    /// Judges the scene without running it: reads its files, builds its meshes and bodies and makes its cuts.
+    ///
+    /// # Errors
+    /// For everything that [`instantiate`](Self::instantiate) refuses.
+    pub fn check(&self) -> Result<Summary, SceneError> {
+        let instance = self.instantiate()?;
+        let bodies = instance.bodies.iter().filter_map(|&body| summary(&instance.simulation, body));
+        Ok(Summary {
+            name: self.file.scene.name.clone(),
+            run: instance.run,
+            bodies: bodies.collect(),
+            obstacle_count: self.file.obstacles.len(),
+        })
+    }
+
+    /// Builds the simulation.
+    ///
+    /// # Errors
+    /// For a number out of its range, a mesh or material that is refused, a region that selects nothing, holds that
+    /// contradict each other, a file that is missing; named with its place in the text.
+    pub fn instantiate(&self) -> Result<Instance, SceneError> {
+        self.build().map_err(|fault| self.document.locate(&self.spans, fault))
+    }
+
+    fn build(&self) -> Result<Instance, Fault> {
+        let run = run(&self.file.run)?;
+        if self.file.bodies.is_empty() {
+            return Err(Fault::new("bodies", "there is no body", "add a [[bodies]] table"));
+        }
+        let settings = settings(&self.file.run)?;
+        let refused = |error| Fault::new("run.threads", error, "use fewer threads");
+        let mut simulation = Simulation::new(settings).map_err(refused)?;
+        let mut bodies = Vec::new();
+        for (i, spec) in self.file.bodies.iter().enumerate() {
+            let key = format!("bodies.{i}");
+            let membrane = build::membrane(spec, self.document.folder(), &key)?;
+            let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, &key, &error))?;
+            if let Some(initial) = &spec.initial {
+                start(&mut simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
+            }
+            for (i, cut) in spec.cuts.iter().enumerate() {
+                self::cut(&mut simulation, body, cut, &format!("{key}.cuts.{i}"))?;
+            }
+            bodies.push(body);
+        }
+        for (i, obstacle) in self.file.obstacles.iter().enumerate() {
+            simulation.spawn_obstacle(Obstacle { shape: shape(obstacle, &format!("obstacles.{i}"))? });
+        }
+        Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), step: 0, has_torn: false })
+    }
+}
+
+impl Instance {
+    /// Does one step as the scene says.
+    ///
+    /// # Errors
+    /// In static mode where no equilibrium is found; the last good state stands.
+    pub fn advance(&mut self) -> Result<&Report, SimulationError> {
+        self.has_torn |= self.tip_count() > 0;
+        match self.run.mode {
+            Mode::Dynamic => self.simulation.step(self.run.dt)?,
+            Mode::Static => {
+                let Run { dt, static_tolerance, static_advances, .. } = self.run;
+                self.simulation.settle_and_tear(dt, static_tolerance, static_advances)?
+            }
+        };
+        self.step += 1;
+        Ok(self.simulation.report())
+    }
+
+    /// Whether all steps are done, or the tear is through where the scene asks to stop there.
+    pub fn is_finished(&self) -> bool {
+        let is_torn = self.run.until_torn && self.has_torn && self.tip_count() == 0;
+        is_torn || self.step >= self.run.steps
+    }
+
+    /// Steps of the scene done; a static one may have taken several equilibria.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// Tear tips that are alive, of all bodies.
+    pub fn tip_count(&self) -> usize {
+        let tips = |&body: &Entity| self.simulation.world().get::<&Tips>(body).map_or(0, |tips| tips.len());
+        self.bodies.iter().map(tips).sum()
+    }
+}
+
+fn run(spec: &RunSpec) -> Result<Run, Fault> {
+    let dt = positive("run.dt".to_owned(), spec.dt, "ms")?;
+    let steps = match (spec.steps, spec.duration) {
+        (Some(steps), None) => steps,
+        // The relative 1e-9 keeps a duration that is a multiple of dt from gaining a step by rounding.
+        (None, Some(duration)) => {
+            (positive("run.duration".to_owned(), duration, "ms")? / dt * (1.0 - 1e-9)).ceil() as u64
+        }
+        _ => {
+            let what = "the length of the run is given twice or not at all";
+            return Err(Fault::new("run", what, "give either `steps` or `duration` [ms]"));
+        }
+    };
+    let static_tolerance = positive("run.static_tolerance".to_owned(), spec.static_tolerance, "")?;
+    Ok(Run { mode: spec.mode, dt, steps, until_torn: spec.until_torn, static_tolerance, static_advances: spec.static_advances })
+}
+
+fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
+    let above_zero = |name: &str, count: u32| match count {
+        0 => Err(Fault::new(format!("run.{name}"), "there must be at least one", "give 1 or more")),
+        _ => Ok(count),
+    };
+    if spec.threads > 1024 {
+        return Err(Fault::new(
+            "run.threads",
+            format!("{} threads are too many", spec.threads),
+            "give 0 for one per core",
+        ));
+    }
+    if spec.halvings > 20 {
+        let hint = "give 20 or less: a millionth of dt is the smallest part then";
+        return Err(Fault::new("run.halvings", format!("{} halvings are too many", spec.halvings), hint));
+    }
+    Ok(Settings {
+        linear: LinearParams {
+            tolerance: positive("run.linear_tolerance".to_owned(), spec.linear_tolerance, "")?,
+            iterations: above_zero("linear_iterations", spec.linear_iterations)?,
+        },
+        tangent: match spec.tangent {
+            TangentSpec::Rotated => Tangent::Rotated,
+            TangentSpec::Exact => Tangent::Exact,
+        },
+        newton_iterations: above_zero("newton_iterations", spec.newton_iterations)?,
+        newton_tolerance: positive("run.newton_tolerance".to_owned(), spec.newton_tolerance, "")?,
+        static_iterations: above_zero("static_iterations", spec.static_iterations)?,
+        halvings: spec.halvings,
+        threads: spec.threads,
+    })
+}
+
+/// A notch or slit made before the first step.
+fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key: &str) -> Result<(), Fault> {
+    let polyline: Vec<DVec3> = spec.polyline.iter().map(|point| point.0).collect();
+    if polyline.len() < 2 || polyline.windows(2).any(|pair| pair[0] == pair[1]) {
+        let hint = "give two or more points [x, y, z], no two in a row the same";
+        return Err(Fault::new(format!("{key}.polyline"), "this is no line", hint));
+    }
+    let hint = "move its points onto the body, away from other cuts, or make it longer than an edge of the mesh";
+    let cut = simulation.cut(body, &polyline);
+    cut.map(|_| ()).map_err(|error| Fault::new(format!("{key}.polyline"), error, hint))
+}
+
+fn start(
+    simulation: &mut Simulation,
+    body: Entity,
+    spec: &InitialSpec,
+    is_planar: bool,
+    key: &str,
+) -> Result<(), Fault> {
+    let rows = spec.stretch.unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    let map = DMat3::from_cols_array_2d(&rows).transpose();
+    if map.determinant() <= 0.0 {
+        let hint = "give a map that keeps volume and handedness: its determinant must be above zero";
+        return Err(Fault::new(format!("{key}.stretch"), "the map flattens or mirrors the body", hint));
+    }
+    let (velocity, spin) = (spec.velocity.0, spec.spin.0);
+    if is_planar && (velocity.z != 0.0 || spin.x != 0.0 || spin.y != 0.0 || map.col(2).truncate().length() != 0.0) {
+        let hint = "give a velocity in x and y, a spin about z, and a stretch that keeps z apart";
+        return Err(Fault::new(key, "a planar body would leave its plane", hint));
+    }
+    let Ok(mut vertices) = simulation.world().get::<&mut Vertices>(body) else { return Ok(()) };
+    let vertices = &mut *vertices;
+    vertices.position.iter_mut().for_each(|x| *x = map * *x);
+    let mass: f64 = vertices.mass.iter().sum();
+    let weighted = vertices.position.iter().zip(&vertices.mass).map(|(x, m)| *x * *m);
+    let centre = weighted.sum::<DVec3>() / mass;
+    for (v, x) in vertices.velocity.iter_mut().zip(&vertices.position) {
+        *v = velocity + spin.cross(*x - centre);
+    }
+    Ok(())
+}
+
+fn shape(spec: &ObstacleSpec, key: &str) -> Result<Shape, Fault> {
+    Ok(match spec {
+        ObstacleSpec::Plane(p) => {
+            Shape::Plane { point: p.point.0, normal: direction(p.normal.0, &format!("{key}.plane.normal"))? }
+        }
+        ObstacleSpec::Sphere(s) => {
+            Shape::Sphere { centre: s.centre.0, radius: positive(format!("{key}.sphere.radius"), s.radius, "mm")? }
+        }
+        ObstacleSpec::Ellipsoid(e) => {
+            positive(format!("{key}.ellipsoid.half_axes"), e.half_axes.0.min_element(), "mm")?;
+            Shape::Ellipsoid { centre: e.centre.0, half_axes: e.half_axes.0 }
+        }
+    })
+}
+
+fn summary(simulation: &Simulation, body: Entity) -> Option<BodySummary> {
+    let world = simulation.world();
+    let vertices = world.get::<&Vertices>(body).ok()?;
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let held = world.get::<&Holds>(body);
+    Some(BodySummary {
+        name: world.get::<&Body>(body).ok()?.name.clone(),
+        vertex_count: vertices.len(),
+        triangle_count: world.get::<&crate::storage::Triangles>(body).ok()?.len(),
+        bounds: vertices.rest_position.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p))),
+        holds: held.map_or(Vec::new(), |h| h.groups.iter().map(|g| (g.name.clone(), g.members.rows().len())).collect()),
+        tip_count: world.get::<&Tips>(body).map_or(0, |tips| tips.len()),
+    })
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Run { mode, dt, steps, .. } = self.run;
+        let kind = if mode == Mode::Static { "static" } else { "dynamic" };
+        write!(f, "{}: {kind}, {steps} steps of {dt} ms", self.name)?;
+        if self.obstacle_count > 0 {
+            write!(f, ", {} obstacle(s)", self.obstacle_count)?;
+        }
+        for body in &self.bodies {
+            let (low, high) = body.bounds;
+            let size = high - low;
+            write!(
+                f,
+                "\n  {}: {} vertices, {} triangles, {} × {} × {} mm",
+                body.name,
+                body.vertex_count,
+                body.triangle_count,
+                rounded(size.x),
+                rounded(size.y),
+                rounded(size.z)
+            )?;
+            for (name, count) in &body.holds {
+                write!(f, ", hold `{name}` on {count}")?;
+            }
+            if body.tip_count > 0 {
+                write!(f, ", {} tear tip(s)", body.tip_count)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn rounded(length: f64) -> f64 {
+    (length * 1e3).round() / 1e3
+}

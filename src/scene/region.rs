@@ -1,0 +1,143 @@
+//! Which vertices of a rest mesh a region selects.
+
+use super::error::Fault;
+use super::schema::RegionSpec;
+use crate::storage::TriangleMesh;
+use glam::DVec3;
+
+/// Widens ranges by default \[mm\]: more than the rounding of a generated coordinate, less than any edge.
+const TOLERANCE: f64 = 1e-6;
+
+/// A rest mesh with its boundary, to be selected from.
+pub(super) struct Surface<'a> {
+    mesh: &'a TriangleMesh,
+    boundary_edges: Vec<[u32; 2]>,
+    is_boundary: Vec<bool>,
+}
+
+impl<'a> Surface<'a> {
+    /// Finds the boundary: the edges that belong to one triangle, in ascending order of their ends.
+    pub fn new(mesh: &'a TriangleMesh) -> Self {
+        let mut edges: Vec<[u32; 2]> = Vec::with_capacity(3 * mesh.triangles.len());
+        for &[a, b, c] in &mesh.triangles {
+            edges.extend([[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]));
+        }
+        edges.sort_unstable();
+        let single = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
+        let boundary_edges: Vec<[u32; 2]> = single.map(|same| same[0]).collect();
+        let mut is_boundary = vec![false; mesh.positions.len()];
+        boundary_edges.iter().flatten().for_each(|&v| is_boundary[v as usize] = true);
+        Self { mesh, boundary_edges, is_boundary }
+    }
+
+    /// The vertices of a region, ascending; never none.
+    pub fn vertices(&self, region: &RegionSpec, key: &str) -> Result<Vec<u32>, Fault> {
+        let is_inside = self.mask(region, key)?;
+        let rows: Vec<u32> = (0..).zip(&is_inside).filter(|(_, inside)| **inside).map(|(row, _)| row).collect();
+        if rows.is_empty() {
+            return Err(self.selects_none("vertex", key));
+        }
+        Ok(rows)
+    }
+
+    /// The boundary edges with both ends in a region; never none.
+    pub fn edges(&self, region: &RegionSpec, key: &str) -> Result<Vec<[u32; 2]>, Fault> {
+        let is_inside = self.mask(region, key)?;
+        let within = self.boundary_edges.iter().filter(|edge| edge.iter().all(|&v| is_inside[v as usize]));
+        let edges: Vec<[u32; 2]> = within.copied().collect();
+        if edges.is_empty() {
+            return Err(self.selects_none("boundary edge", key));
+        }
+        Ok(edges)
+    }
+
+    /// Least and greatest coordinates \[mm\].
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        self.mesh.positions.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p)))
+    }
+
+    fn selects_none(&self, what: &str, key: &str) -> Fault {
+        let (low, high) = self.bounds();
+        let spans = format!(
+            "selects no {what}: the body spans x {} to {}, y {} to {}, z {} to {} mm",
+            low.x, high.x, low.y, high.y, low.z, high.z
+        );
+        Fault::new(key, spans, "move the region onto the body, or widen `tolerance` to reach the nearest vertices")
+    }
+
+    fn mask(&self, region: &RegionSpec, key: &str) -> Result<Vec<bool>, Fault> {
+        let RegionSpec { all, x, y, z, radius, centre, axis, boundary, nearest, any, except, tolerance } = region;
+        let says_nothing = !all
+            && !boundary
+            && [x, y, z, radius].iter().all(|range| range.is_none())
+            && nearest.is_none()
+            && any.is_none()
+            && except.is_none();
+        if says_nothing {
+            let hint = "give x, y, z, radius, boundary, nearest, any or except, or all = true for the whole body";
+            return Err(Fault::new(key, "the region says nothing", hint));
+        }
+        let tolerance = super::error::not_negative(format!("{key}.tolerance"), tolerance.unwrap_or(TOLERANCE), "mm")?;
+        let axis = axis.map_or(DVec3::Z, |axis| axis.0);
+        let axis = axis.try_normalize().ok_or_else(|| {
+            Fault::new(format!("{key}.axis"), "the axis has no direction", "give a vector that is not zero")
+        })?;
+        let nearest = nearest.and_then(|point| {
+            let distances = self.mesh.positions.iter().map(|p| p.distance_squared(point.0)).enumerate();
+            distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(row, _)| row)
+        });
+        let within = |row: usize, p: DVec3| {
+            let out = (p - centre.0).reject_from_normalized(axis).length();
+            [(x, p.x), (y, p.y), (z, p.z), (radius, out)]
+                .iter()
+                .all(|(range, value)| range.is_none_or(|range| range.contains(*value, tolerance)))
+                && (!boundary || self.is_boundary[row])
+                && nearest.is_none_or(|nearest| nearest == row)
+        };
+        let mut mask: Vec<bool> = self.mesh.positions.iter().enumerate().map(|(row, p)| within(row, *p)).collect();
+        if let Some(list) = any {
+            let mut union = vec![false; mask.len()];
+            for (i, region) in list.iter().enumerate() {
+                let part = self.mask(region, &format!("{key}.any.{i}"))?;
+                union.iter_mut().zip(part).for_each(|(u, p)| *u |= p);
+            }
+            mask.iter_mut().zip(union).for_each(|(m, u)| *m &= u);
+        }
+        if let Some(region) = except {
+            let part = self.mask(region, &format!("{key}.except"))?;
+            mask.iter_mut().zip(part).for_each(|(m, p)| *m &= !p);
+        }
+        Ok(mask)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::generate;
+
+    fn rows(text: &str) -> Result<Vec<u32>, Fault> {
+        // 3 × 2 vertices, row-major from the lower left.
+        let mesh = generate::grid(2.0, 1.0, 2, 1).unwrap();
+        Surface::new(&mesh).vertices(&toml::from_str(text).unwrap(), "region")
+    }
+
+    #[test]
+    fn conditions_combine() {
+        assert_eq!(rows("x = 0").unwrap(), [0, 3]);
+        assert_eq!(rows("x = [0.5, 2]\ny = 1.0").unwrap(), [4, 5]);
+        assert_eq!(rows("nearest = [1.2, 0.9]").unwrap(), [4]);
+        assert_eq!(rows("any = [{ x = 0 }, { x = 2 }]\nexcept = { y = 0 }").unwrap(), [3, 5]);
+        assert_eq!(rows("radius = [0, 1]").unwrap(), [0, 1, 3]);
+        assert_eq!(rows("x = 0.9\ntolerance = 0.2").unwrap(), [1, 4]);
+        assert_eq!(rows("boundary = true").unwrap().len(), 6);
+    }
+
+    #[test]
+    fn an_empty_selection_says_where_the_body_is() {
+        let fault = rows("x = 5").unwrap_err();
+        assert!(fault.what.contains("x 0 to 2, y 0 to 1, z 0 to 0 mm"), "{}", fault.what);
+        assert!(rows("").unwrap_err().what.contains("says nothing"));
+    }
+}

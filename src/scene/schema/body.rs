@@ -1,0 +1,216 @@
+//! `[[bodies]]`: a membrane and what it carries.
+
+use super::constraint::{EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, SpringSpec};
+use super::{MeshSpec, Point, Strain, TimeCurve};
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// One of `[[bodies]]`. What is absent costs nothing.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodySpec {
+    /// Name in reports and files.
+    pub name: String,
+    /// Keep it in the plane of its mesh. Default false.
+    #[serde(default)]
+    pub planar: bool,
+    /// Its triangles.
+    pub mesh: MeshSpec,
+    /// Its elastic constants.
+    pub material: MaterialSpec,
+    /// Anisotropy that grows with the distance from an axis.
+    pub grading: Option<GradingSpec>,
+    /// Where the fibres run; the mesh file's own, or along x, if absent.
+    pub fibres: Option<FibreSpec>,
+    /// Initial strain held by the surroundings: the drawn shape is under tension, a freed piece shrinks by it.
+    pub pre_stretch: Option<Strain>,
+    /// Strain-rate damping β \[ms\], ≥ 0: the stress gains β · C : dU/dt.
+    pub damping: Option<f64>,
+    /// Acceleration \[mm/ms²\]; the earth's is `[0, 0, -9.81e-3]`.
+    pub gravity: Option<Point>,
+    /// Drag of the surrounding fluid \[N·ms/mm³\], ≥ 0.
+    pub drag: Option<f64>,
+    /// Follower pressure along the normal \[MPa\], over time.
+    pub pressure: Option<TimeCurve>,
+    /// Makes it feel the obstacles.
+    pub contact: Option<ContactSpec>,
+    /// Makes it tear.
+    pub tearing: Option<TearingSpec>,
+    /// State at time zero, if not at rest in the rest shape.
+    pub initial: Option<InitialSpec>,
+    /// Prescribed vertices.
+    #[serde(default)]
+    pub holds: Vec<HoldSpec>,
+    /// Forces on vertices.
+    #[serde(default)]
+    pub point_loads: Vec<PointLoadSpec>,
+    /// Forces on boundary edges.
+    #[serde(default)]
+    pub edge_loads: Vec<EdgeLoadSpec>,
+    /// Springs to ground.
+    #[serde(default)]
+    pub springs: Vec<SpringSpec>,
+    /// Forceps.
+    #[serde(default)]
+    pub grips: Vec<GripSpec>,
+    /// Notches and slits made before the first step.
+    #[serde(default)]
+    pub cuts: Vec<CutSpec>,
+}
+
+/// `material`: either `young` and `poisson`, or `young_fibre`, `young_transverse`, `poisson_major` and, if known,
+/// `shear_modulus`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialSpec {
+    /// Isotropic Young's modulus \[MPa\].
+    pub young: Option<f64>,
+    /// Isotropic Poisson ratio, −1 to 1.
+    pub poisson: Option<f64>,
+    /// Young's modulus along the fibre \[MPa\].
+    pub young_fibre: Option<f64>,
+    /// Young's modulus across the fibre \[MPa\].
+    pub young_transverse: Option<f64>,
+    /// Major Poisson ratio: strain across from stress along; its square times E_T/E_F must stay below 1.
+    pub poisson_major: Option<f64>,
+    /// Shear modulus \[MPa\]; Huber's √(E_F·E_T)/(2(1+√(ν_F·ν_T))) if absent.
+    pub shear_modulus: Option<f64>,
+    /// Thickness \[mm\].
+    pub thickness: f64,
+    /// Density \[g/mm³\]. Default 1e-3.
+    #[serde(default = "density")]
+    pub density: f64,
+}
+
+/// `grading`: E_F is multiplied and E_T divided by √g, so that √(E_F·E_T) stays; g grows linearly with the distance from the
+/// axis, from 1 on it to `ratio_at_rim` at `radius`, and stays beyond.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GradingSpec {
+    /// g at `radius`, > 0.
+    pub ratio_at_rim: f64,
+    /// Distance from the axis \[mm\], > 0.
+    pub radius: f64,
+    /// A point of the axis \[mm\]. Default the origin.
+    #[serde(default)]
+    pub centre: Point,
+    /// Direction of the axis. Default z.
+    #[serde(default = "along_z")]
+    pub axis: Point,
+}
+
+/// `fibres`: exactly one of these.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FibreSpec {
+    /// `{ degrees = 45 }`: in the xy plane, counter-clockwise from x.
+    Degrees(f64),
+    /// `{ direction = [x, y, z] }`, projected into each triangle.
+    Direction(Point),
+    /// `{ concentric = { centre, axis } }`: circles about an axis, by default the z axis.
+    Concentric(ConcentricSpec),
+    /// `{ file = "…" }`: one direction `x y z` per line, in the order of the triangles; relative to the scene file.
+    File(PathBuf),
+}
+
+/// Circles about an axis.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConcentricSpec {
+    /// A point of the axis \[mm\]. Default the origin.
+    #[serde(default)]
+    pub centre: Point,
+    /// Direction of the axis. Default z.
+    #[serde(default = "along_z")]
+    pub axis: Point,
+}
+
+/// `contact`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactSpec {
+    /// Pressure per depth of penetration \[N/mm³\], > 0.
+    pub stiffness: f64,
+}
+
+/// How a tear runs through the mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TearModeSpec {
+    /// In any direction, by splitting triangles.
+    #[default]
+    Free,
+    /// Along existing edges.
+    Edge,
+}
+
+/// `tearing`: the criterion of Allard, Marchal and Cotin 2009, eq. 2–6, corrected.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TearingSpec {
+    /// Strength against tearing along the fibres σ̄_T \[MPa\], > 0.
+    pub strength_transverse: f64,
+    /// Strength against tearing across the fibres σ̄_F \[MPa\], > 0. Give either this or `strength_ratio`.
+    pub strength_fibre: Option<f64>,
+    /// σ̄_F/σ̄_T, > 0.
+    pub strength_ratio: Option<f64>,
+    /// Exponent α of the threshold between them, > 0. Default 0.5.
+    #[serde(default = "exponent")]
+    pub exponent: f64,
+    /// The tear turns at most so far from its last direction: θ_P \[°\], above 0, at most 180. Default 90.
+    #[serde(default = "cone_degrees")]
+    pub cone_degrees: f64,
+    /// Radius R \[mm\] of the disc over which the stress at a tip is averaged: a property of the tissue, not of the mesh.
+    pub radius: f64,
+    /// `"free"` (default) or `"edge"`.
+    #[serde(default)]
+    pub mode: TearModeSpec,
+    /// Fastest advance of a tip \[mm/ms\]. Default 0.1.
+    #[serde(default = "max_tear_speed")]
+    pub max_tear_speed: f64,
+    /// Whether tears may start where nothing was cut. Default false.
+    #[serde(default)]
+    pub may_initiate: bool,
+}
+
+/// `initial`: x = stretch · X, then a spin about the centre of mass and a common velocity.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InitialSpec {
+    /// Linear map from rest to initial positions, by rows; the identity if absent.
+    pub stretch: Option<[[f64; 3]; 3]>,
+    /// Common velocity \[mm/ms\].
+    #[serde(default)]
+    pub velocity: Point,
+    /// Angular velocity about the centre of mass \[rad/ms\].
+    #[serde(default)]
+    pub spin: Point,
+}
+
+/// One of `[[bodies.cuts]]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CutSpec {
+    /// Points in the rest shape \[mm\]: a notch if it begins at the boundary, else a slit.
+    pub polyline: Vec<Point>,
+}
+
+fn density() -> f64 {
+    1e-3
+}
+
+fn exponent() -> f64 {
+    0.5
+}
+
+fn cone_degrees() -> f64 {
+    90.0
+}
+
+fn max_tear_speed() -> f64 {
+    0.1
+}
+
+fn along_z() -> Point {
+    Point(glam::DVec3::Z)
+}

@@ -1,0 +1,162 @@
+//! Regions of a body, and what holds, loads and grips it there.
+
+use super::{Interval, Point, TimeCurve};
+use serde::Deserialize;
+
+/// Vertices by their rest position. All given conditions must hold.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RegionSpec {
+    /// Every vertex.
+    pub all: bool,
+    /// x \[mm\]: a number or a range.
+    pub x: Option<Interval>,
+    /// y \[mm\].
+    pub y: Option<Interval>,
+    /// z \[mm\].
+    pub z: Option<Interval>,
+    /// Distance from the axis through `centre` along `axis` \[mm\].
+    pub radius: Option<Interval>,
+    /// A point of that axis \[mm\]. Default the origin.
+    pub centre: Point,
+    /// Direction of that axis. Default z.
+    pub axis: Option<Point>,
+    /// Only vertices on the mesh's boundary.
+    pub boundary: bool,
+    /// Only the vertex nearest to this point \[mm\].
+    pub nearest: Option<Point>,
+    /// In at least one of these regions.
+    pub any: Option<Vec<RegionSpec>>,
+    /// Not in this region.
+    pub except: Option<Box<RegionSpec>>,
+    /// Widens every range by so much \[mm\]. Default 1e-6.
+    pub tolerance: Option<f64>,
+}
+
+/// One of `[[bodies.holds]]`: the vertices stand at rest position + curve(t) · move.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HoldSpec {
+    /// Name in reports.
+    pub name: String,
+    /// Which vertices.
+    pub region: RegionSpec,
+    /// Held axes, some of `"xyz"` (default all). The others stay free.
+    #[serde(default = "all_axes")]
+    pub axes: String,
+    /// How far they move at curve value 1; not at all if absent.
+    #[serde(default, rename = "move")]
+    pub movement: MoveSpec,
+    /// Factor over time. Default 1.
+    #[serde(default)]
+    pub curve: TimeCurve,
+}
+
+/// `move`: offset + x·per_x + y·per_y + z·per_z of the rest position, \[mm\].
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MoveSpec {
+    /// The same for all \[mm\].
+    pub offset: Point,
+    /// Per mm of rest x.
+    pub per_x: Point,
+    /// Per mm of rest y.
+    pub per_y: Point,
+    /// Per mm of rest z.
+    pub per_z: Point,
+}
+
+/// One of `[[bodies.point_loads]]`: a force on each vertex of a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointLoadSpec {
+    /// Which vertices.
+    pub region: RegionSpec,
+    /// Force on each \[N\].
+    pub force: Point,
+    /// Factor over time. Default 1.
+    #[serde(default)]
+    pub curve: TimeCurve,
+}
+
+/// One of `[[bodies.edge_loads]]`: a force per rest length on the boundary edges with both ends in a region.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EdgeLoadSpec {
+    /// Which edges.
+    pub region: RegionSpec,
+    /// \[N/mm\]: a stress times the thickness.
+    pub traction: Point,
+    /// Factor over time. Default 1.
+    #[serde(default)]
+    pub curve: TimeCurve,
+}
+
+/// One of `[[bodies.springs]]`: springs to the rest position. Give either stiffness.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpringSpec {
+    /// Which vertices.
+    pub region: RegionSpec,
+    /// Of all of them together \[N/mm\], shared by rest area.
+    pub total: Option<f64>,
+    /// Per rest area of the vertices (a third of their triangles') \[N/mm³\].
+    pub per_area: Option<f64>,
+}
+
+/// One of `[[bodies.grips]]`: forceps that take the tissue, move by their path and let go.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GripSpec {
+    /// Name in reports.
+    pub name: String,
+    /// Where the tissue is taken, in the rest shape \[mm\].
+    pub at: Point,
+    /// Time of the grasp \[ms\].
+    pub from: f64,
+    /// Time of the release \[ms\].
+    pub until: f64,
+    /// Pinch radius \[mm\], ≥ 0; the nearest vertex is always taken.
+    pub radius: f64,
+    /// Stiffness per vertex \[N/mm\], > 0.
+    pub stiffness: f64,
+    /// The hand's path from `at`: what is held moves by the hand's displacement.
+    pub path: Vec<LegSpec>,
+}
+
+/// A leg of a hand's path: exactly one of `to`, `by` and `arc`, and when it ends.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LegSpec {
+    /// Time at which the leg ends \[ms\]; it begins where the last one ended, the first one at `from`.
+    pub end: f64,
+    /// Straight to this point \[mm\].
+    pub to: Option<Point>,
+    /// Straight by this vector \[mm\].
+    pub by: Option<Point>,
+    /// Along an arc.
+    pub arc: Option<ArcSpec>,
+}
+
+/// An arc about an axis, run at constant speed.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArcSpec {
+    /// A point of the axis \[mm\]. Default the origin.
+    #[serde(default)]
+    pub centre: Point,
+    /// Direction of the axis. Default z.
+    pub axis: Option<Point>,
+    /// How far \[°\]; counter-clockwise about the axis if positive.
+    pub degrees: f64,
+    /// How far the hand rises along the axis meanwhile \[mm\]. Default 0.
+    #[serde(default)]
+    pub rise: f64,
+    /// How far it moves away from the axis meanwhile \[mm\]; negative moves inwards. Default 0.
+    #[serde(default)]
+    pub outward: f64,
+}
+
+fn all_axes() -> String {
+    "xyz".to_owned()
+}

@@ -1,0 +1,106 @@
+//! `mesh = …`: where a body's triangles come from.
+
+use super::Point;
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// `mesh = { grid = { … } }` and its kin: exactly one of them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MeshSpec {
+    /// The rectangle from (0, 0) to (width, height): `nx` × `ny` cells of two triangles, diagonals alternating.
+    Grid(GridSpec),
+    /// A flat disc about the origin.
+    Disc(DiscSpec),
+    /// A spherical cap, its pole at the origin, its rim below.
+    Cap(CapSpec),
+    /// The square from (−5, −5) to (5, 5) with a hole of radius 1 about the origin.
+    PlateWithHole(PlateWithHoleSpec),
+    /// A quadrilateral, mapped bilinearly.
+    Quad(QuadSpec),
+    /// Vertices and triangles written out.
+    Inline(InlineSpec),
+    /// A mesh file.
+    File(FileSpec),
+}
+
+/// A structured rectangle.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GridSpec {
+    /// Along x \[mm\].
+    pub width: f64,
+    /// Along y \[mm\].
+    pub height: f64,
+    /// Cells along x.
+    pub nx: usize,
+    /// Cells along y.
+    pub ny: usize,
+}
+
+/// A disc.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DiscSpec {
+    /// Radius \[mm\].
+    pub radius: f64,
+    /// About so many triangles.
+    pub triangles: usize,
+}
+
+/// A cap.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CapSpec {
+    /// Radius of the sphere \[mm\].
+    pub curvature_radius: f64,
+    /// Straight across the rim \[mm\].
+    pub diameter: f64,
+    /// About so many triangles.
+    pub triangles: usize,
+}
+
+/// A square with a hole.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlateWithHoleSpec {
+    /// Points round the hole, a multiple of 8.
+    pub points: usize,
+}
+
+/// A mapped quadrilateral.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct QuadSpec {
+    /// Its corners counter-clockwise \[mm\]: (0,0), (1,0), (1,1), (0,1) of the grid.
+    pub corners: [Point; 4],
+    /// Cells between the first and the second corner.
+    pub nx: usize,
+    /// Cells between the second and the third corner.
+    pub ny: usize,
+}
+
+/// A mesh in the scene file itself.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InlineSpec {
+    /// Vertices \[mm\].
+    pub positions: Vec<Point>,
+    /// Corners, counted from 0, counter-clockwise.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A mesh file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FileSpec {
+    /// .obj, .msh, .vtu, .vtk, .ply or .stl; relative to the scene file.
+    pub path: PathBuf,
+    /// Millimetres per unit of the file. Default 1.
+    #[serde(default = "unit_scale")]
+    pub scale: f64,
+}
+
+fn unit_scale() -> f64 {
+    1.0
+}

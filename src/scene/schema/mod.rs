@@ -1,0 +1,209 @@
+//! What a scene file may say: one struct per table, one field per key.
+//!
+//! Units are fixed: mm, g, ms, hence N, MPa = N/mm², mJ, kHz. A point is `[x, y, z]` or `[x, y]`; a quantity over time is a
+//! number or `[[time, value], …]`, linear between and constant outside. An unknown key is refused.
+
+mod body;
+mod constraint;
+mod mesh;
+mod number;
+
+pub use body::{
+    BodySpec, ContactSpec, CutSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec, TearModeSpec, TearingSpec,
+};
+pub use constraint::{
+    ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, PointLoadSpec, RegionSpec, SpringSpec,
+};
+pub use mesh::MeshSpec;
+pub use number::{Interval, Numbers, Point, Strain, TimeCurve};
+
+use serde::Deserialize;
+
+/// The whole file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// `[scene]`: what this is.
+    pub scene: AboutSpec,
+    /// `[run]`: how it is run.
+    pub run: RunSpec,
+    /// `[output]`: what a run writes.
+    #[serde(default)]
+    pub output: OutputSpec,
+    /// `[[bodies]]`: the membranes, at least one.
+    pub bodies: Vec<BodySpec>,
+    /// `[[obstacles]]`: rigid surroundings, felt by bodies with `contact`.
+    #[serde(default)]
+    pub obstacles: Vec<ObstacleSpec>,
+}
+
+/// `[scene]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AboutSpec {
+    /// Short name; the default output directory is called after it.
+    pub name: String,
+    /// One sentence for the list of scenes.
+    #[serde(default)]
+    pub about: String,
+    /// Where the numbers come from.
+    #[serde(default)]
+    pub reference: String,
+}
+
+/// How time passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// Backward Euler steps with inertia, damping and drag.
+    #[default]
+    Dynamic,
+    /// Equilibrium at every step; time only moves the curves.
+    Static,
+}
+
+/// Which derivative of the forces a dynamic step uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TangentSpec {
+    /// Always positive semidefinite, keeps angular momentum.
+    #[default]
+    Rotated,
+    /// The Hessian of the energy.
+    Exact,
+}
+
+/// `[run]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunSpec {
+    /// `"dynamic"` (default) or `"static"`.
+    #[serde(default)]
+    pub mode: Mode,
+    /// Time step \[ms\], > 0; in static mode the time by which the curves move on per load step.
+    pub dt: f64,
+    /// Number of steps. Give either this or `duration`.
+    pub steps: Option<u64>,
+    /// Simulated time \[ms\]; the number of steps is this over `dt`, rounded up.
+    pub duration: Option<f64>,
+    /// End early as soon as a tear has begun and no tip is left: the sheet is torn through. Default false.
+    #[serde(default)]
+    pub until_torn: bool,
+    /// Newton iterations per dynamic step; 1 (default) is linearly implicit.
+    #[serde(default = "one")]
+    pub newton_iterations: u32,
+    /// Newton stops in a dynamic step at this fraction of the largest corner force. Default 1e-9.
+    #[serde(default = "newton_tolerance")]
+    pub newton_tolerance: f64,
+    /// Relative residual at which the linear solve of a dynamic step stops. Default 1e-4.
+    #[serde(default = "linear_tolerance")]
+    pub linear_tolerance: f64,
+    /// Iterations of a linear solve at the most. Default 2000.
+    #[serde(default = "linear_iterations")]
+    pub linear_iterations: u32,
+    /// `"rotated"` (default) or `"exact"`.
+    #[serde(default)]
+    pub tangent: TangentSpec,
+    /// A static solve ends where the largest free nodal imbalance is this fraction of the largest corner force. Default 1e-9.
+    #[serde(default = "newton_tolerance")]
+    pub static_tolerance: f64,
+    /// Newton iterations of a static solve at the most. Default 60.
+    #[serde(default = "static_iterations")]
+    pub static_iterations: u32,
+    /// How often tearing and equilibrium may alternate within one static step. Default 1000; a tear that would go on is
+    /// held until the next step.
+    #[serde(default = "static_advances")]
+    pub static_advances: u32,
+    /// How often a step that fails is retried in halves. Default 4.
+    #[serde(default = "halvings")]
+    pub halvings: u32,
+    /// Threads; 0 (default) means one per core. The results are the same bits for any number.
+    #[serde(default)]
+    pub threads: usize,
+}
+
+/// `[output]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputSpec {
+    /// Number of PNG pictures, spread evenly from the first to the last state; 0 for none. Default 5.
+    pub pictures: u32,
+    /// Number of ParaView frames, spread likewise; 0 for none. Default 50.
+    pub frames: u32,
+}
+
+impl Default for OutputSpec {
+    fn default() -> Self {
+        Self { pictures: 5, frames: 50 }
+    }
+}
+
+/// One of `[[obstacles]]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ObstacleSpec {
+    /// `plane = { point, normal }`: the half space below.
+    Plane(PlaneSpec),
+    /// `sphere = { centre, radius }`.
+    Sphere(SphereSpec),
+    /// `ellipsoid = { centre, half_axes }`, its axes along x, y, z.
+    Ellipsoid(EllipsoidSpec),
+}
+
+/// A half space.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneSpec {
+    /// A point of the plane \[mm\].
+    pub point: Point,
+    /// Points out of the obstacle; need not be unit.
+    pub normal: Point,
+}
+
+/// A ball.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereSpec {
+    /// Centre \[mm\].
+    pub centre: Point,
+    /// Radius \[mm\], > 0.
+    pub radius: f64,
+}
+
+/// An ellipsoid.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EllipsoidSpec {
+    /// Centre \[mm\].
+    pub centre: Point,
+    /// Half axes \[mm\], each > 0.
+    pub half_axes: Point,
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn newton_tolerance() -> f64 {
+    1e-9
+}
+
+fn linear_tolerance() -> f64 {
+    1e-4
+}
+
+fn linear_iterations() -> u32 {
+    2000
+}
+
+fn static_iterations() -> u32 {
+    60
+}
+
+fn static_advances() -> u32 {
+    1000
+}
+
+fn halvings() -> u32 {
+    4
+}

@@ -1,0 +1,152 @@
+//! Numbers, points, ranges and curves as a scene file writes them.
+
+use crate::components::Curve;
+use crate::math::Sym2;
+use glam::DVec3;
+use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
+use std::fmt;
+
+/// A number or a nested list of numbers: what the short forms below are made from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Numbers {
+    /// One number.
+    One(f64),
+    /// A list.
+    List(Vec<Numbers>),
+}
+
+impl Numbers {
+    fn one(&self) -> Option<f64> {
+        match self {
+            Self::One(value) => Some(*value),
+            Self::List(_) => None,
+        }
+    }
+
+    /// The numbers of a flat list.
+    fn flat(&self) -> Option<Vec<f64>> {
+        match self {
+            Self::One(_) => None,
+            Self::List(list) => list.iter().map(Self::one).collect(),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Numbers {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read;
+        impl<'de> Visitor<'de> for Read {
+            type Value = Numbers;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number or a list of numbers")
+            }
+            fn visit_f64<E: Error>(self, value: f64) -> Result<Numbers, E> {
+                Ok(Numbers::One(value))
+            }
+            fn visit_i64<E: Error>(self, value: i64) -> Result<Numbers, E> {
+                Ok(Numbers::One(value as f64))
+            }
+            fn visit_u64<E: Error>(self, value: u64) -> Result<Numbers, E> {
+                Ok(Numbers::One(value as f64))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut access: A) -> Result<Numbers, A::Error> {
+                let mut list = Vec::new();
+                while let Some(next) = access.next_element()? {
+                    list.push(next);
+                }
+                Ok(Numbers::List(list))
+            }
+        }
+        deserializer.deserialize_any(Read)
+    }
+}
+
+/// A point or vector: `[x, y, z]`, or `[x, y]` for z = 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize)]
+#[serde(try_from = "Numbers")]
+pub struct Point(pub DVec3);
+
+impl TryFrom<Numbers> for Point {
+    type Error = &'static str;
+    fn try_from(numbers: Numbers) -> Result<Self, Self::Error> {
+        match numbers.flat().as_deref() {
+            Some(&[x, y]) => Ok(Self(DVec3::new(x, y, 0.0))),
+            Some(&[x, y, z]) => Ok(Self(DVec3::new(x, y, z))),
+            _ => Err("not a point; write [x, y] or [x, y, z]"),
+        }
+    }
+}
+
+/// A closed range: `[least, greatest]`, or one number for that number alone.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
+#[serde(try_from = "Numbers")]
+pub struct Interval {
+    /// Lower end.
+    pub least: f64,
+    /// Upper end.
+    pub greatest: f64,
+}
+
+impl Interval {
+    /// Whether a value lies in the range widened by `tolerance` on both sides.
+    pub fn contains(&self, value: f64, tolerance: f64) -> bool {
+        (self.least - tolerance..=self.greatest + tolerance).contains(&value)
+    }
+}
+
+impl TryFrom<Numbers> for Interval {
+    type Error = &'static str;
+    fn try_from(numbers: Numbers) -> Result<Self, Self::Error> {
+        match (numbers.one(), numbers.flat().as_deref()) {
+            (Some(value), _) => Ok(Self { least: value, greatest: value }),
+            (_, Some(&[least, greatest])) if least <= greatest => Ok(Self { least, greatest }),
+            (_, Some([_, _])) => Err("the range runs backwards; write [least, greatest]"),
+            _ => Err("not a range; write one number or [least, greatest]"),
+        }
+    }
+}
+
+/// A quantity over time: one number, or `[[time, value], …]` with ascending times \[ms\], linear between and constant outside.
+#[derive(Clone, Debug, PartialEq, serde::Deserialize)]
+#[serde(try_from = "Numbers")]
+pub struct TimeCurve(pub Curve);
+
+impl Default for TimeCurve {
+    fn default() -> Self {
+        Self(Curve::constant(1.0))
+    }
+}
+
+impl TryFrom<Numbers> for TimeCurve {
+    type Error = String;
+    fn try_from(numbers: Numbers) -> Result<Self, String> {
+        const SHAPE: &str = "not a curve; write one number or [[time, value], …]";
+        let points = match &numbers {
+            Numbers::One(value) => return Ok(Self(Curve::constant(*value))),
+            Numbers::List(list) => list.iter().map(|row| match row.flat().as_deref() {
+                Some(&[time, value]) => Ok((time, value)),
+                _ => Err(SHAPE),
+            }),
+        };
+        let points = points.collect::<Result<Vec<_>, _>>()?;
+        Curve::new(points).map(Self).map_err(|bad| format!("{bad}; write [[time, value], …] with ascending times"))
+    }
+}
+
+/// A strain in the fibre's axes: one number (the same in all directions), `[along, across]` or `[along, across, shear]`
+/// (tensor shear).
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
+#[serde(try_from = "Numbers")]
+pub struct Strain(pub Sym2);
+
+impl TryFrom<Numbers> for Strain {
+    type Error = &'static str;
+    fn try_from(numbers: Numbers) -> Result<Self, Self::Error> {
+        match (numbers.one(), numbers.flat().as_deref()) {
+            (Some(e), _) => Ok(Self(Sym2::new(e, e, 0.0))),
+            (_, Some(&[along, across])) => Ok(Self(Sym2::new(along, across, 0.0))),
+            (_, Some(&[along, across, shear])) => Ok(Self(Sym2::new(along, across, shear))),
+            _ => Err("not a strain; write one number, [along, across] or [along, across, shear]"),
+        }
+    }
+}
