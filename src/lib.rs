@@ -9,13 +9,15 @@ pub mod math;
 pub mod membrane;
 #[cfg(feature = "cli")]
 pub mod output;
+pub mod report;
 #[cfg(feature = "scenes")]
 pub mod scene;
-pub mod report;
 pub mod schedule;
 pub mod settings;
 pub mod simulation;
 pub mod storage;
+#[cfg(feature = "cli")]
+pub mod verify;
 
 #[path = "../systems/mod.rs"]
 pub mod systems;

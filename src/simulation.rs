@@ -2,6 +2,7 @@
 
 use crate::components::{Body, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch};
 use crate::event::Event;
+use crate::math::Sym2;
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule::{self, Stage};
@@ -9,7 +10,6 @@ use crate::settings::{Settings, Tangent};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::parallel::Pool;
 use crate::systems::{StepContext, corotation};
-use crate::math::Sym2;
 use glam::DVec3;
 use hecs::{Entity, World};
 
@@ -47,6 +47,16 @@ pub enum SimulationError {
         imbalance: f64,
         /// Newton iterations done.
         iterations: u32,
+    },
+    /// The linear system of a linear response was not solved; the last good state stands.
+    #[error(
+        "no linear response at time {time} ms: relative residual {residual:e}; a part of the body may be held by nothing"
+    )]
+    NoLinearAnswer {
+        /// Time whose loads were applied \[ms\].
+        time: f64,
+        /// Residual over the right-hand side.
+        residual: f64,
     },
 }
 
@@ -130,7 +140,8 @@ impl Simulation {
 
     /// The bodies in order of spawning.
     pub fn bodies(&self) -> Vec<Entity> {
-        let mut bodies: Vec<(u32, Entity)> = self.world.query::<(Entity, &Body)>().iter().map(|(e, b)| (b.order, e)).collect();
+        let mut bodies: Vec<(u32, Entity)> =
+            self.world.query::<(Entity, &Body)>().iter().map(|(e, b)| (b.order, e)).collect();
         bodies.sort_unstable_by_key(|&(order, _)| order);
         bodies.into_iter().map(|(_, entity)| entity).collect()
     }
@@ -188,6 +199,41 @@ impl Simulation {
         Ok(&self.report)
     }
 
+    /// Moves time on by `dt` \[ms\] and answers the loads and prescribed motion there linearly: one increment with the exact
+    /// tangent of the present state, without inertia. From rest this is the solution of linear elasticity on the mesh.
+    ///
+    /// # Errors
+    /// For a `dt` that is negative or not finite, and where the linear solve does not reach a residual of 1e-13; the state is
+    /// then the one before, and time has not moved.
+    pub fn linear_response(&mut self, dt: f64) -> Result<&Report, SimulationError> {
+        if !(dt >= 0.0 && dt.is_finite()) {
+            return Err(SimulationError::TimeStep(dt));
+        }
+        self.begin_report();
+        let linear = crate::settings::LinearParams { tolerance: 1e-13, iterations: 50_000 };
+        let step = StepContext {
+            dt: if dt > 0.0 { dt } else { 1.0 },
+            time: self.report.time + dt,
+            is_static: true,
+            tangent: Tangent::Exact,
+            linear,
+            newton_iterations: 1,
+            newton_tolerance: 0.0,
+        };
+        let Self { world, pool, report, .. } = self;
+        pool.run(|| iterate(world, &step, report));
+        self.finish_report();
+        let residual = self.report.bodies.iter().map(|b| b.residual).max_by(f64::total_cmp).unwrap_or(0.0);
+        let has_failed = residual.is_nan() || residual > linear.tolerance;
+        if has_failed || !is_finite(&mut self.world) {
+            restore(&mut self.world);
+            self.report.has_failed = true;
+            return Err(SimulationError::NoLinearAnswer { time: step.time, residual });
+        }
+        self.report.time = step.time;
+        Ok(&self.report)
+    }
+
     /// Energies of a body now.
     ///
     /// # Errors
@@ -197,9 +243,12 @@ impl Simulation {
         let mut query = self.world.query_one::<(&Vertices, &Triangles, &Frames, Option<&PreStretch>)>(body);
         let (vertices, triangles, frames, pre_stretch) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let unstretched = Sym2::IDENTITY - pre_stretch.map_or(Sym2::ZERO, |p| p.strain);
-        let elastic = frames.state.iter().zip(&triangles.rest).zip(&triangles.thickness).map(|((s, rest), h)| {
-            0.5 * rest.area * h * s.stress.contract(s.polar.stretch - unstretched)
-        });
+        let elastic = frames
+            .state
+            .iter()
+            .zip(&triangles.rest)
+            .zip(&triangles.thickness)
+            .map(|((s, rest), h)| 0.5 * rest.area * h * s.stress.contract(s.polar.stretch - unstretched));
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
         Ok(Energies { elastic: elastic.sum(), kinetic: kinetic.sum() })
     }
