@@ -30,4 +30,7 @@ cases! {
     free_triangle "free-triangle",
     cook "cook",
     fig2_small "fig2-small",
+    hole "hole",
+    fig2_large "fig2-large",
+    fig2_dynamic "fig2-dynamic",
 }

@@ -7,6 +7,7 @@ use crate::membrane::Membrane;
 use crate::settings::{LinearParams, Settings};
 use crate::simulation::{Simulation, SimulationError};
 use crate::storage::{Attached, Topology, Triangles, Vertices};
+use crate::systems::assembly;
 use crate::systems::kernels::membrane::second_piola;
 use crate::systems::linear::Operator;
 use glam::DVec3;
@@ -150,6 +151,14 @@ impl Snapshot {
         let normal = |s: &crate::math::ElementState| second_piola(s.stress, s.polar.stretch);
         frames.normal = frames.state.iter().map(normal).collect::<Vec<Sym2>>();
         Ok(Self { vertices: vertices.clone(), triangles: triangles.clone(), topology: topology.clone(), frames })
+    }
+
+    /// Elastic forces on the vertices \[N\].
+    pub fn elastic_forces(&self) -> Vec<DVec3> {
+        let mut forces = Forces::default();
+        assembly::membrane_forces(&self.triangles, &self.frames, &[], 0.0, &mut forces);
+        assembly::gather(&self.topology, &mut forces, self.vertices.len());
+        forces.nodal
     }
 }
 

@@ -5,7 +5,9 @@
 
 mod bodies;
 mod constitutive;
+mod fig2;
 mod free_triangle;
+mod hole;
 mod patch;
 mod plane;
 mod reference;
@@ -84,6 +86,9 @@ pub const CASES: &[Case] = &[
     case("free-triangle", "energy and angular momentum of a free triangle", free_triangle::run),
     case("cook", "Cook's membrane on the same meshes", plane::cook),
     case("fig2-small", "the square of Figure 2 under a small pull", plane::fig2_small),
+    case("hole", "a hole in an infinite plate, orthotropic and isotropic", hole::run),
+    case("fig2-large", "the square of Figure 2 pulled by 10 %", fig2::large),
+    case("fig2-dynamic", "the same pulled over time with backward Euler", fig2::dynamic),
 ];
 
 const fn case(name: &'static str, about: &'static str, run: fn() -> Result<Vec<Row>, VerifyError>) -> Case {
