@@ -33,4 +33,6 @@ cases! {
     hole "hole",
     fig2_large "fig2-large",
     fig2_dynamic "fig2-dynamic",
+    dynamics "dynamics",
+    membrane "membrane",
 }

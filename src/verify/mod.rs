@@ -5,9 +5,12 @@
 
 mod bodies;
 mod constitutive;
+mod drum;
+mod dynamics;
 mod fig2;
 mod free_triangle;
 mod hole;
+mod modes;
 mod patch;
 mod plane;
 mod reference;
@@ -89,6 +92,8 @@ pub const CASES: &[Case] = &[
     case("hole", "a hole in an infinite plate, orthotropic and isotropic", hole::run),
     case("fig2-large", "the square of Figure 2 pulled by 10 %", fig2::large),
     case("fig2-dynamic", "the same pulled over time with backward Euler", fig2::dynamic),
+    case("dynamics", "natural frequencies, decay of a mode, order in time", dynamics::run),
+    case("membrane", "vibration and deflection out of the plane", drum::run),
 ];
 
 const fn case(name: &'static str, about: &'static str, run: fn() -> Result<Vec<Row>, VerifyError>) -> Case {
