@@ -7,7 +7,7 @@ fn passes(name: &str) {
     let rows = (case.run)().unwrap();
     assert!(!rows.is_empty());
     for row in &rows {
-        println!("{:12} {:90} {:9.2e} of {:7.0e} {}", row.case, row.what, row.error, row.tolerance, row.unit);
+        println!("{:12} {:90} {:9.2e} of {:7.1e} {}", row.case, row.what, row.error, row.tolerance, row.unit);
     }
     let failed: Vec<_> = rows.iter().filter(|row| !row.passes()).collect();
     assert!(failed.is_empty(), "{failed:#?}");
@@ -35,4 +35,5 @@ cases! {
     fig2_dynamic "fig2-dynamic",
     dynamics "dynamics",
     membrane "membrane",
+    motion "motion",
 }

@@ -13,12 +13,13 @@ use crate::systems::linear::Operator;
 use glam::DVec3;
 use hecs::Entity;
 
-/// Settings that solve every step to rounding, on one thread: cases run side by side.
+/// Settings that solve every step nearly to rounding, on one thread: cases run side by side. Rounding of forces is 1e-14 N,
+/// about 2e-12 of the largest corner force where a ramp begins.
 pub fn exacting() -> Settings {
     Settings {
         linear: LinearParams { tolerance: 1e-12, iterations: 20_000 },
         newton_iterations: 30,
-        newton_tolerance: 1e-12,
+        newton_tolerance: 1e-11,
         threads: 1,
         ..Settings::default()
     }

@@ -99,7 +99,7 @@ pub fn dynamic() -> Result<Vec<Row>, VerifyError> {
         let reference: Vec<[f64; 9]> = csv(name, text)?;
         let converged = Settings { newton_iterations: 20, tangent: Tangent::Exact, ..bodies::exacting() };
         let off = Deviation::of_run(dt, converged, &reference)?;
-        // The step is solved to 1e-12 of the largest corner force at every step; the file has 12 digits.
+        // Every step is solved to 1e-11 of the largest corner force; the file has 12 digits.
         rows.add(format!("dt {dt} ms, converged: middle vertex"), off.position, 1e-6, "mm");
         rows.ratio(format!("dt {dt} ms, converged: elastic energy over its last value"), off.elastic, 1e-8);
         rows.ratio(format!("dt {dt} ms, converged: kinetic energy over its largest value"), off.kinetic, 1e-8);

@@ -11,6 +11,7 @@ mod fig2;
 mod free_triangle;
 mod hole;
 mod modes;
+mod motion;
 mod patch;
 mod plane;
 mod reference;
@@ -94,6 +95,7 @@ pub const CASES: &[Case] = &[
     case("fig2-dynamic", "the same pulled over time with backward Euler", fig2::dynamic),
     case("dynamics", "natural frequencies, decay of a mode, order in time", dynamics::run),
     case("membrane", "vibration and deflection out of the plane", drum::run),
+    case("motion", "rigid motion, resultants, energy balance, spin", motion::run),
 ];
 
 const fn case(name: &'static str, about: &'static str, run: fn() -> Result<Vec<Row>, VerifyError>) -> Case {

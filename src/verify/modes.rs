@@ -9,7 +9,7 @@ use glam::DVec3;
 use std::f64::consts::TAU;
 
 /// Krylov vectors: the lowest three of a spectrum like a membrane's are then exact to 1e-10.
-const VECTORS: usize = 30;
+const VECTORS: usize = 24;
 
 /// The `count` lowest frequencies \[kHz\] of K·φ = ω²·M·φ on the free axes (1 free, 0 held), by Lanczos' method for K⁻¹·M in
 /// the inner product of M, with full orthogonalisation (Parlett, The Symmetric Eigenvalue Problem, ch. 13 and 15). Only
