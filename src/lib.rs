@@ -16,6 +16,8 @@ pub mod schedule;
 pub mod settings;
 pub mod simulation;
 pub mod storage;
+#[cfg(feature = "cli")]
+pub mod verify;
 
 #[path = "../systems/mod.rs"]
 pub mod systems;

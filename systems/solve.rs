@@ -25,7 +25,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         (vertices, triangles, topology, frames),
         (forces, increment, scratch),
         (external, damping),
-        (holds, reactions),
+        (holds, mut reactions),
     ) in world.query_mut::<Query>()
     {
         if scratch.is_converged {
@@ -33,11 +33,14 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         count += 1;
         let force_scale = imbalance(vertices, forces, increment, scratch, step);
+        // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
+        if step.newton_iterations > 1
+            && let (Some(holds), Some(reactions)) = (holds, reactions.as_deref_mut())
+        {
+            record_reactions(holds, reactions, |v| -scratch.residual[v]);
+        }
         if has_converged(increment, scratch, step, force_scale) {
             scratch.is_converged = true;
-            if let (Some(holds), Some(reactions)) = (holds, reactions) {
-                record_reactions(holds, reactions, |v| -scratch.residual[v]);
-            }
             continue;
         }
         if step.is_static && reject_increment(increment, scratch) {

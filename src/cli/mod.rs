@@ -1,8 +1,175 @@
-//! The command line.
+//! The command line: `run`, `scenes`, `check`, `verify`.
+//!
+//! Exit codes: 0 done, 1 refused or failed, 2 wrong usage. Errors go to standard error, results to standard output; a reader
+//! that closes standard output early ends the program quietly.
 
+mod check;
+mod dump;
+mod files;
+mod moments;
+mod progress;
+mod report;
+mod run;
+mod say;
+mod scenes;
+mod series;
+mod tally;
+mod timings;
+mod verify;
+
+use crate::scene::{Document, SceneError};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
 use std::process::ExitCode;
+
+/// Tears fibre-reinforced soft-tissue membranes. Units: mm, g, ms, hence N and MPa.
+#[derive(Parser)]
+#[command(name = "rhexis", version, about, propagate_version = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a scene and write report, figures, ParaView frames and pictures.
+    #[command(after_help = RUN_EXAMPLES)]
+    Run(RunArgs),
+    /// List the scenes of the catalog, or print one to copy and change.
+    #[command(after_help = "Examples:\n  rhexis scenes\n  rhexis scenes --show fig2 > mine.toml")]
+    Scenes(ScenesArgs),
+    /// Judge a scene without running it: reads its files, builds its meshes, makes its cuts.
+    #[command(after_help = "Examples:\n  rhexis check mine.toml\n  rhexis check fig2 --set run.dt=5")]
+    Check(SceneArgs),
+    /// Compare the engine with independent computations; fails if a tolerance is missed.
+    #[command(after_help = "Examples:\n  rhexis verify\n  rhexis verify cook --json")]
+    Verify(VerifyArgs),
+}
+
+const RUN_EXAMPLES: &str = "\
+Examples:
+  rhexis run capsulorhexis
+  rhexis run fig2-tear --set bodies.0.fibres.degrees=60 --out out/sixty
+  rhexis run mine.toml --steps 20 --timings
+  rhexis run fig2 --set run.mode=static --json --quiet > report.json
+
+Written into the output directory, as the run goes on:
+  report.json    figures at the end: reactions [N], energies [mJ], tears, solver, times, caveats
+  series.csv     one row per step
+  events.jsonl   one tear event per line
+  frames.pvd     ParaView frames (.vtu): displacement [mm], stress [MPa], fibre, criterion
+  *.png          pictures of the first, some middle and the last state";
+
+#[derive(Args)]
+struct SceneArgs {
+    /// Name of a catalog scene (see `rhexis scenes`) or path of a scene file.
+    #[arg(value_name = "SCENE|FILE")]
+    scene: String,
+    /// Change a value of the scene: dotted path, arrays by index, value as in TOML. May be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+#[derive(Args)]
+struct RunArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Output directory [default: out/<scene>].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Number of steps at the most, instead of the scene's.
+    #[arg(long, value_name = "N")]
+    steps: Option<u64>,
+    /// Threads, 0 for one per core; the results are the same bits for any number.
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Print the systems of the step in order with their times; systems without work as skipped.
+    #[arg(long)]
+    timings: bool,
+    /// Print only the report, as JSON, on standard output.
+    #[arg(long)]
+    json: bool,
+    /// Also write positions [mm], reactions [N] and stresses [MPa] of the final state as CSV with 17 digits into DIR.
+    #[arg(long, value_name = "DIR")]
+    dump: Option<PathBuf>,
+    /// No progress bar and no summary.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Args)]
+struct ScenesArgs {
+    /// Print this scene's file.
+    #[arg(long, value_name = "NAME")]
+    show: Option<String>,
+}
+
+#[derive(Args)]
+struct VerifyArgs {
+    /// Only this case [default: all].
+    case: Option<String>,
+    /// Print the rows as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Why a command ended early.
+enum Stop {
+    /// The scene was refused.
+    Scene(SceneError),
+    /// Something else went wrong.
+    Failed(String),
+    /// Wrong usage that the argument parser cannot see.
+    Usage(String),
+    /// Everything is said already; only the exit code is left.
+    Silent,
+    /// Nobody reads standard output any more.
+    ClosedPipe,
+}
+
+impl From<SceneError> for Stop {
+    fn from(error: SceneError) -> Self {
+        Self::Scene(error)
+    }
+}
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    ExitCode::SUCCESS
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // The only failure here is that nobody reads it.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let outcome = match cli.command {
+        Command::Run(args) => run::run(&args),
+        Command::Scenes(args) => scenes::scenes(&args),
+        Command::Check(args) => check::check(&args),
+        Command::Verify(args) => verify::verify(&args),
+    };
+    match outcome {
+        Ok(()) | Err(Stop::ClosedPipe) => ExitCode::SUCCESS,
+        Err(Stop::Silent) => ExitCode::FAILURE,
+        Err(Stop::Scene(error)) => {
+            say::complain(&format!("error: {error}"));
+            ExitCode::FAILURE
+        }
+        Err(Stop::Failed(what)) => {
+            say::complain(&format!("error: {what}"));
+            ExitCode::FAILURE
+        }
+        Err(Stop::Usage(what)) => {
+            say::complain(&format!("error: {what}"));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// The scene that the arguments name, with their changes made.
+fn document(args: &SceneArgs) -> Result<Document, Stop> {
+    let mut document = Document::open(&args.scene)?;
+    args.set.iter().try_for_each(|assignment| document.set(assignment))?;
+    Ok(document)
 }

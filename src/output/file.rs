@@ -6,7 +6,7 @@ use std::io;
 use std::path::Path;
 
 /// Writes `bytes` beside `path` and renames: the file is the old one or the new one, never half of it.
-pub(super) fn replace(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let Some(name) = path.file_name() else {
         let source = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
         return Err(OutputError::write(path, source));

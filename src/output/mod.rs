@@ -4,7 +4,7 @@
 //! file.
 
 mod error;
-mod file;
+pub(crate) mod file;
 pub mod picture;
 pub mod pvd;
 pub mod vtu;

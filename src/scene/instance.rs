@@ -228,8 +228,14 @@ fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key: &str) -> 
         return Err(Fault::new(format!("{key}.polyline"), "this is no line", hint));
     }
     let hint = "move its points onto the body, away from other cuts, or make it longer than an edge of the mesh";
-    let cut = simulation.cut(body, &polyline);
-    cut.map(|_| ()).map_err(|error| Fault::new(format!("{key}.polyline"), error, hint))
+    let refused = |what: String| Fault::new(format!("{key}.polyline"), what, hint);
+    let cut = simulation.cut(body, &polyline).map_err(|error| refused(error.to_string()))?;
+    // A line is taken at the nearest points of the surface; what is far from it was meant for another body.
+    let length: f64 = polyline.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    if cut.off_line > 0.5 * length {
+        return Err(refused(format!("the line runs up to {} mm off the body", rounded(cut.off_line))));
+    }
+    Ok(())
 }
 
 fn start(

@@ -10,7 +10,7 @@ use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule::{self, Stage};
-use crate::settings::Settings;
+use crate::settings::{Settings, Tangent};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::parallel::Pool;
 use crate::systems::{StepContext, corotation};
@@ -51,6 +51,16 @@ pub enum SimulationError {
         imbalance: f64,
         /// Newton iterations done.
         iterations: u32,
+    },
+    /// The linear system of a linear response was not solved; the last good state stands.
+    #[error(
+        "no linear response at time {time} ms: relative residual {residual:e}; a part of the body may be held by nothing"
+    )]
+    NoLinearAnswer {
+        /// Time whose loads were applied \[ms\].
+        time: f64,
+        /// Residual over the right-hand side.
+        residual: f64,
     },
 }
 
@@ -188,6 +198,41 @@ impl Simulation {
             restore(&mut self.world);
             self.report.has_failed = true;
             return Err(SimulationError::NoEquilibrium { time: step.time, imbalance, iterations });
+        }
+        self.report.time = step.time;
+        Ok(&self.report)
+    }
+
+    /// Moves time on by `dt` \[ms\] and answers the loads and prescribed motion there linearly: one increment with the exact
+    /// tangent of the present state, without inertia. From rest this is the solution of linear elasticity on the mesh.
+    ///
+    /// # Errors
+    /// For a `dt` that is negative or not finite, and where the linear solve does not reach a residual of 1e-13; the state is
+    /// then the one before, and time has not moved.
+    pub fn linear_response(&mut self, dt: f64) -> Result<&Report, SimulationError> {
+        if !(dt >= 0.0 && dt.is_finite()) {
+            return Err(SimulationError::TimeStep(dt));
+        }
+        self.begin_report();
+        let linear = crate::settings::LinearParams { tolerance: 1e-13, iterations: 50_000 };
+        let step = StepContext {
+            dt: if dt > 0.0 { dt } else { 1.0 },
+            time: self.report.time + dt,
+            is_static: true,
+            tangent: Tangent::Exact,
+            linear,
+            newton_iterations: 1,
+            newton_tolerance: 0.0,
+        };
+        let Self { world, pool, report, .. } = self;
+        pool.run(|| iterate(world, &step, report));
+        self.finish_report();
+        let residual = self.report.bodies.iter().map(|b| b.residual).max_by(f64::total_cmp).unwrap_or(0.0);
+        let has_failed = residual.is_nan() || residual > linear.tolerance;
+        if has_failed || !is_finite(&mut self.world) {
+            restore(&mut self.world);
+            self.report.has_failed = true;
+            return Err(SimulationError::NoLinearAnswer { time: step.time, residual });
         }
         self.report.time = step.time;
         Ok(&self.report)

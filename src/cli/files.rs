@@ -1,0 +1,138 @@
+//! The files that a run writes as it goes on. Each row is flushed, each whole file renamed into place: an interrupted run
+//! leaves what it had.
+
+use super::Stop;
+use super::moments::Moments;
+use super::report::RunReport;
+use super::series::Observation;
+use crate::event::{Event, EventKind};
+use crate::frame::Frame;
+use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
+use glam::DVec3;
+use serde_json::{Value, json};
+use slotmap::Key;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The output directory and its open files.
+pub(super) struct Files {
+    folder: PathBuf,
+    title: String,
+    series: csv::Writer<File>,
+    events: File,
+    frames: Option<PvdWriter>,
+    picture_moments: Moments,
+    frame_moments: Moments,
+    last_frame: Option<u64>,
+    last_picture: Option<u64>,
+    /// Pictures that could not be drawn.
+    pub notes: Vec<String>,
+}
+
+fn cannot_write(path: &Path, error: impl std::fmt::Display) -> Stop {
+    Stop::Failed(format!("cannot write {}: {error}; choose another directory with --out", path.display()))
+}
+
+impl From<OutputError> for Stop {
+    fn from(error: OutputError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl Files {
+    /// Makes the directory and begins the files.
+    pub fn create(folder: &Path, title: &str, pictures: Moments, frames: Moments) -> Result<Self, Stop> {
+        std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, error))?;
+        let open = |name: &str| {
+            let path = folder.join(name);
+            File::create(&path).map_err(|error| cannot_write(&path, error))
+        };
+        let frame_list = if frames.count > 0 { Some(PvdWriter::create(&folder.join("frames.pvd"))?) } else { None };
+        Ok(Self {
+            folder: folder.to_owned(),
+            title: title.to_owned(),
+            series: csv::Writer::from_writer(open("series.csv")?),
+            events: open("events.jsonl")?,
+            frames: frame_list,
+            picture_moments: pictures,
+            frame_moments: frames,
+            last_frame: None,
+            last_picture: None,
+            notes: Vec::new(),
+        })
+    }
+
+    /// Whether the state after `step` steps is to be drawn or written as a frame.
+    pub fn wants_frame(&self, step: u64) -> bool {
+        self.picture_moments.is_due(step) || self.frame_moments.is_due(step)
+    }
+
+    /// The state after a step: its pictures and frames, where they are due or `is_last`.
+    pub fn frame(&mut self, frame: &Frame, step: u64, tears: u64, is_last: bool) -> Result<(), Stop> {
+        let due = |moments: Moments| moments.is_due(step) || (is_last && moments.count > 0);
+        if due(self.frame_moments) && self.last_frame.replace(step) != Some(step) {
+            if let Some(list) = &mut self.frames {
+                list.write_frame(frame)?;
+            }
+        }
+        if due(self.picture_moments) && self.last_picture.replace(step) != Some(step) {
+            for (index, body) in frame.bodies.iter().enumerate() {
+                let path = self.folder.join(format!("picture-{index}-{step:06}.png"));
+                let settings = PictureSettings::titled(&self.title, frame.time, step, tears as usize);
+                match render(&path, body, &settings) {
+                    Err(OutputError::Content { what, .. }) => self.notes.push(format!("{}: no picture: {what}", body.name)),
+                    other => other?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A row of `series.csv`, after its header if it is the first.
+    pub fn row(&mut self, o: &Observation, is_first: bool) -> Result<(), Stop> {
+        let path = self.folder.join("series.csv");
+        let header = if is_first { self.series.write_record(o.header()) } else { Ok(()) };
+        let written = header.and_then(|()| self.series.write_record(o.row()));
+        written.map_err(|error| cannot_write(&path, error))?;
+        self.series.flush().map_err(|error| cannot_write(&path, error))
+    }
+
+    /// A line of `events.jsonl`.
+    pub fn event(&mut self, step: u64, body: &str, event: &Event) -> Result<(), Stop> {
+        let line = format!("{}\n", described(step, body, event));
+        self.events.write_all(line.as_bytes()).map_err(|error| cannot_write(&self.folder.join("events.jsonl"), error))
+    }
+
+    /// `report.json`, replacing the last one.
+    pub fn report(&self, report: &RunReport) -> Result<(), Stop> {
+        let mut text = serde_json::to_string_pretty(report).map_err(|error| Stop::Failed(error.to_string()))?;
+        text.push('\n');
+        Ok(file::replace(&self.folder.join("report.json"), text.as_bytes())?)
+    }
+}
+
+/// An event as a line of JSON. Points are in the rest shape.
+fn described(step: u64, body: &str, event: &Event) -> Value {
+    let point = |p: &DVec3| json!(p.to_array());
+    let key = |tip: &crate::storage::TipKey| json!(format!("{:?}", tip.data()));
+    let mut line = match &event.kind {
+        EventKind::Started { tip, at } => json!({ "kind": "started", "tip": key(tip), "at_mm": point(at) }),
+        EventKind::Advanced { tip, from, to, direction, criterion, margin, is_ambiguous } => json!({
+            "kind": "advanced", "tip": key(tip), "from_mm": point(from), "to_mm": point(to),
+            "direction": point(direction), "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
+        }),
+        EventKind::Ended { tip, at, .. } => json!({ "kind": "ended", "tip": key(tip), "at_mm": point(at) }),
+        EventKind::PieceFreed { triangle_count } => json!({ "kind": "piece_freed", "triangles": triangle_count }),
+        EventKind::Refused { tip, at, reason } => {
+            json!({ "kind": "refused", "tip": tip.as_ref().map(key), "at_mm": point(at), "reason": reason })
+        }
+        EventKind::StepFailed { reason } => json!({ "kind": "step_failed", "reason": reason }),
+    };
+    if let Value::Object(fields) = &mut line {
+        fields.insert("step".to_owned(), json!(step));
+        fields.insert("time_ms".to_owned(), json!(event.time));
+        fields.insert("body".to_owned(), json!(body));
+    }
+    line
+}

@@ -1,0 +1,279 @@
+//! `report.json`: the figures of a run. Every number has its unit in its name.
+
+use super::series::Observation;
+use super::tally::{Count, EventCounts, Tally};
+use super::timings::{SystemTime, Timings};
+use crate::components::{Body, TearLog, Tearing};
+use crate::scene::schema::Mode;
+use crate::scene::{Instance, Scene};
+use crate::storage::{Tips, Triangles, Vertices};
+use hecs::Entity;
+use serde::Serialize;
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "state", content = "reason")]
+pub(super) enum End {
+    /// It is still going; the report is a snapshot.
+    Running,
+    /// All steps are done.
+    Done,
+    /// No tip is left and the scene asked to end there.
+    TornThrough,
+    /// It could not go on; the last good state stands.
+    Failed(String),
+}
+
+/// The whole report.
+#[derive(Serialize)]
+pub(super) struct RunReport {
+    /// Version of this layout.
+    pub layout: u32,
+    /// Program and version.
+    pub program: String,
+    pub scene: String,
+    pub about: String,
+    /// Changes made with `--set`.
+    pub overrides: Vec<String>,
+    pub mode: &'static str,
+    pub dt_ms: f64,
+    pub threads: usize,
+    pub end: End,
+    pub steps: u64,
+    pub steps_planned: u64,
+    pub simulated_ms: f64,
+    /// Time from the first step to now, with the writing of files.
+    pub elapsed_s: f64,
+    /// Simulated over elapsed time.
+    pub real_time_factor: f64,
+    pub bodies: Vec<BodyFigures>,
+    pub solver: SolverFigures,
+    pub events: EventCounts,
+    /// The systems of the step in their order.
+    pub systems: Vec<SystemTime>,
+    /// Everything that limits what the figures are worth; empty for a clean run.
+    pub caveats: Vec<String>,
+}
+
+/// One body at the end.
+#[derive(Serialize)]
+pub(super) struct BodyFigures {
+    pub name: String,
+    pub vertices: usize,
+    pub triangles: usize,
+    pub mass_g: f64,
+    pub elastic_mj: f64,
+    pub kinetic_mj: f64,
+    pub reactions: Vec<ForceFigures>,
+    pub grips: Vec<GripFigures>,
+    /// Absent for a body that cannot tear and was not cut.
+    pub tear: Option<TearFigures>,
+}
+
+/// The force of a hold on its body.
+#[derive(Serialize)]
+pub(super) struct ForceFigures {
+    pub name: String,
+    pub force_n: [f64; 3],
+}
+
+/// The force of a grip on the tissue.
+#[derive(Serialize)]
+pub(super) struct GripFigures {
+    pub name: String,
+    /// At the last step.
+    pub force_n: [f64; 3],
+    /// Root mean square while it was closed.
+    pub rms_n: f64,
+    pub peak_n: f64,
+}
+
+/// What was torn.
+#[derive(Serialize)]
+pub(super) struct TearFigures {
+    /// Torn and cut, in the rest shape.
+    pub length_mm: f64,
+    pub advances: u32,
+    pub ambiguous_advances: u32,
+    pub ended: u32,
+    pub pieces_freed: u32,
+    pub refusals: u32,
+    pub tips: Vec<TipFigures>,
+    /// Smallest rest angle of the triangles that tears have touched.
+    pub smallest_angle_deg: Option<f64>,
+    /// Smallest averaging radius over edge length at a tip; figures want 3.
+    pub edges_per_radius: Option<f64>,
+}
+
+/// A tip that is alive.
+#[derive(Serialize)]
+pub(super) struct TipFigures {
+    /// In the rest shape.
+    pub at_mm: [f64; 3],
+    pub criterion: f64,
+}
+
+/// What the solver did over the run.
+#[derive(Serialize)]
+pub(super) struct SolverFigures {
+    pub iterations: u64,
+    pub mean_iterations_per_step: f64,
+    pub most_iterations_of_a_step: u32,
+    pub last_residual: f64,
+    pub largest_residual: f64,
+    /// Steps whose linear solve stopped above the tolerance.
+    pub unsolved: Count,
+    /// Steps whose Newton iteration stopped short of its tolerance.
+    pub unconverged: Count,
+    /// Steps in which the rotated tangent had to take the exact one's place.
+    pub fell_back: Count,
+    /// Steps that were given up.
+    pub failed: Count,
+    /// Sub-steps undone and retried in halves.
+    pub rolled_back: u64,
+}
+
+/// A body's name.
+pub(super) fn body_name(instance: &Instance, body: Entity) -> String {
+    instance.simulation.world().get::<&Body>(body).map_or(String::new(), |b| b.name.clone())
+}
+
+/// What the report needs beside the simulation.
+pub(super) struct Sources<'a> {
+    pub scene: &'a Scene,
+    pub overrides: &'a [String],
+    pub tally: &'a Tally,
+    pub timings: &'a Timings,
+    pub last: &'a Observation,
+    pub elapsed: f64,
+    pub end: End,
+}
+
+/// The report as things stand.
+pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
+    let bodies: Vec<BodyFigures> = instance.bodies.clone().into_iter().map(|b| body_figures(instance, b, &s)).collect();
+    let t = s.tally;
+    RunReport {
+        layout: 1,
+        program: concat!("rhexis ", env!("CARGO_PKG_VERSION")).to_owned(),
+        scene: s.scene.name().to_owned(),
+        about: s.scene.about().to_owned(),
+        overrides: s.overrides.to_vec(),
+        mode: if instance.run.mode == Mode::Static { "static" } else { "dynamic" },
+        dt_ms: instance.run.dt,
+        threads: instance.simulation.thread_count(),
+        caveats: caveats(&s, &bodies),
+        end: s.end,
+        steps: s.last.step,
+        steps_planned: instance.run.steps,
+        simulated_ms: s.last.time,
+        elapsed_s: s.elapsed,
+        real_time_factor: super::progress::real_time_factor(s.last.time, s.elapsed),
+        bodies,
+        solver: SolverFigures {
+            iterations: t.iterations,
+            mean_iterations_per_step: t.iterations as f64 / t.steps.max(1) as f64,
+            most_iterations_of_a_step: t.most_iterations,
+            last_residual: s.last.residual,
+            largest_residual: t.largest_residual,
+            unsolved: t.unsolved,
+            unconverged: t.unconverged,
+            fell_back: t.fell_back,
+            failed: t.failed,
+            rolled_back: t.rolled_back,
+        },
+        events: t.events,
+        systems: s.timings.systems(),
+    }
+}
+
+fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyFigures {
+    let name = body_name(instance, body);
+    let energies = instance.simulation.energies(body).unwrap_or_default();
+    let own = |forces: &[(String, glam::DVec3)]| {
+        let prefix = format!("{name}/");
+        let of_body = forces.iter().filter_map(|(full, f)| Some((full.clone(), full.strip_prefix(&prefix)?.to_owned(), *f)));
+        of_body.collect::<Vec<_>>()
+    };
+    let reactions = own(&s.last.reactions).into_iter().map(|(_, name, f)| ForceFigures { name, force_n: f.to_array() });
+    let grips = own(&s.last.grips).into_iter().map(|(full, name, force)| {
+        let (rms_n, peak_n) = s.tally.grip(&full);
+        GripFigures { name, force_n: force.to_array(), rms_n, peak_n }
+    });
+    let (reactions, grips) = (reactions.collect(), grips.collect());
+    let world = instance.simulation.world();
+    let vertices = world.get::<&Vertices>(body);
+    BodyFigures {
+        name,
+        vertices: vertices.as_ref().map_or(0, |v| v.len()),
+        triangles: world.get::<&Triangles>(body).map_or(0, |t| t.len()),
+        mass_g: vertices.map_or(0.0, |v| v.mass.iter().sum()),
+        elastic_mj: energies.elastic,
+        kinetic_mj: energies.kinetic,
+        reactions,
+        grips,
+        tear: tear_figures(instance, body),
+    }
+}
+
+fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
+    let world = instance.simulation.world();
+    let log = world.get::<&TearLog>(body).ok()?;
+    let can_tear = world.get::<&Tearing>(body).is_ok();
+    if !can_tear && log.length == 0.0 {
+        return None;
+    }
+    let vertices = world.get::<&Vertices>(body).ok()?;
+    let at = |row: u32| vertices.rest_position.get(row as usize).map_or([f64::NAN; 3], |p| p.to_array());
+    let tips = world.get::<&Tips>(body).map_or(Vec::new(), |tips| {
+        let alive = tips.vertex.iter().zip(&tips.criterion);
+        alive.map(|(&row, &criterion)| TipFigures { at_mm: at(row), criterion }).collect()
+    });
+    Some(TearFigures {
+        length_mm: log.length,
+        advances: log.advance_count,
+        ambiguous_advances: log.ambiguous_count,
+        ended: log.end_count,
+        pieces_freed: log.piece_count,
+        refusals: log.refusal_count,
+        tips,
+        smallest_angle_deg: log.smallest_angle.map(f64::to_degrees),
+        edges_per_radius: log.edges_per_radius,
+    })
+}
+
+/// What a reader must know before trusting the figures.
+fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
+    let t = s.tally;
+    let mut list = Vec::new();
+    let mut counted = |count: Count, what: &str| {
+        if let Some(first) = count.first {
+            list.push(format!("{} step(s), the first being step {first}: {what}", count.steps));
+        }
+    };
+    counted(t.failed, "given up; the last good state stood");
+    counted(t.unsolved, "the linear solve stopped above its tolerance (run.linear_iterations)");
+    counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
+    counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
+    if t.rolled_back > 0 {
+        list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
+    }
+    for body in bodies {
+        let Some(tear) = &body.tear else { continue };
+        if tear.refusals > 0 {
+            list.push(format!("{}: {} advance(s) were refused by the mesh (events.jsonl says why)", body.name, tear.refusals));
+        }
+        if tear.ambiguous_advances > 0 {
+            let what = "had a runner-up within 5 %: another run could have gone the other way";
+            list.push(format!("{}: {} advance(s) {what}", body.name, tear.ambiguous_advances));
+        }
+        if let Some(edges) = tear.edges_per_radius.filter(|&edges| edges < 3.0) {
+            let what = "edges per averaging radius at a tip: under 3 the tear load depends on the mesh";
+            list.push(format!("{}: only {edges:.2} {what}", body.name));
+        }
+    }
+    if let End::Failed(reason) = &s.end {
+        list.push(format!("the run ended early: {reason}"));
+    }
+    list
+}

@@ -1,0 +1,196 @@
+//! `rhexis run`.
+
+use super::files::Files;
+use super::moments::Moments;
+use super::progress::Progress;
+use super::report::{self, End, RunReport, Sources};
+use super::series::{Observation, observe};
+use super::tally::Tally;
+use super::timings::Timings;
+use super::{RunArgs, Stop, document, dump, say::complain, say::say};
+use crate::scene::schema::Mode;
+use crate::scene::{Instance, Scene};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A run is given up after so many failed steps in a row: what fails so often does not mend itself.
+const MOST_FAILURES: u32 = 10;
+
+/// A run in progress.
+struct Running<'a> {
+    scene: &'a Scene,
+    overrides: &'a [String],
+    instance: Instance,
+    files: Files,
+    tally: Tally,
+    timings: Timings,
+    last: Observation,
+    start: Instant,
+}
+
+/// Runs a scene and writes what it gives.
+pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
+    let mut document = document(&args.scene)?;
+    if let Some(threads) = args.threads {
+        document.set(&format!("run.threads={threads}"))?;
+    }
+    let scene = document.scene()?;
+    let mut instance = scene.instantiate()?;
+    if let Some(steps) = args.steps {
+        instance.run.steps = steps;
+    }
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(file_name(scene.name())));
+    let steps = instance.run.steps;
+    let moments = |count: u32| Moments { count: u64::from(count), steps };
+    let (pictures, frames) = (moments(instance.output.pictures), moments(instance.output.frames));
+    let files = Files::create(&folder, scene.name(), pictures, frames)?;
+    let last = observe(&mut instance);
+    let mut running = Running {
+        scene: &scene,
+        overrides: &args.scene.set,
+        instance,
+        files,
+        tally: Tally::default(),
+        timings: Timings::new(),
+        last,
+        start: Instant::now(),
+    };
+    let progress = Progress::new(steps, args.quiet);
+    let outcome = running.go(&progress);
+    progress.finish();
+    let end = outcome?;
+    let has_failed = matches!(end, End::Failed(_));
+
+    let frame = running.instance.simulation.frame();
+    let tears = running.tally.events.started;
+    running.files.frame(&frame, running.last.step, tears, true)?;
+    let report = running.report(end);
+    running.files.report(&report)?;
+    if let Some(folder) = &args.dump {
+        dump::dump(folder, &frame, &running.last)?;
+    }
+    if args.json {
+        say(&serde_json::to_string_pretty(&report).map_err(|error| Stop::Failed(error.to_string()))?)?;
+    } else if !args.quiet {
+        say(&summary(&report))?;
+        say(&format!("written to {}", folder.display()))?;
+    }
+    if args.timings {
+        // With --json, standard output holds the report and nothing else.
+        if args.json { complain(&running.timings.table()) } else { say(&running.timings.table())? }
+    }
+    match (has_failed, &report.end) {
+        (true, End::Failed(reason)) => Err(Stop::Failed(reason.clone())),
+        _ => Ok(()),
+    }
+}
+
+impl Running<'_> {
+    /// Steps to the end.
+    fn go(&mut self, progress: &Progress) -> Result<End, Stop> {
+        self.events()?;
+        self.files.row(&self.last, true)?;
+        self.frames()?;
+        let mut failures = 0;
+        while !self.instance.is_finished() {
+            if let Err(error) = self.instance.advance() {
+                self.last = observe(&mut self.instance);
+                self.events()?;
+                return Ok(End::Failed(error.to_string()));
+            }
+            self.last = observe(&mut self.instance);
+            let settings = self.instance.simulation.settings();
+            // A static solve sets its own limit and is judged by its imbalance.
+            let tolerance = match self.instance.run.mode {
+                Mode::Dynamic => settings.linear.tolerance,
+                Mode::Static => f64::INFINITY,
+            };
+            let report = self.instance.simulation.report();
+            self.tally.add(report, &self.last, tolerance);
+            self.timings.add(report);
+            failures = if report.has_failed { failures + 1 } else { 0 };
+            self.events()?;
+            self.files.row(&self.last, false)?;
+            self.frames()?;
+            progress.show(self.last.step, self.last.time, self.last.torn, self.last.tips);
+            if failures == MOST_FAILURES {
+                let what = "steps in a row left no usable state; take a smaller run.dt or more damping";
+                return Ok(End::Failed(format!("{MOST_FAILURES} {what}")));
+            }
+        }
+        Ok(if self.last.step < self.instance.run.steps { End::TornThrough } else { End::Done })
+    }
+
+    fn events(&mut self) -> Result<(), Stop> {
+        let events: Vec<_> = self.instance.simulation.drain_events().collect();
+        for event in &events {
+            self.tally.add_event(&event.kind);
+            let body = report::body_name(&self.instance, event.body);
+            self.files.event(self.last.step, &body, event)?;
+        }
+        Ok(())
+    }
+
+    fn frames(&mut self) -> Result<(), Stop> {
+        if self.files.wants_frame(self.last.step) {
+            let frame = self.instance.simulation.frame();
+            self.files.frame(&frame, self.last.step, self.tally.events.started, false)?;
+            let report = self.report(End::Running);
+            self.files.report(&report)?;
+        }
+        Ok(())
+    }
+
+    fn report(&mut self, end: End) -> RunReport {
+        let Self { scene, overrides, instance, tally, timings, last, start, .. } = self;
+        let elapsed = start.elapsed().as_secs_f64();
+        let mut report = report::report(instance, Sources { scene, overrides, tally, timings, last, elapsed, end });
+        report.caveats.extend(self.files.notes.iter().cloned());
+        report
+    }
+}
+
+/// A name that is one folder on every system.
+fn file_name(name: &str) -> String {
+    let plain: String = name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
+    if plain.is_empty() { "scene".to_owned() } else { plain }
+}
+
+/// The few lines at the end.
+fn summary(report: &RunReport) -> String {
+    let end = match &report.end {
+        End::Running => "interrupted",
+        End::Done => "done",
+        End::TornThrough => "torn through",
+        End::Failed(_) => "FAILED",
+    };
+    let mut lines = vec![format!(
+        "{}: {end} after {} of {} steps, {:.6} ms simulated in {:.2} s ({:.3} × real time)",
+        report.scene, report.steps, report.steps_planned, report.simulated_ms, report.elapsed_s, report.real_time_factor
+    )];
+    for body in &report.bodies {
+        lines.push(format!(
+            "  {}: {} triangles, elastic {:.6} mJ, kinetic {:.3e} mJ",
+            body.name, body.triangles, body.elastic_mj, body.kinetic_mj
+        ));
+        for r in &body.reactions {
+            let [x, y, z] = r.force_n;
+            lines.push(format!("    {}: {x:.6}, {y:.6}, {z:.6} N", r.name));
+        }
+        for grip in body.grips.iter().filter(|grip| grip.peak_n > 0.0) {
+            lines.push(format!("    {}: {:.2} mN rms, {:.2} mN peak", grip.name, 1e3 * grip.rms_n, 1e3 * grip.peak_n));
+        }
+        if let Some(tear) = &body.tear {
+            lines.push(format!(
+                "    torn {:.3} mm in {} advances, {} tip(s) left, {} ended, {} piece(s) free",
+                tear.length_mm,
+                tear.advances,
+                tear.tips.len(),
+                tear.ended,
+                tear.pieces_freed
+            ));
+        }
+    }
+    lines.extend(report.caveats.iter().map(|caveat| format!("  note: {caveat}")));
+    lines.join("\n")
+}

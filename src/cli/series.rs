@@ -1,0 +1,120 @@
+//! What is noted of every step: the rows of `series.csv` and the figures that the report adds up.
+
+use crate::components::{Grips, TearLog};
+use crate::report::BodyReport;
+use crate::scene::Instance;
+use crate::storage::Tips;
+use glam::DVec3;
+
+/// The state after a step. The bodies' figures are added up; a named force keeps its body's name.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Observation {
+    /// Steps of the scene done.
+    pub step: u64,
+    /// Simulated time \[ms\].
+    pub time: f64,
+    /// Linear iterations of the step.
+    pub iterations: u32,
+    /// Newton iterations of the step.
+    pub newton_iterations: u32,
+    /// Largest relative residual of the last linear solves.
+    pub residual: f64,
+    /// Elastic energy \[mJ\].
+    pub elastic: f64,
+    /// Kinetic energy \[mJ\].
+    pub kinetic: f64,
+    /// Length torn or cut \[mm, rest shape\].
+    pub torn: f64,
+    /// Tips alive.
+    pub tips: usize,
+    /// Largest criterion value at a tip.
+    pub criterion: f64,
+    /// Force of every hold on its body \[N\].
+    pub reactions: Vec<(String, DVec3)>,
+    /// Force of every grip on the tissue \[N\].
+    pub grips: Vec<(String, DVec3)>,
+}
+
+/// Names of forces as they stand in files.
+fn named(body: &str, name: &str) -> String {
+    format!("{body}/{name}")
+}
+
+/// Looks at the simulation as it stands.
+pub(super) fn observe(instance: &mut Instance) -> Observation {
+    let report = instance.simulation.report();
+    let bodies: &[BodyReport] = if report.step == 0 { &[] } else { &report.bodies };
+    let mut o = Observation {
+        step: instance.step(),
+        time: report.time,
+        iterations: bodies.iter().map(|b| b.iterations).sum(),
+        newton_iterations: bodies.iter().map(|b| b.newton_iterations).max().unwrap_or(0),
+        residual: bodies.iter().map(|b| b.residual).fold(0.0, f64::max),
+        ..Observation::default()
+    };
+    for body in instance.bodies.clone() {
+        let name = super::report::body_name(instance, body);
+        if let Ok(energies) = instance.simulation.energies(body) {
+            o.elastic += energies.elastic;
+            o.kinetic += energies.kinetic;
+        }
+        let reactions = instance.simulation.reactions(body).unwrap_or_default();
+        o.reactions.extend(reactions.into_iter().map(|(hold, force)| (named(&name, &hold), force)));
+        let world = instance.simulation.world();
+        if let Ok(grips) = world.get::<&Grips>(body) {
+            let forces = grips.list.iter().zip(&grips.force);
+            o.grips.extend(forces.map(|(grip, force)| (named(&name, &grip.name), *force)));
+        }
+        if let Ok(log) = world.get::<&TearLog>(body) {
+            o.torn += log.length;
+        }
+        if let Ok(tips) = world.get::<&Tips>(body) {
+            o.tips += tips.len();
+            o.criterion = tips.criterion.iter().copied().fold(o.criterion, f64::max);
+        }
+    }
+    o
+}
+
+impl Observation {
+    /// The columns of `series.csv`.
+    pub fn header(&self) -> Vec<String> {
+        let fixed = [
+            "step",
+            "time_ms",
+            "iterations",
+            "newton_iterations",
+            "residual",
+            "elastic_mJ",
+            "kinetic_mJ",
+            "tear_length_mm",
+            "tips",
+            "max_criterion",
+        ];
+        let mut header: Vec<String> = fixed.map(str::to_owned).to_vec();
+        for (name, _) in self.reactions.iter().chain(&self.grips) {
+            header.extend(["x", "y", "z"].map(|axis| format!("{name}_{axis}_N")));
+        }
+        header
+    }
+
+    /// The row under [`header`](Self::header). Shortest text that reads back as the same bits.
+    pub fn row(&self) -> Vec<String> {
+        let mut row = vec![
+            self.step.to_string(),
+            self.time.to_string(),
+            self.iterations.to_string(),
+            self.newton_iterations.to_string(),
+            format!("{:e}", self.residual),
+            format!("{:e}", self.elastic),
+            format!("{:e}", self.kinetic),
+            self.torn.to_string(),
+            self.tips.to_string(),
+            self.criterion.to_string(),
+        ];
+        for (_, force) in self.reactions.iter().chain(&self.grips) {
+            row.extend(force.to_array().map(|f| format!("{f:e}")));
+        }
+        row
+    }
+}

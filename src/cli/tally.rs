@@ -1,0 +1,118 @@
+//! What adds up over a run: effort, shortfalls, events, forces at the forceps.
+
+use super::series::Observation;
+use crate::event::EventKind;
+use crate::report::Report;
+use glam::DVec3;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Sums and extremes over the steps done.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tally {
+    /// Steps.
+    pub steps: u64,
+    /// Linear iterations of all steps.
+    pub iterations: u64,
+    /// Most linear iterations of a step.
+    pub most_iterations: u32,
+    /// Largest relative residual left by a step's last linear solve.
+    pub largest_residual: f64,
+    /// Steps whose linear solve stopped above the tolerance.
+    pub unsolved: Count,
+    /// Steps whose Newton iteration stopped short of its tolerance.
+    pub unconverged: Count,
+    /// Steps in which the exact tangent was indefinite and the rotated one took its place.
+    pub fell_back: Count,
+    /// Steps that were given up.
+    pub failed: Count,
+    /// Sub-steps undone and retried.
+    pub rolled_back: u64,
+    /// Largest criterion value seen at a tip.
+    pub largest_criterion: f64,
+    /// Events by kind.
+    pub events: EventCounts,
+    grips: BTreeMap<String, GripTally>,
+}
+
+/// How often, and when first.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(super) struct Count {
+    /// Number of steps.
+    pub steps: u64,
+    /// The first of them.
+    pub first: Option<u64>,
+}
+
+impl Count {
+    fn note(&mut self, is_so: bool, step: u64) {
+        if is_so {
+            self.steps += 1;
+            self.first.get_or_insert(step);
+        }
+    }
+}
+
+/// Events by kind.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(super) struct EventCounts {
+    pub started: u64,
+    pub advanced: u64,
+    pub ambiguous: u64,
+    pub ended: u64,
+    pub piece_freed: u64,
+    pub refused: u64,
+    pub step_failed: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct GripTally {
+    squares: f64,
+    steps: u64,
+    peak: f64,
+}
+
+impl Tally {
+    /// Adds a step.
+    pub fn add(&mut self, report: &Report, o: &Observation, linear_tolerance: f64) {
+        self.steps += 1;
+        self.iterations += u64::from(o.iterations);
+        self.most_iterations = self.most_iterations.max(o.iterations);
+        self.largest_residual = self.largest_residual.max(o.residual);
+        self.largest_criterion = self.largest_criterion.max(o.criterion);
+        // The solver tests the residual it updates, which rounding parts from the one it reports.
+        self.unsolved.note(o.residual > 1.01 * linear_tolerance, o.step);
+        self.unconverged.note(report.bodies.iter().any(|body| !body.is_converged), o.step);
+        self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);
+        self.failed.note(report.has_failed, o.step);
+        self.rolled_back += u64::from(report.rolled_back);
+        for (name, force) in o.grips.iter().filter(|(_, force)| *force != DVec3::ZERO) {
+            let grip = self.grips.entry(name.clone()).or_default();
+            grip.squares += force.length_squared();
+            grip.steps += 1;
+            grip.peak = grip.peak.max(force.length());
+        }
+    }
+
+    /// Adds an event.
+    pub fn add_event(&mut self, kind: &EventKind) {
+        let counts = &mut self.events;
+        match kind {
+            EventKind::Started { .. } => counts.started += 1,
+            EventKind::Advanced { is_ambiguous, .. } => {
+                counts.advanced += 1;
+                counts.ambiguous += u64::from(*is_ambiguous);
+            }
+            EventKind::Ended { .. } => counts.ended += 1,
+            EventKind::PieceFreed { .. } => counts.piece_freed += 1,
+            EventKind::Refused { .. } => counts.refused += 1,
+            EventKind::StepFailed { .. } => counts.step_failed += 1,
+        }
+    }
+
+    /// Root mean square over the steps in which the grip was closed, and peak, of the force at a grip \[N\].
+    pub fn grip(&self, name: &str) -> (f64, f64) {
+        let grip = self.grips.get(name).copied().unwrap_or_default();
+        ((grip.squares / grip.steps.max(1) as f64).sqrt(), grip.peak)
+    }
+}

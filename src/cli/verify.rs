@@ -1,0 +1,92 @@
+//! `rhexis verify`.
+
+use super::{Stop, VerifyArgs, say::complain, say::say};
+use crate::scene::nearest;
+use crate::verify::{CASES, Case, Row};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Output {
+    passed: bool,
+    rows: Vec<Line>,
+    errors: Vec<Failure>,
+}
+
+/// One comparison as it is printed.
+#[derive(Serialize)]
+struct Line {
+    case: &'static str,
+    what: String,
+    error: f64,
+    /// Absent for a figure that is only reported.
+    tolerance: Option<f64>,
+    unit: &'static str,
+    verdict: &'static str,
+}
+
+#[derive(Serialize)]
+struct Failure {
+    case: &'static str,
+    what: String,
+}
+
+/// Runs the cases and prints case, error, tolerance and verdict.
+pub(super) fn verify(args: &VerifyArgs) -> Result<(), Stop> {
+    let cases = chosen(args.case.as_deref())?;
+    let mut output = Output { passed: true, rows: Vec::new(), errors: Vec::new() };
+    for case in cases {
+        match (case.run)() {
+            Ok(rows) => {
+                for row in rows {
+                    let line = line(row);
+                    output.passed &= line.verdict != "FAILED";
+                    if !args.json {
+                        say(&printed(&line))?;
+                    }
+                    output.rows.push(line);
+                }
+            }
+            Err(error) => {
+                output.passed = false;
+                if !args.json {
+                    complain(&format!("error: {}: {error}", case.name));
+                }
+                output.errors.push(Failure { case: case.name, what: error.to_string() });
+            }
+        }
+    }
+    if args.json {
+        say(&serde_json::to_string_pretty(&output).map_err(|error| Stop::Failed(error.to_string()))?)?;
+    } else {
+        let failed = output.rows.iter().filter(|line| line.verdict == "FAILED").count() + output.errors.len();
+        say(&format!("{} comparisons, {failed} failed", output.rows.len()))?;
+    }
+    if output.passed { Ok(()) } else { Err(Stop::Silent) }
+}
+
+fn chosen(name: Option<&str>) -> Result<Vec<&'static Case>, Stop> {
+    let Some(name) = name else { return Ok(CASES.iter().collect()) };
+    if let Some(case) = CASES.iter().find(|case| case.name == name) {
+        return Ok(vec![case]);
+    }
+    let names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
+    let suggestion = nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+    Err(Stop::Usage(format!("no verification case `{name}`\n  help: {suggestion}the cases are {}", names.join(", "))))
+}
+
+fn line(row: Row) -> Line {
+    let verdict = match (row.is_informative(), row.passes()) {
+        (true, _) => "noted",
+        (false, true) => "ok",
+        (false, false) => "FAILED",
+    };
+    let tolerance = (!row.is_informative()).then_some(row.tolerance);
+    Line { case: row.case, what: row.what, error: row.error, tolerance, unit: row.unit, verdict }
+}
+
+fn printed(line: &Line) -> String {
+    let unit = if line.unit == "1" { "" } else { line.unit };
+    let tolerance = line.tolerance.map_or("-".to_owned(), |tolerance| format!("{tolerance:.1e}"));
+    let Line { case, what, error, verdict, .. } = line;
+    format!("{verdict:6} {case:14} {error:9.2e} of {tolerance:>8} {unit:4} {what}")
+}

@@ -1,0 +1,143 @@
+//! Verification: the engine against independent computations, exact solutions and conservation laws.
+//!
+//! The same cases are run by `cargo test` and by `rhexis verify`. A case returns rows; a row is an error, the tolerance that it
+//! must meet and the unit of both. Reference files are part of the program, so it verifies itself anywhere.
+
+mod bodies;
+mod constitutive;
+mod drum;
+mod dynamics;
+mod fig2;
+mod free_triangle;
+mod hole;
+mod modes;
+mod motion;
+mod patch;
+mod plane;
+mod reference;
+
+use crate::membrane::BodyError;
+use crate::scene::generate::GenerateError;
+use crate::simulation::SimulationError;
+
+/// One comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Name of the case.
+    pub case: &'static str,
+    /// What is compared.
+    pub what: String,
+    /// How far the engine is off, ≥ 0.
+    pub error: f64,
+    /// The largest error that passes; infinite for a figure that is only reported.
+    pub tolerance: f64,
+    /// Unit of both; `"1"` for relative errors and ratios.
+    pub unit: &'static str,
+}
+
+impl Row {
+    /// Whether the error is within its tolerance. NaN is not.
+    pub fn passes(&self) -> bool {
+        self.error <= self.tolerance
+    }
+
+    /// Whether the figure is only reported: it has no tolerance.
+    pub fn is_informative(&self) -> bool {
+        self.tolerance == f64::INFINITY
+    }
+}
+
+/// Why a case could not be run to its end.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VerifyError {
+    /// A reference file that is not as the case expects it.
+    #[error("reference {file}: {what}")]
+    Reference {
+        /// The file.
+        file: &'static str,
+        /// What is wrong.
+        what: String,
+    },
+    /// The mesh.
+    #[error(transparent)]
+    Mesh(#[from] GenerateError),
+    /// The body.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// The run.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// A linear solve within the verification itself.
+    #[error("linear solve: {0}")]
+    Linear(#[from] crate::systems::linear::CgError),
+}
+
+/// A verification case.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it shows.
+    pub about: &'static str,
+    /// Runs it.
+    pub run: fn() -> Result<Vec<Row>, VerifyError>,
+}
+
+/// All cases.
+pub const CASES: &[Case] = &[
+    case("constitutive", "the orthotropic law at any fibre angle", constitutive::run),
+    case("patch", "constant strain, small and under a large rotation", patch::run),
+    case("free-triangle", "energy and angular momentum of a free triangle", free_triangle::run),
+    case("cook", "Cook's membrane on the same meshes", plane::cook),
+    case("fig2-small", "the square of Figure 2 under a small pull", plane::fig2_small),
+    case("hole", "a hole in an infinite plate, orthotropic and isotropic", hole::run),
+    case("fig2-large", "the square of Figure 2 pulled by 10 %", fig2::large),
+    case("fig2-dynamic", "the same pulled over time with backward Euler", fig2::dynamic),
+    case("dynamics", "natural frequencies, decay of a mode, order in time", dynamics::run),
+    case("membrane", "vibration and deflection out of the plane", drum::run),
+    case("motion", "rigid motion, resultants, energy balance, spin", motion::run),
+];
+
+const fn case(name: &'static str, about: &'static str, run: fn() -> Result<Vec<Row>, VerifyError>) -> Case {
+    Case { name, about, run }
+}
+
+/// Collects the rows of one case.
+struct Rows {
+    case: &'static str,
+    rows: Vec<Row>,
+}
+
+impl Rows {
+    fn new(case: &'static str) -> Self {
+        Self { case, rows: Vec::new() }
+    }
+
+    /// A dimensionless error.
+    fn ratio(&mut self, what: impl Into<String>, error: f64, tolerance: f64) {
+        self.add(what, error, tolerance, "1");
+    }
+
+    /// `found` against `wanted`, relative to `wanted`.
+    fn relative(&mut self, what: impl Into<String>, found: f64, wanted: f64, tolerance: f64) {
+        self.ratio(what, ((found - wanted) / wanted).abs(), tolerance);
+    }
+
+    fn add(&mut self, what: impl Into<String>, error: f64, tolerance: f64, unit: &'static str) {
+        self.rows.push(Row { case: self.case, what: what.into(), error, tolerance, unit });
+    }
+
+    /// A figure without a tolerance.
+    fn note(&mut self, what: impl Into<String>, value: f64, unit: &'static str) {
+        self.add(what, value, f64::INFINITY, unit);
+    }
+
+    fn finish(self) -> Result<Vec<Row>, VerifyError> {
+        Ok(self.rows)
+    }
+}
+
+/// The largest of some errors; NaN if one is NaN, so that it cannot hide.
+fn largest(errors: impl IntoIterator<Item = f64>) -> f64 {
+    errors.into_iter().fold(0.0, |worst, e| if e.is_nan() || e > worst { e } else { worst })
+}

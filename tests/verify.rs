@@ -1,0 +1,39 @@
+//! Every verification case as a test of its own, so that they run side by side.
+
+use rhexis::verify::CASES;
+
+fn passes(name: &str) {
+    let case = CASES.iter().find(|case| case.name == name).unwrap();
+    let rows = (case.run)().unwrap();
+    assert!(!rows.is_empty());
+    for row in &rows {
+        println!("{:12} {:90} {:9.2e} of {:7.1e} {}", row.case, row.what, row.error, row.tolerance, row.unit);
+    }
+    let failed: Vec<_> = rows.iter().filter(|row| !row.passes()).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+}
+
+macro_rules! cases {
+    ($($test:ident $name:literal),* $(,)?) => {
+        $( #[test] fn $test() { passes($name); } )*
+
+        #[test]
+        fn no_case_is_left_out() {
+            assert_eq!(CASES.iter().map(|case| case.name).collect::<Vec<_>>(), [$($name),*]);
+        }
+    };
+}
+
+cases! {
+    constitutive "constitutive",
+    patch "patch",
+    free_triangle "free-triangle",
+    cook "cook",
+    fig2_small "fig2-small",
+    hole "hole",
+    fig2_large "fig2-large",
+    fig2_dynamic "fig2-dynamic",
+    dynamics "dynamics",
+    membrane "membrane",
+    motion "motion",
+}
