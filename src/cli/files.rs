@@ -81,7 +81,9 @@ impl Files {
                 let path = self.folder.join(format!("picture-{index}-{step:06}.png"));
                 let settings = PictureSettings::titled(&self.title, frame.time, step, tears as usize);
                 match render(&path, body, &settings) {
-                    Err(OutputError::Content { what, .. }) => self.notes.push(format!("{}: no picture: {what}", body.name)),
+                    Err(OutputError::Content { what, .. }) => {
+                        self.notes.push(format!("{}: no picture: {what}", body.name))
+                    }
                     other => other?,
                 }
             }

@@ -192,7 +192,8 @@ fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyF
     let energies = instance.simulation.energies(body).unwrap_or_default();
     let own = |forces: &[(String, glam::DVec3)]| {
         let prefix = format!("{name}/");
-        let of_body = forces.iter().filter_map(|(full, f)| Some((full.clone(), full.strip_prefix(&prefix)?.to_owned(), *f)));
+        let of_body =
+            forces.iter().filter_map(|(full, f)| Some((full.clone(), full.strip_prefix(&prefix)?.to_owned(), *f)));
         of_body.collect::<Vec<_>>()
     };
     let reactions = own(&s.last.reactions).into_iter().map(|(_, name, f)| ForceFigures { name, force_n: f.to_array() });
@@ -261,7 +262,10 @@ fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     for body in bodies {
         let Some(tear) = &body.tear else { continue };
         if tear.refusals > 0 {
-            list.push(format!("{}: {} advance(s) were refused by the mesh (events.jsonl says why)", body.name, tear.refusals));
+            list.push(format!(
+                "{}: {} advance(s) were refused by the mesh (events.jsonl says why)",
+                body.name, tear.refusals
+            ));
         }
         if tear.ambiguous_advances > 0 {
             let what = "had a runner-up within 5 %: another run could have gone the other way";

@@ -166,7 +166,12 @@ fn summary(report: &RunReport) -> String {
     };
     let mut lines = vec![format!(
         "{}: {end} after {} of {} steps, {:.6} ms simulated in {:.2} s ({:.3} × real time)",
-        report.scene, report.steps, report.steps_planned, report.simulated_ms, report.elapsed_s, report.real_time_factor
+        report.scene,
+        report.steps,
+        report.steps_planned,
+        report.simulated_ms,
+        report.elapsed_s,
+        report.real_time_factor
     )];
     for body in &report.bodies {
         lines.push(format!(
