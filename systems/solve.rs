@@ -70,7 +70,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             Err(_) => scratch.linear_residual = f64::NAN,
         }
         if step.newton_iterations == 1
-            && let (Some(holds), Some(reactions)) = (holds, reactions.as_deref_mut())
+            && let (Some(holds), Some(reactions)) = (holds, reactions)
         {
             reactions_of_linear_step(&operator, forces, increment, scratch, step, (holds, reactions));
         }
