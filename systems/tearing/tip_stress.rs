@@ -76,7 +76,7 @@ pub fn disc_average(
     start.into_iter().for_each(|t| scratch.visit(t));
     let (mut area, mut full_area, mut count) = (0.0, 0.0, 0.0);
     let (mut stress, mut fibres) = (Sym2::ZERO, Sym2::ZERO);
-    while let Some(t) = scratch.next() {
+    while let Some(t) = scratch.next_visit() {
         let t = t as usize;
         let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);
         let overlap = disc_triangle_overlap(DVec2::ZERO, radius, x.map(|p| chart.place(p)));
