@@ -81,7 +81,7 @@ pub fn disc_average(
     let (mut area, mut full_area, mut count) = (0.0, 0.0, 0.0);
     let (mut stress, mut fibres) = (Sym2::ZERO, Sym2::ZERO);
     let mut turning = Turning::default();
-    while let Some(t) = scratch.next() {
+    while let Some(t) = scratch.next_visit() {
         let t = t as usize;
         let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);
         let placed = x.map(|p| chart.place(p));
