@@ -25,13 +25,26 @@ pub(super) fn dump(folder: &Path, frame: &Frame, last: &Observation) -> Result<(
     table(&folder.join("positions.csv"), &header, vertices)?;
 
     let header = ["hold", "x_N", "y_N", "z_N"];
-    let forces = last.reactions.iter().chain(&last.grips).map(|(name, force)| {
-        std::iter::once(name.clone()).chain(force.to_array().map(digits)).collect()
-    });
+    let forces = last
+        .reactions
+        .iter()
+        .chain(&last.grips)
+        .map(|(name, force)| std::iter::once(name.clone()).chain(force.to_array().map(digits)).collect());
     table(&folder.join("reactions.csv"), &header, forces)?;
 
     let header = [
-        "body", "triangle", "a", "b", "c", "xx_MPa", "yy_MPa", "zz_MPa", "yz_MPa", "xz_MPa", "xy_MPa", "principal_1_MPa",
+        "body",
+        "triangle",
+        "a",
+        "b",
+        "c",
+        "xx_MPa",
+        "yy_MPa",
+        "zz_MPa",
+        "yz_MPa",
+        "xz_MPa",
+        "xy_MPa",
+        "principal_1_MPa",
         "principal_2_MPa",
     ];
     let stresses = frame.bodies.iter().flat_map(|body| {

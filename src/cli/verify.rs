@@ -70,7 +70,8 @@ fn chosen(name: Option<&str>) -> Result<Vec<&'static Case>, Stop> {
         return Ok(vec![case]);
     }
     let names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
-    let suggestion = nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+    let suggestion =
+        nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
     Err(Stop::Usage(format!("no verification case `{name}`\n  help: {suggestion}the cases are {}", names.join(", "))))
 }
 
