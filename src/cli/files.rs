@@ -63,18 +63,20 @@ impl Files {
         })
     }
 
-    /// Whether the state after `step` steps is to be drawn or written as a frame.
-    pub fn wants_frame(&self, step: u64) -> bool {
-        self.picture_moments.is_due(step) || self.frame_moments.is_due(step)
+    /// Whether the state after `step` steps is to be drawn or written as a frame; `is_special` states are, whatever the
+    /// moments say.
+    pub fn wants_frame(&self, step: u64, is_special: bool) -> bool {
+        [self.picture_moments, self.frame_moments].iter().any(|m| m.is_due(step) || (is_special && m.count > 0))
     }
 
-    /// The state after a step: its pictures and frames, where they are due or `is_last`.
-    pub fn frame(&mut self, frame: &Frame, step: u64, tears: u64, is_last: bool) -> Result<(), Stop> {
-        let due = |moments: Moments| moments.is_due(step) || (is_last && moments.count > 0);
-        if due(self.frame_moments) && self.last_frame.replace(step) != Some(step) {
-            if let Some(list) = &mut self.frames {
-                list.write_frame(frame)?;
-            }
+    /// The state after a step: its pictures and frames, where they are due or it `is_special`.
+    pub fn frame(&mut self, frame: &Frame, step: u64, tears: u64, is_special: bool) -> Result<(), Stop> {
+        let due = |moments: Moments| moments.is_due(step) || (is_special && moments.count > 0);
+        if due(self.frame_moments)
+            && self.last_frame.replace(step) != Some(step)
+            && let Some(list) = &mut self.frames
+        {
+            list.write_frame(frame)?;
         }
         if due(self.picture_moments) && self.last_picture.replace(step) != Some(step) {
             for (index, body) in frame.bodies.iter().enumerate() {

@@ -30,8 +30,8 @@ mod tests {
         let due = |count, steps| (0..=steps).filter(|s| Moments { count, steps }.is_due(*s)).collect::<Vec<_>>();
         assert_eq!(due(5, 100), [0, 25, 50, 75, 100]);
         assert_eq!(due(3, 5), [0, 3, 5]);
-        assert_eq!(due(0, 10), []);
-        assert_eq!(due(1, 10), []);
+        assert!(due(0, 10).is_empty());
+        assert!(due(1, 10).is_empty());
         // More moments than steps: every state once.
         assert_eq!(due(50, 3), [0, 1, 2, 3]);
         assert_eq!(due(2, 0), [0]);

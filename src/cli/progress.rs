@@ -1,12 +1,12 @@
 //! The progress bar on standard error.
 
+use super::series::Observation;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::time::Instant;
+use std::time::Duration;
 
 /// Shows step, simulated time, real-time factor and tears; nothing if standard error is no terminal.
 pub(super) struct Progress {
     bar: ProgressBar,
-    start: Instant,
 }
 
 impl Progress {
@@ -15,15 +15,16 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template("{bar:30} step {pos}/{len}  {msg}") {
             bar.set_style(style);
         }
-        Self { bar, start: Instant::now() }
+        Self { bar }
     }
 
-    /// After a step: simulated time \[ms\], length torn \[mm\] and tips alive.
-    pub fn show(&self, step: u64, time: f64, torn: f64, tips: usize) {
-        let factor = real_time_factor(time, self.start.elapsed().as_secs_f64());
+    /// The state after a step and the time that all steps took.
+    pub fn show(&self, o: &Observation, stepping: Duration) {
+        let Observation { step, time, torn, tips, .. } = *o;
+        let factor = real_time_factor(time, stepping);
         let tears = if torn > 0.0 { format!("  torn {torn:.2} mm, {tips} tip(s)") } else { String::new() };
         self.bar.set_position(step);
-        self.bar.set_message(format!("t = {:.0} ms  {factor:.3} × real time{tears}", time));
+        self.bar.set_message(format!("t = {time:.0} ms  {factor:.3} × real time{tears}"));
     }
 
     pub fn finish(&self) {
@@ -31,7 +32,7 @@ impl Progress {
     }
 }
 
-/// Simulated time \[ms\] over elapsed time \[s\]: above 1 the scene runs faster than life.
-pub(super) fn real_time_factor(time: f64, elapsed: f64) -> f64 {
-    if elapsed > 0.0 { 1e-3 * time / elapsed } else { 0.0 }
+/// Simulated time \[ms\] over the time that the steps took: above 1 the scene runs faster than life.
+pub(super) fn real_time_factor(time: f64, stepping: Duration) -> f64 {
+    if stepping.is_zero() { 0.0 } else { 1e-3 * time / stepping.as_secs_f64() }
 }

@@ -1,5 +1,6 @@
 //! `report.json`: the figures of a run. Every number has its unit in its name.
 
+use super::progress::real_time_factor;
 use super::series::Observation;
 use super::tally::{Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
@@ -9,6 +10,7 @@ use crate::scene::{Instance, Scene};
 use crate::storage::{Tips, Triangles, Vertices};
 use hecs::Entity;
 use serde::Serialize;
+use std::time::Duration;
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -44,7 +46,9 @@ pub(super) struct RunReport {
     pub simulated_ms: f64,
     /// Time from the first step to now, with the writing of files.
     pub elapsed_s: f64,
-    /// Simulated over elapsed time.
+    /// The part of it spent in steps.
+    pub stepping_s: f64,
+    /// Simulated time over `stepping_s`.
     pub real_time_factor: f64,
     pub bodies: Vec<BodyFigures>,
     pub solver: SolverFigures,
@@ -145,7 +149,8 @@ pub(super) struct Sources<'a> {
     pub tally: &'a Tally,
     pub timings: &'a Timings,
     pub last: &'a Observation,
-    pub elapsed: f64,
+    pub elapsed: Duration,
+    pub stepping: Duration,
     pub end: End,
 }
 
@@ -167,8 +172,9 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         steps: s.last.step,
         steps_planned: instance.run.steps,
         simulated_ms: s.last.time,
-        elapsed_s: s.elapsed,
-        real_time_factor: super::progress::real_time_factor(s.last.time, s.elapsed),
+        elapsed_s: s.elapsed.as_secs_f64(),
+        stepping_s: s.stepping.as_secs_f64(),
+        real_time_factor: real_time_factor(s.last.time, s.stepping),
         bodies,
         solver: SolverFigures {
             iterations: t.iterations,

@@ -11,7 +11,7 @@ use super::{RunArgs, Stop, document, dump, say::complain, say::say};
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene};
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A run is given up after so many failed steps in a row: what fails so often does not mend itself.
 const MOST_FAILURES: u32 = 10;
@@ -26,6 +26,7 @@ struct Running<'a> {
     timings: Timings,
     last: Observation,
     start: Instant,
+    stepping: Duration,
 }
 
 /// Runs a scene and writes what it gives.
@@ -54,6 +55,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
         timings: Timings::new(),
         last,
         start: Instant::now(),
+        stepping: Duration::ZERO,
     };
     let progress = Progress::new(steps, args.quiet);
     let outcome = running.go(&progress);
@@ -90,10 +92,13 @@ impl Running<'_> {
     fn go(&mut self, progress: &Progress) -> Result<End, Stop> {
         self.events()?;
         self.files.row(&self.last, true)?;
-        self.frames()?;
+        self.frames(false)?;
         let mut failures = 0;
         while !self.instance.is_finished() {
-            if let Err(error) = self.instance.advance() {
+            let before = Instant::now();
+            let outcome = self.instance.advance().map(|_| ());
+            self.stepping += before.elapsed();
+            if let Err(error) = outcome {
                 self.last = observe(&mut self.instance);
                 self.events()?;
                 return Ok(End::Failed(error.to_string()));
@@ -109,10 +114,12 @@ impl Running<'_> {
             self.tally.add(report, &self.last, tolerance);
             self.timings.add(report);
             failures = if report.has_failed { failures + 1 } else { 0 };
+            let advanced_before = self.tally.events.advanced;
             self.events()?;
             self.files.row(&self.last, false)?;
-            self.frames()?;
-            progress.show(self.last.step, self.last.time, self.last.torn, self.last.tips);
+            // The step in which the tear begins to run is one to see.
+            self.frames(advanced_before == 0 && self.tally.events.advanced > 0)?;
+            progress.show(&self.last, self.stepping);
             if failures == MOST_FAILURES {
                 let what = "steps in a row left no usable state; take a smaller run.dt or more damping";
                 return Ok(End::Failed(format!("{MOST_FAILURES} {what}")));
@@ -131,10 +138,10 @@ impl Running<'_> {
         Ok(())
     }
 
-    fn frames(&mut self) -> Result<(), Stop> {
-        if self.files.wants_frame(self.last.step) {
+    fn frames(&mut self, is_special: bool) -> Result<(), Stop> {
+        if self.files.wants_frame(self.last.step, is_special) {
             let frame = self.instance.simulation.frame();
-            self.files.frame(&frame, self.last.step, self.tally.events.started, false)?;
+            self.files.frame(&frame, self.last.step, self.tally.events.started, is_special)?;
             let report = self.report(End::Running);
             self.files.report(&report)?;
         }
@@ -142,9 +149,10 @@ impl Running<'_> {
     }
 
     fn report(&mut self, end: End) -> RunReport {
-        let Self { scene, overrides, instance, tally, timings, last, start, .. } = self;
-        let elapsed = start.elapsed().as_secs_f64();
-        let mut report = report::report(instance, Sources { scene, overrides, tally, timings, last, elapsed, end });
+        let Self { scene, overrides, instance, tally, timings, last, start, stepping, .. } = self;
+        let (elapsed, stepping) = (start.elapsed(), *stepping);
+        let sources = Sources { scene, overrides, tally, timings, last, elapsed, stepping, end };
+        let mut report = report::report(instance, sources);
         report.caveats.extend(self.files.notes.iter().cloned());
         report
     }
@@ -170,7 +178,7 @@ fn summary(report: &RunReport) -> String {
         report.steps,
         report.steps_planned,
         report.simulated_ms,
-        report.elapsed_s,
+        report.stepping_s,
         report.real_time_factor
     )];
     for body in &report.bodies {

@@ -1,6 +1,6 @@
 //! What is noted of every step: the rows of `series.csv` and the figures that the report adds up.
 
-use crate::components::{Grips, TearLog};
+use crate::components::{Grips, Holds, TearLog};
 use crate::report::BodyReport;
 use crate::scene::Instance;
 use crate::storage::Tips;
@@ -59,8 +59,12 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
             o.kinetic += energies.kinetic;
         }
         let reactions = instance.simulation.reactions(body).unwrap_or_default();
-        o.reactions.extend(reactions.into_iter().map(|(hold, force)| (named(&name, &hold), force)));
         let world = instance.simulation.world();
+        if let Ok(holds) = world.get::<&Holds>(body) {
+            // Before the first step there are holds but no reactions yet.
+            let forces = reactions.into_iter().map(|(_, force)| force).chain(std::iter::repeat(DVec3::ZERO));
+            o.reactions.extend(holds.groups.iter().zip(forces).map(|(hold, force)| (named(&name, &hold.name), force)));
+        }
         if let Ok(grips) = world.get::<&Grips>(body) {
             let forces = grips.list.iter().zip(&grips.force);
             o.grips.extend(forces.map(|(grip, force)| (named(&name, &grip.name), *force)));
