@@ -11,7 +11,7 @@
 
 mod fig2;
 
-use fig2::{LARGE, MEDIUM, SMALL, LESSER, hand, square};
+use fig2::{LARGE, LESSER, MEDIUM, SMALL, hand, square};
 use rhexis::components::Curve;
 use rhexis::frame::BodyFrame;
 use rhexis::settings::{LinearParams, Settings};

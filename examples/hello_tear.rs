@@ -47,7 +47,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         render("target/hello_tear.png".as_ref(), &frame.bodies[0], &settings)?;
     }
 
-    // Fibres at 60° lead from the notch's end (15, 27) down to the left edge, at y = 27 − 15·tan 60°, or before.
+    // Fibres at 60° lead from the end of the notch, (15, 27), down to the left edge near its foot.
     let end = end.ok_or("the sheet was not torn through")?;
     println!("torn through at {end:.2}");
     let off_fibre =

@@ -14,8 +14,12 @@ fn library_example_is_the_tested_one() {
     let example = readme.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let docs = read("src/lib.rs");
     let front_page: Vec<&str> = docs.lines().filter_map(|line| line.strip_prefix("//!")).collect();
-    let front_page = front_page.iter().map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n");
-    assert!(example.lines().count() > 10 && front_page.contains(example), "README.md and src/lib.rs differ:\n{example}");
+    let front_page =
+        front_page.iter().map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n");
+    assert!(
+        example.lines().count() > 10 && front_page.contains(example),
+        "README.md and src/lib.rs differ:\n{example}"
+    );
 }
 
 #[test]
