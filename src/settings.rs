@@ -4,7 +4,8 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tangent {
     /// Constant stiffness rotated with the triangle, contracted with the exact stretch rate, plus the tensile part of the
-    /// geometric stiffness along the normal. Always positive semidefinite; keeps the angular momentum of a spinning body.
+    /// geometric stiffness along the normal and a bound of it on in-plane waves. Always positive semidefinite; stable at any
+    /// tension; keeps the angular momentum of a body that spins in its plane.
     #[default]
     Rotated,
     /// The Hessian of the energy. Quadratic convergence of Newton's method; may be indefinite under compression, then the

@@ -18,7 +18,7 @@ pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
         count += 1;
         evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
         let is_exact = step.tangent == Tangent::Exact && !scratch.fell_back;
-        geometric_stiffness(frames, planar.is_some(), is_exact);
+        geometric_stiffness(frames, triangles, planar.is_some(), is_exact);
     }
     count
 }
@@ -39,11 +39,12 @@ pub fn evaluate(
     });
 }
 
-fn geometric_stiffness(frames: &mut Frames, is_planar: bool, is_exact: bool) {
+fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, is_planar: bool, is_exact: bool) {
     let state = &frames.state;
     frames.shear.resize(state.len(), 0.0);
     parallel::for_rows(&mut frames.shear, |t, shear| {
-        *shear = if is_exact { 0.0 } else { membrane::shear_majorant(state[t].stress, state[t].polar.stretch) };
+        let ElementState { polar, stress } = state[t];
+        *shear = if is_exact { 0.0 } else { membrane::shear_majorant(stress, polar.stretch, &triangles.stiffness[t]) };
     });
     frames.normal.resize(state.len(), Sym2::ZERO);
     if is_planar {

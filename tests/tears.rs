@@ -330,7 +330,7 @@ fn a_cut_across_falls_in_two_and_a_bad_one_changes_nothing() {
     let tiny = cutter(&mut body.mesh(), &mut scratch).cut(&[mm(10.2, 11.3), mm(10.4, 11.4)]);
     assert!(matches!(tiny, Err(TearRefusal::NoGoodWay { .. })), "{tiny:?}");
     assert_same(&body, &start);
-    // There and back over itself: the way back is closed by the first lip.
+    // There and back at an angle of 5°: the wedge between has no room for good triangles.
     let hairpin = [mm(0.0, 12.0), mm(5.0, 12.5), mm(1.0, 12.45)];
     let refused = cutter(&mut body.mesh(), &mut scratch).cut(&hairpin);
     assert!(refused.is_err(), "{refused:?}");

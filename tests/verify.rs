@@ -36,4 +36,5 @@ cases! {
     dynamics "dynamics",
     membrane "membrane",
     motion "motion",
+    stability "stability",
 }

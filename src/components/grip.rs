@@ -1,7 +1,7 @@
 //! Forceps: a pinch that takes hold of the tissue at one time, follows a hand path and lets go.
 
 use crate::storage::Attached;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// A polyline through space over time, at rest before its first and after its last point.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,6 +22,19 @@ impl Path {
     }
 }
 
+/// Takes the tissue beside the tear instead of at a fixed point: what a surgeon does who re-grasps the flap near the tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearTip {
+    /// How far behind the tip, against its last direction \[mm\].
+    pub behind: f64,
+    /// How far to the left of it, seen against the normal \[mm\]; negative to the right.
+    pub left: f64,
+    /// Axis about which the hand's path is turned, from the heading below to the tip's last direction.
+    pub axis: DVec3,
+    /// The tear's direction for which the path is given.
+    pub heading: DVec3,
+}
+
 /// One grasp. Between `from` and `until` every vertex whose rest position lies within `radius` of `material_point` is drawn
 /// by a spring towards where the hand has carried it: its position at the grasp plus the hand's displacement since.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +47,8 @@ pub struct Grip {
     pub until: f64,
     /// Where the tissue is taken, in the rest shape \[mm\].
     pub material_point: DVec3,
+    /// With this, the place beside the tip with the largest criterion at the time of the grasp, while there is a tip.
+    pub near_tip: Option<NearTip>,
     /// Pinch radius \[mm\]; the nearest vertex is always taken.
     pub radius: f64,
     /// Stiffness per vertex \[N/mm\].
@@ -47,8 +62,10 @@ pub struct Grip {
 pub struct Grips {
     /// The grasps.
     pub list: Vec<Grip>,
-    /// Per grasp: the vertices held and their positions relative to the hand when taken; empty before and after.
+    /// Per grasp: the vertices held and their positions \[mm\] when taken; empty before and after.
     pub held: Vec<Attached<DVec3>>,
+    /// Per grasp: by which its path is turned.
+    pub turn: Vec<DQuat>,
     /// Per grasp: force of the hand on the tissue \[N\] at the last step.
     pub force: Vec<DVec3>,
 }
@@ -56,6 +73,11 @@ pub struct Grips {
 impl Grips {
     /// The given grasps, none taken yet.
     pub fn new(list: Vec<Grip>) -> Self {
-        Self { held: vec![Attached::default(); list.len()], force: vec![DVec3::ZERO; list.len()], list }
+        Self {
+            held: vec![Attached::default(); list.len()],
+            turn: vec![DQuat::IDENTITY; list.len()],
+            force: vec![DVec3::ZERO; list.len()],
+            list,
+        }
     }
 }

@@ -22,7 +22,7 @@ pub use curve::{BadCurve, Curve};
 pub use derived::{ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch};
 pub use environment::{Damping, Drag, Gravity, PreStretch, Pressure};
 pub use fibres::Fibres;
-pub use grip::{Grip, Grips, Path};
+pub use grip::{Grip, Grips, NearTip, Path};
 pub use hold::{Hold, Holds};
 pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use material::Material;

@@ -62,7 +62,7 @@ impl TearDecisions {
     }
 
     /// The next triangle of the walk.
-    pub fn next(&mut self) -> Option<u32> {
+    pub fn next_visit(&mut self) -> Option<u32> {
         let next = self.queue.get(self.head).copied();
         self.head += usize::from(next.is_some());
         next

@@ -1,8 +1,8 @@
 //! From the legs of a hand's path to a polyline over time.
 
 use super::error::{Fault, not_negative, positive};
-use super::schema::{ArcSpec, GripSpec};
-use crate::components::{Grip, Path};
+use super::schema::{ArcSpec, GripSpec, NearTipSpec};
+use crate::components::{Grip, NearTip, Path};
 use glam::{DQuat, DVec3};
 
 /// An arc is run in straight pieces of at most this angle \[°\]: at the capsule's 2.6 mm radius the chord stays within 0.1 µm.
@@ -34,10 +34,17 @@ pub(super) fn grip(spec: &GripSpec, key: &str) -> Result<Grip, Fault> {
         from: spec.from,
         until: spec.until,
         material_point: spec.at.0,
+        near_tip: spec.near_tip.as_ref().map(|near| near_tip(near, spec.at.0)),
         radius: not_negative(format!("{key}.radius"), spec.radius, "mm")?,
         stiffness: positive(format!("{key}.stiffness"), spec.stiffness, "N/mm")?,
         path: Path { points },
     })
+}
+
+fn near_tip(spec: &NearTipSpec, at: DVec3) -> NearTip {
+    let axis = spec.axis.map_or(DVec3::Z, |axis| axis.0);
+    let heading = spec.heading.map_or(axis.cross(at), |heading| heading.0);
+    NearTip { behind: spec.behind, left: spec.left, axis, heading }
 }
 
 fn arc_points(

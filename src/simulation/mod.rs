@@ -257,15 +257,16 @@ impl Simulation {
         Ok(Energies { elastic: elastic.sum(), kinetic: kinetic.sum() })
     }
 
-    /// Sum of the forces \[N\] that a body's holds exert on it, one per hold, from the last step.
+    /// Sum of the forces \[N\] that a body's holds exert on it, one per hold, from the last step; zero before the first.
     ///
     /// # Errors
     /// If there is no such body.
     pub fn reactions(&self, body: Entity) -> Result<Vec<(String, DVec3)>, SimulationError> {
         let mut query = self.world.query_one::<(&Body, Option<(&Holds, &Reactions)>)>(body);
         let (_, held) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let groups = held.into_iter().flat_map(|(holds, reactions)| holds.groups.iter().zip(&reactions.groups));
-        Ok(groups.map(|(hold, forces)| (hold.name.clone(), forces.iter().sum())).collect())
+        let Some((holds, reactions)) = held else { return Ok(Vec::new()) };
+        let sum = |group: usize| reactions.groups.get(group).map_or(DVec3::ZERO, |forces| forces.iter().sum());
+        Ok(holds.groups.iter().enumerate().map(|(group, hold)| (hold.name.clone(), sum(group))).collect())
     }
 
     /// Brings [`Frames`] up to the current positions: stresses for whoever looks between steps.

@@ -138,7 +138,7 @@ pub struct Snapshot {
     pub triangles: Triangles,
     /// Topology.
     pub topology: Topology,
-    /// State of the triangles, with the full out-of-plane stiffness.
+    /// State of the triangles, with the geometric stiffness of the exact tangent.
     pub frames: Frames,
 }
 
@@ -151,6 +151,7 @@ impl Snapshot {
         let mut frames = frames.clone();
         let normal = |s: &crate::math::ElementState| second_piola(s.stress, s.polar.stretch);
         frames.normal = frames.state.iter().map(normal).collect::<Vec<Sym2>>();
+        frames.shear = vec![0.0; frames.state.len()];
         Ok(Self { vertices: vertices.clone(), triangles: triangles.clone(), topology: topology.clone(), frames })
     }
 

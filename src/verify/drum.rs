@@ -205,7 +205,7 @@ fn large_pressure(rows: &mut Rows, file: &Json) -> Result<(), VerifyError> {
             let chain = number(&format!("chain_n10_20_40/{i}"))?;
             // A triangle hands its load to its corners in thirds, the chain in halves: along a curved strip that is a shift of
             // the load by a sixth of a cell, to the left on one side and to the right on the other.
-            rows.relative(format!("{what}, {n} cells: against the chain"), middle, chain, 1e-4);
+            rows.relative(format!("{what}, {n} cells: against the chain"), middle, chain, 1e-5);
             rows.note(format!("{what}, {n} cells: against the exact arc"), (middle / exact - 1.0).abs(), "1");
         }
     }

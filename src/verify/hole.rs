@@ -9,8 +9,9 @@ use crate::math::{RestTriangle, Sym2};
 use crate::membrane::Membrane;
 use crate::scene::generate;
 use crate::settings::Settings;
+use crate::storage::TriangleMesh;
 use crate::systems::kernels::membrane::gradient;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use num_complex::Complex64;
 
 pub fn run() -> Result<Vec<Row>, VerifyError> {
@@ -165,7 +166,7 @@ fn converge(
 }
 
 /// The largest hoop stress \[MPa\] of the triangles with an edge on the hole, about their centroids.
-fn first_ring_hoop(mesh: &crate::storage::TriangleMesh, u: &[DVec3], material: Material, n_t: u32) -> f64 {
+fn first_ring_hoop(mesh: &TriangleMesh, u: &[DVec3], material: Material, n_t: u32) -> f64 {
     let Ok(law) = material.stiffness() else { return f64::NAN };
     let fibre = DVec3::new(1.0, 1.0, 0.0).normalize();
     let across = DVec3::new(-fibre.y, fibre.x, 0.0);
@@ -176,7 +177,7 @@ fn first_ring_hoop(mesh: &crate::storage::TriangleMesh, u: &[DVec3], material: M
         let strain = Sym2::new(fibre.dot(d1), across.dot(d2), 0.5 * (fibre.dot(d2) + across.dot(d1)));
         let centroid = (x[0] + x[1] + x[2]) / 3.0;
         let tangent = DVec3::new(-centroid.y, centroid.x, 0.0).normalize();
-        Some(law.stress(strain).normal_component(glam::DVec2::new(tangent.dot(fibre), tangent.dot(across))))
+        Some(law.stress(strain).normal_component(DVec2::new(tangent.dot(fibre), tangent.dot(across))))
     });
     hoop.fold(f64::NEG_INFINITY, f64::max)
 }

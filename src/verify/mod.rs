@@ -15,6 +15,7 @@ mod motion;
 mod patch;
 mod plane;
 mod reference;
+mod stability;
 
 use crate::membrane::BodyError;
 use crate::scene::generate::GenerateError;
@@ -96,6 +97,7 @@ pub const CASES: &[Case] = &[
     case("dynamics", "natural frequencies, decay of a mode, order in time", dynamics::run),
     case("membrane", "vibration and deflection out of the plane", drum::run),
     case("motion", "rigid motion, resultants, energy balance, spin", motion::run),
+    case("stability", "the default step damps noise on a taut sheet", stability::run),
 ];
 
 const fn case(name: &'static str, about: &'static str, run: fn() -> Result<Vec<Row>, VerifyError>) -> Case {

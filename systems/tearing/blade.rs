@@ -34,7 +34,10 @@ impl Cutter<'_, '_> {
     /// Why the cut cannot be made; the mesh is as it was.
     pub fn cut(&mut self, polyline: &[DVec3]) -> Result<CutOutcome, TearRefusal> {
         let mark = self.scratch.records.len();
+        // A blade goes where it is led; a tear may look for a way, a cut that cannot follow its line is refused.
+        let widest = std::mem::replace(&mut self.quality.widest_snap, self.quality.snap);
         let outcome = self.cut_through(polyline);
+        self.quality.widest_snap = widest;
         if outcome.is_err() {
             self.roll_back(mark);
         }

@@ -58,11 +58,13 @@ impl Cutter<'_, '_> {
             return None;
         }
         let new = smallest_angle([u, p, o]).min(smallest_angle([v, o, p]));
+        if new <= old + GAIN {
+            return None;
+        }
         let (n, m) = (normal(u, v, o), normal(v, u, p));
         let is_convex = normal(u, p, o).dot(n) > 0.0 && normal(v, o, p).dot(n) > 0.0;
         let is_coplanar = n.dot(m) >= COPLANAR * n.length() * m.length();
-        let is_alike = are_alike(&triangles.at(triangle), &triangles.at(other));
-        (new > old + GAIN && is_convex && is_coplanar && is_alike).then_some(other)
+        (is_convex && is_coplanar && are_alike(&triangles.at(triangle), &triangles.at(other))).then_some(other)
     }
 }
 

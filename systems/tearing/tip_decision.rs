@@ -2,7 +2,7 @@
 
 use super::{DiscAverage, Surface, disc_average};
 use crate::components::{TearDecision, TearDecisions, Tearing};
-use crate::systems::kernels::failure::{self, Cone, Decision, Sector, Strength};
+use crate::systems::kernels::failure::{self, Cone, Decision, Origin, Sector, Strength};
 use glam::{DVec2, DVec3};
 
 /// The strengths of a body.
@@ -27,7 +27,9 @@ pub fn tip_decision(
     let (from, to) = chart.range();
     let sector = (!chart.is_closed()).then_some(Sector { from, to });
     let answer = failure::evaluate(average.stress, average.fibre, &strength(tearing), cone, sector)?;
-    Some(decision(vertex, &answer, &average, chart.axes(), |d| chart.to_surface(d)))
+    let turned = along_curved_fibre(&answer, &average);
+    let direction = if chart.sector(turned).is_some() { turned } else { answer.best.direction };
+    Some(decision(vertex, &answer, &average, chart.axes(), chart.to_surface(direction)))
 }
 
 /// The answer of the criterion with what it was found from.
@@ -36,11 +38,11 @@ pub fn decision(
     answer: &Decision,
     average: &DiscAverage,
     axes: [DVec3; 2],
-    to_surface: impl Fn(DVec2) -> DVec3,
+    direction: DVec3,
 ) -> TearDecision {
     TearDecision {
         row,
-        direction: to_surface(answer.best.direction),
+        direction,
         value: answer.best.value,
         margin: answer.margin(),
         is_ambiguous: answer.is_ambiguous(),
@@ -49,4 +51,16 @@ pub fn decision(
         axes,
         edges_per_radius: average.edges_per_radius,
     }
+}
+
+/// The chosen direction, turned where it follows a curved fibre by half of the fibre's turn over the edge to come: the
+/// midpoint rule. Straight steps along the tangent would leave a circle of radius r by L²/2r each.
+fn along_curved_fibre(answer: &Decision, average: &DiscAverage) -> DVec2 {
+    let d = answer.best.direction;
+    // A kink of the threshold is met exactly, so the direction is the fibre's to rounding or not at all.
+    if answer.origin != Origin::Kink || d.perp_dot(average.fibre).abs() > 1e-9 {
+        return d;
+    }
+    let edge = average.radius / average.edges_per_radius;
+    DVec2::from_angle(0.5 * edge * average.fibre_turn.dot(d)).rotate(d)
 }

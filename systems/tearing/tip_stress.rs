@@ -33,6 +33,10 @@ pub struct DiscAverage {
     pub stress: Sym2,
     /// Unit mean fibre: the principal axis of the mean of f ⊗ f.
     pub fibre: DVec2,
+    /// How the fibre's angle changes over the disc \[rad/mm\]: the gradient of a linear fit.
+    pub fibre_turn: DVec2,
+    /// R \[mm\].
+    pub radius: f64,
     /// Area of the disc that is tissue \[mm²\].
     pub area: f64,
     /// R over the mean edge length in the disc; under 3 the average is under-resolved.
@@ -76,10 +80,12 @@ pub fn disc_average(
     start.into_iter().for_each(|t| scratch.visit(t));
     let (mut area, mut full_area, mut count) = (0.0, 0.0, 0.0);
     let (mut stress, mut fibres) = (Sym2::ZERO, Sym2::ZERO);
-    while let Some(t) = scratch.next() {
+    let mut turning = Turning::default();
+    while let Some(t) = scratch.next_visit() {
         let t = t as usize;
         let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);
-        let overlap = disc_triangle_overlap(DVec2::ZERO, radius, x.map(|p| chart.place(p)));
+        let placed = x.map(|p| chart.place(p));
+        let overlap = disc_triangle_overlap(DVec2::ZERO, radius, placed);
         if !(overlap > 0.0) {
             continue;
         }
@@ -89,6 +95,7 @@ pub fn disc_average(
         let (e1, e2) = (DVec2::new(fibre.x, across.x), DVec2::new(fibre.y, across.y));
         stress += surface.stress(t).in_axes(e1, e2) * overlap;
         fibres += Sym2::outer(fibre) * overlap;
+        turning.add((placed[0] + placed[1] + placed[2]) / 3.0, fibre, overlap);
         area += overlap;
         full_area += surface.triangles.rest[t].area;
         count += 1.0;
@@ -99,6 +106,8 @@ pub fn disc_average(
     (area > 0.0).then(|| DiscAverage {
         stress: stress * (1.0 / area),
         fibre: DVec2::from_angle(fibres.principal_angle()),
+        fibre_turn: turning.gradient(),
+        radius,
         area,
         edges_per_radius: radius / edge,
     })
@@ -125,5 +134,36 @@ impl TangentPlane {
         let sum = n + self.normal;
         let turned = fibre - sum * (self.normal.dot(fibre) / (1.0 + n.dot(self.normal)).max(f64::MIN_POSITIVE));
         DVec2::new(turned.dot(self.axes[0]), turned.dot(self.axes[1])).normalize_or(DVec2::X)
+    }
+}
+
+/// Sums for the linear fit of the fibre's angle: isotropic least squares about the weighted mean.
+#[derive(Default)]
+struct Turning {
+    reference: Option<DVec2>,
+    weight: f64,
+    place: DVec2,
+    angle: f64,
+    place_sq: f64,
+    angle_place: DVec2,
+}
+
+impl Turning {
+    fn add(&mut self, place: DVec2, fibre: DVec2, weight: f64) {
+        let reference = *self.reference.get_or_insert(fibre);
+        // Fibres are lines: the angle between two is in (−π/2, π/2].
+        let (sine, cosine) = (reference.perp_dot(fibre), reference.dot(fibre));
+        let angle = 0.5 * (2.0 * sine * cosine).atan2(cosine * cosine - sine * sine);
+        self.weight += weight;
+        self.place += place * weight;
+        self.angle += angle * weight;
+        self.place_sq += place.length_squared() * weight;
+        self.angle_place += place * (angle * weight);
+    }
+
+    fn gradient(&self) -> DVec2 {
+        let covariance = self.angle_place - self.place * (self.angle / self.weight);
+        let variance = self.place_sq - self.place.length_squared() / self.weight;
+        if variance > 0.0 { covariance * (2.0 / variance) } else { DVec2::ZERO }
     }
 }

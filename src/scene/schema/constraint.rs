@@ -112,6 +112,8 @@ pub struct GripSpec {
     pub name: String,
     /// Where the tissue is taken, in the rest shape \[mm\].
     pub at: Point,
+    /// Takes the tissue beside the tear's tip instead; `at` is then the place for which the path is given.
+    pub near_tip: Option<NearTipSpec>,
     /// Time of the grasp \[ms\].
     pub from: f64,
     /// Time of the release \[ms\].
@@ -122,6 +124,21 @@ pub struct GripSpec {
     pub stiffness: f64,
     /// The hand's path from `at`: what is held moves by the hand's displacement.
     pub path: Vec<LegSpec>,
+}
+
+/// A place beside the tip with the largest criterion at the time of the grasp. The path is turned with it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NearTipSpec {
+    /// How far behind the tip \[mm\].
+    pub behind: f64,
+    /// How far to the left of the tear \[mm\], negative to the right.
+    #[serde(default)]
+    pub left: f64,
+    /// Axis about which the path is turned. Default z.
+    pub axis: Option<Point>,
+    /// The tear's direction for which the path is given. Default counter-clockwise about the axis at `at`.
+    pub heading: Option<Point>,
 }
 
 /// A leg of a hand's path: exactly one of `to`, `by` and `arc`, and when it ends.

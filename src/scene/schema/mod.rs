@@ -12,7 +12,7 @@ pub use body::{
     BodySpec, ContactSpec, CutSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
-    ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, PointLoadSpec, RegionSpec, SpringSpec,
+    ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
 };
 pub use mesh::MeshSpec;
 pub use number::{Interval, Numbers, Point, Strain, TimeCurve};

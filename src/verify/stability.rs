@@ -1,0 +1,57 @@
+//! A taut sheet at rest with a little noise in its velocities: the default step must damp it at any time step.
+
+use super::bodies::{self, Snapshot};
+use super::{Row, Rows, VerifyError};
+use crate::components::{Curve, Fibres, Material};
+use crate::membrane::Membrane;
+use crate::scene::generate;
+use crate::settings::Settings;
+use glam::DVec3;
+
+/// Size of the noise \[mm/ms\]: far from anything that is not linear.
+const NOISE: f64 = 1e-6;
+
+pub fn run() -> Result<Vec<Row>, VerifyError> {
+    let mut rows = Rows::new("stability");
+    for (young, stretch) in [(10.0, 0.1), (10.0, 0.3), (100.0, 0.1), (100.0, 0.3)] {
+        for dt in [0.01, 0.1, 1.0, 10.0, 100.0] {
+            let left = noise_left(young, stretch, dt)?;
+            // Backward Euler damps every wave of a stable sheet; an unstable step ends above 1e3.
+            rows.ratio(
+                format!("E_F/E_T {young}, stretched {stretch}, dt {dt} ms: noise left after 60 steps"),
+                left,
+                1.0,
+            );
+        }
+    }
+    rows.finish()
+}
+
+/// Stretches a sheet along its fibres and gives the size of the velocities after 60 default steps over that of the noise
+/// that was put in.
+fn noise_left(young_fibre: f64, stretch: f64, dt: f64) -> Result<f64, VerifyError> {
+    let side = 30.0;
+    let material = Material { young_fibre, shear_modulus: None, ..Material::figure_2() };
+    let membrane =
+        Membrane::new("sheet", generate::grid(side, side, 16, 14)?, material).fibres(Fibres::at_degrees(0.0));
+    let ends = bodies::hold_along(&membrane, "ends", [true; 3], Curve::constant(stretch), |p| {
+        (p.x == 0.0 || p.x == side).then(|| DVec3::X * (p.x - 0.5 * side))
+    });
+    let settings = Settings { threads: 1, ..Settings::default() };
+    let (mut simulation, body) = bodies::simulate(settings, membrane.hold(ends))?;
+    simulation.settle(0.0, 1e-10)?;
+    let rest = bodies::positions(&simulation, body)?;
+    let noise = |v: usize| {
+        let v = v as f64;
+        DVec3::new((12.9898 * v).sin(), (78.233 * v).sin(), (37.719 * v).sin()) * NOISE
+    };
+    bodies::set_motion(&mut simulation, body, |v, x| {
+        (rest[v], if x.x > 0.0 && x.x < side { noise(v) } else { DVec3::ZERO })
+    })?;
+    let size = |s: &Snapshot| s.vertices.velocity.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
+    let start = size(&Snapshot::new(&mut simulation, body)?);
+    for _ in 0..60 {
+        simulation.step(dt)?;
+    }
+    Ok(size(&Snapshot::new(&mut simulation, body)?) / start)
+}
