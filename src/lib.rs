@@ -1,4 +1,62 @@
 //! Rhexis: an embeddable, data-oriented engine for the real-time tearing of fibre-reinforced soft-tissue membranes.
+//!
+//! A membrane is a triangle mesh with a thickness, a fibre direction and an orthotropic material per triangle. It is held, loaded,
+//! gripped and cut; where the stress at a tear's tip exceeds the strength of the tissue, which depends on the angle to the
+//! fibres, the tear advances in the direction that the criterion chooses, through triangles or along edges.
+//!
+//! # Goals, in this order
+//! 1. **Never breaks.** No panic, no NaN out, no half-done edit. Bad input is refused with a reason and a remedy; a step that
+//!    goes wrong is undone and retried; the same input gives the same bits on any number of threads.
+//! 2. **Right.** The force is the gradient of an energy, the tear criterion's maximum is exact, the stress at a tip has a length
+//!    of its own. Every formula names its source, and every departure from the paper is listed in [`theory`].
+//! 3. **Fast at equal error.** Speed is judged at the error reached, never by a number of iterations.
+//! 4. **Pleasant to embed.** It owns no loop, no window and no global; what a body does not carry costs nothing; everything you
+//!    see is plain arrays.
+//!
+//! Not goals for now: volumetric meshes, rendering, running on a GPU.
+//!
+//! # The library in 20 lines
+//! A square of 30 mm with fibres at 60° is notched at the top and pulled apart until it is torn through.
+//!
+#![cfg_attr(feature = "scenes", doc = "```")]
+#![cfg_attr(not(feature = "scenes"), doc = "```ignore")]
+//! use glam::DVec3;
+//! use rhexis::components::{Curve, Fibres, Hold, Material, Tearing};
+//! use rhexis::event::EventKind;
+//! use rhexis::{membrane::Membrane, scene::generate, settings::Settings, simulation::Simulation, storage::Attached};
+//!
+//! fn main() -> Result<(), Box<dyn std::error::Error>> {
+//!     let mesh = generate::grid(30.0, 30.0, 30, 25)?;
+//!     let mut sheet = Membrane::new("sheet", mesh, Material::figure_2()).planar().with(Tearing::default());
+//!     sheet = sheet.fibres(Fibres::at_degrees(60.0));
+//!     for (name, x, way) in [("left", 0.0, DVec3::NEG_X), ("right", 30.0, DVec3::X)] {
+//!         let members = Attached::new(sheet.select(|p| p.x == x).into_iter().map(|vertex| (vertex, way)));
+//!         sheet = sheet.hold(Hold { name: name.into(), members, axes: [true; 3], curve: Curve::ramp(1000.0, 3.0)? });
+//!     }
+//!     let mut simulation = Simulation::new(Settings::default())?;
+//!     let body = simulation.spawn(sheet)?;
+//!     simulation.cut(body, &[DVec3::new(15.0, 30.0, 0.0), DVec3::new(15.0, 27.0, 0.0)])?;
+//!     while simulation.time() < 1000.0 {
+//!         simulation.step(10.0)?;
+//!         if let Some(end) = simulation.drain_events().find(|event| matches!(event.kind, EventKind::Ended { .. })) {
+//!             println!("torn through: {end:?}");
+//!             return Ok(());
+//!         }
+//!     }
+//!     Err("not torn through".into())
+//! }
+//! ```
+//!
+//! [`Membrane`](membrane::Membrane) makes a body, [`components`] are what it can carry, [`Simulation`](simulation::Simulation)
+//! steps it, [`event`] and [`frame`](mod@frame) are what you see of it. The order of a step is one list, [`schedule::STEP`]. Units are fixed:
+//! mm, g, ms, hence N, MPa, mJ.
+//!
+//! # Features
+//! - `scenes`: scene files (TOML), mesh generators, the catalog of scenes and readers for OBJ, Gmsh, VTK, PLY and STL.
+//! - `cli` (default, includes `scenes`): the `rhexis` program, pictures and ParaView files.
+//!
+//! For embedding without either: `default-features = false`; a mesh is then a
+//! [`TriangleMesh`](storage::TriangleMesh) of your own positions and triangles.
 
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -21,3 +79,6 @@ pub mod verify;
 
 #[path = "../systems/mod.rs"]
 pub mod systems;
+
+#[doc = include_str!("../docs/theory.md")]
+pub mod theory {}

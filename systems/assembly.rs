@@ -56,9 +56,10 @@ pub fn membrane_forces(
 
 /// Sums every vertex' corner forces in the order of triangle rows.
 pub fn gather(topology: &Topology, forces: &mut Forces, vertex_count: usize) {
-    let corner = &forces.corner;
+    // An incident entry is three times its triangle plus the corner: an index into the corners laid end to end.
+    let corner = forces.corner.as_flattened();
     forces.nodal.resize(vertex_count, DVec3::ZERO);
     parallel::for_rows(&mut forces.nodal, |v, nodal| {
-        *nodal = topology.incident[v].iter().map(|&c| corner[c as usize / 3][c as usize % 3]).sum();
+        *nodal = topology.incident[v].iter().map(|&c| corner[c as usize]).sum();
     });
 }

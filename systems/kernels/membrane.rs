@@ -40,24 +40,31 @@ pub fn state(
     ElementState { polar, stress: stiffness.stress(polar.stretch - unstretched) }
 }
 
+/// 1/tr U, bounded. Every matrix-vector product needs it twice per triangle, and a division costs as much as the law.
+#[inline]
+fn inverse_trace(stretch: Sym2) -> f64 {
+    1.0 / stretch.trace().max(LEAST_TRACE)
+}
+
 /// κ/tr U: the size of the skew part of Π.
 #[inline]
-fn spin_stress(stress: Sym2, stretch: Sym2) -> f64 {
+fn spin_stress(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> f64 {
     let kappa = (stress.yy - stress.xx) * stretch.xy + stress.xy * (stretch.xx - stretch.yy);
-    kappa / stretch.trace().max(LEAST_TRACE)
+    kappa * inverse_trace
 }
 
 /// Π = T − (κ/tr U)·J: the energy-consistent first Piola–Kirchhoff stress in the frame.
 #[inline]
-fn first_piola(stress: Sym2, stretch: Sym2) -> Mat {
-    let spin = spin_stress(stress, stretch);
+fn first_piola(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
+    let spin = spin_stress(stress, stretch, inverse_trace);
     [stress.xx, stress.xy + spin, stress.xy - spin, stress.yy]
 }
 
 /// Forces on the three corners \[N\], −V·R·Π·∇N_i, of a triangle with rest volume V = A·h \[mm³\] under the stress `stress`.
 #[inline]
 pub fn nodal_forces(polar: &Polar, stress: Sym2, rest: &RestTriangle, volume: f64) -> [DVec3; 3] {
-    spread(polar, first_piola(stress, polar.stretch), DVec2::ZERO, rest, volume)
+    let pi = first_piola(stress, polar.stretch, inverse_trace(polar.stretch));
+    spread(polar, pi, DVec2::ZERO, rest, volume)
 }
 
 /// −V·(R·Π + n ⊗ m)·∇N_i for the three corners.
@@ -77,7 +84,7 @@ fn spread(polar: &Polar, pi: Mat, normal_row: DVec2, rest: &RestTriangle, volume
 /// wrong at 15 % stretch.
 #[inline]
 pub fn second_piola(stress: Sym2, stretch: Sym2) -> Sym2 {
-    let pi = first_piola(stress, stretch);
+    let pi = first_piola(stress, stretch, inverse_trace(stretch));
     // A triangle squeezed to less than 1 % of its area has no meaningful S: the bound keeps it finite.
     let trace = stretch.trace();
     let inverse = 1.0 / stretch.determinant().max(2.5e-3 * trace * trace).max(f64::MIN_POSITIVE);
@@ -111,8 +118,8 @@ pub fn shear_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic) -> f64 {
 
 /// Spin ω and stretch rate dU for a gradient change `a` = RᵀdF.
 #[inline]
-fn rates(a: Mat, stretch: Sym2) -> (f64, Sym2) {
-    let spin = (a[2] - a[1]) / stretch.trace().max(LEAST_TRACE);
+fn rates(a: Mat, stretch: Sym2, inverse_trace: f64) -> (f64, Sym2) {
+    let spin = (a[2] - a[1]) * inverse_trace;
     // J·U = [[−U12, −U22], [U11, U12]]; both off-diagonal entries of a − ω·J·U are equal, their mean halves the rounding.
     let xy = 0.5 * (a[1] + spin * stretch.yy + a[2] - spin * stretch.xx);
     (spin, Sym2::new(a[0] + spin * stretch.xy, a[3] - spin * stretch.xy, xy))
@@ -122,7 +129,7 @@ fn rates(a: Mat, stretch: Sym2) -> (f64, Sym2) {
 #[inline]
 pub fn stretch_rate(polar: &Polar, rest: &RestTriangle, u: [DVec3; 3]) -> Sym2 {
     let (d1, d2) = gradient(u, rest);
-    rates(in_frame(polar, d1, d2), polar.stretch).1
+    rates(in_frame(polar, d1, d2), polar.stretch, inverse_trace(polar.stretch)).1
 }
 
 #[inline]
@@ -167,20 +174,31 @@ impl ElementTangent<'_> {
     /// V·dΠ for the in-plane gradient change `a`, in the co-rotated frame.
     #[inline]
     fn in_plane(&self, a: Mat) -> Mat {
-        let (u, t) = (self.state.polar.stretch, self.state.stress);
-        let (spin, du) = rates(a, u);
+        if self.is_exact { self.exact(a) } else { self.rotated(a) }
+    }
+
+    #[inline]
+    fn rotated(&self, a: Mat) -> Mat {
+        let u = self.state.polar.stretch;
+        let inverse = inverse_trace(u);
+        let (_, du) = rates(a, u, inverse);
         let dt = self.stiffness.stress(du) * self.elastic;
-        if !self.is_exact {
-            let c = self.shear * self.geometric;
-            let deviator = c * (du.xx - du.yy);
-            return first_piola(dt + Sym2::new(deviator, -deviator, 2.0 * c * du.xy), u);
-        }
-        let dpi = first_piola(dt, u);
+        let c = self.shear * self.geometric;
+        let deviator = c * (du.xx - du.yy);
+        first_piola(dt + Sym2::new(deviator, -deviator, 2.0 * c * du.xy), u, inverse)
+    }
+
+    /// Out of line, so that the loop over the rotated tangent stays one straight piece of code.
+    #[inline(never)]
+    fn exact(&self, a: Mat) -> Mat {
+        let (u, t) = (self.state.polar.stretch, self.state.stress);
+        let inverse = inverse_trace(u);
+        let (spin, du) = rates(a, u, inverse);
+        let dpi = first_piola(self.stiffness.stress(du) * self.elastic, u, inverse);
         // d(κ/tr U) at fixed T, and the turning of Π with the frame: ω·J·Π.
-        let trace = u.trace().max(LEAST_TRACE);
         let dkappa = (t.yy - t.xx) * du.xy + t.xy * (du.xx - du.yy);
-        let skew = (dkappa - spin_stress(t, u) * du.trace()) / trace;
-        let pi = first_piola(t, u);
+        let skew = (dkappa - spin_stress(t, u, inverse) * du.trace()) * inverse;
+        let pi = first_piola(t, u, inverse);
         let g = self.geometric;
         [
             dpi[0] - g * spin * pi[2],

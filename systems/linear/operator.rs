@@ -32,6 +32,7 @@ pub struct Operator<'a> {
 }
 
 impl Operator<'_> {
+    #[inline]
     fn element(&self, t: usize) -> ElementTangent<'_> {
         let volume = self.triangles.rest[t].area * self.triangles.thickness[t];
         let state: &ElementState = &self.frames.state[t];
@@ -65,13 +66,14 @@ impl Operator<'_> {
         parallel::for_rows(corner, |t, corner| {
             *corner = self.element(t).apply(self.triangles.corners[t].map(|v| u[v as usize]));
         });
+        // An incident entry is three times its triangle plus the corner: an index into the corners laid end to end.
+        let corner = corner.as_flattened();
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
                 None => u[v] * (self.vertices.mass[v] * self.inertia),
                 Some(_) => self.own_block(v) * u[v],
             };
-            let gathered: DVec3 =
-                self.topology.incident[v].iter().map(|&c| corner[c as usize / 3][c as usize % 3]).sum();
+            let gathered: DVec3 = self.topology.incident[v].iter().map(|&c| corner[c as usize]).sum();
             *out = own + gathered;
             (weight[v] * u[v]).dot(*out)
         })
