@@ -177,7 +177,14 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         }
     };
     let static_tolerance = positive("run.static_tolerance".to_owned(), spec.static_tolerance, "")?;
-    Ok(Run { mode: spec.mode, dt, steps, until_torn: spec.until_torn, static_tolerance, static_advances: spec.static_advances })
+    Ok(Run {
+        mode: spec.mode,
+        dt,
+        steps,
+        until_torn: spec.until_torn,
+        static_tolerance,
+        static_advances: spec.static_advances,
+    })
 }
 
 fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
