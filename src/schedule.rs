@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 pub enum Stage {
     /// Once, before anything moves.
     Begin,
+    /// Once, each time the step is taken up again after tears have advanced.
+    Resume,
     /// In every Newton iteration.
     Iterate,
     /// Once, at the end, on the state that the step has reached.
@@ -34,6 +36,7 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
 /// All systems in the order in which they run.
 pub const STEP: &[System] = &[
     system("hold", Stage::Begin, systems::hold::hold),
+    system("resume", Stage::Resume, systems::hold::resume),
     system("corotation", Stage::Iterate, systems::corotation::corotation),
     system("assembly", Stage::Iterate, systems::assembly::assembly),
     system("gravity", Stage::Iterate, systems::gravity::gravity),

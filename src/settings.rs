@@ -43,6 +43,9 @@ pub struct Settings {
     pub newton_tolerance: f64,
     /// Newton iterations of a static solve at the most.
     pub static_iterations: u32,
+    /// How often a dynamic step is taken up again after tears have advanced by less than `max_tear_speed` allows: each time one
+    /// more solve and one more advance per tip. With 0 a tip makes one advance per step.
+    pub resumes: u32,
     /// How often a step that would leave a non-finite state is retried with two steps of half the length each.
     pub halvings: u32,
     /// Threads; 0 means one per core. The result has the same bits for any number.
@@ -57,6 +60,7 @@ impl Default for Settings {
             newton_iterations: 1,
             newton_tolerance: 1e-9,
             static_iterations: 60,
+            resumes: 8,
             halvings: 4,
             threads: 0,
         }

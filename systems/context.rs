@@ -11,6 +11,8 @@ pub struct StepContext {
     pub time: f64,
     /// Equilibrium without inertia, damping and drag.
     pub is_static: bool,
+    /// Taken up again after tears have advanced: no new allowance for tips.
+    pub is_resumed: bool,
     /// Tangent of the solves.
     pub tangent: Tangent,
     /// Limits of each linear solve.
@@ -28,6 +30,7 @@ impl StepContext {
             dt: if dt > 0.0 { dt } else { 1.0 },
             time,
             is_static: true,
+            is_resumed: false,
             tangent: Tangent::Exact,
             linear: LinearParams { tolerance: 1e-12, iterations: 20_000 },
             newton_iterations: iterations,

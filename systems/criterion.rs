@@ -14,7 +14,7 @@ const FROM_TIPS: f64 = 2.0;
 
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
 /// has no tip and may not start a tear.
-pub fn criterion(world: &mut hecs::World, _: &StepContext) -> usize {
+pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
@@ -25,7 +25,8 @@ pub fn criterion(world: &mut hecs::World, _: &StepContext) -> usize {
     {
         scratch.tips.clear();
         scratch.start = None;
-        if tips.is_empty() && !tearing.may_initiate {
+        let is_done = step.is_resumed && !scratch.may_advance_further;
+        if is_done || (tips.is_empty() && !tearing.may_initiate) {
             continue;
         }
         count += 1;

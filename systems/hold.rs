@@ -1,7 +1,7 @@
 //! Start of a step: remembers where it began, marks prescribed axes and puts the prescribed motion into the first guess.
 
 use super::StepContext;
-use crate::components::{Holds, Increment, Planar, SolverScratch};
+use crate::components::{Holds, Increment, Planar, SolverScratch, TearDecisions};
 use crate::storage::Vertices;
 use glam::DVec3;
 
@@ -22,25 +22,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         increment.displacement.fill(DVec3::ZERO);
         increment.dt = step.dt;
 
-        let free_axes = if planar.is_some() { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
-        scratch.free.clear();
-        scratch.free.resize(n, free_axes);
-        if planar.is_some() {
-            increment.delta.iter_mut().for_each(|d| d.z = 0.0);
-        }
-        for hold in holds.map(|h| h.groups.as_slice()).unwrap_or_default() {
-            let factor = hold.curve.at(step.time);
-            for (&row, &offset) in hold.members.rows().iter().zip(hold.members.values()) {
-                let v = row as usize;
-                let target = vertices.rest_position[v] + offset * factor;
-                for axis in 0..3 {
-                    if hold.axes[axis] {
-                        scratch.free[v][axis] = 0.0;
-                        increment.delta[v][axis] = target[axis] - vertices.position[v][axis];
-                    }
-                }
-            }
-        }
+        mark_axes(vertices, increment, scratch, holds, planar, step.time);
         scratch.iterations = 0;
         scratch.newton_iterations = 0;
         scratch.is_converged = false;
@@ -48,4 +30,56 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.line_search = None;
     }
     count
+}
+
+/// Takes the step up again on the bodies whose tears have advanced and may advance further: the same step from the same start
+/// and with what it has reached so far, on the mesh as it is now. The others are done.
+pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a Vertices, &'a mut Increment, &'a mut SolverScratch),
+        (Option<&'a Holds>, Option<&'a Planar>, Option<&'a TearDecisions>),
+    );
+    for ((vertices, increment, scratch), (holds, planar, decisions)) in world.query_mut::<Query>() {
+        scratch.is_converged = !decisions.is_some_and(|d| d.may_advance_further);
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        increment.delta.clear();
+        increment.delta.resize(vertices.len(), DVec3::ZERO);
+        mark_axes(vertices, increment, scratch, holds, planar, step.time);
+        scratch.newton_iterations = 0;
+    }
+    count
+}
+
+/// Marks the free axes, and puts what is left of the prescribed motion into the first guess.
+fn mark_axes(
+    vertices: &Vertices,
+    increment: &mut Increment,
+    scratch: &mut SolverScratch,
+    holds: Option<&Holds>,
+    planar: Option<&Planar>,
+    time: f64,
+) {
+    let free_axes = if planar.is_some() { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
+    scratch.free.clear();
+    scratch.free.resize(vertices.len(), free_axes);
+    if planar.is_some() {
+        increment.delta.iter_mut().for_each(|d| d.z = 0.0);
+    }
+    for hold in holds.map(|h| h.groups.as_slice()).unwrap_or_default() {
+        let factor = hold.curve.at(time);
+        for (&row, &offset) in hold.members.rows().iter().zip(hold.members.values()) {
+            let v = row as usize;
+            let target = vertices.rest_position[v] + offset * factor;
+            for axis in 0..3 {
+                if hold.axes[axis] {
+                    scratch.free[v][axis] = 0.0;
+                    increment.delta[v][axis] = target[axis] - vertices.position[v][axis];
+                }
+            }
+        }
+    }
 }

@@ -16,7 +16,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
-        (&'a Tearing, &'a mut Tips, &'a TearDecisions, &'a mut TearLog, &'a mut TearScratch),
+        (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog, &'a mut TearScratch),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>, Option<&'a mut EdgeLoads>),
     );
     for (
@@ -29,10 +29,18 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         if decisions.start.is_none() && !decisions.tips.iter().flatten().any(|d| asks(&d)) {
             tips.allowance.fill(0.0);
             tips.is_refused.fill(false);
+            decisions.may_advance_further = false;
             continue;
         }
         count += 1;
-        let reach = if step.is_static { f64::INFINITY } else { tearing.max_tear_speed * step.dt };
+        let reach = if step.is_static {
+            f64::INFINITY
+        } else if step.is_resumed {
+            0.0
+        } else {
+            tearing.max_tear_speed * step.dt
+        };
+        let advances_before = log.advance_count;
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
             followers: Followers { increment, holds, springs, grips, edge_loads },
@@ -50,6 +58,8 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         if let Some(start) = &decisions.start {
             tearer.start(start);
         }
+        let has_advanced = tearer.log.advance_count > advances_before;
+        decisions.may_advance_further = has_advanced && tearer.tips.allowance.iter().any(|&left| left > 0.0);
     }
     count
 }

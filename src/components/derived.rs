@@ -1,6 +1,7 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
 use crate::math::{ElementState, Sym2};
+use crate::storage::{Edit, EditRecord};
 use glam::{DMat3, DVec3};
 
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness.
@@ -43,6 +44,25 @@ pub struct Increment {
     pub delta: Vec<DVec3>,
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
+}
+
+impl Increment {
+    /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to.
+    pub fn follow(&mut self, record: &EditRecord) {
+        for values in [&mut self.start, &mut self.start_velocity, &mut self.displacement] {
+            for (row, parents) in record.created() {
+                if values.len() == row as usize {
+                    let blended = parents.blend(|parent| values[parent as usize]);
+                    values.push(blended);
+                }
+            }
+            if let Edit::Slide { vertex, towards, weight } = record.edit
+                && (vertex.max(towards) as usize) < values.len()
+            {
+                values[vertex as usize] = values[vertex as usize].lerp(values[towards as usize], weight);
+            }
+        }
+    }
 }
 
 /// Forces \[N\] that the holds exert on their vertices, in the groups and order of [`Holds`](super::Holds).

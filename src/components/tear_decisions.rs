@@ -33,6 +33,8 @@ pub struct TearDecisions {
     pub tips: Vec<Option<TearDecision>>,
     /// The triangle with the largest criterion above 1, if the body may tear where there is no tip.
     pub start: Option<TearDecision>,
+    /// Whether a tip has advanced by less than it may in this step: the step is then taken up again for this body.
+    pub may_advance_further: bool,
     visited: Vec<u32>,
     walk: u32,
     queue: Vec<u32>,

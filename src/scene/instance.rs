@@ -199,6 +199,10 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
             "give 0 for one per core",
         ));
     }
+    if spec.resumes > 1000 {
+        let hint = "give 1000 or less: each is one more solve";
+        return Err(Fault::new("run.resumes", format!("{} resumes are too many", spec.resumes), hint));
+    }
     if spec.halvings > 20 {
         let hint = "give 20 or less: a millionth of dt is the smallest part then";
         return Err(Fault::new("run.halvings", format!("{} halvings are too many", spec.halvings), hint));
@@ -215,6 +219,7 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
         newton_iterations: above_zero("newton_iterations", spec.newton_iterations)?,
         newton_tolerance: positive("run.newton_tolerance".to_owned(), spec.newton_tolerance, "")?,
         static_iterations: above_zero("static_iterations", spec.static_iterations)?,
+        resumes: spec.resumes,
         halvings: spec.halvings,
         threads: spec.threads,
     })

@@ -5,7 +5,9 @@ mod tear;
 
 pub use tear::{Cut, CutError};
 
-use crate::components::{Body, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch};
+use crate::components::{
+    Body, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch, TearDecisions,
+};
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
@@ -219,6 +221,7 @@ impl Simulation {
             dt: if dt > 0.0 { dt } else { 1.0 },
             time: self.report.time + dt,
             is_static: true,
+            is_resumed: false,
             tangent: Tangent::Exact,
             linear,
             newton_iterations: 1,
@@ -315,14 +318,13 @@ fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, halvings:
         dt,
         time: time + dt,
         is_static: false,
+        is_resumed: false,
         tangent: settings.tangent,
         linear: settings.linear,
         newton_iterations: settings.newton_iterations.max(1),
         newton_tolerance: settings.newton_tolerance,
     };
-    iterate(world, &step, report);
-    if is_finite(world) {
-        schedule::run_stage(world, &step, Stage::Tear, &mut report.systems);
+    if solve_and_tear(world, &step, settings.resumes, report) {
         return dt;
     }
     restore(world);
@@ -338,9 +340,26 @@ fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, halvings:
     half + advance(world, settings, time + half, half, halvings - 1, report)
 }
 
-/// Newton's iteration over all bodies.
+/// Solves the step and tears, and takes the step up again while tips may advance further. Whether the state is finite.
+fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &mut Report) -> bool {
+    for resumed in 0..=resumes {
+        let step = StepContext { is_resumed: resumed > 0, ..*step };
+        iterate(world, &step, report);
+        if !is_finite(world) {
+            return false;
+        }
+        schedule::run_stage(world, &step, Stage::Tear, &mut report.systems);
+        if !world.query_mut::<&TearDecisions>().into_iter().any(|decisions| decisions.may_advance_further) {
+            break;
+        }
+    }
+    true
+}
+
+/// Newton's iteration over all bodies, from the start of the step or taken up again.
 fn iterate(world: &mut World, step: &StepContext, report: &mut Report) {
-    schedule::run_stage(world, step, Stage::Begin, &mut report.systems);
+    let first = if step.is_resumed { Stage::Resume } else { Stage::Begin };
+    schedule::run_stage(world, step, first, &mut report.systems);
     let limit = if step.newton_iterations == 1 { 1 } else { step.newton_iterations + 1 };
     for _ in 0..limit {
         schedule::run_stage(world, step, Stage::Iterate, &mut report.systems);

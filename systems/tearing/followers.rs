@@ -2,12 +2,11 @@
 
 use crate::components::{EdgeLoads, Grips, Holds, Increment, Springs};
 use crate::storage::{EditRecord, Follow, Tables};
-use glam::DVec3;
 
 /// Those that a body carries.
 #[derive(Debug)]
 pub struct Followers<'a> {
-    /// Its last increment, the first guess of the next solve.
+    /// Its increment: where the step started and how far it has come.
     pub increment: &'a mut Increment,
     /// Prescribed vertices.
     pub holds: Option<&'a mut Holds>,
@@ -31,13 +30,7 @@ impl Followers<'_> {
     /// Follows the edits in their order; the tables are those after the last.
     pub fn follow(&mut self, records: &[EditRecord], tables: Tables<'_>) {
         for record in records {
-            for (row, parents) in record.created() {
-                let displacement = &mut self.increment.displacement;
-                if displacement.len() == row as usize {
-                    let blended: DVec3 = parents.blend(|parent| displacement[parent as usize]);
-                    displacement.push(blended);
-                }
-            }
+            self.increment.follow(record);
             if let Some(holds) = &mut self.holds {
                 holds.groups.iter_mut().for_each(|group| group.members.apply(record, tables));
             }

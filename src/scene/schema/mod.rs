@@ -114,6 +114,9 @@ pub struct RunSpec {
     /// held until the next step.
     #[serde(default = "static_advances")]
     pub static_advances: u32,
+    /// How often a step is taken up again after tears have advanced by less than `max_tear_speed` allows. Default 8.
+    #[serde(default = "resumes")]
+    pub resumes: u32,
     /// How often a step that fails is retried in halves. Default 4.
     #[serde(default = "halvings")]
     pub halvings: u32,
@@ -202,6 +205,10 @@ fn static_iterations() -> u32 {
 
 fn static_advances() -> u32 {
     1000
+}
+
+fn resumes() -> u32 {
+    8
 }
 
 fn halvings() -> u32 {
