@@ -55,6 +55,7 @@ fn laden(cells: [usize; 2]) -> (Simulation, Entity) {
     let anchors = Attached::new(everywhere.iter().map(anchor));
     let grip = Grip {
         name: "forceps".into(),
+        near_tip: None,
         from: 0.0,
         until: f64::INFINITY,
         material_point: DVec3::new(7.0, 7.0, 0.0),
