@@ -29,6 +29,9 @@ fn steered(count: usize, fibre: f64, cone: f64, aside: f64, start: f64) -> Vec<A
     // M(40,40) has edges along all three notches.
     let mut square = Square::new([40, 40], fibre);
     square.tearing.cone = cone.to_radians();
+    // Weak tissue, so that even a narrow cone is left at strains of a few per cent; the directions do not feel a common factor.
+    square.tearing.strength_fibre *= 0.2;
+    square.tearing.strength_transverse *= 0.2;
     let mouth = DVec3::new(15.0 + aside, SIDE, 0.0);
     square.notches = vec![[mouth, TIP.extend(0.0)]];
     let mut run = square.spawn(Settings::default());
@@ -54,27 +57,29 @@ fn off_fibre(advances: &[Advanced]) -> Vec<f64> {
 
 #[test]
 fn the_cone_limits_the_turn_into_the_fibre() {
-    // Straight down, 45° off the fibre: three turns of 15°, or one.
-    // The narrow cone holds until the fibres it would cross give way, at five times the load.
-    for (cone, start, expected) in [(15.0, 5.5, [30.0, 15.0, 0.0, 0.0]), (45.0, 1.0, [0.0; 4]), (90.0, 1.0, [0.0; 4])] {
-        let found = off_fibre(&steered(4, 45.0, cone, 0.0, start));
-        assert!(found.iter().zip(&expected).all(|(f, e)| (f - e).abs() < 1e-5), "{found:?}");
+    // Straight down, 45° off the fibre: a cone of 45° or 90° lets the tear turn into it at once.
+    for cone in [45.0, 90.0] {
+        let found = off_fibre(&steered(4, 45.0, cone, 0.0, 0.0));
+        assert!(found.iter().all(|&off| off < 1e-5), "{found:?}");
     }
+    // One of 15° cannot: after k advances the tear is at least 45° − 15°·k off.
+    let found = off_fibre(&steered(4, 45.0, 15.0, 0.0, 1.0));
+    assert!(found[0] >= 30.0 - 1e-5 && found[1] >= 15.0 - 1e-5, "{found:?}");
 }
 
 #[test]
 fn the_direction_of_the_notch_steers_the_tear() {
     // Across the fibre, 90° off: the same cones now need more turns.
-    let narrow = off_fibre(&steered(4, 45.0, 15.0, -3.0, 7.0));
+    let narrow = off_fibre(&steered(4, 45.0, 15.0, -3.0, 1.0));
     assert!((narrow[0] - 75.0).abs() < 1e-5 && (narrow[1] - 60.0).abs() < 1e-5, "{narrow:?}");
-    let middle = off_fibre(&steered(4, 45.0, 45.0, -3.0, 5.5));
+    let middle = off_fibre(&steered(4, 45.0, 45.0, -3.0, 0.5));
     assert!((middle[0] - 45.0).abs() < 1e-5 && middle[1] < 1e-5, "{middle:?}");
     // Both ways along the fibre lie at the limit of a cone of 90°: a tie, and marked as one.
-    let wide = steered(1, 45.0, 90.0, -3.0, 1.0);
+    let wide = steered(1, 45.0, 90.0, -3.0, 0.0);
     assert!(wide[0].is_ambiguous && wide[0].direction.dot(DVec2::new(1.0, -1.0)).abs() < 1e-9);
     // Along the fibre: nothing to turn.
     for cone in [15.0, 90.0] {
-        let found = off_fibre(&steered(4, 45.0, cone, 3.0, 1.0));
+        let found = off_fibre(&steered(4, 45.0, cone, 3.0, 0.0));
         assert!(found.iter().all(|&off| off < 1e-5), "{found:?}");
     }
 }
@@ -82,7 +87,7 @@ fn the_direction_of_the_notch_steers_the_tear() {
 /// Fibres at 90°: the square with a notch from the left is the mirror image of that with a notch from the right.
 #[test]
 fn mirrored_notches_give_mirrored_paths() {
-    for (cone, first, start) in [(15.0, -60.0, 7.0), (45.0, -90.0, 0.5)] {
+    for (cone, first, start) in [(15.0, -60.0, 1.0), (45.0, -90.0, 0.0)] {
         let [left, right] = [-3.0, 3.0].map(|aside| steered(6, 90.0, cone, aside, start));
         assert!((left[0].direction.to_angle().to_degrees() - first).abs() < 1e-5);
         assert_eq!(left.len(), right.len());

@@ -8,6 +8,7 @@ use super::series::{Observation, observe};
 use super::tally::Tally;
 use super::timings::Timings;
 use super::{RunArgs, Stop, document, dump, say::complain, say::say};
+use crate::frame::Frame;
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene};
 use std::path::PathBuf;
@@ -63,7 +64,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
     let end = outcome?;
     let has_failed = matches!(end, End::Failed(_));
 
-    let frame = running.instance.simulation.frame();
+    let frame = running.frame();
     let tears = running.tally.events.started;
     running.files.frame(&frame, running.last.step, tears, true)?;
     let report = running.report(end);
@@ -140,12 +141,17 @@ impl Running<'_> {
 
     fn frames(&mut self, is_special: bool) -> Result<(), Stop> {
         if self.files.wants_frame(self.last.step, is_special) {
-            let frame = self.instance.simulation.frame();
+            let frame = self.frame();
             self.files.frame(&frame, self.last.step, self.tally.events.started, is_special)?;
             let report = self.report(End::Running);
             self.files.report(&report)?;
         }
         Ok(())
+    }
+
+    /// The state now, numbered by the scene's steps: a static one may have taken several equilibria.
+    fn frame(&mut self) -> Frame {
+        Frame { step: self.last.step, ..self.instance.simulation.frame() }
     }
 
     fn report(&mut self, end: End) -> RunReport {
@@ -187,7 +193,8 @@ fn summary(report: &RunReport) -> String {
             body.name, body.triangles, body.elastic_mj, body.kinetic_mj
         ));
         for r in &body.reactions {
-            let [x, y, z] = r.force_n;
+            // Adding zero turns a rounded −0 into 0.
+            let [x, y, z] = r.force_n.map(|f| (f * 1e6).round() * 1e-6 + 0.0);
             lines.push(format!("    {}: {x:.6}, {y:.6}, {z:.6} N", r.name));
         }
         for grip in body.grips.iter().filter(|grip| grip.peak_n > 0.0) {
