@@ -2,7 +2,7 @@
 //! the mesh follows.
 
 use super::StepContext;
-use super::tearing::{Advance, Cutter, End, Followers, Quality, Start, TearRefusal, TearScratch};
+use super::tearing::{Advance, Cutter, End, Followers, Quality, Start, TearRefusal, TearScratch, TipChart};
 use crate::components::{
     EdgeLoads, Grips, Holds, Increment, Springs, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
 };
@@ -25,6 +25,9 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (holds, springs, grips, edge_loads),
     ) in world.query_mut::<Query>()
     {
+        if step.is_resumed && !decisions.may_advance_further {
+            continue;
+        }
         let asks = |d: &&TearDecision| d.value > 1.0;
         if decisions.start.is_none() && !decisions.tips.iter().flatten().any(|d| asks(&d)) {
             tips.allowance.fill(0.0);
@@ -87,11 +90,18 @@ impl Tearer<'_> {
             return;
         }
         self.tips.allowance[tip] += reach;
-        let limit = self.tips.allowance[tip];
         let (vertex, ideal) = (self.tips.vertex[tip], self.tips.ideal[tip]);
+        // Whole triangles only: a tear that stopped inside one would leave more and worse ones. What is too short is saved up;
+        // a sum of equal parts may miss the way by roundings.
+        let way = self.way_ahead(vertex, decision.direction);
+        if way.is_some_and(|way| self.tips.allowance[tip] < way * (1.0 - 1e-9)) {
+            return;
+        }
         let mode = self.tearing.mode;
         let result = self.cut(|cutter| match mode {
-            TearMode::Free => cutter.advance(vertex, decision.direction, limit).map(|advance| (advance, advance.to)),
+            TearMode::Free => {
+                cutter.advance(vertex, decision.direction, f64::INFINITY).map(|advance| (advance, advance.to))
+            }
             TearMode::Edge => {
                 let advance = cutter.advance_along_edge(vertex, ideal, decision.direction)?;
                 Ok((advance.advance, advance.ideal))
@@ -99,8 +109,6 @@ impl Tearer<'_> {
         });
         match result {
             Ok((advance, ideal)) => self.record_advance(key, decision, &advance, ideal),
-            // The allowance is saved up until it is long enough.
-            Err(TearRefusal::TooShort { .. }) => {}
             Err(refusal) => {
                 self.tips.allowance[tip] = 0.0;
                 if !std::mem::replace(&mut self.tips.is_refused[tip], true) {
@@ -108,6 +116,12 @@ impl Tearer<'_> {
                 }
             }
         }
+    }
+
+    /// How far the ray from a vertex goes before it leaves the triangles there \[mm\].
+    fn way_ahead(&self, vertex: u32, direction: DVec3) -> Option<f64> {
+        let tip = TipChart::new(&self.mesh, vertex).ok()?;
+        tip.chart.exit(tip.chart.to_chart(direction)).map(|exit| exit.distance)
     }
 
     fn record_advance(&mut self, key: TipKey, decision: &TearDecision, advance: &Advance, ideal: DVec3) {
