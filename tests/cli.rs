@@ -232,6 +232,41 @@ fn wrong_usage_is_code_2_and_help_shows_units_and_examples() {
 }
 
 #[test]
+fn a_run_whose_last_steps_failed_is_no_success() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["run", "fig2", "--out", "torn", "--steps", "2", "--set", "output.pictures=0", "--set"];
+    let output = rhexis(folder.path(), &[&arguments[..], &["bodies.0.holds.1.move.offset=[1e308, 0, 0]"]].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
+    assert!(text(&output.stderr).contains("the last 2 step(s) left no usable state"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_second_run_leaves_no_pictures_of_the_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = folder.path().join("o/picture.png");
+    let count = |steps: &str| {
+        let more = ["--set", "bodies.0.mesh.grid.nx=4", "--set", "bodies.0.mesh.grid.ny=4", "--quiet"];
+        done(folder.path(), &[&["run", "fig2", "--out", "o", "--steps", steps][..], &more].concat());
+        std::fs::write(&own, "mine").unwrap();
+        let names = std::fs::read_dir(folder.path().join("o")).unwrap().map(|entry| entry.unwrap().file_name());
+        names.filter(|name| name.to_string_lossy().contains("-0-")).count()
+    };
+    assert!(count("5") > count("1"));
+    assert!(own.exists(), "a file of the user was taken away");
+}
+
+#[test]
+fn what_cannot_be_written_is_said_before_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    for option in ["--out", "--dump"] {
+        let error = refused(folder.path(), &["run", "fig2", "--steps", "1", option, "file"], 1);
+        assert!(error.contains("file") && error.contains(option), "{error}");
+    }
+    refused(folder.path(), &["run", "fig2", "--steps", "2000000000"], 2);
+}
+
+#[test]
 fn verification_prints_verdicts() {
     let folder = tempfile::tempdir().unwrap();
     let lines = done(folder.path(), &["verify", "constitutive"]);

@@ -144,7 +144,7 @@ fn a_bad_scene_is_refused_with_line_reason_and_remedy() {
         ("region = { x = 0 }", "region = { x = 9 }", 15, "the body spans x 0 to 4, y 0 to 2", "tolerance"),
         ("region = { x = 0 }", "region = { }", 15, "says nothing", "all = true"),
         ("region = { x = 0 }", "region = { x = [0, 4] }", 16, "both prescribe x of vertex 4", "disjoint"),
-        ("name = \"right\"", "name = \"left\"", 16, "taken by hold 0", "a name of its own"),
+        ("name = \"right\"", "name = \"left\"", 16, "taken by entry 0", "a name of its own"),
         ("{ x = 0 } }", "{ x = 0 }, axes = \"xw\" }", 15, "`xw` names no axes", "xyz"),
         ("[[0, 0], [10, 1]]", "[[0, 0], [0, 1]]", 16, "time must be larger", "ascending"),
         ("offset = [1, 0]", "offset = [1]", 16, "not a point", "[x, y]"),
@@ -184,6 +184,25 @@ fn a_bad_scene_is_refused_with_line_reason_and_remedy() {
         ("dt = 10", "dt = 0", 5, "0 ms is not above zero", "above zero"),
         ("dt = 10", "dt = = 10", 5, "", ""),
         ("[run]", "[run", 4, "", ""),
+        ("nx = 4", "nx = -1", 11, "integer `-1`", "whole number"),
+        ("nx = 4", "nx = 99999999999999999999", 11, "invalid", "whole number"),
+        ("mesh = { grid = { width = 4, height = 2, nx = 4, ny = 2 } }", "mesh = 5", 11, "several kinds", "--show"),
+        ("grid = { width = 4, height = 2, nx = 4, ny = 2 }", "file = 5", 11, "integer `5`", "a path in quotes"),
+        ("grid = { width = 4, height = 2, nx = 4, ny = 2 }", "file = { pat = \"x.obj\" }", 11, "unknown key", "`path`"),
+        (
+            "grid = { width = 4, height = 2, nx = 4, ny = 2 }",
+            "inline = { positions = [[0, 0], [1, 0], [1, 1], [0, 1]], triangles = [[0, 1, 2, 3], [0, 2, 3]] }",
+            11,
+            "a list of 4",
+            "exactly 3",
+        ),
+        ("planar = true\n", "planar = true\npressure = 1\n", 11, "pressure", "remove one"),
+        ("name = \"tissue\"", "name = \" \"", 9, "empty", "name of its own"),
+        ("name = \"left\"", "name = \"\"", 15, "empty", "name of its own"),
+        ("holds = [", "[[bodies]]\nname = \"tissue\"\nholds = [", 14, "`mesh` is missing", "add"),
+        ("steps = 2", "duration = 1e300", 6, "more than 1000000000 steps", "larger dt"),
+        ("steps = 2", "steps = 2000000000", 6, "more than 1000000000 steps", "fewer"),
+        ("steps = 2", "steps = 2\nnewton_iterations = 1000000", 7, "too many", "1000 at most"),
     ];
     for (from, to, line, what, hint) in cases {
         let text = SOUND.replacen(from, to, 1);
@@ -255,6 +274,13 @@ fn files_are_looked_for_beside_the_scene() {
     std::fs::write(folder.path().join("mesh.obj"), "v 0 0 0\nv 4 0 0\nv 4 2 0\nv 0 2 0\nf 1 2 3\nf 1 3 4\n").unwrap();
     let summary = Scene::load(&scene).unwrap().check().unwrap();
     assert_eq!(summary.bodies[0].bounds.1, glam::DVec3::new(8.0, 4.0, 0.0));
+    // The path alone will do where the file is in mm.
+    let short = SOUND.replacen(grid, "file = \"mesh.obj\"", 1);
+    std::fs::write(&scene, &short).unwrap();
+    let summary = Scene::load(&scene).unwrap().check().unwrap();
+    assert_eq!(summary.bodies[0].bounds.1, glam::DVec3::new(4.0, 2.0, 0.0));
+    let error = Scene::load(&folder.path().join("mesh.obj")).unwrap_err();
+    assert!(error.what.contains("is a mesh") && error.hint.contains("file = \"mesh.obj\""), "{error}");
     std::fs::write(folder.path().join("mesh.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
     let error = Scene::load(&scene).unwrap().check().unwrap_err();
     assert!(error.what.contains("mesh.obj") && error.position.is_some_and(|p| p.0 == 11), "{error}");

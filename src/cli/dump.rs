@@ -10,11 +10,16 @@ fn digits(value: f64) -> String {
     format!("{value:.16e}")
 }
 
-/// Writes `positions.csv`, `reactions.csv` and `stresses.csv` into `folder`.
-pub(super) fn dump(folder: &Path, frame: &Frame, last: &Observation) -> Result<(), Stop> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Stop::Failed(format!("cannot make the directory {}: {error}", folder.display())))?;
+/// Makes the directory.
+pub(super) fn create(folder: &Path) -> Result<(), Stop> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        let what = format!("cannot make the directory {}: {error}", folder.display());
+        Stop::Failed(format!("{what}; choose another with --dump"))
+    })
+}
 
+/// Writes `positions.csv`, `reactions.csv` and `stresses.csv` into `folder`, which exists.
+pub(super) fn dump(folder: &Path, frame: &Frame, last: &Observation) -> Result<(), Stop> {
     let header = ["body", "vertex", "x_mm", "y_mm", "z_mm", "rest_x_mm", "rest_y_mm", "rest_z_mm"];
     let vertices = frame.bodies.iter().flat_map(|body| {
         body.positions.iter().zip(&body.rest_positions).enumerate().map(|(v, (x, rest))| {

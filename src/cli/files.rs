@@ -34,6 +34,28 @@ fn cannot_write(path: &Path, error: impl std::fmt::Display) -> Stop {
     Stop::Failed(format!("cannot write {}: {error}; choose another directory with --out", path.display()))
 }
 
+/// Takes away the pictures and frames of an earlier run: beside those of a shorter one they would tell of another tear.
+fn remove_earlier(folder: &Path) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let entry = entry?;
+        if is_numbered(&entry.file_name().to_string_lossy()) && entry.file_type()?.is_file() {
+            std::fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a file has a name that a run gives: `picture-0-000012.png`, `frames-0-tissue-000012.vtu`.
+fn is_numbered(name: &str) -> bool {
+    let is_number = |word: &str, least: usize| word.len() >= least && word.bytes().all(|b| b.is_ascii_digit());
+    let stem = |kind: &str, extension: &str| {
+        let (first, rest) = name.strip_prefix(kind)?.strip_suffix(extension)?.split_once('-')?;
+        let last = rest.rsplit('-').next()?;
+        Some(is_number(first, 1) && is_number(last, 6))
+    };
+    stem("picture-", ".png").or_else(|| stem("frames-", ".vtu")).unwrap_or(false)
+}
+
 impl From<OutputError> for Stop {
     fn from(error: OutputError) -> Self {
         Self::Failed(error.to_string())
@@ -48,6 +70,7 @@ impl Files {
             let path = folder.join(name);
             File::create(&path).map_err(|error| cannot_write(&path, error))
         };
+        remove_earlier(folder).map_err(|error| cannot_write(folder, error))?;
         let frame_list = if frames.count > 0 { Some(PvdWriter::create(&folder.join("frames.pvd"))?) } else { None };
         Ok(Self {
             folder: folder.to_owned(),
@@ -139,4 +162,21 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         fields.insert("body".to_owned(), json!(body));
     }
     line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_numbered;
+
+    #[test]
+    fn only_names_that_a_run_gives_are_taken_away() {
+        for name in ["picture-0-000012.png", "picture-12-1234567.png", "frames-0-my-tissue-000012.vtu"] {
+            assert!(is_numbered(name), "{name}");
+        }
+        for name in
+            ["picture.png", "picture-0-12.png", "picture-a-000012.png", "frames.pvd", "frames-0-a.vtu", "mine.vtu"]
+        {
+            assert!(!is_numbered(name), "{name}");
+        }
+    }
 }

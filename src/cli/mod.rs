@@ -24,7 +24,7 @@ use std::process::ExitCode;
 
 /// Tears fibre-reinforced soft-tissue membranes. Units: mm, g, ms, hence N and MPa.
 #[derive(Parser)]
-#[command(name = "rhexis", version, about, propagate_version = true)]
+#[command(name = "rhexis", version, propagate_version = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -78,7 +78,7 @@ struct RunArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Number of steps at the most, instead of the scene's.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=crate::scene::MOST_STEPS))]
     steps: Option<u64>,
     /// Threads, 0 for one per core; the results are the same bits for any number.
     #[arg(long, value_name = "N")]

@@ -45,6 +45,10 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
     let steps = instance.run.steps;
     let moments = |count: u32| Moments { count: u64::from(count), steps };
     let (pictures, frames) = (moments(instance.output.pictures), moments(instance.output.frames));
+    if let Some(folder) = &args.dump {
+        // Now: what cannot be written is better known before the run than after it.
+        dump::create(folder)?;
+    }
     let files = Files::create(&folder, scene.name(), pictures, frames)?;
     let last = observe(&mut instance);
     let mut running = Running {
@@ -122,9 +126,11 @@ impl Running<'_> {
             self.frames(advanced_before == 0 && self.tally.events.advanced > 0)?;
             progress.show(&self.last, self.stepping);
             if failures == MOST_FAILURES {
-                let what = "steps in a row left no usable state; take a smaller run.dt or more damping";
-                return Ok(End::Failed(format!("{MOST_FAILURES} {what}")));
+                return Ok(given_up(failures));
             }
+        }
+        if failures > 0 {
+            return Ok(given_up(failures));
         }
         Ok(if self.last.step < self.instance.run.steps { End::TornThrough } else { End::Done })
     }
@@ -164,9 +170,18 @@ impl Running<'_> {
     }
 }
 
+/// The end of a run whose last steps all failed.
+fn given_up(failures: u32) -> End {
+    End::Failed(format!(
+        "the last {failures} step(s) left no usable state; take a smaller run.dt or more damping, and look for a number \
+         of the scene that is far out of scale"
+    ))
+}
+
 /// A name that is one folder on every system.
 fn file_name(name: &str) -> String {
-    let plain: String = name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
+    let plain: String =
+        name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).take(60).collect();
     if plain.is_empty() { "scene".to_owned() } else { plain }
 }
 

@@ -111,6 +111,18 @@ fn fibres(spec: &FibreSpec, folder: &Path, key: &str) -> Result<Fibres, Fault> {
     })
 }
 
+/// Files and messages tell things of a kind apart by their names.
+pub(super) fn own_name<'a>(name: &str, mut others: impl Iterator<Item = &'a str>, key: &str) -> Result<(), Fault> {
+    let refuse = |what: String| Err(Fault::new(format!("{key}.name"), what, "give each a name of its own"));
+    if name.trim().is_empty() {
+        return refuse("the name is empty".to_owned());
+    }
+    match others.position(|other| other == name) {
+        Some(first) => refuse(format!("the name `{name}` is taken by entry {first}")),
+        None => Ok(()),
+    }
+}
+
 /// A unit vector.
 pub(super) fn direction(vector: DVec3, key: &str) -> Result<DVec3, Fault> {
     vector.try_normalize().ok_or_else(|| Fault::new(key, "it has no direction", "give a vector that is not zero"))
@@ -132,6 +144,10 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
         membrane = membrane.with(Drag { coefficient: not_negative(at("drag"), coefficient, "N·ms/mm³")? });
     }
     if let Some(curve) = &spec.pressure {
+        if spec.planar {
+            let what = "pressure pushes out of the plane, in which `planar` keeps the body";
+            return Err(Fault::new(at("pressure"), what, "remove one of the two"));
+        }
         membrane = membrane.with(Pressure { curve: curve.0.clone() });
     }
     if let Some(contact) = &spec.contact {
@@ -184,10 +200,7 @@ fn boundary_conditions(
     let surface = Surface::new(mesh);
     for (i, hold) in spec.holds.iter().enumerate() {
         let key = format!("{key}.holds.{i}");
-        if let Some(j) = spec.holds[..i].iter().position(|other| other.name == hold.name) {
-            let what = format!("the name `{}` is taken by hold {j}", hold.name);
-            return Err(Fault::new(format!("{key}.name"), what, "give each hold a name of its own"));
-        }
+        own_name(&hold.name, spec.holds[..i].iter().map(|other| other.name.as_str()), &key)?;
         let rows = surface.vertices(&hold.region, &format!("{key}.region"))?;
         let m = &hold.movement;
         let offset = |p: DVec3| m.offset.0 + m.per_x.0 * p.x + m.per_y.0 * p.y + m.per_z.0 * p.z;
@@ -216,7 +229,11 @@ fn boundary_conditions(
         membrane = membrane.with(springs(spec, mesh, &surface, key)?);
     }
     if !spec.grips.is_empty() {
-        let grips = spec.grips.iter().enumerate().map(|(i, grip)| grasp::grip(grip, &format!("{key}.grips.{i}")));
+        let grips = spec.grips.iter().enumerate().map(|(i, grip)| {
+            let key = format!("{key}.grips.{i}");
+            own_name(&grip.name, spec.grips[..i].iter().map(|other| other.name.as_str()), &key)?;
+            grasp::grip(grip, &key)
+        });
         membrane = membrane.with(Grips::new(grips.collect::<Result<_, Fault>>()?));
     }
     Ok(membrane)
@@ -274,6 +291,7 @@ pub(super) fn refused_body(spec: &BodySpec, key: &str, error: &BodyError) -> Fau
             Fault::new(format!("{key}.fibres"), what, hint)
         }
         BodyError::Material { .. } => Fault::new(format!("{key}.grading"), error, "choose a ratio nearer to 1"),
-        _ => Fault::new(key, error, ""),
+        BodyError::OutOfRange { .. } => Fault::new(key, error, "give numbers of an ordinary size"),
+        _ => Fault::new(key, error, "mend the mesh where the message points"),
     }
 }

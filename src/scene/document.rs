@@ -5,7 +5,7 @@
 
 use super::error::{Fault, SceneError, Span, explain, position};
 use super::schema::SceneFile;
-use super::{Scene, catalog};
+use super::{Scene, catalog, mesh_file};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -41,6 +41,14 @@ impl Document {
         };
         if !path.is_file() && path.exists() {
             return Err(refuse("is not a regular file".to_owned(), "give the path of a scene file (.toml)"));
+        }
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        if mesh_file::EXTENSIONS.contains(&extension.as_str()) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let hint = format!(
+                "`rhexis scenes --show fig2-tear > my.toml` gives a scene; write `mesh = {{ file = \"{name}\" }}` into it"
+            );
+            return Err(refuse("is a mesh, not a scene".to_owned(), &hint));
         }
         let text = std::fs::read_to_string(path)
             .map_err(|e| refuse(format!("cannot be read: {e}"), "check the path; a scene file is UTF-8 text (TOML)"))?;

@@ -108,8 +108,30 @@ pub(super) fn explain(message: &str) -> (String, String) {
     if message.starts_with("wanted exactly 1 element") {
         return ("exactly one kind belongs here".to_owned(), "keep one of the keys, with its own table".to_owned());
     }
+    if message == "wanted string or table" {
+        let hint = "write `{ kind = … }`, as the scenes that `rhexis scenes --show` prints do";
+        return ("this must name one of several kinds".to_owned(), hint.to_owned());
+    }
+    if let Some((what, expected)) = message.rsplit_once(", expected ")
+        && message.starts_with("invalid ")
+    {
+        return (what.replace(" as i128", ""), wanted(expected));
+    }
     let (what, hint) = message.split_once("; ").unwrap_or((message, ""));
     (what.replace('\n', ", "), hint.to_owned())
+}
+
+/// What to write where the deserialiser expected one of its types.
+fn wanted(expected: &str) -> String {
+    match expected {
+        "f32" | "f64" => "give a number".to_owned(),
+        "u32" | "u64" | "usize" => "give a whole number, zero or more, of an ordinary size".to_owned(),
+        "a sequence" => "give a list: [ … ]".to_owned(),
+        "a boolean" => "give true or false".to_owned(),
+        "a string" => "give a text in quotes".to_owned(),
+        _ if expected.starts_with("struct ") => "give a table: { key = value, … }".to_owned(),
+        _ => format!("give {expected}"),
+    }
 }
 
 /// A byte range, kept apart from [`Range`]'s iteration.
@@ -126,6 +148,17 @@ mod tests {
         // The µ takes two bytes and one column.
         assert_eq!(position(text, text.find('x').unwrap()), (2, 7));
         assert_eq!(position(text, 999), (3, 1));
+    }
+
+    #[test]
+    fn no_type_of_the_program_is_named() {
+        let (what, hint) = explain("invalid type: integer `99999999999999999999` as i128, expected usize");
+        assert_eq!(what, "invalid type: integer `99999999999999999999`");
+        assert!(hint.starts_with("give a whole number"), "{hint}");
+        assert_eq!(
+            explain("invalid type: string \"x\", expected struct FileSpec").1,
+            "give a table: { key = value, … }"
+        );
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A scene in a simulation, ready to run.
 
-use super::build::{self, direction};
+use super::build::{self, direction, own_name};
 use super::error::{Fault, positive};
 use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec, TangentSpec};
 use super::{Scene, SceneError};
@@ -12,6 +12,9 @@ use crate::storage::{Tips, Vertices};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 use std::fmt;
+
+/// The most steps of a run: a day's computing at 0.1 ms each.
+pub const MOST_STEPS: u64 = 1_000_000_000;
 
 /// A scene in a simulation.
 pub struct Instance {
@@ -110,6 +113,7 @@ impl Scene {
         let mut bodies = Vec::new();
         for (i, spec) in self.file.bodies.iter().enumerate() {
             let key = format!("bodies.{i}");
+            own_name(&spec.name, self.file.bodies[..i].iter().map(|other| other.name.as_str()), &key)?;
             let membrane = build::membrane(spec, self.document.folder(), &key)?;
             let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, &key, &error))?;
             if let Some(initial) = &spec.initial {
@@ -169,13 +173,18 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         (Some(steps), None) => steps,
         // The relative 1e-9 keeps a duration that is a multiple of dt from gaining a step by rounding.
         (None, Some(duration)) => {
-            (positive("run.duration".to_owned(), duration, "ms")? / dt * (1.0 - 1e-9)).ceil() as u64
+            (positive("run.duration".to_owned(), duration, "ms")? / dt * (1.0 - 1e-9)).ceil().max(1.0) as u64
         }
         _ => {
             let what = "the length of the run is given twice or not at all";
             return Err(Fault::new("run", what, "give either `steps` or `duration` [ms]"));
         }
     };
+    if steps > MOST_STEPS {
+        let key = if spec.steps.is_some() { "run.steps" } else { "run.duration" };
+        let what = format!("that would be more than {MOST_STEPS} steps");
+        return Err(Fault::new(key, what, "give fewer steps, a shorter duration or a larger dt"));
+    }
     let static_tolerance = positive("run.static_tolerance".to_owned(), spec.static_tolerance, "")?;
     Ok(Run {
         mode: spec.mode,
@@ -188,8 +197,11 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
 }
 
 fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
-    let above_zero = |name: &str, count: u32| match count {
+    let counted = |name: &str, count: u32, most: u32| match count {
         0 => Err(Fault::new(format!("run.{name}"), "there must be at least one", "give 1 or more")),
+        _ if count > most => {
+            Err(Fault::new(format!("run.{name}"), format!("{count} are too many"), format!("give {most} at most")))
+        }
         _ => Ok(count),
     };
     if spec.threads > 1024 {
@@ -210,15 +222,15 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
     Ok(Settings {
         linear: LinearParams {
             tolerance: positive("run.linear_tolerance".to_owned(), spec.linear_tolerance, "")?,
-            iterations: above_zero("linear_iterations", spec.linear_iterations)?,
+            iterations: counted("linear_iterations", spec.linear_iterations, 1_000_000)?,
         },
         tangent: match spec.tangent {
             TangentSpec::Rotated => Tangent::Rotated,
             TangentSpec::Exact => Tangent::Exact,
         },
-        newton_iterations: above_zero("newton_iterations", spec.newton_iterations)?,
+        newton_iterations: counted("newton_iterations", spec.newton_iterations, 1_000)?,
         newton_tolerance: positive("run.newton_tolerance".to_owned(), spec.newton_tolerance, "")?,
-        static_iterations: above_zero("static_iterations", spec.static_iterations)?,
+        static_iterations: counted("static_iterations", spec.static_iterations, 10_000)?,
         resumes: spec.resumes,
         halvings: spec.halvings,
         threads: spec.threads,
@@ -250,8 +262,8 @@ fn start(
     is_planar: bool,
     key: &str,
 ) -> Result<(), Fault> {
-    let rows = spec.stretch.unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-    let map = DMat3::from_cols_array_2d(&rows).transpose();
+    let map =
+        spec.stretch.map_or(DMat3::IDENTITY, |rows| DMat3::from_cols_array_2d(&rows.0.map(|row| row.0)).transpose());
     if map.determinant() <= 0.0 {
         let hint = "give a map that keeps volume and handedness: its determinant must be above zero";
         return Err(Fault::new(format!("{key}.stretch"), "the map flattens or mirrors the body", hint));

@@ -47,7 +47,7 @@ mod shape;
 
 pub use document::Document;
 pub use error::{SceneError, nearest};
-pub use instance::{BodySummary, Instance, Run, Summary};
+pub use instance::{BodySummary, Instance, MOST_STEPS, Run, Summary};
 
 use error::Span;
 use schema::SceneFile;

@@ -15,12 +15,16 @@ pub(super) fn mesh(spec: &MeshSpec, folder: &Path, key: &str) -> Result<Triangle
         MeshSpec::Cap(c) => generate::cap(c.curvature_radius, c.diameter, c.triangles),
         MeshSpec::PlateWithHole(p) => generate::plate_with_hole(p.points),
         MeshSpec::Quad(q) => {
-            let [a, b, c, d] = q.corners.map(|corner| corner.0);
+            let [a, b, c, d] = q.corners.0.map(|corner| corner.0);
             generate::mapped_grid(q.nx, q.ny, |s, t| bilinear([a, b, c, d], s, t))
         }
         MeshSpec::Inline(i) => {
             let positions = i.positions.iter().map(|p| p.0).collect();
-            let mesh = TriangleMesh { positions, triangles: i.triangles.clone(), fibres: None };
+            let mesh = TriangleMesh {
+                positions,
+                triangles: i.triangles.iter().map(|corners| corners.0).collect(),
+                fibres: None,
+            };
             return checked(mesh, &format!("{key}.inline"));
         }
         MeshSpec::File(f) => {

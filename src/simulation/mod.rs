@@ -19,6 +19,9 @@ use crate::systems::{StepContext, corotation};
 use glam::DVec3;
 use hecs::{Entity, World};
 
+/// More threads than any machine that this runs on has cores for; each takes a stack of its own.
+const MOST_THREADS: usize = 1024;
+
 /// Bodies, obstacles and time.
 pub struct Simulation {
     world: World,
@@ -35,9 +38,19 @@ pub enum SimulationError {
     /// The threads could not be started.
     #[error("the threads could not be started: {0}")]
     Threads(String),
-    /// A time step that is not a positive finite number.
-    #[error("dt is {0} ms: it must be positive and finite")]
+    /// A time step that is not a positive finite number, or leads beyond the largest number.
+    #[error("dt is {0} ms: it must be positive and finite, and so must be the time it leads to")]
     TimeStep(f64),
+    /// A setting outside its range.
+    #[error("{what} is {value}: {must}")]
+    OutOfRange {
+        /// Which setting.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        must: &'static str,
+    },
     /// There is no such body.
     #[error("there is no such body")]
     NoSuchBody,
@@ -79,8 +92,14 @@ impl Simulation {
     /// An empty world at time zero.
     ///
     /// # Errors
-    /// If the system grants no threads.
+    /// For a tolerance below zero or not finite, for more than 1024 threads, and if the system grants no threads.
     pub fn new(settings: Settings) -> Result<Self, SimulationError> {
+        check_tolerance("linear.tolerance", settings.linear.tolerance)?;
+        check_tolerance("newton_tolerance", settings.newton_tolerance)?;
+        if settings.threads > MOST_THREADS {
+            let (value, must) = (settings.threads as f64, "it must be at most 1024, or 0 for one per core");
+            return Err(SimulationError::OutOfRange { what: "threads", value, must });
+        }
         let pool = Pool::new(settings.threads).map_err(SimulationError::Threads)?;
         let (world, report, events) = (World::new(), Report::default(), Vec::new());
         Ok(Self { world, settings, pool, report, events, next_order: 0 })
@@ -159,7 +178,7 @@ impl Simulation {
     /// # Errors
     /// For a `dt` that is not a positive finite number; nothing has changed then.
     pub fn step(&mut self, dt: f64) -> Result<&Report, SimulationError> {
-        if !(dt > 0.0 && dt.is_finite()) {
+        if !(dt > 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
         self.begin_report();
@@ -180,22 +199,25 @@ impl Simulation {
     }
 
     /// Moves time on by `dt` \[ms\] and finds the static equilibrium there by Newton's method with the exact tangent, to
-    /// `tolerance`: the largest free nodal imbalance over the largest corner force.
+    /// `tolerance`: the largest free nodal imbalance over the largest corner force, or to what rounding allows.
     ///
     /// # Errors
-    /// For a `dt` that is negative or not finite, and where no equilibrium is found; the state is then the one before, and
-    /// time has not moved.
+    /// For a `dt` or a tolerance that is negative or not finite, and where no equilibrium is found; the state is then the one
+    /// before, and time has not moved.
     pub fn settle(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
-        if !(dt >= 0.0 && dt.is_finite()) {
+        if !(dt >= 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
+        check_tolerance("the tolerance", tolerance)?;
         self.begin_report();
         let iterations = self.settings.static_iterations.max(2);
         let step = StepContext::of_static_solve(dt, self.report.time + dt, tolerance, iterations);
         let Self { world, pool, report, .. } = self;
         pool.run(|| iterate(world, &step, report));
         self.finish_report();
-        let worst = self.report.bodies.iter().filter(|b| !b.is_converged).map(|b| (b.imbalance, b.newton_iterations));
+        let is_finite = is_finite(&mut self.world);
+        let failed = self.report.bodies.iter().filter(|b| !(b.is_converged && is_finite));
+        let worst = failed.map(|b| (b.imbalance, b.newton_iterations));
         if let Some((imbalance, iterations)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
             restore(&mut self.world);
             self.report.has_failed = true;
@@ -212,7 +234,7 @@ impl Simulation {
     /// For a `dt` that is negative or not finite, and where the linear solve does not reach a residual of 1e-13; the state is
     /// then the one before, and time has not moved.
     pub fn linear_response(&mut self, dt: f64) -> Result<&Report, SimulationError> {
-        if !(dt >= 0.0 && dt.is_finite()) {
+        if !(dt >= 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
         self.begin_report();
@@ -309,6 +331,12 @@ impl Simulation {
         self.report.bodies.clear();
         self.report.bodies.extend(bodies.into_iter().map(|(_, report)| report));
     }
+}
+
+fn check_tolerance(what: &'static str, value: f64) -> Result<(), SimulationError> {
+    let must = "it must be zero or more, and finite";
+    let is_right = value >= 0.0 && value.is_finite();
+    is_right.then_some(()).ok_or(SimulationError::OutOfRange { what, value, must })
 }
 
 /// One dynamic step, in halves where the whole leaves a state that is not finite. Returns the time \[ms\] that was done: all

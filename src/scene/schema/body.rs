@@ -1,7 +1,7 @@
 //! `[[bodies]]`: a membrane and what it carries.
 
 use super::constraint::{EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, SpringSpec};
-use super::{MeshSpec, Point, Strain, TimeCurve};
+use super::{Exactly, MeshSpec, Point, Strain, TimeCurve};
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -178,7 +178,7 @@ pub struct TearingSpec {
 #[serde(deny_unknown_fields)]
 pub struct InitialSpec {
     /// Linear map from rest to initial positions, by rows; the identity if absent.
-    pub stretch: Option<[[f64; 3]; 3]>,
+    pub stretch: Option<Exactly<Exactly<f64, 3>, 3>>,
     /// Common velocity \[mm/ms\].
     #[serde(default)]
     pub velocity: Point,

@@ -1,7 +1,10 @@
 //! `mesh = …`: where a body's triangles come from.
 
-use super::Point;
+use super::{Exactly, Point};
 use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use std::fmt;
 use std::path::PathBuf;
 
 /// `mesh = { grid = { … } }` and its kin: exactly one of them.
@@ -73,7 +76,7 @@ pub struct PlateWithHoleSpec {
 #[serde(deny_unknown_fields)]
 pub struct QuadSpec {
     /// Its corners counter-clockwise \[mm\]: (0,0), (1,0), (1,1), (0,1) of the grid.
-    pub corners: [Point; 4],
+    pub corners: Exactly<Point, 4>,
     /// Cells between the first and the second corner.
     pub nx: usize,
     /// Cells between the second and the third corner.
@@ -87,18 +90,45 @@ pub struct InlineSpec {
     /// Vertices \[mm\].
     pub positions: Vec<Point>,
     /// Corners, counted from 0, counter-clockwise.
-    pub triangles: Vec<[u32; 3]>,
+    pub triangles: Vec<Exactly<u32, 3>>,
 }
 
-/// A mesh file.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// A mesh file: its path, or `{ path, scale }`.
+#[derive(Clone, Debug)]
 pub struct FileSpec {
     /// .obj, .msh, .vtu, .vtk, .ply or .stl; relative to the scene file.
     pub path: PathBuf,
     /// Millimetres per unit of the file. Default 1.
-    #[serde(default = "unit_scale")]
     pub scale: f64,
+}
+
+/// The long form.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileTable {
+    path: PathBuf,
+    #[serde(default = "unit_scale")]
+    scale: f64,
+}
+
+impl<'de> Deserialize<'de> for FileSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read;
+        impl<'de> Visitor<'de> for Read {
+            type Value = FileSpec;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a path in quotes, or { path = \"…\", scale = … }")
+            }
+            fn visit_str<E: Error>(self, path: &str) -> Result<FileSpec, E> {
+                Ok(FileSpec { path: path.into(), scale: unit_scale() })
+            }
+            fn visit_map<A: MapAccess<'de>>(self, access: A) -> Result<FileSpec, A::Error> {
+                let FileTable { path, scale } = FileTable::deserialize(MapAccessDeserializer::new(access))?;
+                Ok(FileSpec { path, scale })
+            }
+        }
+        deserializer.deserialize_any(Read)
+    }
 }
 
 fn unit_scale() -> f64 {

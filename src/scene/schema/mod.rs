@@ -15,7 +15,7 @@ pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
 };
 pub use mesh::MeshSpec;
-pub use number::{Interval, Numbers, Point, Strain, TimeCurve};
+pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve};
 
 use serde::Deserialize;
 
@@ -82,14 +82,14 @@ pub struct RunSpec {
     pub mode: Mode,
     /// Time step \[ms\], > 0; in static mode the time by which the curves move on per load step.
     pub dt: f64,
-    /// Number of steps. Give either this or `duration`.
+    /// Number of steps, at most 10⁹. Give either this or `duration`.
     pub steps: Option<u64>,
     /// Simulated time \[ms\]; the number of steps is this over `dt`, rounded up.
     pub duration: Option<f64>,
     /// End early as soon as a tear has begun and no tip is left: the sheet is torn through. Default false.
     #[serde(default)]
     pub until_torn: bool,
-    /// Newton iterations per dynamic step; 1 (default) is linearly implicit.
+    /// Newton iterations per dynamic step, at most 1000; 1 (default) is linearly implicit.
     #[serde(default = "one")]
     pub newton_iterations: u32,
     /// Newton stops in a dynamic step at this fraction of the largest corner force. Default 1e-9.
@@ -98,7 +98,7 @@ pub struct RunSpec {
     /// Relative residual at which the linear solve of a dynamic step stops. Default 1e-4.
     #[serde(default = "linear_tolerance")]
     pub linear_tolerance: f64,
-    /// Iterations of a linear solve at the most. Default 2000.
+    /// Iterations of a linear solve at the most, 1 to 10⁶. Default 2000.
     #[serde(default = "linear_iterations")]
     pub linear_iterations: u32,
     /// `"rotated"` (default) or `"exact"`.
@@ -107,7 +107,7 @@ pub struct RunSpec {
     /// A static solve ends where the largest free nodal imbalance is this fraction of the largest corner force. Default 1e-9.
     #[serde(default = "newton_tolerance")]
     pub static_tolerance: f64,
-    /// Newton iterations of a static solve at the most. Default 60.
+    /// Newton iterations of a static solve at the most, 1 to 10⁴. Default 60.
     #[serde(default = "static_iterations")]
     pub static_iterations: u32,
     /// How often tearing and equilibrium may alternate within one static step. Default 1000; a tear that would go on is

@@ -61,6 +61,20 @@ impl<'de> Deserialize<'de> for Numbers {
     }
 }
 
+/// A list of so many entries, no more and no fewer.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
+#[serde(try_from = "Vec<T>", bound = "T: Deserialize<'de>")]
+pub struct Exactly<T, const N: usize>(pub [T; N]);
+
+// Serde's own arrays ignore what a list holds beyond their length.
+impl<T, const N: usize> TryFrom<Vec<T>> for Exactly<T, N> {
+    type Error = String;
+    fn try_from(list: Vec<T>) -> Result<Self, String> {
+        let count = list.len();
+        list.try_into().map(Self).map_err(|_| format!("a list of {count}; give exactly {N} entries"))
+    }
+}
+
 /// A point or vector: `[x, y, z]`, or `[x, y]` for z = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize)]
 #[serde(try_from = "Numbers")]
