@@ -134,6 +134,7 @@ fn bench(bencher: Bencher, name: &str, cells: [usize; 2]) {
         dt: 1.0,
         time,
         is_static: false,
+        is_resumed: false,
         tangent: settings.tangent,
         linear: settings.linear,
         newton_iterations: 1,
