@@ -37,10 +37,10 @@ pub enum SimulationError {
     #[error("the threads could not be started: {0}")]
     Threads(String),
     /// A time step that is not a positive finite number, or leads beyond the largest number.
-    #[error("dt is {0} ms: it must be positive and finite, and so must be the time it leads to")]
+    #[error("dt is {0:?} ms: it must be positive and finite, and so must be the time it leads to")]
     TimeStep(f64),
     /// A setting outside its range.
-    #[error("{what} is {value}: {must}")]
+    #[error("{what} is {value:?}: {must}")]
     OutOfRange {
         /// Which setting.
         what: &'static str,
