@@ -30,7 +30,7 @@ pub enum BodyError {
         source: InadmissibleMaterial,
     },
     /// A number outside its range.
-    #[error("{what} is {value}: {must}")]
+    #[error("{what} is {value:?}: {must}")]
     OutOfRange {
         /// Which number.
         what: &'static str,
@@ -196,6 +196,7 @@ impl Membrane {
             let fibre = RestTriangle::axis(normal, direction, x[1] - x[0]);
             let rest = RestTriangle::new(x, fibre).ok_or(Broken::RestArea { triangle: t as u32 })?;
             let Material { thickness, density, .. } = material;
+            enough_mass("the mass of a triangle in g", thickness * density * rest.area)?;
             triangles.push(TriangleRow { corners, rest, fibre, stiffness, thickness, density });
         }
         Ok(triangles)
@@ -233,9 +234,18 @@ impl Membrane {
     }
 }
 
+/// Least mass of a triangle \[g\]: sums and fractions of it keep all their digits.
+const LEAST_MASS: f64 = 1e-290;
+
 fn positive(what: &'static str, value: f64) -> Result<(), BodyError> {
     let is_right = value > 0.0 && value.is_finite();
     is_right.then_some(()).ok_or(BodyError::OutOfRange { what, value, must: "it must be positive and finite" })
+}
+
+/// Splits share masses out: what is near the least number would lose digits, or all of itself.
+fn enough_mass(what: &'static str, value: f64) -> Result<(), BodyError> {
+    let is_right = value >= LEAST_MASS && value.is_finite();
+    is_right.then_some(()).ok_or(BodyError::OutOfRange { what, value, must: "it must be at least 1e-290, and finite" })
 }
 
 fn not_negative(what: &'static str, value: f64) -> Result<(), BodyError> {

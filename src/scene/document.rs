@@ -14,6 +14,9 @@ use toml::de::{DeTable, DeValue};
 /// The most words a dotted key may have; the schema needs seven.
 const DEEPEST: usize = 16;
 
+/// The largest number of a scene: lengths and forces are squared.
+const LARGEST: f64 = 1e150;
+
 /// The text of a scene before it is understood.
 #[derive(Clone, Debug)]
 pub struct Document {
@@ -113,7 +116,7 @@ impl Document {
     /// Understands the text.
     ///
     /// # Errors
-    /// Where it is not TOML, does not follow the schema, or holds a number that is not finite.
+    /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰.
     pub fn scene(self) -> Result<Scene, SceneError> {
         let (file, spans) = self.parse()?;
         Ok(Scene { file, document: self, spans })
@@ -135,9 +138,9 @@ impl Document {
         }
         let mut spans = BTreeMap::new();
         record(&root, "", &mut spans);
-        if let Some(key) = first_not_finite(&root, "") {
+        if let Some((key, what)) = first_unusable(&root, "") {
             let span = spans.get(&key).cloned();
-            return Err(self.at(span, key, "not a finite number".to_owned(), "give an ordinary number".to_owned()));
+            return Err(self.at(span, key, what.to_owned(), "give an ordinary number".to_owned()));
         }
         let tree = toml::Spanned::new(whole, root);
         let file = SceneFile::deserialize(toml::Deserializer::from(tree)).map_err(|e| refuse(&e))?;
@@ -267,13 +270,18 @@ fn record_children(value: &DeValue<'_>, path: &str, spans: &mut BTreeMap<String,
     }
 }
 
-fn first_not_finite(table: &DeTable<'_>, path: &str) -> Option<String> {
-    table.iter().find_map(|(key, value)| not_finite(value.get_ref(), &join(path, key.get_ref())))
+/// The first number that cannot be reckoned with: its key and why.
+fn first_unusable(table: &DeTable<'_>, path: &str) -> Option<(String, &'static str)> {
+    table.iter().find_map(|(key, value)| unusable(value.get_ref(), &join(path, key.get_ref())))
 }
 
-fn not_finite(value: &DeValue<'_>, path: &str) -> Option<String> {
-    match value {
-        DeValue::Float(number) if !number.as_str().parse::<f64>().is_ok_and(f64::is_finite) => Some(path.to_owned()),
-        _ => children(value).into_iter().find_map(|(word, _, child)| not_finite(child.get_ref(), &join(path, &word))),
+fn unusable(value: &DeValue<'_>, path: &str) -> Option<(String, &'static str)> {
+    let DeValue::Float(number) = value else {
+        return children(value).into_iter().find_map(|(word, _, child)| unusable(child.get_ref(), &join(path, &word)));
+    };
+    match number.as_str().parse::<f64>() {
+        Ok(value) if value.abs() <= LARGEST => None,
+        Ok(value) if value.is_finite() => Some((path.to_owned(), "out of scale: its square is too large for a number")),
+        _ => Some((path.to_owned(), "not a finite number")),
     }
 }

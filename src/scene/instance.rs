@@ -282,6 +282,13 @@ fn start(
     for (v, x) in vertices.velocity.iter_mut().zip(&vertices.position) {
         *v = velocity + spin.cross(*x - centre);
     }
+    if !vertices.position.iter().chain(&vertices.velocity).all(|a| a.length_squared().is_finite()) {
+        return Err(Fault::new(
+            key,
+            "positions or velocities come out too large for a number",
+            "give ordinary numbers",
+        ));
+    }
     Ok(())
 }
 

@@ -1,8 +1,10 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
+mod error;
 mod frame;
 mod tear;
 
+pub use error::SimulationError;
 pub use tear::{Cut, CutError};
 
 use crate::components::{
@@ -19,9 +21,6 @@ use crate::systems::{StepContext, corotation};
 use glam::DVec3;
 use hecs::{Entity, World};
 
-/// More threads than any machine that this runs on has cores for; each takes a stack of its own.
-const MOST_THREADS: usize = 1024;
-
 /// Bodies, obstacles and time.
 pub struct Simulation {
     world: World,
@@ -30,53 +29,6 @@ pub struct Simulation {
     report: Report,
     events: Vec<Event>,
     next_order: u32,
-}
-
-/// Why a simulation could not be made or could not go on.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SimulationError {
-    /// The threads could not be started.
-    #[error("the threads could not be started: {0}")]
-    Threads(String),
-    /// A time step that is not a positive finite number, or leads beyond the largest number.
-    #[error("dt is {0} ms: it must be positive and finite, and so must be the time it leads to")]
-    TimeStep(f64),
-    /// A setting outside its range.
-    #[error("{what} is {value}: {must}")]
-    OutOfRange {
-        /// Which setting.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it must be.
-        must: &'static str,
-    },
-    /// There is no such body.
-    #[error("there is no such body")]
-    NoSuchBody,
-    /// No equilibrium was found; the last good state stands.
-    #[error(
-        "no equilibrium at time {time} ms: imbalance {imbalance:e} N after {iterations} iterations; \
-         use smaller load steps, more holds, or a dynamic run"
-    )]
-    NoEquilibrium {
-        /// Time whose loads were applied \[ms\].
-        time: f64,
-        /// Largest free nodal force left \[N\].
-        imbalance: f64,
-        /// Newton iterations done.
-        iterations: u32,
-    },
-    /// The linear system of a linear response was not solved; the last good state stands.
-    #[error(
-        "no linear response at time {time} ms: relative residual {residual:e}; a part of the body may be held by nothing"
-    )]
-    NoLinearAnswer {
-        /// Time whose loads were applied \[ms\].
-        time: f64,
-        /// Residual over the right-hand side.
-        residual: f64,
-    },
 }
 
 /// Energies of a body \[mJ\].
@@ -94,12 +46,7 @@ impl Simulation {
     /// # Errors
     /// For a tolerance below zero or not finite, for more than 1024 threads, and if the system grants no threads.
     pub fn new(settings: Settings) -> Result<Self, SimulationError> {
-        check_tolerance("linear.tolerance", settings.linear.tolerance)?;
-        check_tolerance("newton_tolerance", settings.newton_tolerance)?;
-        if settings.threads > MOST_THREADS {
-            let (value, must) = (settings.threads as f64, "it must be at most 1024, or 0 for one per core");
-            return Err(SimulationError::OutOfRange { what: "threads", value, must });
-        }
+        error::check_settings(&settings)?;
         let pool = Pool::new(settings.threads).map_err(SimulationError::Threads)?;
         let (world, report, events) = (World::new(), Report::default(), Vec::new());
         Ok(Self { world, settings, pool, report, events, next_order: 0 })
@@ -208,7 +155,7 @@ impl Simulation {
         if !(dt >= 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
-        check_tolerance("the tolerance", tolerance)?;
+        error::check_tolerance("the tolerance", tolerance)?;
         self.begin_report();
         let iterations = self.settings.static_iterations.max(2);
         let step = StepContext::of_static_solve(dt, self.report.time + dt, tolerance, iterations);
@@ -331,12 +278,6 @@ impl Simulation {
         self.report.bodies.clear();
         self.report.bodies.extend(bodies.into_iter().map(|(_, report)| report));
     }
-}
-
-fn check_tolerance(what: &'static str, value: f64) -> Result<(), SimulationError> {
-    let must = "it must be zero or more, and finite";
-    let is_right = value >= 0.0 && value.is_finite();
-    is_right.then_some(()).ok_or(SimulationError::OutOfRange { what, value, must })
 }
 
 /// One dynamic step, in halves where the whole leaves a state that is not finite. Returns the time \[ms\] that was done: all

@@ -1,0 +1,71 @@
+//! Why a simulation could not be made or could not go on, and what is judged at its door.
+
+use crate::settings::Settings;
+
+/// More threads than any machine that this runs on has cores for; each takes a stack of its own.
+const MOST_THREADS: usize = 1024;
+
+/// Why a simulation could not be made or could not go on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// The threads could not be started.
+    #[error("the threads could not be started: {0}")]
+    Threads(String),
+    /// A time step that is not a positive finite number, or leads beyond the largest number.
+    #[error("dt is {0:?} ms: it must be positive and finite, and so must be the time it leads to")]
+    TimeStep(f64),
+    /// A setting outside its range.
+    #[error("{what} is {value:?}: {must}")]
+    OutOfRange {
+        /// Which setting.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        must: &'static str,
+    },
+    /// There is no such body.
+    #[error("there is no such body")]
+    NoSuchBody,
+    /// No equilibrium was found; the last good state stands.
+    #[error(
+        "no equilibrium at time {time} ms: imbalance {imbalance:e} N after {iterations} iterations; \
+         use smaller load steps, more holds, or a dynamic run"
+    )]
+    NoEquilibrium {
+        /// Time whose loads were applied \[ms\].
+        time: f64,
+        /// Largest free nodal force left \[N\].
+        imbalance: f64,
+        /// Newton iterations done.
+        iterations: u32,
+    },
+    /// The linear system of a linear response was not solved; the last good state stands.
+    #[error(
+        "no linear response at time {time} ms: relative residual {residual:e}; a part of the body may be held by nothing"
+    )]
+    NoLinearAnswer {
+        /// Time whose loads were applied \[ms\].
+        time: f64,
+        /// Residual over the right-hand side.
+        residual: f64,
+    },
+}
+
+/// Judges the settings; counts are taken as they are.
+pub(super) fn check_settings(settings: &Settings) -> Result<(), SimulationError> {
+    check_tolerance("linear.tolerance", settings.linear.tolerance)?;
+    check_tolerance("newton_tolerance", settings.newton_tolerance)?;
+    if settings.threads > MOST_THREADS {
+        let (value, must) = (settings.threads as f64, "it must be at most 1024, or 0 for one per core");
+        return Err(SimulationError::OutOfRange { what: "threads", value, must });
+    }
+    Ok(())
+}
+
+/// Judges a tolerance.
+pub(super) fn check_tolerance(what: &'static str, value: f64) -> Result<(), SimulationError> {
+    let must = "it must be zero or more, and finite";
+    let is_right = value >= 0.0 && value.is_finite();
+    is_right.then_some(()).ok_or(SimulationError::OutOfRange { what, value, must })
+}
