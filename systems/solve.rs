@@ -1,6 +1,6 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
-use super::{StepContext, linear, parallel};
+use super::{StepContext, kernels::membrane::shear_majorant, linear, parallel};
 use crate::components::{
     Damping, ExternalStiffness, Forces, Frames, Holds, Increment, LineSearch, Reactions, SolverScratch,
 };
@@ -138,29 +138,33 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, force_scale: f64) 
 
 /// The solve with the step's tangent or, where that is indefinite, with the rotated one.
 fn solve_or_fall_back(
-    mut operator: Operator,
+    operator: Operator,
     params: &LinearParams,
     forces: &mut Forces,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
-    let rhs = if operator.is_exact { scratch.residual.clone() } else { Vec::new() };
-    let first_guess = if operator.is_exact { increment.delta.clone() } else { Vec::new() };
-    let mut inverse = std::mem::take(&mut scratch.inverse_block);
-    linear::invert_blocks(&operator, &scratch.free, &mut inverse);
-    scratch.inverse_block = inverse;
-    let result = linear::solve(&operator, params, &mut forces.corner, &mut increment.delta, scratch);
-    if operator.is_exact && matches!(result, Err(CgError::Indefinite { .. })) {
-        operator.is_exact = false;
-        scratch.fell_back = true;
-        scratch.residual = rhs;
-        increment.delta = first_guess;
-        let mut inverse = std::mem::take(&mut scratch.inverse_block);
-        linear::invert_blocks(&operator, &scratch.free, &mut inverse);
-        scratch.inverse_block = inverse;
-        return linear::solve(&operator, params, &mut forces.corner, &mut increment.delta, scratch);
+    let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
+        linear::invert_blocks(operator, &scratch.free, &mut scratch.inverse_block);
+        linear::solve(operator, params, &mut forces.corner, delta, scratch)
+    };
+    if !operator.is_exact {
+        return solve(&operator, &mut increment.delta, scratch);
     }
-    result
+    let (rhs, first_guess) = (scratch.residual.clone(), increment.delta.clone());
+    let result = solve(&operator, &mut increment.delta, scratch);
+    if !matches!(result, Err(CgError::Indefinite { .. })) {
+        return result;
+    }
+    scratch.fell_back = true;
+    scratch.residual = rhs;
+    increment.delta = first_guess;
+    let mut frames = operator.frames.clone();
+    for (t, state) in operator.frames.state.iter().enumerate() {
+        frames.normal[t] = frames.normal[t].positive_part();
+        frames.shear[t] = shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t]);
+    }
+    solve(&Operator { frames: &frames, is_exact: false, ..operator }, &mut increment.delta, scratch)
 }
 
 /// Constraint forces of a linearly implicit step: A·δ − b on the prescribed axes.

@@ -1,7 +1,7 @@
 //! The fan of a vertex with its chart: where a tear may go from here.
 
 use super::TearRefusal;
-use crate::storage::{Fan, Mesh};
+use crate::storage::{Fan, Mesh, Topology, Triangles, Vertices};
 use crate::systems::kernels::fan::FanChart;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -24,18 +24,14 @@ impl TipChart {
     /// [`TearRefusal::NoFan`].
     pub fn new(mesh: &Mesh<'_>, vertex: u32) -> Result<Self, TearRefusal> {
         let refusal = TearRefusal::NoFan { vertex };
-        let &apex = mesh.vertices.rest_position.get(vertex as usize).ok_or(refusal)?;
-        let fan = mesh.topology.fan(vertex);
-        let count = fan.sectors.len() + usize::from(!fan.is_closed);
-        let spokes: SmallVec<[DVec3; 10]> =
-            (0..count).filter_map(|k| Some(mesh.vertices.rest_position[end(mesh, &fan, k)? as usize] - apex)).collect();
-        let chart = FanChart::new(&spokes, fan.is_closed).ok_or(refusal)?;
+        let tables = (&*mesh.vertices, &*mesh.triangles, &*mesh.topology);
+        let (fan, chart) = fan_chart(tables, vertex).ok_or(refusal)?;
         Ok(Self { vertex, fan, chart })
     }
 
     /// Row of the vertex at the end of a spoke.
     pub fn end(&self, mesh: &Mesh<'_>, spoke: usize) -> Option<u32> {
-        end(mesh, &self.fan, spoke)
+        end(mesh.triangles, &self.fan, spoke)
     }
 
     /// Whether a spoke has triangles on both sides, so that it can be opened.
@@ -44,9 +40,24 @@ impl TipChart {
     }
 }
 
+/// The triangles around a vertex and their layout; `None` where there is no such vertex or its triangles have no area.
+pub fn fan_chart(
+    (vertices, triangles, topology): (&Vertices, &Triangles, &Topology),
+    vertex: u32,
+) -> Option<(Fan, FanChart)> {
+    let &apex = vertices.rest_position.get(vertex as usize)?;
+    let fan = topology.fan(vertex);
+    let count = fan.sectors.len() + usize::from(!fan.is_closed);
+    let spokes: SmallVec<[DVec3; 10]> = (0..count)
+        .filter_map(|spoke| Some(vertices.rest_position[end(triangles, &fan, spoke)? as usize] - apex))
+        .collect();
+    let chart = FanChart::new(&spokes, fan.is_closed)?;
+    Some((fan, chart))
+}
+
 /// Spoke `k` runs along the first side of sector `k`; the last one along the second side of the last sector.
-fn end(mesh: &Mesh<'_>, fan: &Fan, spoke: usize) -> Option<u32> {
+fn end(triangles: &Triangles, fan: &Fan, spoke: usize) -> Option<u32> {
     let (sector, side) = if spoke < fan.sectors.len() { (spoke, 1) } else { (fan.sectors.len().checked_sub(1)?, 2) };
     let (triangle, corner) = *fan.sectors.get(sector)?;
-    Some(mesh.triangles.corners[triangle as usize][(corner + side) % 3])
+    Some(triangles.corners[triangle as usize][(corner + side) % 3])
 }

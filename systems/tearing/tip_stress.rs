@@ -4,12 +4,12 @@
 //! the rim count by their overlap with the disc. They are found by walking from neighbour to neighbour, so the average
 //! never reaches across a crack.
 
+use super::tip::fan_chart;
 use crate::components::TearDecisions;
 use crate::math::Sym2;
 use crate::storage::{NONE, Topology, Triangles, Vertices};
 use crate::systems::kernels::{disc::disc_triangle_overlap, fan::FanChart, membrane};
 use glam::{DVec2, DVec3};
-use smallvec::SmallVec;
 
 /// A body's surface as the average needs it.
 #[derive(Clone, Copy, Debug)]
@@ -46,14 +46,7 @@ pub struct DiscAverage {
 impl Surface<'_> {
     /// The chart of the fan around a vertex; `None` where the fan has no area.
     pub fn chart(&self, vertex: u32) -> Option<FanChart> {
-        let fan = self.topology.fan(vertex);
-        let at = |v: u32| self.vertices.rest_position[v as usize] - self.vertices.rest_position[vertex as usize];
-        let end = |&(t, c): &(u32, usize), turn: usize| at(self.triangles.corners[t as usize][(c + turn) % 3]);
-        let mut spokes: SmallVec<[DVec3; 10]> = fan.sectors.iter().map(|sector| end(sector, 1)).collect();
-        if !fan.is_closed {
-            spokes.push(end(fan.sectors.last()?, 2));
-        }
-        FanChart::new(&spokes, fan.is_closed)
+        Some(fan_chart((self.vertices, self.triangles, self.topology), vertex)?.1)
     }
 
     /// Biot stress of a triangle at the current positions, in its frame (fibre, transverse).
