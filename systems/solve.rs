@@ -48,6 +48,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             continue;
         }
         scratch.newton_iterations += 1;
+        scratch.is_exact = step.tangent == Tangent::Exact;
         let operator = Operator {
             vertices,
             triangles,
@@ -56,7 +57,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             external,
             inertia: step.inertia(),
             viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
-            is_exact: step.tangent == Tangent::Exact,
+            is_exact: scratch.is_exact,
         };
         if step.is_static && scratch.newton_iterations > 1 {
             increment.delta.fill(DVec3::ZERO);
@@ -157,6 +158,7 @@ fn solve_or_fall_back(
         return result;
     }
     scratch.fell_back = true;
+    scratch.is_exact = false;
     scratch.residual = rhs;
     increment.delta = first_guess;
     let mut frames = operator.frames.clone();

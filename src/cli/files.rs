@@ -149,6 +149,9 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
             "kind": "advanced", "tip": key(tip), "from_mm": point(from), "to_mm": point(to),
             "direction": point(direction), "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
         }),
+        EventKind::Released { energy, length } => {
+            json!({ "kind": "released", "energy_mj": energy, "length_mm": length })
+        }
         EventKind::Ended { tip, at, .. } => json!({ "kind": "ended", "tip": key(tip), "at_mm": point(at) }),
         EventKind::PieceFreed { triangle_count } => json!({ "kind": "piece_freed", "triangles": triangle_count }),
         EventKind::Refused { tip, at, reason } => {

@@ -105,6 +105,8 @@ impl Tally {
                 counts.advanced += 1;
                 counts.ambiguous += u64::from(*is_ambiguous);
             }
+            // A consequence of advances, which are counted.
+            EventKind::Released { .. } => {}
             EventKind::Ended { .. } => counts.ended += 1,
             EventKind::PieceFreed { .. } => counts.piece_freed += 1,
             EventKind::Refused { .. } => counts.refused += 1,
