@@ -37,4 +37,5 @@ cases! {
     membrane "membrane",
     motion "motion",
     stability "stability",
+    tear_energy "tear-energy",
 }

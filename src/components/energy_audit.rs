@@ -71,6 +71,24 @@ impl EnergyBalance {
         came - kept - self.damping - self.drag - self.numerical() - self.residual - self.released
     }
 
+    /// All terms with their names, as they stand in files, and the imbalance \[mJ\].
+    pub fn terms(&self) -> [(&'static str, f64); 12] {
+        [
+            ("work_of_holds", self.work_of_holds),
+            ("work_of_loads", self.work_of_loads),
+            ("edits", self.edits.elastic + self.edits.kinetic),
+            ("elastic_change", self.stored.elastic),
+            ("kinetic_change", self.stored.kinetic),
+            ("damping", self.damping),
+            ("drag", self.drag),
+            ("numerical_elastic", self.numerical_elastic),
+            ("numerical_kinetic", self.numerical_kinetic),
+            ("residual", self.residual),
+            ("released", self.released),
+            ("imbalance", self.imbalance()),
+        ]
+    }
+
     /// Adds the terms of a later span of time.
     pub(crate) fn add(&mut self, other: &Self) {
         let pairs = [

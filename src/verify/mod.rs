@@ -17,11 +17,13 @@ mod patch;
 mod plane;
 mod reference;
 mod stability;
+mod tear;
 
 pub use artifacts::{Artifacts, Axes, Depth, Line};
 
 use crate::membrane::BodyError;
 use crate::output::OutputError;
+use crate::scene::SceneError;
 use crate::scene::generate::GenerateError;
 use crate::simulation::{CutError, SimulationError};
 use std::path::PathBuf;
@@ -79,6 +81,9 @@ pub enum VerifyError {
     /// A cut that makes a crack.
     #[error(transparent)]
     Cut(#[from] CutError),
+    /// A scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// A file that cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -138,12 +143,17 @@ pub const CASES: &[Case] = &[
     mechanics("membrane", "vibration and deflection out of the plane", drum::run),
     mechanics("motion", "rigid motion, resultants, energy balance, spin", motion::run),
     mechanics("stability", "the default step damps noise on a taut sheet", stability::run),
+    tear("tear-energy", "the energy balance of whole tears, dynamic and quasi-static", tear::energy::run),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;
 
 const fn mechanics(name: &'static str, about: &'static str, run: Run) -> Case {
     Case { name, about, group: Group::Mechanics, run }
+}
+
+const fn tear(name: &'static str, about: &'static str, run: Run) -> Case {
+    Case { name, about, group: Group::Tear, run }
 }
 
 /// Collects the rows of one case.

@@ -1,0 +1,3 @@
+//! Cases of the group `tear`.
+
+pub mod energy;
