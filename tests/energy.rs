@@ -212,8 +212,8 @@ fn a_dynamic_tear_keeps_the_balance() {
         }
         let b = balance(&mut run.simulation, run.body);
         println!("{mode:?}: {worst:.1e}\n  {b:?}");
-        // A flap that snaps back within a step turns far: Gauss's rule is off by what it turns to the tenth power.
-        assert!(worst < 1e-6, "{worst:e}");
+        // Rounding of 1,600 triangles' terms over the run; where a flap snaps back within a step, Gauss's rule adds its own.
+        assert!(worst < 1e-11, "{worst:e}");
         // Openings alone change no energy, but for roundings.
         let edits = b.edits.elastic.abs().max(b.edits.kinetic.abs());
         assert_eq!(edits < 1e-13 * b.work(), mode == TearMode::Edge, "{b:?}");
@@ -251,6 +251,9 @@ fn a_static_tear_tells_what_every_advance_releases() {
     let lost = b.work() - b.stored.elastic;
     // The trapezoidal rule of the grips' work over load steps of 0.2 mm.
     assert!((total / lost - 1.0).abs() < 1e-2, "{total} of {lost}");
+    let freed = b.released - b.edits.elastic;
+    // Roundings, and equilibria to 1e-8 of the largest force.
+    assert!((total / freed - 1.0).abs() < 1e-6, "{total} of {freed}");
     // A cut at fixed grips releases energy as well.
     run.simulation.settle(10.0, 1e-8).unwrap();
     run.simulation.cut(run.body, &[DVec3::new(20.0, 0.0, 0.0), DVec3::new(20.0, 6.0, 0.0)]).unwrap();

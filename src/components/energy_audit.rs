@@ -42,14 +42,16 @@ pub struct EnergyBalance {
     /// Dissipated by drag, ≥ 0.
     pub drag: f64,
     /// Taken by the scheme from the elastic energy: (the force that it used − the true one along the step) · displacement,
-    /// the true one integrated by quadrature. In static solves, what the trapezoidal rule of their works is off.
+    /// the true one integrated by quadrature. Steps longer than a tear takes to spring open dissipate here what it releases.
+    /// In static solves, what the trapezoidal rule of the works over a load step is off.
     pub numerical_elastic: f64,
     /// Taken by the scheme from the kinetic energy: ½·(v₁ − v₀)·M·(v₁ − v₀) of backward Euler; in static solves all of it.
     pub numerical_kinetic: f64,
     /// Work of what the solves have left: residual · displacement.
     pub residual: f64,
-    /// Work of unbalanced forces that static solves have relaxed: ½·force·displacement at the vertices (as Rybicki and
-    /// Kanninen 1977 close a crack). A tear in static mode releases its energy here.
+    /// Work of unbalanced forces that static solves have relaxed: a tear in static mode releases its energy here. From the
+    /// nodal forces at both ends, ½·force·displacement as Rybicki and Kanninen (1977) close a crack, and where nothing else
+    /// has moved on, with the quadrature's correction for forces that do not fall linearly.
     pub released: f64,
 }
 
