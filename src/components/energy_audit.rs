@@ -66,7 +66,8 @@ impl EnergyBalance {
         self.numerical_elastic + self.numerical_kinetic
     }
 
-    /// What came in and is found nowhere \[mJ\]: zero but for rounding and quadrature.
+    /// What came in and is found nowhere \[mJ\]: zero but for rounding, quadrature, and the reactions of a Newton iteration
+    /// that stopped short of its tolerance, which are those before its last solve.
     pub fn imbalance(&self) -> f64 {
         let came = self.work() + self.edits.elastic + self.edits.kinetic;
         let kept = self.stored.elastic + self.stored.kinetic;
