@@ -143,6 +143,9 @@ pub const CASES: &[Case] = &[
     mechanics("motion", "rigid motion, resultants, energy balance, spin", motion::run),
     mechanics("stability", "the default step damps noise on a taut sheet", stability::run),
     tear("tear-fibre", "the notched square tears along its fibres", tear::fibre::run),
+    tear("tear-mesh", "path and load of a tear on four kinds of mesh", tear::mesh::run),
+    tear("tear-mesh-stable", "the same in equilibria, over the whole tear", tear::mesh::stable),
+    tear("tear-mesh-edge", "the same along edges", tear::mesh::edge),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;

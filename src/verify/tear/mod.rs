@@ -4,3 +4,4 @@ pub mod hausdorff;
 pub mod square;
 
 pub(super) mod fibre;
+pub(super) mod mesh;
