@@ -2,11 +2,11 @@
 
 use super::build::{self, direction, own_name};
 use super::error::{Fault, positive};
-use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec, TangentSpec};
+use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, PreconditionerSpec, RunSpec, TangentSpec};
 use super::{Scene, SceneError};
 use crate::components::{Body, Holds, Obstacle, Shape};
 use crate::report::Report;
-use crate::settings::{LinearParams, Settings, Tangent};
+use crate::settings::{LinearParams, Preconditioner, Settings, Tangent};
 use crate::simulation::{Simulation, SimulationError};
 use crate::storage::{Tips, Vertices};
 use glam::{DMat3, DVec3};
@@ -228,13 +228,17 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
             TangentSpec::Rotated => Tangent::Rotated,
             TangentSpec::Exact => Tangent::Exact,
         },
+        preconditioner: match spec.preconditioner {
+            PreconditionerSpec::Auto => Preconditioner::Auto,
+            PreconditionerSpec::BlockJacobi => Preconditioner::BlockJacobi,
+            PreconditionerSpec::Cholesky => Preconditioner::Cholesky,
+        },
         newton_iterations: counted("newton_iterations", spec.newton_iterations, 1_000)?,
         newton_tolerance: positive("run.newton_tolerance".to_owned(), spec.newton_tolerance, "")?,
         static_iterations: counted("static_iterations", spec.static_iterations, 10_000)?,
         resumes: spec.resumes,
         halvings: spec.halvings,
         threads: spec.threads,
-        ..Settings::default()
     })
 }
 
