@@ -158,7 +158,13 @@ impl Membrane {
         let c = &mut self.components;
         c.add(Body { name: self.name, order });
         c.add_bundle((vertices, triangles, topology));
-        c.add_bundle((Frames::default(), Forces::default(), Increment::default(), SolverScratch::default(), Factor::default()));
+        c.add_bundle((
+            Frames::default(),
+            Forces::default(),
+            Increment::default(),
+            SolverScratch::default(),
+            Factor::default(),
+        ));
         c.add_bundle((TearLog::default(), TearScratch::default()));
         if !self.holds.is_empty() {
             c.add_bundle((Holds { groups: self.holds }, Reactions::default()));
