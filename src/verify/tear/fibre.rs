@@ -27,7 +27,6 @@ pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
 /// Tears a square through; its tear shall be straight, at `degrees` to x.
 fn torn(rows: &mut Rows, scene: &str, mesh: &str, tissue: Tissue, degrees: f64) -> Result<Vec<DVec2>, VerifyError> {
     let what = format!("{scene}, {}", tissue.name());
-    let start = std::time::Instant::now();
     let mut square = Square::new(scene, mesh, tissue, &["run.steps=300"])?;
     square.approach()?;
     let is_through = square.tear_through()?;
@@ -38,7 +37,6 @@ fn torn(rows: &mut Rows, scene: &str, mesh: &str, tissue: Tissue, degrees: f64) 
         return Ok(path);
     };
     let off = largest(path.iter().map(|p| line.perp_dot(*p - tip).abs()));
-    eprintln!("{what} {:?} u {:?} end {end} log {:?}", start.elapsed(), square.onsets.first(), square.log());
     rows.ratio(format!("{what}: not torn through"), f64::from(u8::from(!is_through)), 0.0);
     rows.add(format!("{what}: largest distance from the line"), off / square.edge, 1.0, "edge");
     let slope = line.angle_to(end - tip).abs();

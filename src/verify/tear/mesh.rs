@@ -54,20 +54,11 @@ struct Torn {
 impl Torn {
     fn new(scene: &str, mode: &str, tissue: Tissue, kind: Kind, cells: u32) -> Result<Self, VerifyError> {
         let mode = format!("bodies.0.tearing.mode={mode}");
-        let start = std::time::Instant::now();
         let mut square = Square::new(scene, &kind.mesh(cells), tissue, &[&mode, "run.steps=300"])?;
         square.approach()?;
         let is_through = square.tear_through()?;
         // A path that stops half way has no end to compare.
         let path = if is_through { square.path() } else { Vec::new() };
-        eprintln!(
-            "{scene} {mode} {tissue:?} {kind:?} {cells} {:?} u {:?} end {:?} {} refused {}",
-            start.elapsed(),
-            square.onsets.first().map(|o| o.u),
-            path.last(),
-            length(&path),
-            square.log().refusal_count
-        );
         Ok(Self { kind, cells, edge: square.edge, path, onsets: square.onsets })
     }
 

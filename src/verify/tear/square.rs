@@ -102,8 +102,8 @@ impl Square {
     /// If the scene is refused.
     pub fn new(name: &str, mesh: &str, tissue: Tissue, changes: &[&str]) -> Result<Self, VerifyError> {
         let mut document = Document::named(name)?;
-        // Cases run side by side.
-        document.set("run.threads=1")?;
+        // Cases run side by side; a factor saves seven eighths of the time and changes nothing but digits under the tolerance.
+        ["run.threads=1", "run.preconditioner=cholesky"].into_iter().try_for_each(|change| document.set(change))?;
         document.set(&format!("bodies.0.mesh={mesh}"))?;
         tissue.changes().iter().try_for_each(|change| document.set(change))?;
         changes.iter().try_for_each(|change| document.set(change))?;
