@@ -1,3 +1,8 @@
-//! Cases of the group `tear`.
+//! Tears: where they go and at which load, compared across meshes, time steps and modes, and with theory.
 
-pub mod energy;
+pub mod hausdorff;
+pub mod square;
+
+pub(super) mod energy;
+pub(super) mod fibre;
+pub(super) mod mesh;
