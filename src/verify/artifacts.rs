@@ -138,7 +138,8 @@ fn limits(axes: Axes<'_>, lines: &[Line]) -> (DVec2, DVec2) {
     }
     let middle = (low + high) * 0.5;
     let extent = high - low;
-    let least = DVec2::splat(extent.max_element() * 0.05).max(middle.abs() * 1e-6).max(DVec2::splat(1e-12));
+    // The axes may have different units: neither sets a scale for the other.
+    let least = (middle.abs() * 1e-6).max(DVec2::splat(1e-12));
     let mut half = extent.max(least) * 0.55;
     if axes.is_isometric {
         // The plot's area is nearly square.
