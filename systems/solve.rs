@@ -143,7 +143,9 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, force_scale: f64) 
 
 fn wants_factor(step: &StepContext, free: &[DVec3]) -> bool {
     match step.preconditioner {
-        Preconditioner::Auto => step.is_static && free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED,
+        Preconditioner::Auto => {
+            step.is_static && free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED
+        }
         Preconditioner::BlockJacobi => false,
         Preconditioner::Cholesky => true,
     }

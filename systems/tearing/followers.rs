@@ -1,5 +1,6 @@
 //! Components that refer to vertices and follow what a tear does to them.
 
+use super::TipMemory;
 use crate::components::{EdgeLoads, Grips, Holds, Increment, Springs};
 use crate::storage::{EditRecord, Follow, Tables};
 
@@ -8,6 +9,8 @@ use crate::storage::{EditRecord, Follow, Tables};
 pub struct Followers<'a> {
     /// Its increment: where the step started and how far it has come.
     pub increment: &'a mut Increment,
+    /// What the criterion keeps of the surroundings of tips.
+    pub memory: Option<&'a mut TipMemory>,
     /// Prescribed vertices.
     pub holds: Option<&'a mut Holds>,
     /// Springs to ground.
@@ -31,6 +34,9 @@ impl Followers<'_> {
     pub fn follow(&mut self, records: &[EditRecord], tables: Tables<'_>) {
         for record in records {
             self.increment.follow(record);
+            if let Some(memory) = &mut self.memory {
+                memory.follow(record);
+            }
             if let Some(holds) = &mut self.holds {
                 holds.groups.iter_mut().for_each(|group| group.members.apply(record, tables));
             }
