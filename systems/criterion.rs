@@ -2,7 +2,7 @@
 
 use super::StepContext;
 use super::kernels::failure;
-use super::tearing::{Surface, decision, disc_average, strength, tip_decision};
+use super::tearing::{Surface, TipMemory, decision, disc_average, strength, tip_decision};
 use crate::components::{Planar, PreStretch, TearDecision, TearDecisions, Tearing};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
@@ -18,14 +18,15 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
-        (&'a mut Tips, &'a mut TearDecisions),
+        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory),
         (Option<&'a Planar>, Option<&'a PreStretch>),
     );
-    for ((vertices, triangles, topology, tearing), (tips, scratch), (planar, pre_stretch)) in world.query_mut::<Query>()
+    for ((vertices, triangles, topology, tearing), (tips, decisions, memory), (planar, pre_stretch)) in
+        world.query_mut::<Query>()
     {
-        scratch.tips.clear();
-        scratch.start = None;
-        let is_done = step.is_resumed && !scratch.may_advance_further;
+        decisions.tips.clear();
+        decisions.start = None;
+        let is_done = step.is_resumed && !decisions.may_advance_further;
         if is_done || (tips.is_empty() && !tearing.may_initiate) {
             continue;
         }
@@ -33,12 +34,13 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         let unstretched = PreStretch::unstretched(pre_stretch);
         let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched };
         for tip in 0..tips.len() {
-            let decision = tip_decision(&surface, tearing, tips.vertex[tip], tips.previous[tip], scratch);
+            let place = (tips.vertex[tip], tips.previous[tip]);
+            let decision = tip_decision(&surface, tearing, tip, place, memory);
             tips.criterion[tip] = decision.map_or(0.0, |d| d.value);
-            scratch.tips.push(decision);
+            decisions.tips.push(decision);
         }
         if tearing.may_initiate {
-            scratch.start = strongest_triangle(&surface, tearing, tips, scratch);
+            decisions.start = strongest_triangle(&surface, tearing, tips, memory);
         }
     }
     count
@@ -50,7 +52,7 @@ fn strongest_triangle(
     surface: &Surface,
     tearing: &Tearing,
     tips: &Tips,
-    scratch: &mut TearDecisions,
+    memory: &mut TipMemory,
 ) -> Option<TearDecision> {
     let strength = strength(tearing);
     let tip_at = |&vertex: &u32| surface.vertices.rest_position[vertex as usize];
@@ -67,9 +69,10 @@ fn strongest_triangle(
         }
         let fibre = surface.triangles.fibre[t];
         let axes = [fibre, (x[1] - x[0]).cross(x[2] - x[0]).normalize().cross(fibre)];
-        let average = disc_average(surface, centre, axes, tearing.radius, [t as u32], scratch);
+        let buffers = (&mut memory.passing, &mut memory.walk);
+        let average = disc_average(surface, centre, axes, tearing.radius, [t as u32], buffers);
         let found = average.and_then(|average| {
-            let answer = failure::evaluate(average.stress, average.fibre, &strength, None, None)?;
+            let answer = memory.search(strength).evaluate(average.stress, average.fibre, None, None)?;
             let d = answer.best.direction;
             answer.tears().then(|| decision(t as u32, &answer, &average, axes, axes[0] * d.x + axes[1] * d.y))
         });

@@ -2,7 +2,7 @@
 //! the mesh follows.
 
 use super::StepContext;
-use super::tearing::{Advance, Cutter, End, Followers, Quality, Start, TearRefusal, TearScratch, TipChart};
+use super::tearing::{Advance, Cutter, End, Followers, Quality, Start, TearRefusal, TearScratch, TipChart, TipMemory};
 use crate::components::{
     EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
 };
@@ -16,13 +16,15 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
-        (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog, &'a mut TearScratch),
+        (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
+        (&'a mut TearScratch, Option<&'a mut TipMemory>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
     );
     for (
         (vertices, triangles, topology, increment),
-        (tearing, tips, decisions, log, scratch),
+        (tearing, tips, decisions, log),
+        (scratch, memory),
         (holds, springs, grips),
         (point_loads, edge_loads),
     ) in world.query_mut::<Query>()
@@ -48,7 +50,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let advances_before = log.advance_count;
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers { increment, holds, springs, grips, point_loads, edge_loads },
+            followers: Followers { increment, memory, holds, springs, grips, point_loads, edge_loads },
             tearing,
             tips,
             log,

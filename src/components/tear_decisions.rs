@@ -1,4 +1,4 @@
-//! What the criterion finds for the split, and the scratch of its walks.
+//! What the criterion finds for the split.
 
 use crate::math::Sym2;
 use glam::DVec3;
@@ -35,38 +35,4 @@ pub struct TearDecisions {
     pub start: Option<TearDecision>,
     /// Whether a tip has advanced by less than it may in this step: the step is then taken up again for this body.
     pub may_advance_further: bool,
-    visited: Vec<u32>,
-    walk: u32,
-    queue: Vec<u32>,
-    head: usize,
-}
-
-impl TearDecisions {
-    /// Begins a breadth-first walk over `count` triangles.
-    pub fn begin_walk(&mut self, count: usize) {
-        self.visited.resize(count, self.walk);
-        if self.walk == u32::MAX {
-            self.visited.fill(0);
-            self.walk = 0;
-        }
-        self.walk += 1;
-        self.queue.clear();
-        self.head = 0;
-    }
-
-    /// Puts a triangle on the walk, unless it has been there.
-    pub fn visit(&mut self, triangle: u32) {
-        let mark = &mut self.visited[triangle as usize];
-        if *mark != self.walk {
-            *mark = self.walk;
-            self.queue.push(triangle);
-        }
-    }
-
-    /// The next triangle of the walk.
-    pub fn next_visit(&mut self) -> Option<u32> {
-        let next = self.queue.get(self.head).copied();
-        self.head += usize::from(next.is_some());
-        next
-    }
 }

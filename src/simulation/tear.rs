@@ -8,7 +8,7 @@ use crate::schedule::{self, Stage};
 use crate::storage::{Mesh, TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::split::add_tip;
-use crate::systems::tearing::{Cutter, Followers, Quality, TearRefusal, TearScratch};
+use crate::systems::tearing::{Cutter, Followers, Quality, TearRefusal, TearScratch, TipMemory};
 use glam::DVec3;
 use hecs::Entity;
 
@@ -48,19 +48,19 @@ impl Simulation {
     pub fn cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
-            (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch),
+            (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut TipMemory>),
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
             (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
         );
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
         let (
             (vertices, triangles, topology, increment),
-            (mut tips, log, scratch),
+            (mut tips, log, scratch, memory),
             (holds, springs, grips),
             (point_loads, edge_loads),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers = Followers { increment, holds, springs, grips, point_loads, edge_loads };
+        let mut followers = Followers { increment, memory, holds, springs, grips, point_loads, edge_loads };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);

@@ -1,5 +1,6 @@
 //! Components that refer to vertices and follow what edits do to them.
 
+use super::TipMemory;
 use crate::components::{EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Springs};
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 
@@ -8,6 +9,8 @@ use crate::storage::{EditRecord, Follow, Mesh, Tips};
 pub struct Followers<'a> {
     /// Its increment: where the step started and how far it has come.
     pub increment: &'a mut Increment,
+    /// What the criterion keeps of the surroundings of tips.
+    pub memory: Option<&'a mut TipMemory>,
     /// Prescribed vertices.
     pub holds: Option<&'a mut Holds>,
     /// Springs to ground.
@@ -49,6 +52,9 @@ impl Followers<'_> {
             self.increment.follow(record);
             if let Some(tips) = &mut tips {
                 tips.follow(record);
+            }
+            if let Some(memory) = &mut self.memory {
+                memory.follow(record);
             }
             if let Some(holds) = &mut self.holds {
                 holds.groups.iter_mut().for_each(|group| group.members.apply(record, tables));

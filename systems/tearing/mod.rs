@@ -17,6 +17,8 @@ mod relax;
 mod start;
 mod tip;
 mod tip_decision;
+mod tip_disc;
+mod tip_memory;
 mod tip_stress;
 
 pub use blade::CutOutcome;
@@ -26,6 +28,8 @@ pub use free::{Way, Ways, plan_free};
 pub use start::{Slit, Start};
 pub use tip::TipChart;
 pub use tip_decision::{decision, strength, tip_decision};
+pub use tip_disc::{Disc, Walk};
+pub use tip_memory::TipMemory;
 pub use tip_stress::{DiscAverage, Surface, disc_average};
 
 use crate::storage::{EditRecord, Mesh, Refusal};

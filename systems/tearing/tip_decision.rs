@@ -1,8 +1,8 @@
 //! The criterion at a tip, from the mean stress around it.
 
-use super::{DiscAverage, Surface, disc_average};
-use crate::components::{TearDecision, TearDecisions, Tearing};
-use crate::systems::kernels::failure::{self, Cone, Decision, Origin, Sector, Strength};
+use super::{DiscAverage, Surface, TipMemory};
+use crate::components::{TearDecision, Tearing};
+use crate::systems::kernels::failure::{Cone, Decision, Origin, Sector, Strength};
 use glam::{DVec2, DVec3};
 
 /// The strengths of a body.
@@ -10,23 +10,20 @@ pub fn strength(tearing: &Tearing) -> Strength {
     Strength { fibre: tearing.strength_fibre, transverse: tearing.strength_transverse, exponent: tearing.exponent }
 }
 
-/// The criterion at a tip with the last direction `previous` (zero for none), within its fan and cone. `None` where no
-/// direction is admissible.
+/// The criterion at the `tip`th tip of a body, with the last direction `previous` (zero for none), within its fan and cone.
+/// `None` where no direction is admissible.
 pub fn tip_decision(
     surface: &Surface,
     tearing: &Tearing,
-    vertex: u32,
-    previous: DVec3,
-    scratch: &mut TearDecisions,
+    tip: usize,
+    (vertex, previous): (u32, DVec3),
+    memory: &mut TipMemory,
 ) -> Option<TearDecision> {
-    let chart = surface.chart(vertex)?;
-    let centre = surface.vertices.rest_position[vertex as usize];
-    let start = surface.topology.incident[vertex as usize].iter().map(|&entry| entry / 3);
-    let average = disc_average(surface, centre, chart.axes(), tearing.radius, start, scratch)?;
+    let (chart, search, average) = memory.at_tip(surface, (tip, vertex), strength(tearing), tearing.radius)?;
     let cone = (previous != DVec3::ZERO).then(|| Cone { previous: chart.to_chart(previous), half_angle: tearing.cone });
     let (from, to) = chart.range();
     let sector = (!chart.is_closed()).then_some(Sector { from, to });
-    let answer = failure::evaluate(average.stress, average.fibre, &strength(tearing), cone, sector)?;
+    let answer = search.evaluate(average.stress, average.fibre, cone, sector)?;
     let turned = along_curved_fibre(&answer, &average);
     let direction = if chart.sector(turned).is_some() { turned } else { answer.best.direction };
     Some(decision(vertex, &answer, &average, chart.axes(), chart.to_surface(direction)))
