@@ -98,6 +98,11 @@ impl EditRecord {
         (self.first_vertex..).zip(&self.new_vertices)
     }
 
+    /// Rows of the vertices that the edit has parted: those it has duplicated.
+    pub fn parted(&self) -> impl Iterator<Item = u32> {
+        self.new_vertices.iter().filter(|parents| parents.is_duplicate()).map(|parents| parents.rows()[0])
+    }
+
     /// Whether the edit has put a vertex on a boundary edge.
     pub fn has_split_boundary(&self) -> bool {
         matches!(self.edit, Edit::SplitEdge { .. }) && self.new_triangles.len() == 1

@@ -1,6 +1,8 @@
 //! Meshes and bodies for the tests of edits and tears, and a random source with fixed seeds.
 #![allow(dead_code)]
 
+pub mod tears;
+
 use glam::{DMat3, DVec3};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
