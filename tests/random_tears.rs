@@ -15,6 +15,8 @@ use rhexis::systems::tearing::{TearRefusal, TearScratch};
 struct Tally {
     advances: usize,
     courses: [usize; Course::ALL.len()],
+    /// Advances of free mode along an edge.
+    free_edges: usize,
     starts: usize,
     cuts: usize,
     ends: usize,
@@ -22,6 +24,20 @@ struct Tally {
     /// Refused although there was a way to try.
     stuck: usize,
     least: f64,
+}
+
+impl Tally {
+    fn add(&mut self, other: &Self) {
+        self.advances += other.advances;
+        self.starts += other.starts;
+        self.cuts += other.cuts;
+        self.ends += other.ends;
+        self.pieces += other.pieces;
+        self.stuck += other.stuck;
+        self.free_edges += other.free_edges;
+        self.least = self.least.min(other.least);
+        self.courses.iter_mut().zip(other.courses).for_each(|(sum, count)| *sum += count);
+    }
 }
 
 struct Storm {
@@ -96,6 +112,7 @@ impl Storm {
         match done {
             Ok((advance, ideal)) => {
                 self.tally.advances += 1;
+                self.tally.free_edges += usize::from(is_free && advance.course == Course::Edge);
                 self.tally.courses[advance.course as usize] += 1;
                 match advance.end {
                     Some(end) => {
@@ -187,47 +204,38 @@ impl Storm {
     }
 }
 
-fn two_triangles() -> Sheet {
-    meshes::grid(1, 1, 1.0, 1.0)
-}
-
-fn storms(seeds: std::ops::Range<u8>, count: usize) {
+/// Storms over small meshes, down to two triangles, and over some that last longer.
+fn storms(seeds: std::ops::Range<u8>, small: usize, large: usize) {
     let mut total = Tally { least: f64::INFINITY, ..Tally::default() };
     for seed in seeds {
         let sheets = [
-            ("pair", two_triangles(), true),
-            ("strip", meshes::grid(5, 1, 5.0, 1.0), true),
-            ("grid", meshes::grid(5, 4, 5.0, 4.0), true),
-            ("jittered", meshes::jittered(7, 7, 7.0, 7.0, seed), true),
-            ("cap", meshes::cap(4), false),
-            ("sphere", meshes::sphere(1 + usize::from(seed % 2)), false),
+            ("pair", meshes::grid(1, 1, 1.0, 1.0), true, small),
+            ("strip", meshes::grid(5, 1, 5.0, 1.0), true, small),
+            ("grid", meshes::grid(5, 4, 5.0, 4.0), true, small),
+            ("jittered", meshes::jittered(12, 11, 12.0, 11.0, seed), true, large),
+            ("cap", meshes::cap(8), false, large),
+            ("sphere", meshes::sphere(1 + usize::from(seed % 3)), false, large),
         ];
-        for (name, sheet, is_flat) in sheets {
+        for (name, sheet, is_flat, count) in sheets {
             let mut storm = Storm::new(name, &sheet, seed);
             storm.rage(count, is_flat);
-            let tally = storm.tally;
-            total.advances += tally.advances;
-            total.starts += tally.starts;
-            total.cuts += tally.cuts;
-            total.ends += tally.ends;
-            total.pieces += tally.pieces;
-            total.stuck += tally.stuck;
-            total.least = total.least.min(tally.least);
-            (0..4).for_each(|i| total.courses[i] += tally.courses[i]);
+            total.add(&storm.tally);
         }
     }
     println!("{total:?}");
     assert!(total.advances > 0 && total.starts > 0 && total.cuts > 0 && total.pieces > 0);
+    // Tears that run into corners between lips where nothing fits must stay rare, however little is left of the tissue.
+    assert!(20 * total.stuck < total.advances + total.starts, "{total:?}");
 }
 
 #[test]
 fn nothing_breaks_whatever_is_torn() {
-    storms(0..4, 60);
+    storms(0..4, 40, 150);
 }
 
-/// Twenty thousand events; some minutes. `cargo test --release --test random_tears -- --ignored`.
+/// Some hundred thousand events; minutes. `cargo test --release --test random_tears -- --ignored`.
 #[test]
 #[ignore = "takes minutes"]
-fn nothing_breaks_in_twenty_thousand_tears() {
-    storms(10..66, 60);
+fn nothing_breaks_in_a_long_storm() {
+    storms(4..250, 40, 300);
 }

@@ -102,7 +102,6 @@ pub fn plan_free(
         spokes[from..to].iter().map(move |&(deviation, reaches)| Way::along_edge(reaches, deviation, course))
     };
     ways.snaps.extend(to_spokes(0, near, Course::Snapped));
-    ways.detours.extend(to_spokes(near, wide, Course::Snapped));
     ways.detours.extend(PARTS.map(|part| {
         let mut weights = [0.0; 3];
         weights[corner] = 1.0 - part;
@@ -110,6 +109,7 @@ pub fn plan_free(
         weights[(edge + 1) % 3] = part * exit.along;
         split(Edit::SplitTriangle { triangle, weights }, Course::Part)
     }));
+    ways.detours.extend(to_spokes(near, wide, Course::Snapped));
     ways.detours.extend(to_spokes(wide, spokes.len(), Course::Edge));
     Ok(ways)
 }
