@@ -7,14 +7,11 @@ use crate::components::{Grips, Holds, Planar, PreStretch, TearDecision, TearDeci
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 
-/// A tear starts at least so many averaging radii from every tip. Nearer, a disc ahead of the tip shares its stress
-/// concentration, and can even exceed the tip's own average by a fifth (K field: 1.2 against 1.02 K/√(2πR) at a distance
-/// R, 0.75 at 2R): there the tip decides, or each tear would raise a swarm of others.
-const FROM_TIPS: f64 = 2.0;
-
-/// A tear starts at least so many averaging radii from every vertex that a hold or a closed grip has hold of: there the disc
-/// would average the stress of the clamp, which is singular at its corners and whose tissue between the jaws is not modelled.
-const FROM_CLAMPS: f64 = 1.0;
+/// A tear starts at least so many averaging radii from every tip, and from every vertex that a hold or a closed grip has hold
+/// of. Nearer, a disc ahead of the tip shares its stress concentration, and can even exceed the tip's own average by a
+/// fifth (K field: 1.2 against 1.02 K/√(2πR) at a distance R, 0.75 at 2R): there the tip decides, or each tear would raise a
+/// swarm of others. A clamp concentrates stress in the same way at its corners, and the tissue in its jaws is not modelled.
+const APART: f64 = 2.0;
 
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
 /// has no tip and may not start a tear.
@@ -46,17 +43,15 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             let at = |&row: &u32| vertices.rest_position[row as usize];
             let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
             let gripped = || grips.iter().flat_map(|g| &g.held).flat_map(|held| held.rows());
-            let is_clamped = |p: DVec3| is_within(held().chain(gripped()).map(at), p, FROM_CLAMPS * tearing.radius);
-            let is_near_tip = |p: DVec3| is_within(tips.vertex.iter().map(at), p, FROM_TIPS * tearing.radius);
-            let may_start = |p: DVec3| !is_near_tip(p) && !is_clamped(p);
+            let least_sq = (APART * tearing.radius).powi(2);
+            let may_start = |p: DVec3| {
+                let mut others = tips.vertex.iter().chain(held()).chain(gripped()).map(at);
+                others.all(|q| q.distance_squared(p) >= least_sq)
+            };
             scratch.start = strongest_start(&surface, tearing, &may_start, scratch);
         }
     }
     count
-}
-
-fn is_within(mut points: impl Iterator<Item = DVec3>, p: DVec3, distance: f64) -> bool {
-    points.any(|q| q.distance_squared(p) < distance * distance)
 }
 
 /// The place whose disc average exceeds the criterion most; of equal ones triangles before vertices, and the lowest row. The

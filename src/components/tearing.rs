@@ -29,9 +29,9 @@ pub struct Tearing {
     /// Fastest advance of a tip \[mm/ms\].
     pub max_tear_speed: f64,
     /// Whether tears may start where nothing was cut, inside the tissue and at its boundary: at most one per body and pass of
-    /// the step, at least 2R from every tip and R from every vertex that a hold or a closed grip has hold of. Tissue that
-    /// fails at a clamp is not modelled: its stress is the clamp's, and singular at its corners; cut a notch there if
-    /// a tear is wanted. Without it only existing tips advance.
+    /// the step, at least 2R from every tip and from every vertex that a hold or a closed grip has hold of. Failure at a clamp
+    /// is not modelled: the stress there is the clamp's, and singular at its corners; cut a notch where a tear is
+    /// wanted. Without it only existing tips advance.
     pub may_initiate: bool,
 }
 
