@@ -106,6 +106,24 @@ fn refusal(text: &str) -> SceneError {
 }
 
 #[test]
+fn a_rectangle_comes_in_every_pattern() {
+    let corners = "corners = [[0, 0], [4, 0], [4, 2], [0, 2]], edge = 0.5";
+    let jittered = "jittered = { width = 4, height = 2, nx = 8, ny = 4, seed = 7 }".to_owned();
+    for mesh in
+        [jittered, format!("lattice = {{ {corners}, degrees = 15 }}"), format!("unstructured = {{ {corners} }}")]
+    {
+        let text = SOUND.replacen("grid = { width = 4, height = 2, nx = 4, ny = 2 }", &mesh, 1);
+        let body = &Scene::parse(&text, "strip.toml").unwrap().check().unwrap().bodies[0];
+        assert_eq!((body.bounds.1, body.holds[0].1), (glam::DVec3::new(4.0, 2.0, 0.0), 5), "{mesh}");
+    }
+    let error = refusal(&SOUND.replace(
+        "grid = { width = 4, height = 2, nx = 4, ny = 2 }",
+        "lattice = { corners = [[0, 0], [4, 0]], edge = 1, degrees = 0 }",
+    ));
+    assert!(error.what.contains("outline has fewer than three corners") && error.hint.contains("in order"), "{error}");
+}
+
+#[test]
 fn a_bad_scene_is_refused_with_line_reason_and_remedy() {
     assert!(Scene::parse(SOUND, "strip.toml").unwrap().check().is_ok());
     // (replace, by, line, in the message, in the hint)

@@ -1,10 +1,10 @@
 //! Every verification case as a test of its own, so that they run side by side.
 
-use rhexis::verify::CASES;
+use rhexis::verify::{Artifacts, CASES, Depth};
 
 fn passes(name: &str) {
     let case = CASES.iter().find(|case| case.name == name).unwrap();
-    let rows = (case.run)().unwrap();
+    let rows = (case.run)(&Artifacts { directory: None, depth: Depth::Quick }).unwrap();
     assert!(!rows.is_empty());
     for row in &rows {
         println!("{:12} {:90} {:9.2e} of {:7.1e} {}", row.case, row.what, row.error, row.tolerance, row.unit);

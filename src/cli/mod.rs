@@ -42,7 +42,7 @@ enum Command {
     #[command(after_help = "Examples:\n  rhexis check mine.toml\n  rhexis check fig2 --set run.dt=5")]
     Check(SceneArgs),
     /// Compare the engine with independent computations; fails if a tolerance is missed.
-    #[command(after_help = "Examples:\n  rhexis verify\n  rhexis verify cook --json")]
+    #[command(after_help = VERIFY_EXAMPLES)]
     Verify(VerifyArgs),
 }
 
@@ -59,6 +59,15 @@ Written into the output directory, as the run goes on:
   events.jsonl   one tear event per line
   frames.pvd     ParaView frames (.vtu): displacement [mm], stress [MPa], fibre, criterion
   *.png          pictures of the first, some middle and the last state";
+
+const VERIFY_EXAMPLES: &str = "\
+Examples:
+  rhexis verify
+  rhexis verify cook --json
+  rhexis verify tear --out out/tear
+  rhexis verify tear --quick
+
+Plots of tear paths and curves are written into the output directory as SVG, PNG and CSV.";
 
 #[derive(Args)]
 struct SceneArgs {
@@ -106,8 +115,15 @@ struct ScenesArgs {
 
 #[derive(Args)]
 struct VerifyArgs {
-    /// Only this case [default: all].
+    /// Only this case, or this group of cases: `mechanics` or `tear` [default: all].
+    #[arg(value_name = "CASE|GROUP")]
     case: Option<String>,
+    /// Directory for plots [default: out/verify].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Coarse meshes only: seconds per case instead of minutes.
+    #[arg(long)]
+    quick: bool,
     /// Print the rows as JSON.
     #[arg(long)]
     json: bool,

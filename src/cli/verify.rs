@@ -2,8 +2,11 @@
 
 use super::{Stop, VerifyArgs, say::complain, say::say};
 use crate::scene::nearest;
-use crate::verify::{CASES, Case, Row};
+use crate::verify::{Artifacts, CASES, Case, Depth, Group, Row};
+use indicatif::ProgressBar;
 use serde::Serialize;
+use std::path::PathBuf;
+use std::time::Duration;
 
 #[derive(Serialize)]
 struct Output {
@@ -34,14 +37,20 @@ struct Failure {
 pub(super) fn verify(args: &VerifyArgs) -> Result<(), Stop> {
     let cases = chosen(args.case.as_deref())?;
     let mut output = Output { passed: true, rows: Vec::new(), errors: Vec::new() };
+    let directory = args.out.clone().unwrap_or_else(|| PathBuf::from("out/verify"));
+    let depth = if args.quick { Depth::Quick } else { Depth::Full };
+    let artifacts = Artifacts { directory: Some(directory), depth };
+    let spinner = ProgressBar::new_spinner();
+    spinner.enable_steady_tick(Duration::from_millis(200));
     for case in cases {
-        match (case.run)() {
+        spinner.set_message(format!("{}: {}", case.name, case.about));
+        match (case.run)(&artifacts) {
             Ok(rows) => {
                 for row in rows {
                     let line = line(row);
                     output.passed &= line.verdict != "FAILED";
                     if !args.json {
-                        say(&printed(&line))?;
+                        spinner.suspend(|| say(&printed(&line)))?;
                     }
                     output.rows.push(line);
                 }
@@ -49,12 +58,13 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<(), Stop> {
             Err(error) => {
                 output.passed = false;
                 if !args.json {
-                    complain(&format!("error: {}: {error}", case.name));
+                    spinner.suspend(|| complain(&format!("error: {}: {error}", case.name)));
                 }
                 output.errors.push(Failure { case: case.name, what: error.to_string() });
             }
         }
     }
+    spinner.finish_and_clear();
     if args.json {
         say(&serde_json::to_string_pretty(&output).map_err(|error| Stop::Failed(error.to_string()))?)?;
     } else {
@@ -66,13 +76,18 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<(), Stop> {
 
 fn chosen(name: Option<&str>) -> Result<Vec<&'static Case>, Stop> {
     let Some(name) = name else { return Ok(CASES.iter().collect()) };
-    if let Some(case) = CASES.iter().find(|case| case.name == name) {
-        return Ok(vec![case]);
+    let chosen: Vec<&Case> = CASES.iter().filter(|case| case.name == name || case.group.name() == name).collect();
+    if !chosen.is_empty() {
+        return Ok(chosen);
     }
-    let names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
+    let names: Vec<&str> =
+        CASES.iter().map(|case| case.name).chain([Group::Mechanics, Group::Tear].map(Group::name)).collect();
     let suggestion =
         nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
-    Err(Stop::Usage(format!("no verification case `{name}`\n  help: {suggestion}the cases are {}", names.join(", "))))
+    Err(Stop::Usage(format!(
+        "no verification case `{name}`\n  help: {suggestion}the cases and groups are {}",
+        names.join(", ")
+    )))
 }
 
 fn line(row: Row) -> Line {

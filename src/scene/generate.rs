@@ -1,5 +1,9 @@
 //! Mesh generators. All surfaces face +z (their triangles run counter-clockwise seen from there).
 
+mod polygon;
+
+pub use polygon::{lattice, unstructured};
+
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3, dvec3};
@@ -53,6 +57,12 @@ pub enum GenerateError {
         /// Diameter asked for \[mm\].
         disc_diameter: f64,
     },
+    /// An angle that is not a number.
+    #[error("the angle is {0}°; it must be finite")]
+    Angle(f64),
+    /// An outline that encloses nothing.
+    #[error("the outline {0}; give the corners of a polygon in order, none twice, no side across another")]
+    Outline(&'static str),
     /// The position function gave NaN or infinity.
     #[error("the position of vertex ({i}, {j}) is not finite")]
     NonFinitePosition {
@@ -76,6 +86,24 @@ pub fn grid(width: f64, height: f64, nx: usize, ny: usize) -> Result<TriangleMes
     let (width, height) = (length("width", width)?, length("height", height)?);
     mapped_grid(nx, ny, |s, t| dvec3(width * s, height * t, 0.0))
 }
+
+/// [`grid`] with its inner vertices moved at random by up to 0.11 of a cell along x and along y. Where cells are nearly square
+/// the angles stay above 25°. The same `seed` gives the same mesh.
+pub fn jittered(width: f64, height: f64, nx: usize, ny: usize, seed: u64) -> Result<TriangleMesh, GenerateError> {
+    let mut mesh = grid(width, height, nx, ny)?;
+    let mut random = Random::new(seed);
+    let cell = dvec3(width / nx as f64, height / ny as f64, 0.0);
+    for j in 1..ny {
+        for i in 1..nx {
+            let by = dvec3(random.unit() - 0.5, random.unit() - 0.5, 0.0);
+            mesh.positions[j * (nx + 1) + i] += cell * by * (2.0 * JITTER);
+        }
+    }
+    Ok(mesh)
+}
+
+/// Part of a cell by which [`jittered`] moves vertices.
+const JITTER: f64 = 0.11;
 
 /// The topology of [`grid`] with vertex (i, j) at `position`(i/`nx`, j/`ny`) \[mm\].
 pub fn mapped_grid(nx: usize, ny: usize, position: impl Fn(f64, f64) -> DVec3) -> Result<TriangleMesh, GenerateError> {
@@ -248,6 +276,23 @@ fn stitch(inner: &Ring, outer: &Ring, triangles: &mut Vec<[u32; 3]>) {
             triangles.push([inner.vertex(i), outer.vertex(j), inner.vertex(i + 1)]);
             i += 1;
         }
+    }
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers for a seed on any machine and with any version of any crate.
+struct Random(u64);
+
+impl Random {
+    fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// In \[0, 1).
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
 

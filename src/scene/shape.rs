@@ -1,16 +1,19 @@
 //! From `mesh = …` to a triangle mesh.
 
 use super::error::{Fault, positive};
-use super::schema::MeshSpec;
+use super::schema::{MeshSpec, Point};
 use super::{generate, mesh_file};
 use crate::storage::TriangleMesh;
-use glam::{DVec3, Vec3Swizzles};
+use glam::{DVec2, DVec3, Vec3Swizzles};
 use std::path::Path;
 
 /// Makes or reads the mesh; `folder` is where a relative path begins.
 pub(super) fn mesh(spec: &MeshSpec, folder: &Path, key: &str) -> Result<TriangleMesh, Fault> {
     let generated = match spec {
         MeshSpec::Grid(g) => generate::grid(g.width, g.height, g.nx, g.ny),
+        MeshSpec::Jittered(g) => generate::jittered(g.width, g.height, g.nx, g.ny, g.seed),
+        MeshSpec::Lattice(l) => generate::lattice(&flat(&l.corners), l.edge, l.degrees),
+        MeshSpec::Unstructured(u) => generate::unstructured(&flat(&u.corners), u.edge, u.seed),
         MeshSpec::Disc(d) => generate::disc(d.radius, d.triangles),
         MeshSpec::Cap(c) => generate::cap(c.curvature_radius, c.diameter, c.triangles),
         MeshSpec::PlateWithHole(p) => generate::plate_with_hole(p.points),
@@ -60,6 +63,10 @@ fn split(key: &str, error: impl std::fmt::Display) -> Fault {
         Some((what, hint)) => Fault::new(key, what, hint),
         None => Fault::new(key, message, ""),
     }
+}
+
+fn flat(points: &[Point]) -> Vec<DVec2> {
+    points.iter().map(|p| p.0.xy()).collect()
 }
 
 fn bilinear([a, b, c, d]: [DVec3; 4], s: f64, t: f64) -> DVec3 {

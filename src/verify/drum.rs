@@ -8,7 +8,7 @@
 use super::bodies::{self, Snapshot};
 use super::modes::lowest_frequencies;
 use super::reference::{Json, file};
-use super::{Row, Rows, VerifyError};
+use super::{Artifacts, Row, Rows, VerifyError};
 use crate::components::{Curve, Fibres, Material, PreStretch, Pressure};
 use crate::math::Sym2;
 use crate::membrane::Membrane;
@@ -17,7 +17,7 @@ use crate::settings::Settings;
 use crate::storage::TriangleMesh;
 use glam::DVec3;
 
-pub fn run() -> Result<Vec<Row>, VerifyError> {
+pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("membrane");
     let (name, text) = file!("membrane.json");
     let file = Json::new(name, text)?;

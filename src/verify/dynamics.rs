@@ -3,7 +3,7 @@
 use super::bodies::{self, Snapshot};
 use super::modes::lowest_frequencies;
 use super::reference::{Json, file};
-use super::{Row, Rows, VerifyError, largest};
+use super::{Artifacts, Row, Rows, VerifyError, largest};
 use crate::components::{Damping, Fibres, Material};
 use crate::membrane::Membrane;
 use crate::scene::generate;
@@ -15,7 +15,7 @@ use hecs::Entity;
 /// Finer meshes cost 15 s each and show nothing new.
 const MOST_CELLS: f64 = 60.0 * 50.0;
 
-pub fn run() -> Result<Vec<Row>, VerifyError> {
+pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("dynamics");
     let (name, text) = file!("dynamics.json");
     let file = Json::new(name, text)?;

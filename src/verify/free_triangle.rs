@@ -3,7 +3,7 @@
 
 use super::bodies::{self, Snapshot};
 use super::reference::{Json, file};
-use super::{Row, Rows, VerifyError, largest};
+use super::{Artifacts, Row, Rows, VerifyError, largest};
 use crate::components::{Fibres, Forces};
 use crate::membrane::Membrane;
 use crate::settings::{Settings, Tangent};
@@ -13,7 +13,7 @@ use crate::systems::{assembly, corotation};
 use glam::DVec3;
 use hecs::Entity;
 
-pub fn run() -> Result<Vec<Row>, VerifyError> {
+pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("free-triangle");
     let (name, text) = file!("free_triangle.json");
     let file = Json::new(name, text)?;

@@ -1,8 +1,9 @@
 //! Verification: the engine against independent computations, exact solutions and conservation laws.
 //!
-//! The same cases are run by `cargo test` and by `rhexis verify`. A case returns rows; a row is an error, the tolerance that it
+//! The same cases are run by `cargo test` (coarse meshes only, [`Depth::Quick`]) and by `rhexis verify`. A case returns rows; a row is an error, the tolerance that it
 //! must meet and the unit of both. Reference files are part of the program, so it verifies itself anywhere.
 
+mod artifacts;
 mod bodies;
 mod constitutive;
 mod drum;
@@ -17,9 +18,13 @@ mod plane;
 mod reference;
 mod stability;
 
+pub use artifacts::{Artifacts, Axes, Depth, Line};
+
 use crate::membrane::BodyError;
+use crate::output::OutputError;
 use crate::scene::generate::GenerateError;
-use crate::simulation::SimulationError;
+use crate::simulation::{CutError, SimulationError};
+use std::path::PathBuf;
 
 /// One comparison.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +54,7 @@ impl Row {
 }
 
 /// Why a case could not be run to its end.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
     /// A reference file that is not as the case expects it.
     #[error("reference {file}: {what}")]
@@ -71,6 +76,39 @@ pub enum VerifyError {
     /// A linear solve within the verification itself.
     #[error("linear solve: {0}")]
     Linear(#[from] crate::systems::linear::CgError),
+    /// A cut that makes a crack.
+    #[error(transparent)]
+    Cut(#[from] CutError),
+    /// A file that cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A plot that cannot be drawn.
+    #[error("cannot draw {}: {what}", path.display())]
+    Plot {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+/// What a case is about; `rhexis verify` takes the name of a group as well as that of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// Elasticity, membranes and time integration.
+    Mechanics,
+    /// Tears: stress at tips, loads, paths, energies.
+    Tear,
+}
+
+impl Group {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mechanics => "mechanics",
+            Self::Tear => "tear",
+        }
+    }
 }
 
 /// A verification case.
@@ -80,28 +118,32 @@ pub struct Case {
     pub name: &'static str,
     /// What it shows.
     pub about: &'static str,
+    /// What it is about.
+    pub group: Group,
     /// Runs it.
-    pub run: fn() -> Result<Vec<Row>, VerifyError>,
+    pub run: fn(&Artifacts) -> Result<Vec<Row>, VerifyError>,
 }
 
 /// All cases.
 pub const CASES: &[Case] = &[
-    case("constitutive", "the orthotropic law at any fibre angle", constitutive::run),
-    case("patch", "constant strain, small and under a large rotation", patch::run),
-    case("free-triangle", "energy and angular momentum of a free triangle", free_triangle::run),
-    case("cook", "Cook's membrane on the same meshes", plane::cook),
-    case("fig2-small", "the square of Figure 2 under a small pull", plane::fig2_small),
-    case("hole", "a hole in an infinite plate, orthotropic and isotropic", hole::run),
-    case("fig2-large", "the square of Figure 2 pulled by 10 %", fig2::large),
-    case("fig2-dynamic", "the same pulled over time with backward Euler", fig2::dynamic),
-    case("dynamics", "natural frequencies, decay of a mode, order in time", dynamics::run),
-    case("membrane", "vibration and deflection out of the plane", drum::run),
-    case("motion", "rigid motion, resultants, energy balance, spin", motion::run),
-    case("stability", "the default step damps noise on a taut sheet", stability::run),
+    mechanics("constitutive", "the orthotropic law at any fibre angle", constitutive::run),
+    mechanics("patch", "constant strain, small and under a large rotation", patch::run),
+    mechanics("free-triangle", "energy and angular momentum of a free triangle", free_triangle::run),
+    mechanics("cook", "Cook's membrane on the same meshes", plane::cook),
+    mechanics("fig2-small", "the square of Figure 2 under a small pull", plane::fig2_small),
+    mechanics("hole", "a hole in an infinite plate, orthotropic and isotropic", hole::run),
+    mechanics("fig2-large", "the square of Figure 2 pulled by 10 %", fig2::large),
+    mechanics("fig2-dynamic", "the same pulled over time with backward Euler", fig2::dynamic),
+    mechanics("dynamics", "natural frequencies, decay of a mode, order in time", dynamics::run),
+    mechanics("membrane", "vibration and deflection out of the plane", drum::run),
+    mechanics("motion", "rigid motion, resultants, energy balance, spin", motion::run),
+    mechanics("stability", "the default step damps noise on a taut sheet", stability::run),
 ];
 
-const fn case(name: &'static str, about: &'static str, run: fn() -> Result<Vec<Row>, VerifyError>) -> Case {
-    Case { name, about, run }
+type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;
+
+const fn mechanics(name: &'static str, about: &'static str, run: Run) -> Case {
+    Case { name, about, group: Group::Mechanics, run }
 }
 
 /// Collects the rows of one case.

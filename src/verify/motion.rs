@@ -2,7 +2,7 @@
 //! energy but makes none, a spinning sheet keeps spinning.
 
 use super::bodies::{self, Snapshot};
-use super::{Row, Rows, VerifyError, largest};
+use super::{Artifacts, Row, Rows, VerifyError, largest};
 use crate::components::{Curve, Fibres, Material};
 use crate::membrane::Membrane;
 use crate::scene::generate;
@@ -10,7 +10,7 @@ use crate::settings::{Settings, Tangent};
 use crate::storage::Vertices;
 use glam::{DMat3, DVec3};
 
-pub fn run() -> Result<Vec<Row>, VerifyError> {
+pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("motion");
     rigid(&mut rows)?;
     resultants(&mut rows)?;

@@ -2,14 +2,14 @@
 
 use super::bodies::{self, Snapshot};
 use super::reference::{Json, file};
-use super::{Row, Rows, VerifyError, largest};
+use super::{Artifacts, Row, Rows, VerifyError, largest};
 use crate::components::Fibres;
 use crate::membrane::Membrane;
 use crate::settings::Settings;
 use crate::storage::TriangleMesh;
 use glam::DVec3;
 
-pub fn run() -> Result<Vec<Row>, VerifyError> {
+pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("patch");
     let (name, text) = file!("patch.json");
     let file = Json::new(name, text)?;

@@ -1,7 +1,7 @@
 //! A taut sheet at rest with a little noise in its velocities: the default step must damp it at any time step.
 
 use super::bodies::{self, Snapshot};
-use super::{Row, Rows, VerifyError};
+use super::{Artifacts, Row, Rows, VerifyError};
 use crate::components::{Curve, Fibres, Material};
 use crate::membrane::Membrane;
 use crate::scene::generate;
@@ -11,7 +11,7 @@ use glam::DVec3;
 /// Size of the noise \[mm/ms\]: far from anything that is not linear.
 const NOISE: f64 = 1e-6;
 
-pub fn run() -> Result<Vec<Row>, VerifyError> {
+pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("stability");
     for (young, stretch) in [(10.0, 0.1), (10.0, 0.3), (100.0, 0.1), (100.0, 0.3)] {
         for dt in [0.01, 0.1, 1.0, 10.0, 100.0] {

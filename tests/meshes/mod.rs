@@ -7,8 +7,9 @@ use glam::{DMat3, DVec3};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use rhexis::math::{Orthotropic, RestTriangle};
+use rhexis::scene::generate;
 use rhexis::storage::{
-    Mesh, Topology, TriangleRow, Triangles, VertexRow, Vertices,
+    Mesh, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices,
     measure::{rest_corners, rest_data},
 };
 
@@ -43,70 +44,27 @@ pub struct Sheet {
     pub corners: Vec<[u32; 3]>,
 }
 
+impl From<TriangleMesh> for Sheet {
+    fn from(mesh: TriangleMesh) -> Self {
+        Self { positions: mesh.positions, corners: mesh.triangles }
+    }
+}
+
 /// Structured grid over [0, width] × [0, height] with alternating diagonals.
 pub fn grid(nx: usize, ny: usize, width: f64, height: f64) -> Sheet {
-    let at = |i: usize, j: usize| (j * (nx + 1) + i) as u32;
-    let mut positions = Vec::new();
-    for j in 0..=ny {
-        for i in 0..=nx {
-            positions.push(DVec3::new(width * i as f64 / nx as f64, height * j as f64 / ny as f64, 0.0));
-        }
-    }
-    let mut corners = Vec::new();
-    for j in 0..ny {
-        for i in 0..nx {
-            let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-            if (i + j) % 2 == 0 {
-                corners.extend([[a, b, c], [a, c, d]]);
-            } else {
-                corners.extend([[a, b, d], [b, c, d]]);
-            }
-        }
-    }
-    Sheet { positions, corners }
+    generate::grid(width, height, nx, ny).unwrap().into()
 }
 
-/// The grid with inner vertices moved at random; angles stay above about 25°.
-pub fn jittered(nx: usize, ny: usize, width: f64, height: f64, seed: u8) -> Sheet {
-    let mut sheet = grid(nx, ny, width, height);
-    let mut random = Random::new(seed);
-    let (dx, dy) = (width / nx as f64, height / ny as f64);
-    for j in 1..ny {
-        for i in 1..nx {
-            let p = &mut sheet.positions[j * (nx + 1) + i];
-            p.x += dx * random.between(-0.13, 0.13);
-            p.y += dy * random.between(-0.13, 0.13);
-        }
-    }
-    sheet
+/// The grid with inner vertices moved at random.
+pub fn jittered(nx: usize, ny: usize, width: f64, height: f64, seed: u64) -> Sheet {
+    generate::jittered(width, height, nx, ny, seed).unwrap().into()
 }
 
-/// A disc of `rings` hexagonal rings on a sphere: radius of curvature 10, 9.8 across.
+/// A cap of about `rings` rings: radius of curvature 10, 9.8 across, the sphere's centre at the origin.
 pub fn cap(rings: usize) -> Sheet {
-    let mut positions = vec![DVec3::new(0.0, 0.0, 10.0)];
-    for ring in 1..=rings {
-        for k in 0..6 * ring {
-            let angle = std::f64::consts::TAU * k as f64 / (6 * ring) as f64;
-            let polar = (0.49_f64).asin() * ring as f64 / rings as f64;
-            positions.push(10.0 * DVec3::new(polar.sin() * angle.cos(), polar.sin() * angle.sin(), polar.cos()));
-        }
-    }
-    let at = |ring: usize, k: usize| {
-        if ring == 0 { 0 } else { (1 + 3 * ring * (ring - 1) + k % (6 * ring)) as u32 }
-    };
-    let mut corners = Vec::new();
-    for ring in 1..=rings {
-        for side in 0..6 {
-            for k in 0..ring {
-                let (outer, inner) = (side * ring + k, side * (ring - 1) + k);
-                corners.push([at(ring - 1, inner), at(ring, outer), at(ring, outer + 1)]);
-                if k + 1 < ring {
-                    corners.push([at(ring - 1, inner), at(ring, outer + 1), at(ring - 1, inner + 1)]);
-                }
-            }
-        }
-    }
-    Sheet { positions, corners }
+    let mut cap = Sheet::from(generate::cap(10.0, 9.8, 6 * rings * rings).unwrap());
+    cap.positions.iter_mut().for_each(|p| p.z += 10.0);
+    cap
 }
 
 /// A closed sphere: an octahedron, each triangle split into four, `levels` times.

@@ -13,6 +13,12 @@ use std::path::PathBuf;
 pub enum MeshSpec {
     /// The rectangle from (0, 0) to (width, height): `nx` × `ny` cells of two triangles, diagonals alternating.
     Grid(GridSpec),
+    /// The grid with its inner vertices moved at random.
+    Jittered(JitteredSpec),
+    /// A polygon filled with equilateral triangles that are turned by an angle.
+    Lattice(LatticeSpec),
+    /// A polygon filled with triangles without any order.
+    Unstructured(UnstructuredSpec),
     /// A flat disc about the origin.
     Disc(DiscSpec),
     /// A spherical cap, its pole at the origin, its rim below.
@@ -39,6 +45,48 @@ pub struct GridSpec {
     pub nx: usize,
     /// Cells along y.
     pub ny: usize,
+}
+
+/// A rectangle whose structure is disturbed.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JitteredSpec {
+    /// Along x \[mm\].
+    pub width: f64,
+    /// Along y \[mm\].
+    pub height: f64,
+    /// Cells along x.
+    pub nx: usize,
+    /// Cells along y.
+    pub ny: usize,
+    /// The same seed, the same mesh. Default 0.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+/// A turned lattice.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LatticeSpec {
+    /// The polygon's corners in order \[mm\].
+    pub corners: Vec<Point>,
+    /// Length of the edges \[mm\].
+    pub edge: f64,
+    /// Angle from x to one of its three directions.
+    pub degrees: f64,
+}
+
+/// A mesh without order.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UnstructuredSpec {
+    /// The polygon's corners in order \[mm\].
+    pub corners: Vec<Point>,
+    /// Length of the edges \[mm\], about.
+    pub edge: f64,
+    /// The same seed, the same mesh. Default 0.
+    #[serde(default)]
+    pub seed: u64,
 }
 
 /// A disc.
