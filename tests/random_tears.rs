@@ -212,7 +212,8 @@ fn storms(seeds: std::ops::Range<u8>, small: usize, large: usize) {
             ("pair", meshes::grid(1, 1, 1.0, 1.0), true, small),
             ("strip", meshes::grid(5, 1, 5.0, 1.0), true, small),
             ("grid", meshes::grid(5, 4, 5.0, 4.0), true, small),
-            ("jittered", meshes::jittered(12, 11, 12.0, 11.0, seed), true, large),
+            ("jittered", meshes::jittered(12, 11, 12.0, 11.0, u64::from(seed)), true, large),
+            ("unstructured", meshes::unstructured(10.0, 1.0, u64::from(seed)), true, large),
             ("cap", meshes::cap(8), false, large),
             ("sphere", meshes::sphere(1 + usize::from(seed % 3)), false, large),
         ];

@@ -408,3 +408,26 @@ fn starts_keep_their_distance_from_each_other() {
     assert!(apart.fold(f64::INFINITY, f64::min) > 2.0 * square.tearing.radius - 2.0 * square.edge(), "{starts:?}");
     run.assert_sound();
 }
+
+/// Tissue so weak that it tears everywhere: until nothing hangs together, and nothing breaks in the program.
+#[test]
+fn a_sheet_torn_to_shreds_stays_sound() {
+    for (mode, material) in [(TearMode::Free, 0), (TearMode::Edge, 0), (TearMode::Free, 1), (TearMode::Edge, 1)] {
+        let mut square = if material == 0 { initiating([12, 11], mode) } else { Square::new([12, 11], 30.0) };
+        square.notches.clear();
+        square.tearing = Tearing { may_initiate: true, mode, radius: 1.0, max_tear_speed: 1.0, ..square.tearing };
+        let mut run = spawn(&square, square.membrane(), Settings::default(), 0.8);
+        for step in 0..150 {
+            run.step();
+            if step % 10 == 0 {
+                run.assert_sound();
+            }
+        }
+        run.assert_sound();
+        let log = run.log();
+        println!("{mode:?}: {log:?}, {} pieces", run.piece_count());
+        assert!(log.start_count > 5 && log.advance_count > 50, "{log:?}");
+        assert_eq!(run.piece_count() as u32, 1 + log.piece_count);
+        assert!(mode == TearMode::Free || run.triangle_count() == 2 * 12 * 11);
+    }
+}
