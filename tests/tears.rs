@@ -89,7 +89,7 @@ fn wander(name: &str, sheet: &Sheet, centre: DVec3, is_flat: bool, tears: usize)
     assert!(per_edge < 8.0, "{name}: {per_edge}");
     // Wandering tears do run into corners between lips where nothing fits; that must stay rare.
     assert!(
-        ended > 8 * tears && 3 * stuck <= tears && 20 * detours < advances,
+        ended > 6 * tears && 3 * stuck <= tears && 20 * detours < advances,
         "{name}: {ended} {stuck} {detours} of {advances}"
     );
 }

@@ -23,7 +23,7 @@ pub struct TearLog {
     pub refusal_count: u32,
     /// Parted vertices that a hold or a grip keeps shut.
     pub held_shut_count: u32,
-    /// Smallest rest angle \[rad\] of the triangles that tears have touched; infinite before the first.
+    /// Smallest rest angle \[rad\] of the triangles whose shape tears have changed; `None` before the first.
     pub smallest_angle: Option<f64>,
     /// Smallest ratio of the averaging radius to the edge length around a tip; under 3 the mesh is too coarse for R.
     pub edges_per_radius: Option<f64>,
@@ -32,8 +32,10 @@ pub struct TearLog {
 }
 
 impl TearLog {
-    /// Keeps the smallest angle.
+    /// Keeps the smallest angle \[rad\]; π stands for no triangle at all.
     pub fn note_angle(&mut self, angle: f64) {
-        self.smallest_angle = Some(self.smallest_angle.map_or(angle, |least| least.min(angle)));
+        if angle < std::f64::consts::PI {
+            self.smallest_angle = Some(self.smallest_angle.map_or(angle, |least| least.min(angle)));
+        }
     }
 }

@@ -36,7 +36,8 @@ use std::fmt;
 /// What shapes of triangle a tear may leave. Tuned on random tears through structured, jittered and curved meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
-    /// The first way whose triangles keep this angle \[rad\] is taken without looking at others; 20°.
+    /// The first way whose triangles keep this angle \[rad\] is taken without looking at others; 28°. At 20° tears across
+    /// tears leave a first percentile 2° to 4° lower and twice the triangles: slides are looked at less.
     pub good: f64,
     /// A path leaves its ray and snaps to a vertex only where an angle below this \[rad\] would be left otherwise; 14°.
     pub exact: f64,
@@ -55,7 +56,7 @@ pub struct Quality {
 impl Default for Quality {
     fn default() -> Self {
         Self {
-            good: 20_f64.to_radians(),
+            good: 28_f64.to_radians(),
             exact: 14_f64.to_radians(),
             least: 10_f64.to_radians(),
             snap: 15_f64.to_radians(),
