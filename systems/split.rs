@@ -116,7 +116,9 @@ impl Tearer<'_> {
         }
         // Whole triangles only: a tear that stopped inside one would leave more and worse ones. What is too short is saved up,
         // but for one triangle only: what a step leaves unused beyond that has been forgone.
-        let way = self.way_ahead(vertex, decision.direction);
+        let chart = TipChart::new(&self.mesh, vertex);
+        let exit = chart.as_ref().ok().and_then(|tip| tip.chart.exit(tip.chart.to_chart(decision.direction)));
+        let way = exit.map_or(0.0, |exit| exit.distance);
         if let Reach::New(more) = reach {
             self.tips.allowance[tip] = self.tips.allowance[tip].min(way) + more;
         }
@@ -126,12 +128,14 @@ impl Tearer<'_> {
             return;
         }
         let mode = self.tearing.mode;
-        let result = self.cut(|cutter| match mode {
-            TearMode::Free => cutter.advance(vertex, decision.direction).map(|advance| (advance, advance.to)),
-            TearMode::Edge => {
-                let advance = cutter.advance_along_edge(vertex, ideal, decision.direction)?;
-                Ok((advance.advance, advance.ideal))
-            }
+        let result = chart.and_then(|tip| {
+            self.cut(|cutter| match mode {
+                TearMode::Free => cutter.advance_from(&tip, decision.direction).map(|advance| (advance, advance.to)),
+                TearMode::Edge => {
+                    let step = cutter.advance_along_edge_from(&tip, ideal, decision.direction)?;
+                    Ok((step.advance, step.ideal))
+                }
+            })
         });
         match result {
             Ok((advance, ideal)) => self.record_advance(key, decision, &advance, ideal),
@@ -142,13 +146,6 @@ impl Tearer<'_> {
                 }
             }
         }
-    }
-
-    /// How far the ray from a vertex goes before it leaves the triangles there \[mm\]; zero where it lies in none.
-    fn way_ahead(&self, vertex: u32, direction: DVec3) -> f64 {
-        let tip = TipChart::new(&self.mesh, vertex).ok();
-        let exit = tip.and_then(|tip| tip.chart.exit(tip.chart.to_chart(direction)));
-        exit.map_or(0.0, |exit| exit.distance)
     }
 
     fn record_advance(&mut self, key: TipKey, decision: &TearDecision, advance: &Advance, ideal: DVec3) {

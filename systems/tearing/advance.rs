@@ -4,7 +4,7 @@ use super::{Advance, Cutter, End, TearRefusal, TipChart, Tried, Way, Ways, plan_
 use crate::math::smallest_angle;
 use crate::storage::{Edit, EditRecord, Refusal, measure::rest_corners};
 use glam::DVec3;
-use smallvec::SmallVec;
+use smallvec::{SmallVec, smallvec};
 
 /// What happens to the edge of a step.
 pub(super) enum Opening<'p> {
@@ -12,6 +12,18 @@ pub(super) enum Opening<'p> {
     After(&'p [u32]),
     /// The edge stays whole, to be opened with a later step.
     Later,
+}
+
+impl Opening<'_> {
+    /// The path that is opened now or later and must not be flipped away.
+    fn path(&self, tip: u32, reaches: u32) -> SmallVec<[u32; 4]> {
+        let mut path: SmallVec<[u32; 4]> = match self {
+            Self::After(prefix) => (*prefix).into(),
+            Self::Later => smallvec![tip],
+        };
+        path.push(reaches);
+        path
+    }
 }
 
 impl Cutter<'_, '_> {
@@ -22,12 +34,20 @@ impl Cutter<'_, '_> {
     /// Why it does not advance; the mesh is as it was.
     pub fn advance(&mut self, vertex: u32, direction: DVec3) -> Result<Advance, TearRefusal> {
         let tip = TipChart::new(self.mesh, vertex)?;
+        self.advance_from(&tip, direction)
+    }
+
+    /// The same, with the chart of the tip as the mesh is now.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance).
+    pub fn advance_from(&mut self, tip: &TipChart, direction: DVec3) -> Result<Advance, TearRefusal> {
         if tip.fan.is_closed {
-            return Err(TearRefusal::NotATip { vertex });
+            return Err(TearRefusal::NotATip { vertex: tip.vertex });
         }
         let direction = tip.chart.to_chart(direction);
-        let ways = plan_free(self.mesh, &tip, direction, &self.quality, self.is_movable)?;
-        self.take(&tip, &ways, &Opening::After(&[vertex]))
+        let ways = plan_free(self.mesh, tip, direction, &self.quality, self.is_movable)?;
+        self.take(tip, &ways, &Opening::After(&[tip.vertex]))
     }
 
     /// Takes the first of the ways that leaves good enough triangles, in this order: an exact one with good angles; the best
@@ -40,7 +60,7 @@ impl Cutter<'_, '_> {
         for way in &ways.exact {
             let Some(advance) = self.attempt(tip, way, opening, &mut tried) else { continue };
             if advance.smallest_angle >= self.quality.good.min(before) {
-                return Ok(self.finish(advance, tip));
+                return self.finish(start, advance, tip, opening);
             }
             if best.is_none_or(|(angle, _)| advance.smallest_angle > angle) {
                 best = Some((advance.smallest_angle, way));
@@ -53,62 +73,56 @@ impl Cutter<'_, '_> {
         for way in order {
             let Some(advance) = self.attempt(tip, way, opening, &mut tried) else { continue };
             if advance.smallest_angle >= least {
-                return Ok(self.finish(advance, tip));
+                return self.finish(start, advance, tip, opening);
             }
             self.roll_back(start);
         }
         Err(TearRefusal::NoWay(tried))
     }
 
-    /// Does one way and notes how it went; after `None` everything is as it was.
+    /// Shapes the triangles for one way, without opening it, and notes how good they are; after `None` everything is as it was.
     fn attempt(&mut self, tip: &TipChart, way: &Way, opening: &Opening<'_>, tried: &mut Tried) -> Option<Advance> {
         let start = self.scratch.records.len();
-        match self.go_forward(tip, way, opening) {
-            Ok(advance) => {
-                tried.note(way.course, advance.smallest_angle);
-                Some(advance)
-            }
-            Err(refusal) => {
+        for edit in &way.edits {
+            if let Err(refusal) = self.edit(edit) {
                 tried.note(way.course, 0.0);
                 tried.refusal = Some(refusal);
                 self.roll_back(start);
-                None
+                return None;
             }
         }
-    }
-
-    /// Does one way with its opening and flips. `end` is only marked yet.
-    fn go_forward(&mut self, tip: &TipChart, way: &Way, opening: &Opening<'_>) -> Result<Advance, Refusal> {
-        let start = self.scratch.records.len();
-        for edit in &way.edits {
-            self.edit(edit)?;
-        }
-        let ends = self.mesh.topology.is_boundary_vertex(way.reaches);
-        match opening {
-            Opening::After(prefix) => {
-                let mut path: SmallVec<[u32; 4]> = SmallVec::from_slice(prefix);
-                path.push(way.reaches);
-                self.edit(&Edit::Open { path })?;
-                self.relax(start, None);
-            }
-            Opening::Later => self.relax(start, Some((tip.vertex, way.reaches))),
-        }
-        Ok(Advance {
+        self.relax(start, &opening.path(tip.vertex, way.reaches));
+        let advance = Advance {
             from: self.mesh.vertices.rest_position[tip.vertex as usize],
             to: self.mesh.vertices.rest_position[way.reaches as usize],
             vertex: way.reaches,
             deviation: way.deviation,
             course: way.course,
             smallest_angle: self.smallest_touched(start),
-            end: ends.then_some(End { freed: None }),
-        })
+            end: None,
+        };
+        tried.note(way.course, advance.smallest_angle);
+        Some(advance)
     }
 
-    fn finish(&mut self, mut advance: Advance, tip: &TipChart) -> Advance {
-        if let Some(end) = &mut advance.end {
-            end.freed = self.freed_piece(tip.vertex, advance.vertex);
+    /// Opens the way that was taken, whose shaping began with record `start`; after an error everything is as it was.
+    fn finish(
+        &mut self,
+        start: usize,
+        advance: Advance,
+        tip: &TipChart,
+        opening: &Opening<'_>,
+    ) -> Result<Advance, TearRefusal> {
+        let ends = self.mesh.topology.is_boundary_vertex(advance.vertex);
+        if let Opening::Later = opening {
+            return Ok(Advance { end: ends.then_some(End { freed: None }), ..advance });
         }
-        advance
+        if let Err(refusal) = self.edit(&Edit::Open { path: opening.path(tip.vertex, advance.vertex) }) {
+            self.roll_back(start);
+            return Err(refusal.into());
+        }
+        let end = ends.then(|| End { freed: self.freed_piece(tip.vertex, advance.vertex) });
+        Ok(Advance { end, ..advance })
     }
 
     /// Applies an edit and keeps its record.

@@ -109,7 +109,7 @@ impl Cutter<'_, '_> {
         if advance.end.is_some() {
             // The first step has met the boundary already: a notch from its other end.
             self.edit(&Edit::Open { path: smallvec![advance.vertex, first] })?;
-            self.relax(start, None);
+            self.relax(start, &[]);
             self.pass(run, advance);
             return Ok(next);
         }

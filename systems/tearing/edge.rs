@@ -80,14 +80,27 @@ impl Cutter<'_, '_> {
         direction: DVec3,
     ) -> Result<EdgeAdvance, TearRefusal> {
         let tip = TipChart::new(self.mesh, vertex)?;
+        self.advance_along_edge_from(&tip, ideal, direction)
+    }
+
+    /// The same, with the chart of the tip as the mesh is now.
+    ///
+    /// # Errors
+    /// As [`advance_along_edge`](Self::advance_along_edge).
+    pub fn advance_along_edge_from(
+        &mut self,
+        tip: &TipChart,
+        ideal: DVec3,
+        direction: DVec3,
+    ) -> Result<EdgeAdvance, TearRefusal> {
         if tip.fan.is_closed {
-            return Err(TearRefusal::NotATip { vertex });
+            return Err(TearRefusal::NotATip { vertex: tip.vertex });
         }
-        let plan = plan_edge(self.mesh, &tip, ideal, tip.chart.to_chart(direction), &self.quality)?;
+        let plan = plan_edge(self.mesh, tip, ideal, tip.chart.to_chart(direction), &self.quality)?;
         let ways = Ways::only(Way::along_edge(plan.reaches, plan.deviation, Course::Edge));
         // Nothing is to be flipped here: edge mode keeps the triangles it finds.
         let flip = std::mem::replace(&mut self.quality.flip, 0.0);
-        let advance = self.take(&tip, &ways, &Opening::After(&[vertex]));
+        let advance = self.take(tip, &ways, &Opening::After(&[tip.vertex]));
         self.quality.flip = flip;
         Ok(EdgeAdvance { advance: advance?, ideal: plan.ideal })
     }

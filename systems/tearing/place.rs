@@ -109,7 +109,7 @@ impl Cutter<'_, '_> {
                 return Err(refusal.into());
             }
         }
-        self.relax(start, None);
+        self.relax(start, &[]);
         Ok(self.smallest_touched(start))
     }
 

@@ -84,7 +84,7 @@ impl Cutter<'_, '_> {
                 let centre = self.mesh.vertices.len() as u32;
                 let before = self.smallest_near(triangle)?;
                 self.edit(&Edit::SplitTriangle { triangle, weights: [1.0 / 3.0; 3] })?;
-                self.relax(mark, None);
+                self.relax(mark, &[]);
                 let angle = self.smallest_touched(mark);
                 if angle < self.quality.least.min(before) {
                     return Err(TearRefusal::NoRoom { angle });
