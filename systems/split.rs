@@ -4,7 +4,8 @@
 use super::StepContext;
 use super::tearing::{Advance, Cutter, End, Followers, NewTip, Quality, TearRefusal, TearScratch, TipChart};
 use crate::components::{
-    EdgeLoads, Grips, Holds, Increment, Springs, TearDecision, TearDecisions, TearLog, TearMode, TearSite, Tearing,
+    EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearDecision, TearDecisions, TearLog, TearMode, TearSite,
+    Tearing,
 };
 use crate::event::{Course, EventKind, Verdict};
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -20,12 +21,14 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
         (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog, &'a mut TearScratch),
-        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>, Option<&'a mut EdgeLoads>),
+        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
     );
     for (
         (vertices, triangles, topology, increment),
         (tearing, tips, decisions, log, scratch),
-        (holds, springs, grips, edge_loads),
+        (holds, springs, grips),
+        (point_loads, edge_loads),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -46,11 +49,12 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let (advances_before, starts_before) = (log.advance_count, log.start_count);
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers { increment, holds, springs, grips, edge_loads },
+            followers: Followers { increment, holds, springs, grips, point_loads, edge_loads },
             tearing,
             tips,
             log,
             scratch,
+            parted: SmallVec::new(),
         };
         let keys: SmallVec<[TipKey; 8]> = tearer.tips.keys().into();
         for (key, decision) in keys.into_iter().zip(&decisions.tips) {
@@ -96,6 +100,8 @@ struct Tearer<'a> {
     tips: &'a mut Tips,
     log: &'a mut TearLog,
     scratch: &'a mut TearScratch,
+    /// The vertices that the last cut has parted.
+    parted: SmallVec<[u32; 4]>,
 }
 
 impl Tearer<'_> {
@@ -185,8 +191,7 @@ impl Tearer<'_> {
 
     /// What follows from a cut, once the tip that made it has moved on.
     fn finish_cut(&mut self, freed: Option<usize>) {
-        note_parted(&self.scratch.records, Some(self.tips), self.log, &self.followers, self.mesh.vertices);
-        self.scratch.records.clear();
+        note_parted(&self.parted, Some(self.tips), self.log, &self.followers, self.mesh.vertices);
         if let Some(triangle_count) = freed {
             self.log.piece_count += 1;
             self.log.pending.push(EventKind::PieceFreed { triangle_count });
@@ -242,7 +247,7 @@ impl Tearer<'_> {
         self.log.pending.push(EventKind::Refused { tip, at, reason: refusal.to_string() });
     }
 
-    /// Cuts, and lets everything follow. The records stay until the cut is finished.
+    /// Cuts, and lets everything follow.
     fn cut<T>(&mut self, work: impl FnOnce(&mut Cutter<'_, '_>) -> Result<T, TearRefusal>) -> Result<T, TearRefusal> {
         let (followers, tips) = (&self.followers, &self.tips);
         let is_movable = |v: u32| followers.leave_free(v) && !tips.vertex.contains(&v);
@@ -253,7 +258,9 @@ impl Tearer<'_> {
             scratch: self.scratch,
         };
         let result = work(&mut cutter);
-        self.followers.follow(&self.scratch.records, self.mesh.tables());
+        self.parted.clear();
+        self.parted.extend(self.scratch.records.iter().flat_map(EditRecord::parted));
+        self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
         result
     }
 }
@@ -273,16 +280,16 @@ pub fn add_tip(tips: &mut Tips, tip: NewTip) -> TipKey {
     tips.push(fresh)
 }
 
-/// What the edits mean for the vertices that they have parted: a tip there is gone, and what has hold of one keeps it shut.
+/// What it means for vertices that they were parted: a tip there is gone, and what has hold of one keeps it shut.
 pub fn note_parted(
-    records: &[EditRecord],
+    parted: &[u32],
     tips: Option<&mut Tips>,
     log: &mut TearLog,
     followers: &Followers<'_>,
     vertices: &Vertices,
 ) {
     let mut tips = tips;
-    for parted in records.iter().flat_map(EditRecord::parted) {
+    for &parted in parted {
         let at = vertices.rest_position[parted as usize];
         while let Some(tips) = tips.as_deref_mut()
             && let Some(row) = tips.vertex.iter().position(|&vertex| vertex == parted)

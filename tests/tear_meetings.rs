@@ -393,6 +393,29 @@ fn a_tear_starts_at_a_weak_boundary_with_one_tip_and_inside_with_two() {
     }
 }
 
+/// A start counts as progress: the tear that has begun is followed to its equilibrium.
+#[test]
+fn a_quasi_static_start_is_followed_until_no_tip_asks() {
+    let square = initiating([20, 18], TearMode::Free);
+    let material = square.material;
+    let membrane = square.membrane().graded(move |p| {
+        let mut material = material;
+        material.thickness *= if p.distance(mm(15.0, 15.0)) < 4.0 { 0.6 } else { 1.0 };
+        material
+    });
+    let mut run = spawn(&square, membrane, Settings::default(), 0.7);
+    let dt = 0.9 / GRIP_SPEED - run.simulation.time();
+    let report = run.simulation.settle_and_tear(dt, 1e-8, 1000).unwrap();
+    assert!(!report.bodies[0].is_tear_cut_short);
+    run.events.extend(run.simulation.drain_events());
+    run.assert_sound();
+    let log = run.log();
+    println!("{log:?}");
+    assert!(log.start_count > 0 && log.advance_count > 0 && log.refusal_count == 0, "{log:?}");
+    let tips = run.simulation.frame().bodies[0].tips.iter().map(|tip| tip.value).fold(0.0, f64::max);
+    assert!(tips <= 1.0, "{tips}");
+}
+
 /// The corners of the grips are singular, but no tear starts there: the square fails elsewhere, at a higher load.
 #[test]
 fn no_tear_starts_at_a_clamp() {

@@ -1,11 +1,11 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
 use super::{Simulation, SimulationError};
-use crate::components::{Body, EdgeLoads, Grips, Holds, Increment, Springs, TearDecisions, TearLog};
+use crate::components::{Body, EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearDecisions, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::Report;
 use crate::schedule::{self, Stage};
-use crate::storage::{Mesh, TipKey, Tips, Topology, Triangles, Vertices};
+use crate::storage::{EditRecord, Mesh, TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::split::{add_tip, note_parted};
 use crate::systems::tearing::{Cutter, Followers, NewTip, Quality, TearRefusal, TearScratch};
@@ -49,23 +49,27 @@ impl Simulation {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch),
-            (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>, Option<&'a mut EdgeLoads>),
+            (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
+            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
         );
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
-        let ((vertices, triangles, topology, increment), (tips, log, scratch), (holds, springs, grips, edge_loads)) =
-            found;
+        let (
+            (vertices, triangles, topology, increment),
+            (mut tips, log, scratch),
+            (holds, springs, grips),
+            (point_loads, edge_loads),
+        ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers = Followers { increment, holds, springs, grips, edge_loads };
+        let mut followers = Followers { increment, holds, springs, grips, point_loads, edge_loads };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);
             let quality = Quality::default();
             Cutter { mesh: &mut mesh, is_movable: &is_movable, quality, scratch }.cut(polyline)
         };
-        followers.follow(&scratch.records, mesh.tables());
-        let mut tips = tips;
-        note_parted(&scratch.records, tips.as_deref_mut(), log, &followers, mesh.vertices);
-        scratch.records.clear();
+        let parted: Vec<u32> = scratch.records.iter().flat_map(EditRecord::parted).collect();
+        followers.follow(&mut scratch.records, &mut mesh, tips.as_deref_mut());
+        note_parted(&parted, tips.as_deref_mut(), log, &followers, mesh.vertices);
         let outcome = outcome?;
         log.length += outcome.path.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
         log.note_angle(outcome.smallest_angle);
@@ -100,7 +104,7 @@ impl Simulation {
     pub fn settle_and_tear(&mut self, dt: f64, tolerance: f64, rounds: u32) -> Result<&Report, SimulationError> {
         self.settle(dt, tolerance)?;
         for _ in 0..rounds {
-            let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2);
+            let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
             let Self { world, pool, report, .. } = self;
             pool.run(|| schedule::run_stage(world, &step, Stage::Tear, &mut report.systems));
             self.collect_events();

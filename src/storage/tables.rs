@@ -1,6 +1,7 @@
 //! The three tables of a body: vertices, triangles, tear tips. Columns stand in the order of who touches them:
 //! state that every step rewrites, then rest data that only a topology edit rewrites.
 
+use super::EditRecord;
 use super::table::table;
 use crate::math::{Orthotropic, RestTriangle};
 use glam::DVec3;
@@ -54,5 +55,14 @@ table! {
         is_refused: bool,
         /// Whether it was said that the mesh is too coarse for R here.
         is_coarse: bool,
+    }
+}
+
+impl Tips {
+    /// Follows an edit: a tip stays with its vertex, or with the one that it was collapsed into.
+    pub fn follow(&mut self, record: &EditRecord) {
+        for vertex in &mut self.vertex {
+            *vertex = record.heir(*vertex);
+        }
     }
 }
