@@ -89,6 +89,15 @@ pub enum EventKind {
         /// Whether it went there, or which other way.
         course: Course,
     },
+    /// A body with an [`EnergyAudit`](crate::components::EnergyAudit) has found its equilibrium after tears have advanced or it
+    /// was cut, with nothing else moved on. Advances of several tips before one equilibrium are told together: their shares
+    /// cannot be told apart.
+    Released {
+        /// Fall of its elastic energy, and the work of its loads meanwhile \[mJ\].
+        energy: f64,
+        /// Length torn and cut since the last equilibrium \[mm\].
+        length: f64,
+    },
     /// A tip reached a boundary, or a tear or a cut went through it, and is gone.
     Ended {
         /// The tip, no longer alive.

@@ -157,6 +157,9 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
             "direction": point(direction), "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
             "course": course.to_string(),
         }),
+        EventKind::Released { energy, length } => {
+            json!({ "kind": "released", "energy_mj": energy, "length_mm": length })
+        }
         EventKind::Ended { tip, at, .. } => json!({ "kind": "ended", "tip": key(tip), "at_mm": point(at) }),
         EventKind::PieceFreed { triangle_count } => json!({ "kind": "piece_freed", "triangles": triangle_count }),
         EventKind::HeldShut { at } => json!({ "kind": "held_shut", "at_mm": point(at) }),

@@ -10,6 +10,7 @@ use crate::scene::{Instance, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
 use hecs::Entity;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// How a run ended.
@@ -70,6 +71,8 @@ pub(super) struct BodyFigures {
     pub mass_g: f64,
     pub elastic_mj: f64,
     pub kinetic_mj: f64,
+    /// Terms of the energy balance; absent where it is not kept.
+    pub balance_mj: Option<BTreeMap<&'static str, f64>>,
     pub reactions: Vec<ForceFigures>,
     pub grips: Vec<GripFigures>,
     /// Absent for a body that cannot tear and was not cut.
@@ -229,6 +232,7 @@ fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyF
         GripFigures { name, force_n: force.to_array(), rms_n, peak_n }
     });
     let (reactions, grips) = (reactions.collect(), grips.collect());
+    let balance = instance.simulation.energy_balance(body).ok().flatten();
     let world = instance.simulation.world();
     let vertices = world.get::<&Vertices>(body);
     BodyFigures {
@@ -238,6 +242,7 @@ fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyF
         mass_g: vertices.map_or(0.0, |v| v.mass.iter().sum()),
         elastic_mj: energies.elastic,
         kinetic_mj: energies.kinetic,
+        balance_mj: balance.map(|balance| balance.terms().into_iter().collect()),
         reactions,
         grips,
         tear: tear_figures(instance, body),

@@ -133,6 +133,8 @@ impl Tally {
                 let (criterion, margin, is_ambiguous) = (*criterion, *margin, *is_ambiguous);
                 self.note_ambiguous(step, body, *from, Some(Verdict { criterion, margin, is_ambiguous }));
             }
+            // A consequence of advances, which are counted.
+            EventKind::Released { .. } => {}
             EventKind::Ended { .. } => counts.ended += 1,
             EventKind::PieceFreed { .. } => counts.piece_freed += 1,
             EventKind::HeldShut { .. } => counts.held_shut += 1,

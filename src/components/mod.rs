@@ -5,6 +5,7 @@
 mod body;
 mod curve;
 mod derived;
+mod energy_audit;
 mod environment;
 mod fibres;
 mod grip;
@@ -20,6 +21,8 @@ mod tearing;
 pub use body::{Body, Planar};
 pub use curve::{BadCurve, Curve};
 pub use derived::{ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch};
+pub(crate) use energy_audit::Equilibrium;
+pub use energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub use environment::{Damping, Drag, Gravity, PreStretch, Pressure};
 pub use fibres::Fibres;
 pub use grip::{Grip, Grips, NearTip, Path};

@@ -1,7 +1,9 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
-use super::{Simulation, SimulationError};
-use crate::components::{Body, EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearDecisions, TearLog};
+use super::{Energies, Simulation, SimulationError};
+use crate::components::{
+    Body, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Springs, TearDecisions, TearLog,
+};
 use crate::event::{Event, EventKind};
 use crate::report::Report;
 use crate::schedule::{self, Stage};
@@ -52,6 +54,7 @@ impl Simulation {
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
             (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
         );
+        let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
         let (
             (vertices, triangles, topology, increment),
@@ -91,8 +94,19 @@ impl Simulation {
             smallest_angle: outcome.smallest_angle,
             piece_count: outcome.freed.len(),
         };
+        if let (Some(before), Some(after)) = (before, self.audited_energies(body))
+            && let Ok(audit) = self.world.query_one_mut::<&mut EnergyAudit>(body)
+        {
+            audit.note_edits(after - before);
+        }
         self.collect_events();
         Ok(cut)
+    }
+
+    /// Energies of a body whose audit has begun.
+    fn audited_energies(&mut self, body: Entity) -> Option<Energies> {
+        let has_begun = self.world.get::<&EnergyAudit>(body).is_ok_and(|audit| audit.initial.is_some());
+        if has_begun { self.energies(body).ok() } else { None }
     }
 
     /// Moves time on by `dt` \[ms\], finds the equilibrium there and tears quasi-statically: advances of all tips by one
