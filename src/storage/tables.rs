@@ -1,6 +1,7 @@
 //! The three tables of a body: vertices, triangles, tear tips. Columns stand in the order of who touches them:
 //! state that every step rewrites, then rest data that only a topology edit rewrites.
 
+use super::EditRecord;
 use super::table::table;
 use crate::math::{Orthotropic, RestTriangle};
 use glam::DVec3;
@@ -48,9 +49,20 @@ table! {
         ideal: DVec3,
         /// Criterion value max c(d) at the last evaluation; the tear advances where it exceeds 1.
         criterion: f64,
-        /// Length \[mm\] that `max_tear_speed` still allows this tip.
+        /// Length \[mm\] that `max_tear_speed` still allows this tip; negative where the last advance was longer than allowed.
         allowance: f64,
         /// Whether the last advance that the criterion asked for was refused.
         is_refused: bool,
+        /// Whether it was said that the mesh is too coarse for R here.
+        is_coarse: bool,
+    }
+}
+
+impl Tips {
+    /// Follows an edit: a tip stays with its vertex, or with the one that it was collapsed into.
+    pub fn follow(&mut self, record: &EditRecord) {
+        for vertex in &mut self.vertex {
+            *vertex = record.heir(*vertex);
+        }
     }
 }

@@ -1,7 +1,10 @@
 //! Meshes and bodies for the tests of edits and tears, and a random source with fixed seeds.
 #![allow(dead_code)]
 
-use glam::{DMat3, DVec3};
+pub mod tears;
+pub mod twin;
+
+use glam::{DMat3, DVec2, DVec3};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use rhexis::math::{Orthotropic, RestTriangle};
@@ -58,6 +61,12 @@ pub fn jittered(nx: usize, ny: usize, width: f64, height: f64, seed: u64) -> She
     generate::jittered(width, height, nx, ny, seed).unwrap().into()
 }
 
+/// A square without a grid's structure.
+pub fn unstructured(side: f64, edge: f64, seed: u64) -> Sheet {
+    let corners = [DVec2::ZERO, DVec2::new(side, 0.0), DVec2::splat(side), DVec2::new(0.0, side)];
+    generate::unstructured(&corners, edge, seed).unwrap().into()
+}
+
 /// A cap of about `rings` rings: radius of curvature 10, 9.8 across, the sphere's centre at the origin.
 pub fn cap(rings: usize) -> Sheet {
     let mut cap = Sheet::from(generate::cap(10.0, 9.8, 6 * rings * rings).unwrap());
@@ -86,6 +95,22 @@ pub fn sphere(levels: usize) -> Sheet {
         corners = next;
     }
     Sheet { positions, corners }
+}
+
+/// A closed torus of `n` × `m` cells, radii 3 and 1.
+pub fn torus(n: usize, m: usize) -> Sheet {
+    let at = |i: usize, j: usize| (i % n * m + j % m) as u32;
+    let turn = |k: usize, of: usize| std::f64::consts::TAU * k as f64 / of as f64;
+    let point = |i, j| {
+        let (out, (up, across)) = (DMat3::from_rotation_z(turn(i, n)).x_axis, turn(j, m).sin_cos());
+        out * (3.0 + across) + DVec3::Z * up
+    };
+    let cells = || (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
+    let halves = |(i, j)| {
+        let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+        [[a, b, c], [a, c, d]]
+    };
+    Sheet { positions: cells().map(|(i, j)| point(i, j)).collect(), corners: cells().flat_map(halves).collect() }
 }
 
 #[derive(Clone)]
