@@ -9,7 +9,7 @@ use crate::storage::{
     Broken, Mesh, MeshError, Tips, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
 };
 use crate::systems::linear::Factor;
-use crate::systems::tearing::TearScratch;
+use crate::systems::tearing::{TearScratch, TipMemory};
 use glam::DVec3;
 use hecs::EntityBuilder;
 
@@ -170,7 +170,7 @@ impl Membrane {
             c.add_bundle((Holds { groups: self.holds }, Reactions::default()));
         }
         if c.has::<Tearing>() {
-            c.add_bundle((Tips::default(), TearDecisions::default()));
+            c.add_bundle((Tips::default(), TearDecisions::default(), TipMemory::default()));
         }
         if c.has::<Springs>() || c.has::<Grips>() || c.has::<Drag>() || c.has::<Contact>() {
             c.add(ExternalStiffness::default());

@@ -31,6 +31,6 @@ pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use material::Material;
 pub use obstacle::{Contact, Obstacle, Shape};
 pub use springs::{Anchor, Springs};
-pub use tear_decisions::{TearDecision, TearDecisions};
+pub use tear_decisions::{TearDecision, TearDecisions, TearSite};
 pub use tear_log::TearLog;
 pub use tearing::{InadmissibleToughness, TearMode, Tearing, Toughness};

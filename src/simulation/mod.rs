@@ -128,6 +128,7 @@ impl Simulation {
         self.report.has_failed = done < dt;
         self.report.time += done;
         self.finish_report();
+        self.note_unfinished_tears();
         self.collect_events();
         if self.report.has_failed {
             let reason = format!("no part of the step of {dt} ms led to a finite state");
@@ -276,6 +277,7 @@ impl Simulation {
                 imbalance: scratch.imbalance,
                 is_converged: scratch.is_converged,
                 fell_back: scratch.fell_back,
+                is_tear_cut_short: false,
             };
             bodies.push((about.order, report));
         }
