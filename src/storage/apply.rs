@@ -116,9 +116,9 @@ fn commit(mesh: &mut Mesh<'_>, edit: &Edit, draft: Draft) -> EditRecord {
 }
 
 /// All corners of changed and new triangles, before and after: ascending, so that new vertices come last.
-fn touched_vertices(record: &EditRecord) -> SmallVec<[u32; 16]> {
+fn touched_vertices(record: &EditRecord) -> SmallVec<[u32; 64]> {
     let changed = record.changed_triangles.iter().flat_map(|c| c.before.corners.into_iter().chain(c.corners));
-    let mut touched: SmallVec<[u32; 16]> =
+    let mut touched: SmallVec<[u32; 64]> =
         changed.chain(record.new_triangles.iter().flat_map(|new| new.corners)).collect();
     touched.sort_unstable();
     touched.dedup();
