@@ -4,7 +4,7 @@
 use super::StepContext;
 use super::tearing::{Advance, Cutter, End, Followers, Quality, Start, TearRefusal, TearScratch, TipChart, TipMemory};
 use crate::components::{
-    EdgeLoads, Grips, Holds, Increment, Springs, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
+    EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
 };
 use crate::event::EventKind;
 use crate::storage::{Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -18,13 +18,15 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
         (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
         (&'a mut TearScratch, Option<&'a mut TipMemory>),
-        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>, Option<&'a mut EdgeLoads>),
+        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
     );
     for (
         (vertices, triangles, topology, increment),
         (tearing, tips, decisions, log),
         (scratch, memory),
-        (holds, springs, grips, edge_loads),
+        (holds, springs, grips),
+        (point_loads, edge_loads),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -48,7 +50,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let advances_before = log.advance_count;
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers { increment, memory, holds, springs, grips, edge_loads },
+            followers: Followers { increment, memory, holds, springs, grips, point_loads, edge_loads },
             tearing,
             tips,
             log,
@@ -215,8 +217,7 @@ impl Tearer<'_> {
             scratch: self.scratch,
         };
         let result = work(&mut cutter);
-        self.followers.follow(&self.scratch.records, self.mesh.tables());
-        self.scratch.records.clear();
+        self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
         result
     }
 }

@@ -6,7 +6,7 @@ use super::tally::{Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
 use crate::components::{Body, TearLog, Tearing};
 use crate::scene::schema::Mode;
-use crate::scene::{Instance, Scene};
+use crate::scene::{Instance, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
 use hecs::Entity;
 use serde::Serialize;
@@ -107,6 +107,18 @@ pub(super) struct TearFigures {
     pub smallest_angle_deg: Option<f64>,
     /// Smallest averaging radius over edge length at a tip; figures want 3.
     pub edges_per_radius: Option<f64>,
+    /// Absent for a body that cannot tear.
+    pub thresholds: Option<ThresholdFigures>,
+}
+
+/// Strengths, and the toughness that they imply over the averaging radius.
+#[derive(Serialize)]
+pub(super) struct ThresholdFigures {
+    pub strength_along_fibres_mpa: f64,
+    pub strength_across_fibres_mpa: f64,
+    pub radius_mm: f64,
+    pub toughness_along_fibres_n_per_mm: f64,
+    pub toughness_across_fibres_n_per_mm: f64,
 }
 
 /// A tip that is alive.
@@ -246,6 +258,13 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         tips,
         smallest_angle_deg: log.smallest_angle.map(f64::to_degrees),
         edges_per_radius: log.edges_per_radius,
+        thresholds: thresholds(&instance.simulation, body).map(|(tearing, toughness)| ThresholdFigures {
+            strength_along_fibres_mpa: tearing.strength_transverse,
+            strength_across_fibres_mpa: tearing.strength_fibre,
+            radius_mm: tearing.radius,
+            toughness_along_fibres_n_per_mm: toughness.along,
+            toughness_across_fibres_n_per_mm: toughness.across,
+        }),
     })
 }
 

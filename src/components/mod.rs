@@ -30,4 +30,4 @@ pub use obstacle::{Contact, Obstacle, Shape};
 pub use springs::{Anchor, Springs};
 pub use tear_decisions::{TearDecision, TearDecisions};
 pub use tear_log::TearLog;
-pub use tearing::{TearMode, Tearing};
+pub use tearing::{InadmissibleToughness, TearMode, Tearing, Toughness};

@@ -1,19 +1,25 @@
 //! Keys and rows: a slotmap from stable keys to the dense rows of a table, and back.
 //!
-//! Invariant: `keys[row]` is the key whose slot holds `row`, for every row below `len`.
+//! Invariant: `keys[row]` is the key whose slot holds `row`, for every row below `len`; the slot of a buried key holds
+//! [`NONE`]. Rows are dense: where one is taken away, the last takes its place.
+//!
+//! A removal that may be undone *buries* its key: nothing lives under it, but its slot is not given to another, so that
+//! [`exhume`](Rows::exhume) can bring back that very key. [`release`](Rows::release) frees the slots of all buried keys.
 
+use super::NONE;
 use slotmap::{Key, SlotMap};
 
-/// The key side of a table. Rows are dense and in order of creation; the newest row alone can be taken away again.
+/// The key side of a table.
 #[derive(Clone, Debug)]
 pub struct Rows<K: Key> {
     slots: SlotMap<K, u32>,
     keys: Vec<K>,
+    buried: Vec<K>,
 }
 
 impl<K: Key> Default for Rows<K> {
     fn default() -> Self {
-        Self { slots: SlotMap::with_key(), keys: Vec::new() }
+        Self { slots: SlotMap::with_key(), keys: Vec::new(), buried: Vec::new() }
     }
 }
 
@@ -34,21 +40,54 @@ impl<K: Key> Rows<K> {
 
     /// Takes `row` away and moves the last row into its place. `None` where there is no such row.
     pub fn swap_remove(&mut self, row: u32) -> Option<K> {
-        let last = self.keys.len().checked_sub(1)? as u32;
-        if row > last {
+        let key = self.bury(row)?;
+        self.buried.pop();
+        self.slots.remove(key);
+        Some(key)
+    }
+
+    /// As [`swap_remove`](Self::swap_remove), but the key can be exhumed.
+    pub fn bury(&mut self, row: u32) -> Option<K> {
+        let key = self.key(row)?;
+        self.keys.swap_remove(row as usize);
+        if let Some(&moved) = self.keys.get(row as usize) {
+            self.slots[moved] = row;
+        }
+        self.slots[key] = NONE;
+        self.buried.push(key);
+        Some(key)
+    }
+
+    /// Brings the key that was buried last back to `row`; what is there moves to the end. `None` where no key is buried, or
+    /// `row` is beyond the end.
+    pub fn exhume(&mut self, row: u32) -> Option<K> {
+        let last = self.keys.len();
+        if row as usize > last {
             return None;
         }
-        let key = self.keys.swap_remove(row as usize);
-        self.slots.remove(key);
-        if row != last {
-            self.slots[self.keys[row as usize]] = row;
-        }
+        let key = self.buried.pop()?;
+        self.keys.push(key);
+        self.keys.swap(row as usize, last);
+        self.slots[self.keys[last]] = last as u32;
+        self.slots[key] = row;
         Some(key)
+    }
+
+    /// Frees the slots of the buried keys, which are dead for good then.
+    pub fn release(&mut self) {
+        for key in self.buried.drain(..) {
+            self.slots.remove(key);
+        }
+    }
+
+    /// The buried keys, the last one last.
+    pub fn buried(&self) -> &[K] {
+        &self.buried
     }
 
     /// The row where a living key is now.
     pub fn row(&self, key: K) -> Option<u32> {
-        self.slots.get(key).copied()
+        self.slots.get(key).copied().filter(|&row| row != NONE)
     }
 
     /// The key of a row.
@@ -77,9 +116,102 @@ impl<K: Key> Rows<K> {
         self.keys.reserve(additional);
     }
 
-    /// Whether keys and rows name each other, one to one.
+    /// Whether keys and rows name each other, one to one, and every other slot is that of a buried key.
     pub fn is_consistent(&self) -> bool {
-        self.slots.len() == self.keys.len()
+        self.slots.len() == self.keys.len() + self.buried.len()
+            && self.buried.iter().all(|&key| self.slots.get(key) == Some(&NONE))
             && self.keys.iter().enumerate().all(|(row, &key)| self.row(key) == Some(row as u32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use slotmap::DefaultKey;
+    use std::collections::HashSet;
+
+    #[derive(Clone, Copy, Debug)]
+    enum Change {
+        Push,
+        Pop,
+        SwapRemove(usize),
+        Bury(usize),
+        Exhume(usize),
+        Release,
+    }
+
+    fn change() -> impl Strategy<Value = Change> {
+        prop_oneof![
+            4 => Just(Change::Push),
+            1 => Just(Change::Pop),
+            1 => (0..30_usize).prop_map(Change::SwapRemove),
+            3 => (0..30_usize).prop_map(Change::Bury),
+            3 => (0..30_usize).prop_map(Change::Exhume),
+            1 => Just(Change::Release),
+        ]
+    }
+
+    proptest! {
+        /// Against a plain list of keys: who lives where, who is buried, and that no key is ever given out twice.
+        #[test]
+        fn rows_equal_a_plain_list(changes in prop::collection::vec(change(), 0..200)) {
+            let mut rows = Rows::<DefaultKey>::default();
+            let (mut living, mut buried, mut dead) = (Vec::new(), Vec::new(), HashSet::new());
+            for change in changes {
+                match change {
+                    Change::Push => {
+                        let key = rows.push();
+                        prop_assert!(!living.contains(&key) && !buried.contains(&key) && !dead.contains(&key));
+                        living.push(key);
+                    }
+                    Change::Pop => {
+                        let gone = living.pop();
+                        prop_assert_eq!(rows.pop(), gone);
+                        dead.extend(gone);
+                    }
+                    Change::SwapRemove(row) => {
+                        let gone = (row < living.len()).then(|| living.swap_remove(row));
+                        prop_assert_eq!(rows.swap_remove(row as u32), gone);
+                        dead.extend(gone);
+                    }
+                    Change::Bury(row) => {
+                        let gone = (row < living.len()).then(|| living.swap_remove(row));
+                        prop_assert_eq!(rows.bury(row as u32), gone);
+                        buried.extend(gone);
+                    }
+                    Change::Exhume(row) => {
+                        let back = if row <= living.len() { buried.pop() } else { None };
+                        prop_assert_eq!(rows.exhume(row as u32), back);
+                        if let Some(key) = back {
+                            living.push(key);
+                            let last = living.len() - 1;
+                            living.swap(row, last);
+                        }
+                    }
+                    Change::Release => {
+                        rows.release();
+                        dead.extend(buried.drain(..));
+                    }
+                }
+                prop_assert!(rows.is_consistent());
+                prop_assert_eq!(rows.keys(), &living[..]);
+                prop_assert_eq!(rows.buried(), &buried[..]);
+                prop_assert!((0..).zip(&living).all(|(row, &key)| rows.row(key) == Some(row)));
+                prop_assert!(buried.iter().chain(&dead).all(|&key| rows.row(key).is_none()));
+            }
+        }
+    }
+
+    #[test]
+    fn released_slots_are_used_again() {
+        let mut rows = Rows::<DefaultKey>::default();
+        rows.push();
+        for _ in 0..100_000 {
+            rows.push();
+            rows.bury(0);
+            rows.release();
+        }
+        assert!(rows.slots.capacity() < 10 && rows.buried.capacity() < 10, "memory must not grow with the edits");
     }
 }
