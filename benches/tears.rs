@@ -166,6 +166,6 @@ fn advance(bencher: Bencher, triangle_count: usize) {
         .bench_local_values(|direction| {
             let (mesh, scratch) = (&mut *mesh.borrow_mut(), &mut *scratch.borrow_mut());
             let mut cutter = Cutter { mesh, is_movable: &is_movable, quality: Quality::default(), scratch };
-            cutter.advance(tip, direction, f64::INFINITY).expect("an advance")
+            cutter.advance(tip, direction).expect("an advance")
         });
 }

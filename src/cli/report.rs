@@ -2,7 +2,7 @@
 
 use super::progress::real_time_factor;
 use super::series::Observation;
-use super::tally::{Count, EventCounts, Tally};
+use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
 use crate::components::{Body, TearLog, Tearing};
 use crate::scene::schema::Mode;
@@ -10,6 +10,7 @@ use crate::scene::{Instance, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
 use hecs::Entity;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// How a run ended.
@@ -53,6 +54,8 @@ pub(super) struct RunReport {
     pub bodies: Vec<BodyFigures>,
     pub solver: SolverFigures,
     pub events: EventCounts,
+    /// Decisions that another run could have taken the other way.
+    pub ambiguous: Vec<AmbiguousDecision>,
     /// The systems of the step in their order.
     pub systems: Vec<SystemTime>,
     /// Everything that limits what the figures are worth; empty for a clean run.
@@ -68,6 +71,8 @@ pub(super) struct BodyFigures {
     pub mass_g: f64,
     pub elastic_mj: f64,
     pub kinetic_mj: f64,
+    /// Terms of the energy balance; absent where it is not kept.
+    pub balance_mj: Option<BTreeMap<&'static str, f64>>,
     pub reactions: Vec<ForceFigures>,
     pub grips: Vec<GripFigures>,
     /// Absent for a body that cannot tear and was not cut.
@@ -97,10 +102,16 @@ pub(super) struct GripFigures {
 pub(super) struct TearFigures {
     /// Torn and cut, in the rest shape.
     pub length_mm: f64,
+    pub starts: u32,
     pub advances: u32,
-    pub ambiguous_advances: u32,
+    /// Advances by another way than the one wanted.
+    pub detours: u32,
+    /// Starts and advances.
+    pub ambiguous: u32,
     pub ended: u32,
     pub pieces_freed: u32,
+    /// Parted vertices that a hold or grip keeps shut.
+    pub held_shut: u32,
     pub refusals: u32,
     pub tips: Vec<TipFigures>,
     /// Smallest rest angle of the triangles that tears have touched.
@@ -201,6 +212,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             rolled_back: t.rolled_back,
         },
         events: t.events,
+        ambiguous: t.ambiguous.clone(),
         systems: s.timings.systems(),
     }
 }
@@ -220,6 +232,7 @@ fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyF
         GripFigures { name, force_n: force.to_array(), rms_n, peak_n }
     });
     let (reactions, grips) = (reactions.collect(), grips.collect());
+    let balance = instance.simulation.energy_balance(body).ok().flatten();
     let world = instance.simulation.world();
     let vertices = world.get::<&Vertices>(body);
     BodyFigures {
@@ -229,6 +242,7 @@ fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyF
         mass_g: vertices.map_or(0.0, |v| v.mass.iter().sum()),
         elastic_mj: energies.elastic,
         kinetic_mj: energies.kinetic,
+        balance_mj: balance.map(|balance| balance.terms().into_iter().collect()),
         reactions,
         grips,
         tear: tear_figures(instance, body),
@@ -250,10 +264,13 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
     });
     Some(TearFigures {
         length_mm: log.length,
+        starts: log.start_count,
         advances: log.advance_count,
-        ambiguous_advances: log.ambiguous_count,
+        detours: log.detour_count,
+        ambiguous: log.ambiguous_count,
         ended: log.end_count,
         pieces_freed: log.piece_count,
+        held_shut: log.held_shut_count,
         refusals: log.refusal_count,
         tips,
         smallest_angle_deg: log.smallest_angle.map(f64::to_degrees),
@@ -281,6 +298,7 @@ fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     counted(t.unsolved, "the linear solve stopped above its tolerance (run.linear_iterations)");
     counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
     counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
+    counted(t.cut_short, "a tear could have gone on when the step had used up run.resumes or run.static_advances");
     if t.rolled_back > 0 {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
     }
@@ -292,9 +310,13 @@ fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
                 body.name, tear.refusals
             ));
         }
-        if tear.ambiguous_advances > 0 {
-            let what = "had a runner-up within 5 %: another run could have gone the other way";
-            list.push(format!("{}: {} advance(s) {what}", body.name, tear.ambiguous_advances));
+        if tear.ambiguous > 0 {
+            let what = "had a runner-up within 5 %: another run could have gone the other way (`ambiguous` lists them)";
+            list.push(format!("{}: {} start(s) or advance(s) {what}", body.name, tear.ambiguous));
+        }
+        if tear.held_shut > 0 {
+            let what = "torn vertices are kept shut by a hold or grip that has hold of both lips";
+            list.push(format!("{}: {} {what}", body.name, tear.held_shut));
         }
         if let Some(edges) = tear.edges_per_radius.filter(|&edges| edges < 3.0) {
             let what = "edges per averaging radius at a tip: under 3 the tear load depends on the mesh";

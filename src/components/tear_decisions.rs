@@ -3,10 +3,19 @@
 use crate::math::Sym2;
 use glam::DVec3;
 
-/// The criterion's answer at a tip or inside a triangle. Directions are unit vectors of the rest shape.
+/// Where a tear starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TearSite {
+    /// At the centroid of the triangle in this row.
+    Triangle(u32),
+    /// At the vertex in this row.
+    Vertex(u32),
+}
+
+/// The criterion's answer at a tip, a vertex of the boundary or inside a triangle. Directions are unit vectors of the rest shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TearDecision {
-    /// The vertex row of a tip, or the triangle row of a start.
+    /// The row of the vertex or triangle.
     pub row: u32,
     /// The direction of the largest criterion.
     pub direction: DVec3,
@@ -31,8 +40,12 @@ pub struct TearDecision {
 pub struct TearDecisions {
     /// Per tip; `None` where no direction is admissible.
     pub tips: Vec<Option<TearDecision>>,
-    /// The triangle with the largest criterion above 1, if the body may tear where there is no tip.
-    pub start: Option<TearDecision>,
+    /// The place with the largest criterion above 1, if the body may tear where there is no tip.
+    pub start: Option<(TearSite, TearDecision)>,
+    /// Where the last start was refused, if it was.
+    pub refused_start: Option<TearSite>,
+    /// Vertices of the boundary at which a tear may start: scratch of the search.
+    pub rim: Vec<u32>,
     /// Whether a tip has advanced by less than it may in this step: the step is then taken up again for this body.
     pub may_advance_further: bool,
 }

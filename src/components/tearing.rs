@@ -36,7 +36,10 @@ pub struct Tearing {
     pub mode: TearMode,
     /// Fastest advance of a tip \[mm/ms\].
     pub max_tear_speed: f64,
-    /// Whether tears may start inside the tissue; without it only existing tips advance.
+    /// Whether tears may start where nothing was cut, inside the tissue and at its boundary: at most one per body and pass of
+    /// the step, at least 2R from every tip and from every vertex that a hold or a closed grip has hold of. Failure at a clamp
+    /// is not modelled: the stress there is the clamp's, and singular at its corners; cut a notch where a tear is
+    /// wanted. Without it only existing tips advance.
     pub may_initiate: bool,
 }
 

@@ -4,7 +4,7 @@ use super::build::{self, direction, own_name};
 use super::error::{Fault, positive};
 use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, PreconditionerSpec, RunSpec, TangentSpec};
 use super::{Scene, SceneError};
-use crate::components::{Body, Holds, Obstacle, Shape, Tearing, Toughness};
+use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, Tearing, Toughness};
 use crate::report::Report;
 use crate::settings::{LinearParams, Preconditioner, Settings, Tangent};
 use crate::simulation::{Simulation, SimulationError};
@@ -118,6 +118,10 @@ impl Scene {
             own_name(&spec.name, self.file.bodies[..i].iter().map(|other| other.name.as_str()), &key)?;
             let membrane = build::membrane(spec, self.document.folder(), &key)?;
             let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, &key, &error))?;
+            if self.file.output.energy {
+                // The body was spawned just now.
+                let _ = simulation.world_mut().insert_one(body, EnergyAudit::default());
+            }
             if let Some(initial) = &spec.initial {
                 start(&mut simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
             }

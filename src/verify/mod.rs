@@ -146,6 +146,7 @@ pub const CASES: &[Case] = &[
     tear("tear-mesh", "path and load of a tear on four kinds of mesh", tear::mesh::run),
     tear("tear-mesh-stable", "the same in equilibria, over the whole tear", tear::mesh::stable),
     tear("tear-mesh-edge", "the same along edges", tear::mesh::edge),
+    tear("tear-energy", "the energy balance of whole tears, dynamic and quasi-static", tear::energy::run),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;

@@ -122,7 +122,11 @@ mod tests {
         for (f1, f2) in columns.into_iter().flat_map(|f1| columns.map(|f2| (f1, f2))) {
             let flat = |f: DVec3| DVec3::new(f.x, f.y, 0.0);
             let around = [(DVec3::X, DVec3::Y); LANES];
-            let alone = |f1, f2, is_planar| stretches(&[around[0], (f1, f2), around[2], around[3]], is_planar)[1];
+            let alone = |f1, f2, is_planar| {
+                let mut batch = around;
+                batch[1] = (f1, f2);
+                stretches(&batch, is_planar)[1]
+            };
             for (alone, full) in [
                 (alone(f1, f2, false), membrane(f1, f2).stretch),
                 (alone(flat(f1), flat(f2), true), planar(flat(f1), flat(f2)).stretch),

@@ -26,10 +26,14 @@ pub struct Followers<'a> {
 impl Followers<'_> {
     /// Whether a vertex belongs to the tissue alone, so that it may be moved in the rest shape.
     pub fn leave_free(&self, vertex: u32) -> bool {
-        let is_held = self.holds.as_ref().is_some_and(|h| h.groups.iter().any(|g| g.members.value(vertex).is_some()));
         let is_anchored = self.springs.as_ref().is_some_and(|s| s.anchors.value(vertex).is_some());
-        let is_gripped = self.grips.as_ref().is_some_and(|g| g.held.iter().any(|held| held.value(vertex).is_some()));
-        !(is_held || is_anchored || is_gripped)
+        !(self.hold(vertex) || is_anchored)
+    }
+
+    /// Whether a hold or a closed grip has hold of a vertex. It keeps both lips of a tear that parts the vertex, as jaws do.
+    pub fn hold(&self, vertex: u32) -> bool {
+        let is_held = self.holds.as_ref().is_some_and(|h| h.groups.iter().any(|g| g.members.value(vertex).is_some()));
+        is_held || self.grips.as_ref().is_some_and(|g| g.held.iter().any(|held| held.value(vertex).is_some()))
     }
 
     /// Whether a vertex may vanish in a collapse without changing what holds or loads the body: it is free, no load acts on
@@ -50,11 +54,11 @@ impl Followers<'_> {
         let tables = mesh.tables();
         for record in &*records {
             self.increment.follow(record);
-            if let Some(memory) = &mut self.memory {
-                memory.follow(record);
-            }
             if let Some(tips) = &mut tips {
                 tips.follow(record);
+            }
+            if let Some(memory) = &mut self.memory {
+                memory.follow(record);
             }
             if let Some(holds) = &mut self.holds {
                 holds.groups.iter_mut().for_each(|group| group.members.apply(record, tables));

@@ -149,11 +149,14 @@ pub struct OutputSpec {
     pub pictures: u32,
     /// Number of ParaView frames, spread likewise; 0 for none. Default 50.
     pub frames: u32,
+    /// Whether the energy balance of every body is kept: terms in `series.csv` and `report.json`, what each advance has
+    /// released in static mode in `events.jsonl`. Default false.
+    pub energy: bool,
 }
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { pictures: 5, frames: 50 }
+        Self { pictures: 5, frames: 50, energy: false }
     }
 }
 

@@ -3,5 +3,6 @@
 pub mod hausdorff;
 pub mod square;
 
+pub(super) mod energy;
 pub(super) mod fibre;
 pub(super) mod mesh;
