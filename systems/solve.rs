@@ -36,6 +36,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             continue;
         }
         count += 1;
+        let imbalance_before = scratch.imbalance;
         let force_scale = imbalance(vertices, forces, increment, scratch, step);
         // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
         if step.newton_iterations > 1
@@ -66,7 +67,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         if step.is_static && scratch.newton_iterations > 1 {
             increment.delta.fill(DVec3::ZERO);
         }
-        let params = linear_params(step, scratch, force_scale);
+        let params = linear_params(step, scratch, imbalance_before, force_scale);
         let factor = wants_factor(step, &scratch.free).then_some(factor);
         let mut rotated = None;
         match solve_or_fall_back(operator, &params, factor, forces, increment, scratch, &mut rotated) {
@@ -133,8 +134,9 @@ fn has_converged(increment: &Increment, scratch: &SolverScratch, step: &StepCont
     scratch.newton_iterations > 0 || !increment.delta.iter().zip(&scratch.free).any(is_moved)
 }
 
-/// How far a Newton iteration solves its linear system: only so far as the step as a whole can use.
-fn linear_params(step: &StepContext, scratch: &SolverScratch, force_scale: f64) -> LinearParams {
+/// How far a Newton iteration solves its linear system: only so far as the step as a whole can use, and no further than the
+/// linear model has been seen to hold, by the square of the last iteration's gain (Eisenstat, Walker 1996, choice 2).
+fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: f64, force_scale: f64) -> LinearParams {
     if step.newton_iterations == 1 {
         return step.linear;
     }
@@ -142,7 +144,8 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, force_scale: f64) 
         return LinearParams { tolerance: step.linear.tolerance.max(1e-4), ..step.linear };
     }
     let needed = 0.1 * step.newton_tolerance * force_scale / scratch.imbalance.max(f64::MIN_POSITIVE);
-    LinearParams { tolerance: needed.min(1e-3).max(step.linear.tolerance), ..step.linear }
+    let gain = scratch.imbalance / imbalance_before.max(f64::MIN_POSITIVE);
+    LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(step.linear.tolerance), ..step.linear }
 }
 
 fn wants_factor(step: &StepContext, free: &[DVec3]) -> bool {

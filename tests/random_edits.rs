@@ -115,7 +115,7 @@ impl State {
 
         // The rim, and some vertices inside.
         let rest = &body.vertices.rest_position;
-        let member = |v: u32| (v % 5 == 0 || rim.contains(&v)).then_some(rest[v as usize]);
+        let member = |v: u32| (v.is_multiple_of(5) || rim.contains(&v)).then_some(rest[v as usize]);
         let members: Vec<Option<DVec3>> = (0..rest.len() as u32).map(member).collect();
         let rows = (0..).zip(&members).filter_map(|(row, &value)| Some((row, value?)));
         let marked = [1, 4, rest.len() as u32 - 1];
