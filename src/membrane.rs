@@ -156,6 +156,13 @@ impl Membrane {
         measure::rest_data(&mut mesh)?;
 
         let c = &mut self.components;
+        if c.has::<Tearing>() {
+            // Room for tears: the first of them is not to wait while whole columns move.
+            let (spare_vertices, spare_triangles) = (spare(vertices.len()), spare(triangles.len()));
+            vertices.reserve(spare_vertices);
+            triangles.reserve(spare_triangles);
+            topology.reserve(spare_vertices, spare_triangles);
+        }
         c.add(Body { name: self.name, order });
         c.add_bundle((vertices, triangles, topology));
         c.add_bundle((
@@ -265,6 +272,11 @@ fn check_rows(what: &str, rows: &[u32], count: usize) -> Result<(), BodyError> {
         Some(&row) => Err(BodyError::NoSuchVertex { what: what.to_owned(), row, count }),
         None => Ok(()),
     }
+}
+
+/// Rows that a table of so many is given to spare.
+fn spare(count: usize) -> usize {
+    256 + count / 16
 }
 
 fn check_holds(holds: &[Hold], count: usize) -> Result<(), BodyError> {

@@ -2,6 +2,7 @@
 //! chunk in order, so that every result has the same bits for any number of threads.
 
 use rayon::prelude::*;
+use std::cell::Cell;
 
 /// Rows per chunk: large enough that a chunk of the cheapest loop (a vector update, 1 ns a row) outweighs handing it to a
 /// thread, small enough that 5,000 triangles still fill two cores.
@@ -9,7 +10,7 @@ const CHUNK: usize = 1024;
 
 /// Whether this many rows are worth handing out.
 fn is_worth_sharing(rows: usize) -> bool {
-    rows > 2 * CHUNK && rayon::current_num_threads() > 1
+    rows > 2 * CHUNK && !IS_ALONE.get() && rayon::current_num_threads() > 1
 }
 
 /// Calls `f(row, out)` for every row.
@@ -43,9 +44,15 @@ pub fn sum_rows<T: Send>(out: &mut [T], partials: &mut Vec<f64>, f: impl Fn(usiz
     partials.iter().sum()
 }
 
-/// A pool with a fixed number of threads; zero asks for one per core.
+thread_local! {
+    /// Whether this thread runs the work of a pool that has no other.
+    static IS_ALONE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// A pool with a fixed number of threads; zero asks for one per core. A pool of one is the thread that asks: it starts none,
+/// and waits for none.
 #[derive(Debug)]
-pub struct Pool(rayon::ThreadPool);
+pub struct Pool(Option<rayon::ThreadPool>);
 
 impl Pool {
     /// Starts the threads.
@@ -53,17 +60,35 @@ impl Pool {
     /// # Errors
     /// The system's message, where it grants no threads.
     pub fn new(threads: usize) -> Result<Self, String> {
+        if threads == 1 {
+            return Ok(Self(None));
+        }
         let builder = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("rhexis-{i}"));
-        builder.build().map(Self).map_err(|e| e.to_string())
+        builder.build().map(|pool| Self(Some(pool))).map_err(|e| e.to_string())
     }
 
     /// Runs `f` inside the pool: entered once per step.
     pub fn run<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
-        self.0.install(f)
+        match &self.0 {
+            Some(pool) => pool.install(f),
+            None => {
+                let _entered = Alone(IS_ALONE.replace(true));
+                f()
+            }
+        }
     }
 
     /// Number of threads.
     pub fn thread_count(&self) -> usize {
-        self.0.current_num_threads()
+        self.0.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
+    }
+}
+
+/// Puts back what [`IS_ALONE`] was, also after a panic.
+struct Alone(bool);
+
+impl Drop for Alone {
+    fn drop(&mut self) {
+        IS_ALONE.set(self.0);
     }
 }

@@ -54,11 +54,12 @@ fn random_edit(body: &Body, random: &mut Random) -> Edit {
     let edge = random.below(3);
     let corners = body.triangles.corners[triangle as usize];
     let (vertex, towards) = (corners[edge], corners[(edge + 1) % 3]);
-    match random.below(8) {
+    match random.below(10) {
         0 => Edit::SplitEdge { triangle, edge, weight: random.between(0.3, 0.7) },
         1 => Edit::SplitTriangle { triangle, weights: [0.25, 0.25, 0.5] },
         2 | 3 => Edit::Flip { triangle, edge },
         4 | 5 => Edit::Slide { vertex, towards, weight: random.between(0.05, 0.3) },
+        6 | 7 => Edit::Collapse { vertex, into: towards },
         _ => {
             // From the boundary inwards, so that something opens.
             let open = (0..3).find(|&e| body.topology.neighbours[triangle as usize][e] == NONE).unwrap_or(edge);
@@ -81,9 +82,11 @@ fn what_is_remembered_follows_random_edits() {
             let edit = random_edit(&body, &mut random);
             if let Ok(record) = apply(&mut body.mesh(), &edit) {
                 memory.follow(&record);
+                body.mesh().release();
                 done += 1;
             }
             // Sometimes several edits lie between two looks, and sometimes a tip moves.
+            tips.iter_mut().for_each(|tip| *tip = (*tip).min(body.vertices.len() as u32 - 1));
             if random.below(3) == 0 {
                 for (tip, &vertex) in tips.iter().enumerate() {
                     let fresh = average(&mut TipMemory::default(), &body, 0, vertex, radius);

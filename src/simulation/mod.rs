@@ -267,9 +267,10 @@ impl Simulation {
 
     fn finish_report(&mut self) {
         self.report.step += 1;
-        let mut bodies: Vec<(u32, BodyReport)> = Vec::new();
-        for (body, about, scratch) in &mut self.world.query::<(Entity, &Body, &SolverScratch)>() {
-            let report = BodyReport {
+        let Self { world, report, .. } = self;
+        report.bodies.clear();
+        for (body, scratch) in &mut world.query::<(Entity, &SolverScratch)>().with::<&Body>() {
+            report.bodies.push(BodyReport {
                 body,
                 iterations: scratch.iterations,
                 newton_iterations: scratch.newton_iterations,
@@ -278,13 +279,15 @@ impl Simulation {
                 is_converged: scratch.is_converged,
                 fell_back: scratch.fell_back,
                 is_tear_cut_short: false,
-            };
-            bodies.push((about.order, report));
+            });
         }
-        bodies.sort_unstable_by_key(|&(order, _)| order);
-        self.report.bodies.clear();
-        self.report.bodies.extend(bodies.into_iter().map(|(_, report)| report));
+        report.bodies.sort_unstable_by_key(|report| order(world, report.body));
     }
+}
+
+/// A body's place in the order of spawning.
+fn order(world: &World, body: Entity) -> u32 {
+    world.get::<&Body>(body).map_or(u32::MAX, |about| about.order)
 }
 
 /// One dynamic step, in halves where the whole leaves a state that is not finite. Returns the time \[ms\] that was done: all

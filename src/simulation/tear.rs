@@ -1,6 +1,6 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
-use super::{Energies, Simulation, SimulationError};
+use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{
     Body, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Springs, TearDecisions, TearLog,
 };
@@ -146,13 +146,12 @@ impl Simulation {
     /// Moves the bodies' pending events into the queue, in the order of spawning.
     pub(super) fn collect_events(&mut self) {
         let (step, time) = (self.report.step, self.report.time);
-        let mut found: Vec<(u32, Event)> = Vec::new();
-        for (body, about, log) in self.world.query_mut::<(Entity, &Body, &mut TearLog)>() {
-            let events = log.pending.drain(..).map(|kind| (about.order, Event { step, time, body, kind }));
-            found.extend(events);
+        let Self { world, events, .. } = self;
+        let first = events.len();
+        for (body, log) in world.query_mut::<(Entity, &mut TearLog)>().with::<&Body>() {
+            events.extend(log.pending.drain(..).map(|kind| Event { step, time, body, kind }));
         }
         // Stable: the order within a body stays.
-        found.sort_by_key(|&(order, _)| order);
-        self.events.extend(found.into_iter().map(|(_, event)| event));
+        events[first..].sort_by_key(|event| order(world, event.body));
     }
 }

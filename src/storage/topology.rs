@@ -7,8 +7,9 @@
 use super::{Broken, NONE, Triangles};
 use smallvec::SmallVec;
 
-/// The triangles around one vertex: entries 3·triangle + corner, ascending. Eight fit without a heap allocation.
-pub type Incidence = SmallVec<[u32; 8]>;
+/// The triangles around one vertex: entries 3·triangle + corner, ascending. Twelve fit without a heap allocation: a tear
+/// through a structured mesh leaves some vertices with nine or ten.
+pub type Incidence = SmallVec<[u32; 12]>;
 
 /// Neighbours and incidence of a body's triangles. Edge `e` of a triangle runs from corner `e` to corner `(e + 1) % 3`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -23,7 +24,7 @@ pub struct Topology {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Fan {
     /// The sectors. An open fan starts at the triangle whose first spoke is a boundary edge, a closed one at the lowest row.
-    pub sectors: SmallVec<[(u32, usize); 8]>,
+    pub sectors: SmallVec<[(u32, usize); 12]>,
     /// Whether the last sector borders on the first: the vertex lies inside the surface.
     pub is_closed: bool,
 }

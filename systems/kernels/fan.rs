@@ -16,7 +16,7 @@ const FLAT: f64 = 1e-12;
 pub struct FanChart {
     axes: [DVec3; 2],
     /// One more than sectors; in a closed fan the last is the first again, a turn later.
-    spokes: SmallVec<[Spoke; 10]>,
+    spokes: SmallVec<[Spoke; 14]>,
     /// Chart angle per angle on the surface; 1 unless the fan is closed and curved.
     stretch: f64,
     is_closed: bool,
@@ -45,7 +45,7 @@ impl FanChart {
     /// The chart of a fan from its spokes \[mm\], as offsets from the vertex, counter-clockwise. An open fan has one spoke
     /// more than sectors. `None` where a sector has no area or the fan has no normal.
     pub fn new(spokes: &[DVec3], is_closed: bool) -> Option<Self> {
-        let mut offsets: SmallVec<[DVec3; 10]> = spokes.into();
+        let mut offsets: SmallVec<[DVec3; 14]> = spokes.into();
         if is_closed {
             offsets.push(*spokes.first()?);
         }
@@ -58,7 +58,7 @@ impl FanChart {
         let axes = [e1, normal.cross(e1)];
         let is_flat = offsets.iter().all(|s| s.dot(normal).abs() <= FLAT * s.length());
 
-        let mut turns: SmallVec<[f64; 10]> = SmallVec::new();
+        let mut turns: SmallVec<[f64; 14]> = SmallVec::new();
         let mut turn = 0.0;
         turns.push(turn);
         for (pair, cross) in offsets.windows(2).zip(crosses) {
@@ -83,7 +83,7 @@ impl FanChart {
             let planar = if is_flat { project(offset) } else { DVec2::from_angle(angle) * offset.length() };
             Spoke { offset, planar, angle }
         });
-        let mut spokes: SmallVec<[Spoke; 10]> = laid_out.collect();
+        let mut spokes: SmallVec<[Spoke; 14]> = laid_out.collect();
         if is_closed {
             // A turn later is the same direction: no gap of a rounding between the last sector and the first.
             spokes[turns.len() - 1].planar = spokes[0].planar;

@@ -53,7 +53,7 @@ pub fn fan_chart(
     let &apex = vertices.rest_position.get(vertex as usize)?;
     let fan = topology.fan(vertex);
     let count = fan.sectors.len() + usize::from(!fan.is_closed);
-    let spokes: SmallVec<[DVec3; 10]> = (0..count)
+    let spokes: SmallVec<[DVec3; 14]> = (0..count)
         .filter_map(|spoke| Some(vertices.rest_position[end(triangles, &fan, spoke)? as usize] - apex))
         .collect();
     let chart = FanChart::new(&spokes, fan.is_closed)?;

@@ -87,8 +87,10 @@ impl TipMemory {
         }
         self.edits += 1;
         self.touched.resize(record.first_triangle as usize, 0);
-        for changed in &record.changed_triangles {
-            self.touched[changed.row as usize] = self.edits;
+        let removed = record.removed.iter().flat_map(|removed| &removed.triangles).map(|triangle| triangle.row);
+        let changed = record.changed_triangles.iter().flat_map(|changed| [changed.row_before, changed.row]);
+        for row in changed.chain(removed) {
+            self.touched[row as usize] = self.edits;
         }
         self.touched.resize(record.triangle_count(), self.edits);
     }

@@ -56,7 +56,7 @@ fn check(mesh: &Mesh<'_>, path: &[u32]) -> Result<(), Refusal> {
     Ok(())
 }
 
-type Sectors = SmallVec<[(u32, usize); 8]>;
+type Sectors = SmallVec<[(u32, usize); 12]>;
 
 /// The components into which the cut edges part a vertex's fan, without the one that keeps the vertex (that with the
 /// lowest triangle row), in the order of their lowest rows.
