@@ -28,7 +28,7 @@ fn torn_through(square: &Square, start: f64) -> Run {
         advances.last().unwrap().u,
         run.end(),
         advances.len(),
-        run.log().smallest_angle.unwrap().to_degrees(),
+        run.log().smallest_angle.map_or(f64::NAN, f64::to_degrees),
         advances.iter().map(|a| a.margin).fold(1.0, f64::min),
     );
     run
