@@ -4,7 +4,7 @@
 use super::StepContext;
 use super::tearing::{Advance, Cutter, End, Followers, Quality, Start, TearRefusal, TearScratch, TipChart};
 use crate::components::{
-    EdgeLoads, Grips, Holds, Increment, Springs, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
+    EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
 };
 use crate::event::EventKind;
 use crate::storage::{Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -17,12 +17,14 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
         (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog, &'a mut TearScratch),
-        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>, Option<&'a mut EdgeLoads>),
+        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
     );
     for (
         (vertices, triangles, topology, increment),
         (tearing, tips, decisions, log, scratch),
-        (holds, springs, grips, edge_loads),
+        (holds, springs, grips),
+        (point_loads, edge_loads),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -46,7 +48,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let advances_before = log.advance_count;
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers { increment, holds, springs, grips, edge_loads },
+            followers: Followers { increment, holds, springs, grips, point_loads, edge_loads },
             tearing,
             tips,
             log,
@@ -213,8 +215,7 @@ impl Tearer<'_> {
             scratch: self.scratch,
         };
         let result = work(&mut cutter);
-        self.followers.follow(&self.scratch.records, self.mesh.tables());
-        self.scratch.records.clear();
+        self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
         result
     }
 }

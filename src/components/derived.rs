@@ -47,7 +47,8 @@ pub struct Increment {
 }
 
 impl Increment {
-    /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to.
+    /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and
+    /// the one that a collapse removes is gone.
     pub fn follow(&mut self, record: &EditRecord) {
         for values in [&mut self.start, &mut self.start_velocity, &mut self.displacement] {
             for (row, parents) in record.created() {
@@ -60,6 +61,11 @@ impl Increment {
                 && (vertex.max(towards) as usize) < values.len()
             {
                 values[vertex as usize] = values[vertex as usize].lerp(values[towards as usize], weight);
+            }
+            if let Some(removed) = &record.removed
+                && values.len() == record.first_vertex as usize
+            {
+                values.swap_remove(removed.vertex as usize);
             }
         }
     }

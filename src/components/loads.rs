@@ -22,6 +22,15 @@ pub struct PointLoads {
     pub groups: Vec<PointLoad>,
 }
 
+impl PointLoads {
+    /// Follows an edit: a loaded vertex keeps its load, and one that is collapsed hands it on to the vertex it goes into.
+    pub fn follow(&mut self, record: &EditRecord) {
+        for row in self.groups.iter_mut().flat_map(|group| &mut group.rows) {
+            *row = record.heir(*row);
+        }
+    }
+}
+
 /// A force per rest length along boundary edges, shared equally by each edge's ends. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
 pub struct EdgeLoad {
@@ -42,7 +51,7 @@ pub struct EdgeLoads {
 
 impl EdgeLoads {
     /// Follows an edit: a loaded edge that was split is loaded in both halves, one whose ends were renamed by an opening is
-    /// loaded under its new ends.
+    /// loaded under its new ends, and of two that a collapse joins the whole is loaded if the part that stays was.
     pub fn follow(&mut self, record: &EditRecord) {
         for (row, parents) in record.created().filter(|_| record.has_split_boundary()) {
             let [from, to] = *parents.rows() else { continue };
@@ -57,6 +66,14 @@ impl EdgeLoads {
         if let Edit::Open { .. } = record.edit {
             for edge in self.groups.iter_mut().flat_map(|group| &mut group.edges) {
                 *edge = renamed(record, *edge);
+            }
+        }
+        if record.removed.is_some() {
+            for edges in self.groups.iter_mut().map(|group| &mut group.edges) {
+                for edge in &mut *edges {
+                    *edge = edge.map(|row| record.heir(row));
+                }
+                edges.retain(|[a, b]| a != b);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
 use super::{Simulation, SimulationError};
-use crate::components::{Body, EdgeLoads, Grips, Holds, Increment, Springs, TearLog};
+use crate::components::{Body, EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::Report;
 use crate::schedule::{self, Stage};
@@ -49,21 +49,25 @@ impl Simulation {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch),
-            (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>, Option<&'a mut EdgeLoads>),
+            (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
+            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
         );
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
-        let ((vertices, triangles, topology, increment), (tips, log, scratch), (holds, springs, grips, edge_loads)) =
-            found;
+        let (
+            (vertices, triangles, topology, increment),
+            (mut tips, log, scratch),
+            (holds, springs, grips),
+            (point_loads, edge_loads),
+        ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers = Followers { increment, holds, springs, grips, edge_loads };
+        let mut followers = Followers { increment, holds, springs, grips, point_loads, edge_loads };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);
             let quality = Quality::default();
             Cutter { mesh: &mut mesh, is_movable: &is_movable, quality, scratch }.cut(polyline)
         };
-        followers.follow(&scratch.records, mesh.tables());
-        scratch.records.clear();
+        followers.follow(&mut scratch.records, &mut mesh, tips.as_deref_mut());
         let outcome = outcome?;
         log.length += outcome.path.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
         log.note_angle(outcome.smallest_angle);

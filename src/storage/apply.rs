@@ -2,8 +2,8 @@
 
 use super::draft::{Draft, draft};
 use super::{
-    ChangedTriangle, Edit, EditRecord, Follow, NewTriangle, Refusal, Tables, Topology, Triangles, Vertices, measure,
-    validate,
+    ChangedTriangle, Edit, EditRecord, Follow, NewTriangle, Refusal, Removed, RemovedTriangle, Tables, Topology,
+    TriangleRow, Triangles, Vertices, measure, validate,
 };
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -25,6 +25,13 @@ impl Mesh<'_> {
         Tables { vertices: self.vertices, triangles: self.triangles }
     }
 
+    /// Gives up the way back: the keys of what edits have removed so far are freed, and these edits cannot be undone any
+    /// more. Whoever drops the records of collapses calls it; without it a removed row leaves some bytes behind.
+    pub fn release(&mut self) {
+        self.vertices.release();
+        self.triangles.release();
+    }
+
     /// The first broken invariant, if any.
     ///
     /// # Errors
@@ -35,7 +42,8 @@ impl Mesh<'_> {
 }
 
 /// Applies an edit. Total mass and linear momentum stay; splits and openings keep area and elastic energy as well.
-/// Flips and slides keep the area of flat sheets; on curved ones it changes at second order in the edge length.
+/// Flips, slides and collapses strain triangles anew, so that the elastic energy changes; they keep the area of flat sheets, on
+/// curved ones it changes at second order in the edge length.
 ///
 /// # Errors
 /// Why the edit is not legal here; nothing has changed then.
@@ -46,16 +54,14 @@ pub fn apply(mesh: &mut Mesh<'_>, edit: &Edit) -> Result<EditRecord, Refusal> {
     Ok(record)
 }
 
-/// Takes the last edit back: every column of every row has the bits it had, and so has the topology. Keys of rows that the
-/// edit had added are dead.
+/// Takes the last edit back: every column of every row has the bits it had, what was removed lives again under the same
+/// keys, and the topology is what it was. Keys of rows that the edit had added are dead.
 ///
 /// # Errors
-/// [`Refusal::NotTheLast`] where rows were added after this edit; nothing has changed then.
+/// [`Refusal::NotTheLast`] where rows were added or removed after this edit, or what it had removed has been
+/// [released](Mesh::release); nothing has changed then.
 pub fn undo(mesh: &mut Mesh<'_>, record: &EditRecord) -> Result<(), Refusal> {
-    let is_last = mesh.vertices.len() == record.first_vertex as usize + record.new_vertices.len()
-        && mesh.triangles.len() == record.first_triangle as usize + record.new_triangles.len()
-        && record.changed_triangles.iter().all(|c| mesh.triangles.corners[c.row as usize] == c.corners);
-    if !is_last {
+    if !is_last(mesh, record) {
         return Err(Refusal::NotTheLast);
     }
     for _ in &record.new_triangles {
@@ -64,8 +70,14 @@ pub fn undo(mesh: &mut Mesh<'_>, record: &EditRecord) -> Result<(), Refusal> {
     for _ in &record.new_vertices {
         mesh.vertices.pop();
     }
+    if let Some(removed) = &record.removed {
+        for triangle in removed.triangles.iter().rev() {
+            mesh.triangles.exhume(triangle.row, triangle.before);
+        }
+        mesh.vertices.exhume(removed.vertex, removed.vertex_before);
+    }
     for changed in &record.changed_triangles {
-        mesh.triangles.set(changed.row, changed.before);
+        mesh.triangles.set(changed.row_before, changed.before);
     }
     for &(row, before) in &record.changed_vertices {
         mesh.vertices.set(row, before);
@@ -75,7 +87,19 @@ pub fn undo(mesh: &mut Mesh<'_>, record: &EditRecord) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn commit(mesh: &mut Mesh<'_>, edit: &Edit, draft: Draft) -> EditRecord {
+fn is_last(mesh: &Mesh<'_>, record: &EditRecord) -> bool {
+    let has_buried = |removed: &Removed| {
+        let keys = removed.triangles.iter().rev().map(|triangle| &triangle.key);
+        mesh.vertices.buried().last() == Some(&removed.vertex_key)
+            && mesh.triangles.buried().iter().rev().take(removed.triangles.len()).eq(keys)
+    };
+    mesh.vertices.len() == record.vertex_count()
+        && mesh.triangles.len() == record.triangle_count()
+        && record.changed_triangles.iter().all(|c| mesh.triangles.corners[c.row as usize] == c.corners)
+        && record.removed.as_ref().is_none_or(has_buried)
+}
+
+fn commit(mesh: &mut Mesh<'_>, edit: &Edit, mut draft: Draft) -> EditRecord {
     let mut record = EditRecord {
         edit: edit.clone(),
         first_vertex: mesh.vertices.len() as u32,
@@ -83,15 +107,21 @@ fn commit(mesh: &mut Mesh<'_>, edit: &Edit, draft: Draft) -> EditRecord {
         first_triangle: mesh.triangles.len() as u32,
         new_triangles: draft.added.iter().map(|&(parent, row)| NewTriangle { parent, corners: row.corners }).collect(),
         changed_vertices: SmallVec::new(),
-        changed_triangles: draft
-            .changed
-            .iter()
-            .map(|&(row, after)| ChangedTriangle { row, before: mesh.triangles.at(row), corners: after.corners })
-            .collect(),
+        changed_triangles: SmallVec::new(),
+        removed: removed(mesh, &draft),
     };
-    let touched = touched_vertices(&record);
+    let patch = corners_of(mesh, &draft);
+    add_moved(mesh, &record, &mut draft);
+    let touched = if record.removed.is_some() { corners_of(mesh, &draft) } else { patch.clone() };
     let old = touched.iter().take_while(|&&v| v < record.first_vertex);
     record.changed_vertices = old.map(|&v| (v, mesh.vertices.at(v))).collect();
+    let change = |&(row, after): &(u32, TriangleRow)| ChangedTriangle {
+        row: record.triangle_after(row).unwrap_or(row),
+        row_before: row,
+        before: mesh.triangles.at(row),
+        corners: after.corners,
+    };
+    record.changed_triangles = draft.changed.iter().map(change).collect();
 
     for &(_, row) in &draft.new_vertices {
         mesh.vertices.push(row);
@@ -105,36 +135,80 @@ fn commit(mesh: &mut Mesh<'_>, edit: &Edit, draft: Draft) -> EditRecord {
     for &(_, row) in &draft.added {
         mesh.triangles.push(row);
     }
+    if let Some(removed) = &record.removed {
+        for triangle in &removed.triangles {
+            mesh.triangles.bury(triangle.row);
+        }
+        mesh.vertices.bury(removed.vertex);
+    }
     mesh.topology.apply(&record, Tables { vertices: mesh.vertices, triangles: mesh.triangles });
-    for &vertex in &touched {
+    for vertex in touched.iter().filter_map(|&vertex| record.vertex_after(vertex)) {
         mesh.vertices.mass[vertex as usize] = measure::lumped_mass(mesh.triangles, mesh.topology, vertex);
     }
     if draft.shifts_momentum {
-        restore_momentum(mesh.vertices, &record);
+        restore_momentum(mesh.vertices, &record, &patch);
     }
     record
 }
 
-/// All corners of changed and new triangles, before and after: ascending, so that new vertices come last.
-fn touched_vertices(record: &EditRecord) -> SmallVec<[u32; 16]> {
-    let changed = record.changed_triangles.iter().flat_map(|c| c.before.corners.into_iter().chain(c.corners));
-    let mut touched: SmallVec<[u32; 16]> =
-        changed.chain(record.new_triangles.iter().flat_map(|new| new.corners)).collect();
-    touched.sort_unstable();
-    touched.dedup();
-    touched
+/// What a draft takes away.
+fn removed(mesh: &Mesh<'_>, draft: &Draft) -> Option<Removed> {
+    let (vertex, into) = draft.removed_vertex?;
+    let triangle =
+        |&row: &u32| Some(RemovedTriangle { row, key: mesh.triangles.key(row)?, before: mesh.triangles.at(row) });
+    Some(Removed {
+        vertex,
+        vertex_key: mesh.vertices.key(vertex)?,
+        vertex_before: mesh.vertices.at(vertex),
+        into,
+        triangles: draft.removed_triangles.iter().filter_map(triangle).collect(),
+    })
 }
 
-/// Gives the touched vertices the one velocity increment that restores their linear momentum. No vertex is new here.
-fn restore_momentum(vertices: &mut Vertices, record: &EditRecord) {
+/// Puts the triangles into the draft that a removal moves to another row, or whose corner it moves, and names all corners by
+/// the rows they have after it.
+fn add_moved(mesh: &Mesh<'_>, record: &EditRecord, draft: &mut Draft) {
+    if record.removed.is_none() {
+        return;
+    }
+    let tail = record.triangle_count() as u32..record.first_triangle;
+    let around_last = mesh.topology.incident[record.first_vertex as usize - 1].iter().map(|entry| entry / 3);
+    for row in tail.chain(around_last) {
+        let is_there = draft.changed.iter().any(|&(changed, _)| changed == row);
+        if !is_there && record.triangle_after(row).is_some() {
+            draft.changed.push((row, mesh.triangles.at(row)));
+        }
+    }
+    draft.changed.sort_unstable_by_key(|&(row, _)| row);
+    for (_, row) in &mut draft.changed {
+        row.corners = row.corners.map(|corner| record.vertex_after(corner).unwrap_or(corner));
+    }
+}
+
+/// All corners of the triangles of a draft, before and after: ascending, so that new vertices come last.
+fn corners_of(mesh: &Mesh<'_>, draft: &Draft) -> SmallVec<[u32; 16]> {
+    let old = draft.changed.iter().map(|(row, _)| row).chain(&draft.removed_triangles);
+    let old = old.map(|&row| mesh.triangles.corners[row as usize]);
+    let new = draft.changed.iter().chain(&draft.added).map(|(_, row)| row.corners);
+    let mut corners: SmallVec<[u32; 16]> = old.chain(new).flatten().collect();
+    corners.sort_unstable();
+    corners.dedup();
+    corners
+}
+
+/// Gives the vertices of the patch that is meshed anew the one velocity increment that restores their linear momentum. None
+/// of them is new here.
+fn restore_momentum(vertices: &mut Vertices, record: &EditRecord, patch: &[u32]) {
     let mut missing = DVec3::ZERO;
     let mut mass = 0.0;
-    for &(row, before) in &record.changed_vertices {
-        let row = row as usize;
-        missing += before.velocity * before.mass - vertices.velocity[row] * vertices.mass[row];
-        mass += vertices.mass[row];
+    for &(row, before) in record.changed_vertices.iter().filter(|(row, _)| patch.contains(row)) {
+        missing += before.velocity * before.mass;
+        if let Some(row) = record.vertex_after(row) {
+            missing -= vertices.velocity[row as usize] * vertices.mass[row as usize];
+            mass += vertices.mass[row as usize];
+        }
     }
-    for &(row, _) in &record.changed_vertices {
+    for row in patch.iter().filter_map(|&row| record.vertex_after(row)) {
         vertices.velocity[row as usize] += missing / mass;
     }
 }

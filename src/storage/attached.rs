@@ -2,12 +2,13 @@
 //!
 //! The rule: both copies of a duplicated member carry its value. A vertex put on a *boundary* edge between two members
 //! becomes a member with the interpolated value, so that a grip along a rim has no gap. No other new vertex becomes one:
-//! an edge inside the surface between two members says nothing about the points between. Sliding a member keeps its value.
+//! an edge inside the surface between two members says nothing about the points between. Sliding a member keeps its value; a
+//! member that is collapsed is gone with its value, and the vertex it went into stays what it was.
 //!
 //! Values are therefore per vertex (a position, a curve) or per unit of tributary mass or area (a stiffness density), never
 //! totals: a total would double where a vertex is duplicated.
 
-use super::{EditRecord, Follow, Tables};
+use super::{EditRecord, Follow, Tables, VertexKey};
 
 /// A value that can be attached to vertices.
 pub trait Attachment: Copy {
@@ -31,11 +32,13 @@ impl Attachment for glam::DVec3 {
     }
 }
 
-/// A set of vertices with a value each. Rows ascend: new members always have the newest rows.
+/// A set of vertices with a value each. Rows ascend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attached<T> {
     rows: Vec<u32>,
     values: Vec<T>,
+    /// Members that were collapsed, the last one last: kept for the undo.
+    buried: Vec<(VertexKey, T)>,
 }
 
 impl<T: Attachment> Attached<T> {
@@ -43,7 +46,7 @@ impl<T: Attachment> Attached<T> {
     pub fn new(members: impl IntoIterator<Item = (u32, T)>) -> Self {
         let mut members: Vec<(u32, T)> = members.into_iter().collect();
         members.sort_by_key(|&(row, _)| row);
-        let mut set = Self { rows: Vec::new(), values: Vec::new() };
+        let mut set = Self { rows: Vec::new(), values: Vec::new(), buried: Vec::new() };
         for (row, value) in members {
             if set.rows.last() == Some(&row) {
                 set.rows.pop();
@@ -80,6 +83,19 @@ impl<T: Attachment> Attached<T> {
         self.rows.reserve(additional);
         self.values.reserve(additional);
     }
+
+    fn insert(&mut self, row: u32, value: T) {
+        if let Err(place) = self.rows.binary_search(&row) {
+            self.rows.insert(place, row);
+            self.values.insert(place, value);
+        }
+    }
+
+    fn remove(&mut self, row: u32) -> Option<T> {
+        let place = self.rows.binary_search(&row).ok()?;
+        self.rows.remove(place);
+        Some(self.values.remove(place))
+    }
 }
 
 impl<T: Attachment> Follow for Attached<T> {
@@ -97,11 +113,30 @@ impl<T: Attachment> Follow for Attached<T> {
                 self.values.push(value);
             }
         }
+        if let Some(removed) = &record.removed {
+            let gone = self.remove(removed.vertex);
+            self.buried.extend(gone.map(|value| (removed.vertex_key, value)));
+            if let Some(value) = self.remove(record.first_vertex - 1) {
+                self.insert(removed.vertex, value);
+            }
+        }
     }
 
     fn undo(&mut self, record: &EditRecord, _: Tables<'_>) {
         let kept = self.rows.partition_point(|&row| row < record.first_vertex);
         self.rows.truncate(kept);
         self.values.truncate(kept);
+        if let Some(removed) = &record.removed {
+            if let Some(value) = self.remove(removed.vertex) {
+                self.insert(record.first_vertex - 1, value);
+            }
+            if let Some((_, value)) = self.buried.pop_if(|(key, _)| *key == removed.vertex_key) {
+                self.insert(removed.vertex, value);
+            }
+        }
+    }
+
+    fn release(&mut self) {
+        self.buried.clear();
     }
 }

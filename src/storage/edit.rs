@@ -4,7 +4,8 @@ use smallvec::SmallVec;
 
 /// A change of the mesh. Rows refer to the tables as they are when the edit is applied.
 ///
-/// Rows stay where they are: changed triangles keep theirs, new rows go to the end of the tables.
+/// Rows are dense. New ones go to the end of the tables; where one is removed, the last row takes its place, and the record
+/// says who went where. All others stay where they are. Keys outlive every move.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
     /// Puts a new vertex on an edge, `weight` of the way from its first corner to its second, and splits the triangles on
@@ -39,6 +40,14 @@ pub enum Edit {
         towards: u32,
         /// How far along the edge, in (0, 1).
         weight: f64,
+    },
+    /// Moves a vertex along one of its edges onto the other end, in the rest shape and in space, where it vanishes with the
+    /// one or two triangles at the edge. A vertex on the boundary goes along a straight boundary only.
+    Collapse {
+        /// Row of the vertex that vanishes.
+        vertex: u32,
+        /// Row of the vertex at the other end of the edge, which stays as it is.
+        into: u32,
     },
     /// Opens the edges along a path. Every vertex of the path is duplicated, once per extra component of its fan; the
     /// component with the lowest triangle row keeps the old vertex, so no two fans ever share one.
@@ -75,13 +84,25 @@ pub enum Refusal {
         /// Row of the second vertex.
         to: u32,
     },
-    /// The vertex lies on the boundary, where a slide would change the shape.
+    /// The vertex lies on the boundary, where a slide, or a collapse along an edge inside, would change the shape.
     #[error("vertex {vertex} lies on the boundary")]
     BoundaryVertex {
         /// Row of the vertex.
         vertex: u32,
     },
-    /// The edge that a flip would make is there already.
+    /// The boundary bends at the vertex, so a collapse would change the shape.
+    #[error("the boundary bends at vertex {vertex}")]
+    BentBoundary {
+        /// Row of the vertex.
+        vertex: u32,
+    },
+    /// The vertex has so few triangles that its collapse would leave none, or two with the same corners.
+    #[error("there are too few triangles around vertex {vertex}")]
+    TooFewTriangles {
+        /// Row of the vertex.
+        vertex: u32,
+    },
+    /// The edge that a flip or a collapse would make is there already.
     #[error("vertices {from} and {to} are already joined")]
     EdgeExists {
         /// Row of the first vertex.
@@ -116,7 +137,7 @@ pub enum Refusal {
     /// No vertex of the path would fall into several fans: a single edge with both ends inside stays whole.
     #[error("opening the path would separate nothing")]
     NothingOpens,
-    /// The record to undo is not that of the last edit.
+    /// The record to undo is not that of the last edit, or what it removed has been released.
     #[error("only the last edit can be undone")]
     NotTheLast,
 }

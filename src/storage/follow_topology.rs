@@ -1,54 +1,43 @@
-//! The topology follows edits: lists are patched around the touched triangles only.
+//! The topology follows edits: lists are patched around the touched triangles only. All of them are taken out at the rows and
+//! corners they had and put in again at those they have; a vertex that is added, removed or moved to another row has no
+//! triangles in between, so that the lists only grow or shrink at their end.
 
 use super::{EditRecord, Follow, Incidence, NONE, Tables, Topology};
 
 impl Follow for Topology {
     fn apply(&mut self, record: &EditRecord, tables: Tables<'_>) {
-        for changed in &record.changed_triangles {
-            self.unlink(changed.row);
-        }
-        self.incident.resize(record.first_vertex as usize + record.new_vertices.len(), Incidence::new());
-        for changed in &record.changed_triangles {
-            self.move_corners(changed.row, changed.before.corners, changed.corners);
-        }
-        for (row, new) in (record.first_triangle..).zip(&record.new_triangles) {
-            self.neighbours.push([NONE; 3]);
-            for (corner, &vertex) in new.corners.iter().enumerate() {
-                self.insert_incident(row, corner, vertex);
-            }
-        }
-        for changed in &record.changed_triangles {
-            self.link(&tables.triangles.corners, changed.row);
-        }
-        for (row, _) in (record.first_triangle..).zip(&record.new_triangles) {
-            self.link(&tables.triangles.corners, row);
-        }
+        self.take_out(record.triangles_before());
+        self.incident.resize(record.vertex_count(), Incidence::new());
+        self.neighbours.resize(record.triangle_count(), [NONE; 3]);
+        self.put_in(&tables.triangles.corners, record.triangles_after());
     }
 
     fn undo(&mut self, record: &EditRecord, tables: Tables<'_>) {
-        for (row, new) in (record.first_triangle..).zip(&record.new_triangles) {
-            self.unlink(row);
-            for (corner, &vertex) in new.corners.iter().enumerate() {
-                self.remove_incident(row, corner, vertex);
-            }
-        }
-        for changed in &record.changed_triangles {
-            self.unlink(changed.row);
-            self.move_corners(changed.row, changed.corners, changed.before.corners);
-        }
-        self.neighbours.truncate(record.first_triangle as usize);
-        self.incident.truncate(record.first_vertex as usize);
-        for changed in &record.changed_triangles {
-            self.link(&tables.triangles.corners, changed.row);
-        }
+        self.take_out(record.triangles_after());
+        self.incident.resize(record.first_vertex as usize, Incidence::new());
+        self.neighbours.resize(record.first_triangle as usize, [NONE; 3]);
+        self.put_in(&tables.triangles.corners, record.triangles_before());
     }
 }
 
 impl Topology {
-    fn move_corners(&mut self, triangle: u32, from: [u32; 3], to: [u32; 3]) {
-        for corner in (0..3).filter(|&corner| from[corner] != to[corner]) {
-            self.remove_incident(triangle, corner, from[corner]);
-            self.insert_incident(triangle, corner, to[corner]);
+    fn take_out(&mut self, triangles: impl Iterator<Item = (u32, [u32; 3])>) {
+        for (row, corners) in triangles {
+            self.unlink(row);
+            for (corner, vertex) in corners.into_iter().enumerate() {
+                self.remove_incident(row, corner, vertex);
+            }
+        }
+    }
+
+    fn put_in(&mut self, corners: &[[u32; 3]], triangles: impl Iterator<Item = (u32, [u32; 3])> + Clone) {
+        for (row, corners) in triangles.clone() {
+            for (corner, vertex) in corners.into_iter().enumerate() {
+                self.insert_incident(row, corner, vertex);
+            }
+        }
+        for (row, _) in triangles {
+            self.link(corners, row);
         }
     }
 }

@@ -5,6 +5,10 @@
 //!
 //! The mesh changes by edits only: an [`Edit`] is a value; [`apply`] refuses it or does it whole and gives the
 //! [`EditRecord`] by which derived data [`Follow`] and [`undo`] goes back; [`validate`] names the first broken invariant.
+//!
+//! Rows stay dense: where an edit removes one, the last row of the table moves into its place, and the record holds what was
+//! removed and who moved. Whoever keeps rows has to follow; a key names the same part before and after. The keys of what was
+//! removed are kept free for [`undo`] until [`Mesh::release`].
 
 mod apply;
 mod attached;
@@ -14,6 +18,7 @@ mod follow_topology;
 pub mod measure;
 mod mesh;
 mod mesh_error;
+mod outlook;
 mod record;
 mod rows;
 mod table;
@@ -26,7 +31,8 @@ pub use attached::{Attached, Attachment};
 pub use edit::{Edit, Refusal};
 pub use mesh::TriangleMesh;
 pub use mesh_error::MeshError;
-pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Parents, Tables};
+pub use outlook::{Outlook, outlook};
+pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Parents, Removed, RemovedTriangle, Tables};
 pub use rows::Rows;
 pub use tables::{TipKey, TipRow, Tips, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
 pub use topology::{Fan, Incidence, Topology};

@@ -1,6 +1,6 @@
 //! What an edit did: enough to undo it bit for bit, and for everything derived from the mesh to follow.
 
-use super::{Edit, TriangleRow, Triangles, VertexRow, Vertices};
+use super::{Edit, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
 use smallvec::SmallVec;
 use std::ops::{Add, Mul};
 
@@ -62,15 +62,43 @@ pub struct NewTriangle {
     pub corners: [u32; 3],
 }
 
-/// A triangle that an edit has changed.
+/// A triangle that an edit has changed, or moved to another row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChangedTriangle {
-    /// Its row.
+    /// Its row after the edit.
     pub row: u32,
+    /// Its row before the edit: another one only where a removal has moved it.
+    pub row_before: u32,
     /// All its columns before the edit.
     pub before: TriangleRow,
     /// Its corners after the edit.
     pub corners: [u32; 3],
+}
+
+/// What a collapse has taken away. Rows are those before the edit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Removed {
+    /// Row of the vertex.
+    pub vertex: u32,
+    /// Its key, which is buried until the edit is undone or released.
+    pub vertex_key: VertexKey,
+    /// All its columns.
+    pub vertex_before: VertexRow,
+    /// Row of the vertex it went into.
+    pub into: u32,
+    /// The triangles at the edge: descending rows.
+    pub triangles: SmallVec<[RemovedTriangle; 2]>,
+}
+
+/// A triangle that a collapse has taken away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RemovedTriangle {
+    /// Its row before the edit.
+    pub row: u32,
+    /// Its key, which is buried until the edit is undone or released.
+    pub key: TriangleKey,
+    /// All its columns.
+    pub before: TriangleRow,
 }
 
 /// An edit that was applied.
@@ -78,18 +106,21 @@ pub struct ChangedTriangle {
 pub struct EditRecord {
     /// The edit.
     pub edit: Edit,
-    /// Row of the first new vertex; the others follow.
+    /// Row of the first new vertex; the others follow. Equal to the number of vertices before the edit.
     pub first_vertex: u32,
     /// Where the new vertices come from, in the order of their rows.
     pub new_vertices: SmallVec<[Parents; 2]>,
-    /// Row of the first new triangle; the others follow.
+    /// Row of the first new triangle; the others follow. Equal to the number of triangles before the edit.
     pub first_triangle: u32,
     /// The new triangles, in the order of their rows.
     pub new_triangles: SmallVec<[NewTriangle; 2]>,
-    /// Vertices whose columns have changed (often only the mass), with all columns before the edit; ascending rows.
+    /// Vertices whose columns have changed (often only the mass), with all columns before the edit; ascending rows as they
+    /// were then.
     pub changed_vertices: SmallVec<[(u32, VertexRow); 8]>,
-    /// Triangles whose corners or rest data have changed; ascending rows.
+    /// Triangles whose row, corners or rest data have changed; ascending by the row before the edit.
     pub changed_triangles: SmallVec<[ChangedTriangle; 8]>,
+    /// What a collapse has removed.
+    pub removed: Option<Removed>,
 }
 
 impl EditRecord {
@@ -98,10 +129,66 @@ impl EditRecord {
         (self.first_vertex..).zip(&self.new_vertices)
     }
 
+    /// Where a vertex is after the edit that was at `row` before it; `None` for the one that was removed.
+    pub fn vertex_after(&self, row: u32) -> Option<u32> {
+        after_removals(row, self.first_vertex, self.removed.iter().map(|removed| removed.vertex))
+    }
+
+    /// Where a triangle is after the edit that was at `row` before it; `None` for one that was removed.
+    pub fn triangle_after(&self, row: u32) -> Option<u32> {
+        let removed = self.removed.iter().flat_map(|removed| &removed.triangles);
+        after_removals(row, self.first_triangle, removed.map(|triangle| triangle.row))
+    }
+
+    /// Where what belonged to the vertex at `row` before the edit is to be found after it: with the vertex, or with the one
+    /// that it was collapsed into.
+    pub fn heir(&self, row: u32) -> u32 {
+        let row = self.removed.as_ref().filter(|removed| removed.vertex == row).map_or(row, |removed| removed.into);
+        self.vertex_after(row).unwrap_or(row)
+    }
+
+    /// Number of vertices after the edit.
+    pub fn vertex_count(&self) -> usize {
+        self.first_vertex as usize + self.new_vertices.len() - usize::from(self.removed.is_some())
+    }
+
+    /// Number of triangles after the edit.
+    pub fn triangle_count(&self) -> usize {
+        let removed = self.removed.as_ref().map_or(0, |removed| removed.triangles.len());
+        self.first_triangle as usize + self.new_triangles.len() - removed
+    }
+
+    /// Rows and corners before the edit of all triangles that it has changed, moved or removed.
+    pub(super) fn triangles_before(&self) -> impl Iterator<Item = (u32, [u32; 3])> + Clone {
+        let removed = self.removed.iter().flat_map(|removed| &removed.triangles);
+        let changed = self.changed_triangles.iter().map(|c| (c.row_before, c.before.corners));
+        changed.chain(removed.map(|t| (t.row, t.before.corners)))
+    }
+
+    /// Rows and corners after the edit of all triangles that it has changed, moved or added.
+    pub(super) fn triangles_after(&self) -> impl Iterator<Item = (u32, [u32; 3])> + Clone {
+        let new = (self.first_triangle..).zip(&self.new_triangles).map(|(row, new)| (row, new.corners));
+        self.changed_triangles.iter().map(|c| (c.row, c.corners)).chain(new)
+    }
+
     /// Whether the edit has put a vertex on a boundary edge.
     pub fn has_split_boundary(&self) -> bool {
         matches!(self.edit, Edit::SplitEdge { .. }) && self.new_triangles.len() == 1
     }
+}
+
+/// Where `row` of a table of `count` rows is after `gone` were removed, descending, each time the last row taking the place.
+fn after_removals(row: u32, count: u32, gone: impl Iterator<Item = u32>) -> Option<u32> {
+    let mut row = row;
+    for (gone, last) in gone.zip((0..count).rev()) {
+        if row == gone {
+            return None;
+        }
+        if row == last {
+            row = gone;
+        }
+    }
+    Some(row)
 }
 
 /// The tables beside an edit record: after the edit for [`Follow::apply`], before it for [`Follow::undo`].
@@ -122,4 +209,7 @@ pub trait Follow {
 
     /// Goes back behind the last edit, which was just undone in the tables.
     fn undo(&mut self, record: &EditRecord, tables: Tables<'_>);
+
+    /// The edits so far will not be undone any more: drops what was kept for that.
+    fn release(&mut self) {}
 }

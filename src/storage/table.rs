@@ -45,6 +45,31 @@ macro_rules! table {
                 Some($row { $( $column: self.$column.swap_remove(row as usize), )* })
             }
 
+            /// As [`swap_remove`](Self::swap_remove), but the key can be exhumed until it is released.
+            pub fn bury(&mut self, row: u32) -> Option<$row> {
+                self.rows.bury(row)?;
+                Some($row { $( $column: self.$column.swap_remove(row as usize), )* })
+            }
+
+            /// Puts a row back under the key that was buried last; what is at `row` moves to the end. `None` where no key is
+            /// buried, or `row` is beyond the end.
+            pub fn exhume(&mut self, row: u32, value: $row) -> Option<$key> {
+                let key = self.rows.exhume(row)?;
+                let last = self.rows.len() - 1;
+                $( self.$column.push(value.$column); self.$column.swap(row as usize, last); )*
+                Some(key)
+            }
+
+            /// Frees the buried keys, which are dead for good then.
+            pub fn release(&mut self) {
+                self.rows.release();
+            }
+
+            /// The buried keys, the last one last.
+            pub fn buried(&self) -> &[$key] {
+                self.rows.buried()
+            }
+
             /// All columns of one row.
             ///
             /// # Panics

@@ -1,6 +1,7 @@
 //! The three tables of a body: vertices, triangles, tear tips. Columns stand in the order of who touches them:
 //! state that every step rewrites, then rest data that only a topology edit rewrites.
 
+use super::EditRecord;
 use super::table::table;
 use crate::math::{Orthotropic, RestTriangle};
 use glam::DVec3;
@@ -52,5 +53,14 @@ table! {
         allowance: f64,
         /// Whether the last advance that the criterion asked for was refused.
         is_refused: bool,
+    }
+}
+
+impl Tips {
+    /// Follows an edit: a tip stays with its vertex, or with the one that it was collapsed into.
+    pub fn follow(&mut self, record: &EditRecord) {
+        for vertex in &mut self.vertex {
+            *vertex = record.heir(*vertex);
+        }
     }
 }

@@ -1,7 +1,7 @@
-//! Components that refer to vertices and follow what a tear does to them.
+//! Components that refer to vertices and follow what edits do to them.
 
-use crate::components::{EdgeLoads, Grips, Holds, Increment, Springs};
-use crate::storage::{EditRecord, Follow, Tables};
+use crate::components::{EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Springs};
+use crate::storage::{EditRecord, Follow, Mesh, Tips};
 
 /// Those that a body carries.
 #[derive(Debug)]
@@ -14,6 +14,8 @@ pub struct Followers<'a> {
     pub springs: Option<&'a mut Springs>,
     /// Forceps.
     pub grips: Option<&'a mut Grips>,
+    /// Loads on vertices.
+    pub point_loads: Option<&'a mut PointLoads>,
     /// Loads along edges.
     pub edge_loads: Option<&'a mut EdgeLoads>,
 }
@@ -27,10 +29,27 @@ impl Followers<'_> {
         !(is_held || is_anchored || is_gripped)
     }
 
-    /// Follows the edits in their order; the tables are those after the last.
-    pub fn follow(&mut self, records: &[EditRecord], tables: Tables<'_>) {
-        for record in records {
+    /// Whether a vertex may vanish in a collapse without changing what holds or loads the body: it is free, no load acts on
+    /// it, and along a loaded rim it lies between two loaded edges.
+    pub fn can_spare(&self, vertex: u32) -> bool {
+        let is_loaded =
+            self.point_loads.as_ref().is_some_and(|loads| loads.groups.iter().any(|load| load.rows.contains(&vertex)));
+        let ends_loaded_rim = self.edge_loads.as_ref().is_some_and(|loads| {
+            let ends = |load: &EdgeLoad| load.edges.iter().filter(|edge| edge.contains(&vertex)).count();
+            loads.groups.iter().any(|load| ends(load) == 1)
+        });
+        self.leave_free(vertex) && !is_loaded && !ends_loaded_rim
+    }
+
+    /// Follows the edits that were done to the mesh, in their order, and closes the books on them: the records are gone, and
+    /// nothing is kept any more for taking them back.
+    pub fn follow(&mut self, records: &mut Vec<EditRecord>, mesh: &mut Mesh<'_>, mut tips: Option<&mut Tips>) {
+        let tables = mesh.tables();
+        for record in &*records {
             self.increment.follow(record);
+            if let Some(tips) = &mut tips {
+                tips.follow(record);
+            }
             if let Some(holds) = &mut self.holds {
                 holds.groups.iter_mut().for_each(|group| group.members.apply(record, tables));
             }
@@ -40,9 +59,23 @@ impl Followers<'_> {
             if let Some(grips) = &mut self.grips {
                 grips.held.iter_mut().for_each(|held| held.apply(record, tables));
             }
+            if let Some(loads) = &mut self.point_loads {
+                loads.follow(record);
+            }
             if let Some(loads) = &mut self.edge_loads {
                 loads.follow(record);
             }
+        }
+        records.clear();
+        mesh.release();
+        if let Some(holds) = &mut self.holds {
+            holds.groups.iter_mut().for_each(|group| group.members.release());
+        }
+        if let Some(springs) = &mut self.springs {
+            springs.anchors.release();
+        }
+        if let Some(grips) = &mut self.grips {
+            grips.held.iter_mut().for_each(Follow::release);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Drafts: the effect of an edit, computed from the mesh without touching it. Whatever can be refused is refused here.
 
+mod collapse;
 mod flip;
 mod open;
 mod slide;
@@ -14,7 +15,7 @@ use smallvec::SmallVec;
 /// An edit may leave an angle below this \[rad\] (1°) only where it replaces one that was no better.
 const SLIVER_ANGLE: f64 = 0.017_453_292_519_943_295;
 
-/// Mass that a flip or slide may gain or lose, relative to the triangles it touches, before their densities are corrected:
+/// Mass that a flip, slide or collapse may gain or lose, relative to the triangles it touches, before their densities are corrected:
 /// rounding of a dozen triangle areas stays below, so that flat uniform sheets keep their densities bit for bit.
 const MASS_ROUNDING: f64 = 1e-13;
 
@@ -26,6 +27,10 @@ pub(super) struct Draft {
     pub changed: SmallVec<[(u32, TriangleRow); 8]>,
     /// New triangles with the row of the triangle each was cut from.
     pub added: SmallVec<[(u32, TriangleRow); 2]>,
+    /// The vertex that vanishes and the one it goes into.
+    pub removed_vertex: Option<(u32, u32)>,
+    /// The triangles that vanish: descending rows.
+    pub removed_triangles: SmallVec<[u32; 2]>,
     /// Whether mass moves between vertices in a way that does not keep linear momentum by itself.
     pub shifts_momentum: bool,
 }
@@ -37,6 +42,7 @@ pub(super) fn draft(mesh: &Mesh<'_>, edit: &Edit) -> Result<Draft, Refusal> {
         Edit::SplitTriangle { triangle, weights } => split::triangle(mesh, triangle, weights),
         Edit::Flip { triangle, edge } => flip::flip(mesh, triangle, edge),
         Edit::Slide { vertex, towards, weight } => slide::slide(mesh, vertex, towards, weight),
+        Edit::Collapse { vertex, into } => collapse::collapse(mesh, vertex, into),
         Edit::Open { ref path } => open::open(mesh, path),
     }
 }
@@ -124,8 +130,8 @@ fn same_side(a: DVec3, b: DVec3) -> bool {
     a.dot(b) > 0.0
 }
 
-/// Corrects the densities of changed triangles where their mass is no longer `mass`: on a curved surface flips and slides
-/// change the area at second order in the edge length, and between unequal triangles they carry thickness along.
+/// Corrects the densities of changed triangles where their mass is no longer `mass`: on a curved surface flips, slides and
+/// collapses change the area at second order in the edge length, and between unequal triangles they carry thickness along.
 fn keep_mass(changed: &mut [(u32, TriangleRow)], mass: f64) {
     let present: f64 = changed.iter().map(|(_, row)| triangle_mass(row)).sum();
     if (present - mass).abs() > MASS_ROUNDING * mass {
