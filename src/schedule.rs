@@ -35,7 +35,9 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
 
 /// All systems in the order in which they run.
 pub const STEP: &[System] = &[
+    system("refine", Stage::Begin, systems::refine::refine),
     system("hold", Stage::Begin, systems::hold::hold),
+    system("refine further", Stage::Resume, systems::refine::refine),
     system("resume", Stage::Resume, systems::hold::resume),
     system("corotation", Stage::Iterate, systems::corotation::corotation),
     system("assembly", Stage::Iterate, systems::assembly::assembly),

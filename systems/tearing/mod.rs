@@ -6,6 +6,7 @@
 //! those records and refused with a reason.
 
 mod advance;
+mod bisect;
 mod blade;
 mod edge;
 mod followers;
@@ -19,10 +20,12 @@ mod tip;
 mod tip_decision;
 mod tip_stress;
 
+pub use bisect::size;
 pub use blade::CutOutcome;
 pub use edge::{EdgeAdvance, EdgePlan, plan_edge};
 pub use followers::Followers;
 pub use free::{Way, Ways, plan_free};
+pub use locate::distance_to_triangle;
 pub use start::{Slit, Start};
 pub use tip::TipChart;
 pub use tip_decision::{decision, strength, tip_decision};

@@ -1,0 +1,146 @@
+//! Refinement around tear tips and coarsening behind them, before a solve: what the criterion judges afterwards is the stress
+//! of a mesh that is fine around every tip.
+
+use super::StepContext;
+use super::tearing::{Cutter, Followers, Quality, TearScratch, distance_to_triangle, size};
+use crate::components::{
+    EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Refinement, Springs, TearDecisions, Tearing,
+};
+use crate::storage::{Mesh, NONE, Tips, Topology, Triangles, Vertices, measure::rest_corners};
+
+/// Triangles with an angle below this \[rad\] are flipped where that helps; 14°. A flip strains the tissue anew, a bisection
+/// does not, so only what a tear has left thin is worth it.
+const FLIP: f64 = 0.244_346_095_279_206_1;
+
+/// Refines the bodies whose tips have gone on since they were last refined.
+pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
+        (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearScratch),
+        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
+    );
+    for (
+        (vertices, triangles, topology, increment),
+        (refinement, refined, tearing, tips, walk, scratch),
+        (holds, springs, grips),
+        (point_loads, edge_loads),
+    ) in world.query_mut::<Query>()
+    {
+        if (step.is_resumed && !walk.may_advance_further) || !notice(refined, tips, vertices) {
+            continue;
+        }
+        count += 1;
+        let followers = Followers { increment, holds, springs, grips, point_loads, edge_loads };
+        let mesh = Mesh { vertices, triangles, topology };
+        Refiner { mesh, followers, refinement, refined, tearing, tips, walk, scratch }.refine();
+    }
+    count
+}
+
+/// Whether tips have come, gone or moved since the last time; notes where they are.
+fn notice(refined: &mut Refined, tips: &Tips, vertices: &Vertices) -> bool {
+    let now = || {
+        let at = |&row: &u32| vertices.rest_position[row as usize];
+        tips.keys().iter().copied().zip(tips.vertex.iter().map(at))
+    };
+    if refined.tips.iter().copied().eq(now()) {
+        return false;
+    }
+    refined.tips.clear();
+    refined.tips.extend(now());
+    refined.is_behind = true;
+    true
+}
+
+/// One body while it is refined.
+struct Refiner<'a> {
+    mesh: Mesh<'a>,
+    followers: Followers<'a>,
+    refinement: &'a Refinement,
+    refined: &'a mut Refined,
+    tearing: &'a Tearing,
+    tips: &'a mut Tips,
+    walk: &'a mut TearDecisions,
+    scratch: &'a mut TearScratch,
+}
+
+impl Refiner<'_> {
+    /// Halves what is too large around the tips, once each, until nothing is: should the budget end it, then everywhere alike.
+    fn refine(&mut self) {
+        let radius = self.tearing.radius;
+        let (edge, reach) = (self.refinement.edge(radius), self.refinement.reach(radius));
+        loop {
+            self.find_large(edge, reach);
+            let (mut has_split, mut is_spent) = (false, false);
+            for place in 0..self.refined.queue.len() {
+                is_spent = !self.halve(self.refined.queue[place].1, edge, &mut has_split);
+                if is_spent {
+                    self.refined.budget_hit_count += 1;
+                    break;
+                }
+            }
+            if self.refinement.may_coarsen {
+                for record in &self.scratch.records {
+                    self.refined.follow(record, self.mesh.tables());
+                }
+            }
+            self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
+            if is_spent || !has_split {
+                return;
+            }
+        }
+    }
+
+    /// Lists the triangles within `reach` \[mm\] of a tip that are larger than `edge` \[mm\], nearest first. Walks from neighbour to
+    /// neighbour, so it never looks across a crack.
+    fn find_large(&mut self, edge: f64, reach: f64) {
+        self.refined.queue.clear();
+        for &vertex in &self.tips.vertex {
+            let tip = self.mesh.vertices.rest_position[vertex as usize];
+            self.walk.begin_walk(self.mesh.triangles.len());
+            self.mesh.topology.incident[vertex as usize].iter().for_each(|&entry| self.walk.visit(entry / 3));
+            while let Some(t) = self.walk.next_visit() {
+                let x = rest_corners(self.mesh.vertices, self.mesh.triangles.corners[t as usize]);
+                let distance = distance_to_triangle(x, tip);
+                if distance > reach {
+                    continue;
+                }
+                if size(self.mesh.triangles.rest[t as usize].area) > edge {
+                    self.refined.queue.push((distance, t));
+                }
+                let neighbours = self.mesh.topology.neighbours[t as usize];
+                neighbours.into_iter().filter(|&n| n != NONE).for_each(|n| self.walk.visit(n));
+            }
+        }
+        self.refined.queue.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    }
+
+    /// Halves a triangle, and what must be halved before, unless that has halved it already. `false` where the budget does not
+    /// allow it. A triangle that cannot be halved stays.
+    fn halve(&mut self, triangle: u32, edge: f64, has_split: &mut bool) -> bool {
+        let most = self.refinement.most_added(self.refined.start_count);
+        let area = |mesh: &Mesh<'_>| mesh.triangles.rest[triangle as usize].area;
+        let start = area(&self.mesh);
+        while area(&self.mesh) == start && size(start) > edge {
+            if self.refined.added + 2 > most {
+                return false;
+            }
+            let before = self.mesh.triangles.len();
+            let mut cutter = Cutter {
+                mesh: &mut self.mesh,
+                is_movable: &|_| false,
+                quality: Quality { flip: FLIP, ..Quality::default() },
+                scratch: self.scratch,
+            };
+            if cutter.bisect(triangle).is_err() {
+                break;
+            }
+            *has_split = true;
+            self.refined.split_count += 1;
+            self.refined.added += (self.mesh.triangles.len() - before) as i64;
+        }
+        true
+    }
+}
