@@ -2,15 +2,27 @@
 //! of a mesh that is fine around every tip.
 
 use super::StepContext;
-use super::tearing::{Cutter, Followers, Quality, TearScratch, distance_to_triangle, size};
-use crate::components::{
-    EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Refinement, Springs, TearDecisions, Tearing,
+use super::tearing::{
+    Cutter, Followers, Quality, Surface, TearScratch, ThinOut, distance_to_triangle, plan_thin_out, size,
 };
-use crate::storage::{Mesh, NONE, Tips, Topology, Triangles, Vertices, measure::rest_corners};
+use crate::components::{
+    EdgeLoads, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined, Refinement, Springs, TearDecisions,
+    Tearing,
+};
+use crate::math::Sym2;
+use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
+use glam::DVec3;
 
 /// Triangles with an angle below this \[rad\] are flipped where that helps; 14°. A flip strains the tissue anew, a bisection
 /// does not, so only what a tear has left thin is worth it.
 const FLIP: f64 = 0.244_346_095_279_206_1;
+
+/// Vertices are taken out from so many times the reach of refinement on, so that a tip that wavers does not see the mesh waver.
+const BEHIND: f64 = 1.5;
+/// Nor do they leave a large triangle nearer than this.
+const CLEAR: f64 = 1.25;
+/// One that could not be taken out at so many times the reach stays for good, so that the list of those to look at stays short.
+const FORGOTTEN: f64 = 5.0;
 
 /// Refines the bodies whose tips have gone on since they were last refined.
 pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -20,21 +32,38 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearScratch),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
+        (Option<&'a Planar>, Option<&'a PreStretch>),
     );
     for (
         (vertices, triangles, topology, increment),
         (refinement, refined, tearing, tips, walk, scratch),
         (holds, springs, grips),
         (point_loads, edge_loads),
+        (planar, pre_stretch),
     ) in world.query_mut::<Query>()
     {
-        if (step.is_resumed && !walk.may_advance_further) || !notice(refined, tips, vertices) {
+        if step.is_resumed && !walk.may_advance_further {
+            continue;
+        }
+        let has_moved = notice(refined, tips, vertices);
+        // Only where a step begins: taking a vertex out restores the momentum of the velocities that it begins with.
+        let is_behind = refined.is_behind && !step.is_resumed;
+        if !has_moved && !is_behind {
             continue;
         }
         count += 1;
-        let followers = Followers { increment, holds, springs, grips, point_loads, edge_loads };
+        let is_planar = planar.is_some();
+        let unstretched = PreStretch::unstretched(pre_stretch);
+        let followers = Followers { increment, holds, springs, grips, point_loads, edge_loads, refined: None };
         let mesh = Mesh { vertices, triangles, topology };
-        Refiner { mesh, followers, refinement, refined, tearing, tips, walk, scratch }.refine();
+        let mut refiner =
+            Refiner { mesh, followers, refinement, refined, tearing, tips, walk, scratch, is_planar, unstretched };
+        if is_behind {
+            refiner.coarsen();
+        }
+        if has_moved {
+            refiner.refine();
+        }
     }
     count
 }
@@ -64,6 +93,8 @@ struct Refiner<'a> {
     tips: &'a mut Tips,
     walk: &'a mut TearDecisions,
     scratch: &'a mut TearScratch,
+    is_planar: bool,
+    unstretched: Sym2,
 }
 
 impl Refiner<'_> {
@@ -81,16 +112,17 @@ impl Refiner<'_> {
                     break;
                 }
             }
-            if self.refinement.may_coarsen {
-                for record in &self.scratch.records {
-                    self.refined.follow(record, self.mesh.tables());
-                }
-            }
-            self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
+            self.follow();
             if is_spent || !has_split {
                 return;
             }
         }
+    }
+
+    fn follow(&mut self) {
+        let tables = self.mesh.tables();
+        self.scratch.records.iter().for_each(|record| self.refined.follow(record, tables));
+        self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
     }
 
     /// Lists the triangles within `reach` \[mm\] of a tip that are larger than `edge` \[mm\], nearest first. Walks from neighbour to
@@ -142,5 +174,66 @@ impl Refiner<'_> {
             self.refined.added += (self.mesh.triangles.len() - before) as i64;
         }
         true
+    }
+
+    /// Takes out the vertices that were made since the start and that no tip needs, the newest first: they go as they came.
+    fn coarsen(&mut self) {
+        self.refined.is_behind = false;
+        let mut made = std::mem::take(&mut self.refined.made);
+        if self.refinement.may_coarsen {
+            made.reverse();
+            made.retain(|&key| self.stays_listed(key));
+            made.reverse();
+        } else {
+            made.clear();
+        }
+        self.refined.made = made;
+    }
+
+    /// Takes a vertex out if that can be done. Whether it is to be looked at again.
+    fn stays_listed(&mut self, key: VertexKey) -> bool {
+        let Some(row) = self.mesh.vertices.row(key) else { return false };
+        let reach = self.refinement.reach(self.tearing.radius);
+        let distance = self.distance_to_tips(|tip| tip.distance(self.mesh.vertices.rest_position[row as usize]));
+        if distance < BEHIND * reach || !self.followers.can_spare(row) {
+            return true;
+        }
+        match self.plan(row, reach) {
+            Some(plan) if self.take_out(row, plan) => false,
+            _ => distance < FORGOTTEN * reach,
+        }
+    }
+
+    fn plan(&self, row: u32, reach: f64) -> Option<ThinOut> {
+        let edge = self.refinement.edge(self.tearing.radius);
+        let is_wanted = |x: [DVec3; 3], area: f64| {
+            size(area) <= edge || self.distance_to_tips(|tip| distance_to_triangle(x, tip)) >= CLEAR * reach
+        };
+        let surface = Surface {
+            vertices: self.mesh.vertices,
+            triangles: self.mesh.triangles,
+            topology: self.mesh.topology,
+            is_planar: self.is_planar,
+            unstretched: self.unstretched,
+        };
+        let strength = self.tearing.strength_transverse.min(self.tearing.strength_fibre);
+        plan_thin_out(&surface, row, strength, &is_wanted)
+    }
+
+    fn take_out(&mut self, vertex: u32, plan: ThinOut) -> bool {
+        let before = self.mesh.triangles.len();
+        let Ok(record) = apply(&mut self.mesh, &Edit::Collapse { vertex, into: plan.into }) else { return false };
+        self.scratch.records.push(record);
+        self.follow();
+        self.refined.removed_count += 1;
+        self.refined.energy_change += plan.energy_change;
+        self.refined.added -= (before - self.mesh.triangles.len()) as i64;
+        true
+    }
+
+    /// The least distance \[mm\] from a tip, as `to` measures it; infinite without tips.
+    fn distance_to_tips(&self, to: impl Fn(DVec3) -> f64) -> f64 {
+        let at = |&row: &u32| self.mesh.vertices.rest_position[row as usize];
+        self.tips.vertex.iter().map(at).map(to).fold(f64::INFINITY, f64::min)
     }
 }

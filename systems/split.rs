@@ -4,7 +4,8 @@
 use super::StepContext;
 use super::tearing::{Advance, Cutter, End, Followers, Quality, Start, TearRefusal, TearScratch, TipChart};
 use crate::components::{
-    EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
+    EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog, TearMode,
+    Tearing,
 };
 use crate::event::EventKind;
 use crate::storage::{Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -18,13 +19,13 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
         (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog, &'a mut TearScratch),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
     );
     for (
         (vertices, triangles, topology, increment),
         (tearing, tips, decisions, log, scratch),
         (holds, springs, grips),
-        (point_loads, edge_loads),
+        (point_loads, edge_loads, refined),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -48,7 +49,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let advances_before = log.advance_count;
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers { increment, holds, springs, grips, point_loads, edge_loads },
+            followers: Followers { increment, holds, springs, grips, point_loads, edge_loads, refined },
             tearing,
             tips,
             log,

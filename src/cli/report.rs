@@ -4,7 +4,7 @@ use super::progress::real_time_factor;
 use super::series::Observation;
 use super::tally::{Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
-use crate::components::{Body, TearLog, Tearing};
+use crate::components::{Body, Refined, Refinement, TearLog, Tearing};
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene};
 use crate::storage::{Tips, Triangles, Vertices};
@@ -107,6 +107,23 @@ pub(super) struct TearFigures {
     pub smallest_angle_deg: Option<f64>,
     /// Smallest averaging radius over edge length at a tip; figures want 3.
     pub edges_per_radius: Option<f64>,
+    /// Absent for a body whose mesh is not refined around tips.
+    pub refinement: Option<RefinementFigures>,
+}
+
+/// What refinement and coarsening did to the mesh.
+#[derive(Serialize)]
+pub(super) struct RefinementFigures {
+    pub splits: u32,
+    pub vertices_removed: u32,
+    /// Triangles added, less those removed.
+    pub triangles_added: i64,
+    /// The budget: most triangles that may be added.
+    pub most_triangles_added: i64,
+    /// How often the budget has ended a refinement.
+    pub budget_hits: u32,
+    /// Sum of the changes of elastic energy by coarsening.
+    pub coarsening_energy_mj: f64,
 }
 
 /// A tip that is alive.
@@ -246,6 +263,20 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         tips,
         smallest_angle_deg: log.smallest_angle.map(f64::to_degrees),
         edges_per_radius: log.edges_per_radius,
+        refinement: refinement_figures(instance, body),
+    })
+}
+
+fn refinement_figures(instance: &Instance, body: Entity) -> Option<RefinementFigures> {
+    let world = instance.simulation.world();
+    let (refinement, refined) = (world.get::<&Refinement>(body).ok()?, world.get::<&Refined>(body).ok()?);
+    Some(RefinementFigures {
+        splits: refined.split_count,
+        vertices_removed: refined.removed_count,
+        triangles_added: refined.added,
+        most_triangles_added: refinement.most_added(refined.start_count),
+        budget_hits: refined.budget_hit_count,
+        coarsening_energy_mj: refined.energy_change,
     })
 }
 
@@ -276,6 +307,14 @@ fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         if tear.ambiguous_advances > 0 {
             let what = "had a runner-up within 5 %: another run could have gone the other way";
             list.push(format!("{}: {} advance(s) {what}", body.name, tear.ambiguous_advances));
+        }
+        if let Some(refinement) = tear.refinement.as_ref().filter(|refinement| refinement.budget_hits > 0) {
+            let RefinementFigures { budget_hits, most_triangles_added: most, .. } = refinement;
+            let left = tear.edges_per_radius.map_or(String::new(), |edges| format!(": R has only {edges:.2} edges"));
+            list.push(format!(
+                "{}: the budget of {most} more triangles ended {budget_hits} refinement(s){left}",
+                body.name
+            ));
         }
         if let Some(edges) = tear.edges_per_radius.filter(|&edges| edges < 3.0) {
             let what = "edges per averaging radius at a tip: under 3 the tear load depends on the mesh";

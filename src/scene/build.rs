@@ -2,11 +2,11 @@
 
 use super::error::{Fault, not_negative, positive};
 use super::region::Surface;
-use super::schema::{BodySpec, FibreSpec, GradingSpec, MaterialSpec, TearModeSpec, TearingSpec};
+use super::schema::{BodySpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, TearModeSpec, TearingSpec};
 use super::{grasp, mesh_file, shape};
 use crate::components::{
     Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, Fibres, Gravity, Grips, Hold, Material, PointLoad, PointLoads,
-    PreStretch, Pressure, Springs, TearMode, Tearing,
+    PreStretch, Pressure, Refinement, Springs, TearMode, Tearing,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -157,6 +157,13 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     if let Some(spec) = &spec.tearing {
         membrane = membrane.with(tearing(spec, &at("tearing"))?);
     }
+    if let Some(refinement) = &spec.refinement {
+        let Some(tearing) = &spec.tearing else {
+            let what = "the mesh is refined around tear tips, and this body has none";
+            return Err(Fault::new(at("refinement"), what, "add a `tearing` table, or remove this one"));
+        };
+        membrane = membrane.with(self::refinement(refinement, tearing.radius, &at("refinement"))?);
+    }
     Ok(membrane)
 }
 
@@ -188,6 +195,28 @@ fn tearing(spec: &TearingSpec, key: &str) -> Result<Tearing, Fault> {
         max_tear_speed: positive(at("max_tear_speed"), spec.max_tear_speed, "mm/ms")?,
         may_initiate: spec.may_initiate,
     })
+}
+
+fn refinement(spec: &RefinementSpec, radius: f64, key: &str) -> Result<Refinement, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let (name, edges_per_radius) = match (spec.edges_per_radius, spec.edge) {
+        (Some(edges), None) => ("edges_per_radius", positive(at("edges_per_radius"), edges, "")?),
+        (None, Some(edge)) => ("edge", radius / positive(at("edge"), edge, "mm")?),
+        (None, None) => ("edges_per_radius", Refinement::default().edges_per_radius),
+        (Some(_), Some(_)) => {
+            return Err(Fault::new(key, "the fineness is given twice", "give either `edges_per_radius` or `edge`"));
+        }
+    };
+    if edges_per_radius > 100.0 {
+        let what = format!("{edges_per_radius} edges per averaging radius are too many");
+        return Err(Fault::new(at(name), what, "give 100 at most; 3 to 6 serve"));
+    }
+    if !(1.0..=100.0).contains(&spec.budget) {
+        let hint = "give the largest number of triangles as a multiple of those at the start, 1 to 100";
+        return Err(Fault::new(at("budget"), format!("{} is outside 1 to 100", spec.budget), hint));
+    }
+    let margin = spec.margin.map(|margin| not_negative(at("margin"), margin, "mm")).transpose()?;
+    Ok(Refinement { edges_per_radius, margin, budget: spec.budget, may_coarsen: spec.may_coarsen })
 }
 
 /// What acts on parts of the body.

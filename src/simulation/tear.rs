@@ -1,7 +1,7 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
 use super::{Simulation, SimulationError};
-use crate::components::{Body, EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearLog};
+use crate::components::{Body, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::Report;
 use crate::schedule::{self, Stage};
@@ -50,17 +50,17 @@ impl Simulation {
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch),
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
+            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
         );
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
         let (
             (vertices, triangles, topology, increment),
             (mut tips, log, scratch),
             (holds, springs, grips),
-            (point_loads, edge_loads),
+            (point_loads, edge_loads, refined),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers = Followers { increment, holds, springs, grips, point_loads, edge_loads };
+        let mut followers = Followers { increment, holds, springs, grips, point_loads, edge_loads, refined };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);

@@ -1,6 +1,6 @@
 //! Components that refer to vertices and follow what edits do to them.
 
-use crate::components::{EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Springs};
+use crate::components::{EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs};
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 
 /// Those that a body carries.
@@ -18,6 +18,8 @@ pub struct Followers<'a> {
     pub point_loads: Option<&'a mut PointLoads>,
     /// Loads along edges.
     pub edge_loads: Option<&'a mut EdgeLoads>,
+    /// The list of what has been added to the mesh.
+    pub refined: Option<&'a mut Refined>,
 }
 
 impl Followers<'_> {
@@ -51,10 +53,14 @@ impl Followers<'_> {
                 tips.follow(record);
             }
             if let Some(holds) = &mut self.holds {
-                holds.groups.iter_mut().for_each(|group| group.members.apply(record, tables));
+                for members in holds.groups.iter_mut().map(|group| &mut group.members) {
+                    members.apply(record, tables);
+                    members.fill_in(record);
+                }
             }
             if let Some(springs) = &mut self.springs {
                 springs.anchors.apply(record, tables);
+                springs.anchors.fill_in(record);
             }
             if let Some(grips) = &mut self.grips {
                 grips.held.iter_mut().for_each(|held| held.apply(record, tables));
@@ -64,6 +70,9 @@ impl Followers<'_> {
             }
             if let Some(loads) = &mut self.edge_loads {
                 loads.follow(record);
+            }
+            if let Some(refined) = &mut self.refined {
+                refined.follow(record, tables);
             }
         }
         records.clear();

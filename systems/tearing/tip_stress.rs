@@ -11,9 +11,8 @@ use crate::storage::{NONE, Topology, Triangles, Vertices};
 use crate::systems::kernels::{disc::disc_triangle_overlap, fan::FanChart, membrane};
 use glam::{DVec2, DVec3};
 
-/// Of a triangle outside the disc, roundings leave an overlap of a few 1e-16 R²: without a floor the walk would go over the
-/// whole mesh.
-const ROUNDING: f64 = 1e-12;
+/// Overlaps up to this part of R² are roundings: triangles anywhere may have them, and the walk would not end at the rim.
+const LEAST_OVERLAP: f64 = 1e-13;
 
 /// A body's surface as the average needs it.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +82,7 @@ pub fn disc_average(
         let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);
         let placed = x.map(|p| chart.place(p));
         let overlap = disc_triangle_overlap(DVec2::ZERO, radius, placed);
-        if !(overlap > ROUNDING * radius * radius) {
+        if !(overlap > LEAST_OVERLAP * radius * radius) {
             continue;
         }
         let fibre = chart.direction(surface.triangles.fibre[t], (x[1] - x[0]).cross(x[2] - x[0]));
