@@ -137,6 +137,7 @@ fn bench(bencher: Bencher, name: &str, cells: [usize; 2]) {
         is_resumed: false,
         tangent: settings.tangent,
         linear: settings.linear,
+        preconditioner: settings.preconditioner,
         newton_iterations: 1,
         newton_tolerance: settings.newton_tolerance,
     };

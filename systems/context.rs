@@ -1,6 +1,6 @@
 //! What every system of a step is told.
 
-use crate::settings::{LinearParams, Tangent};
+use crate::settings::{LinearParams, Preconditioner, Tangent};
 
 /// One step, or one Newton iteration of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +17,8 @@ pub struct StepContext {
     pub tangent: Tangent,
     /// Limits of each linear solve.
     pub linear: LinearParams,
+    /// What makes its iterations few.
+    pub preconditioner: Preconditioner,
     /// Newton iterations at the most.
     pub newton_iterations: u32,
     /// Imbalance, as a fraction of the largest corner force, at which Newton stops.
@@ -25,7 +27,13 @@ pub struct StepContext {
 
 impl StepContext {
     /// A static solve by Newton's method with the exact tangent, under the loads of `time` \[ms\].
-    pub fn of_static_solve(dt: f64, time: f64, tolerance: f64, iterations: u32) -> Self {
+    pub fn of_static_solve(
+        dt: f64,
+        time: f64,
+        tolerance: f64,
+        iterations: u32,
+        preconditioner: Preconditioner,
+    ) -> Self {
         Self {
             dt: if dt > 0.0 { dt } else { 1.0 },
             time,
@@ -33,6 +41,7 @@ impl StepContext {
             is_resumed: false,
             tangent: Tangent::Exact,
             linear: LinearParams { tolerance: 1e-12, iterations: 20_000 },
+            preconditioner,
             newton_iterations: iterations,
             newton_tolerance: tolerance,
         }

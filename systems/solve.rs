@@ -4,26 +4,30 @@ use super::{StepContext, kernels::membrane::shear_majorant, linear, parallel};
 use crate::components::{
     Damping, ExternalStiffness, Forces, Frames, Holds, Increment, LineSearch, Reactions, SolverScratch,
 };
-use crate::settings::{LinearParams, Tangent};
+use crate::settings::{LinearParams, Preconditioner, Tangent};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
-use linear::{CgError, CgInfo, Operator};
+use linear::{CgError, CgInfo, Factor, Operator};
 
 /// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
 const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
+
+/// Up to so many free axes a static solve takes a Cholesky factor unless told otherwise: its memory and time grow faster than
+/// the mesh, and are about 0.3 GB and 2 s there.
+const MOST_AXES_FACTORED: f64 = 2e5;
 
 /// Solves (M/dt² + D/dt + K)·δ = f − M·(u/dt² − v/dt) for the change δ of the displacement u.
 pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
+        (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch, &'a mut Factor),
         (Option<&'a ExternalStiffness>, Option<&'a Damping>),
         (Option<&'a Holds>, Option<&'a mut Reactions>),
     );
     for (
         (vertices, triangles, topology, frames),
-        (forces, increment, scratch),
+        (forces, increment, scratch, factor),
         (external, damping),
         (holds, mut reactions),
     ) in world.query_mut::<Query>()
@@ -62,7 +66,8 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.delta.fill(DVec3::ZERO);
         }
         let params = linear_params(step, scratch, force_scale);
-        match solve_or_fall_back(operator, &params, forces, increment, scratch) {
+        let factor = wants_factor(step, &scratch.free).then_some(factor);
+        match solve_or_fall_back(operator, &params, factor, forces, increment, scratch) {
             Ok(info) => {
                 scratch.iterations += info.iterations;
                 scratch.linear_residual = info.relative_residual;
@@ -136,17 +141,25 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, force_scale: f64) 
     LinearParams { tolerance: needed.min(1e-3).max(step.linear.tolerance), ..step.linear }
 }
 
+fn wants_factor(step: &StepContext, free: &[DVec3]) -> bool {
+    match step.preconditioner {
+        Preconditioner::Auto => step.is_static && free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED,
+        Preconditioner::BlockJacobi => false,
+        Preconditioner::Cholesky => true,
+    }
+}
+
 /// The solve with the step's tangent or, where that is indefinite, with the rotated one.
 fn solve_or_fall_back(
     operator: Operator,
     params: &LinearParams,
+    mut factor: Option<&mut Factor>,
     forces: &mut Forces,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
-        linear::invert_blocks(operator, &scratch.free, &mut scratch.inverse_block);
-        linear::solve(operator, params, &mut forces.corner, delta, scratch)
+        linear::solve(operator, params, factor.as_deref_mut(), &mut forces.corner, delta, scratch)
     };
     if !operator.is_exact {
         return solve(&operator, &mut increment.delta, scratch);

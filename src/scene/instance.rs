@@ -234,6 +234,7 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
         resumes: spec.resumes,
         halvings: spec.halvings,
         threads: spec.threads,
+        ..Settings::default()
     })
 }
 

@@ -158,7 +158,8 @@ impl Simulation {
         error::check_tolerance("the tolerance", tolerance)?;
         self.begin_report();
         let iterations = self.settings.static_iterations.max(2);
-        let step = StepContext::of_static_solve(dt, self.report.time + dt, tolerance, iterations);
+        let (time, preconditioner) = (self.report.time + dt, self.settings.preconditioner);
+        let step = StepContext::of_static_solve(dt, time, tolerance, iterations, preconditioner);
         let Self { world, pool, report, .. } = self;
         pool.run(|| iterate(world, &step, report));
         self.finish_report();
@@ -193,6 +194,7 @@ impl Simulation {
             is_resumed: false,
             tangent: Tangent::Exact,
             linear,
+            preconditioner: self.settings.preconditioner,
             newton_iterations: 1,
             newton_tolerance: 0.0,
         };
@@ -290,6 +292,7 @@ fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, halvings:
         is_resumed: false,
         tangent: settings.tangent,
         linear: settings.linear,
+        preconditioner: settings.preconditioner,
         newton_iterations: settings.newton_iterations.max(1),
         newton_tolerance: settings.newton_tolerance,
     };

@@ -99,7 +99,7 @@ impl Simulation {
         self.settle(dt, tolerance)?;
         for _ in 0..advances {
             let advances_before = self.advances();
-            let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2);
+            let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
             let Self { world, pool, report, .. } = self;
             pool.run(|| schedule::run_stage(world, &step, Stage::Tear, &mut report.systems));
             self.collect_events();

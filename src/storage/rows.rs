@@ -123,3 +123,95 @@ impl<K: Key> Rows<K> {
             && self.keys.iter().enumerate().all(|(row, &key)| self.row(key) == Some(row as u32))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use slotmap::DefaultKey;
+    use std::collections::HashSet;
+
+    #[derive(Clone, Copy, Debug)]
+    enum Change {
+        Push,
+        Pop,
+        SwapRemove(usize),
+        Bury(usize),
+        Exhume(usize),
+        Release,
+    }
+
+    fn change() -> impl Strategy<Value = Change> {
+        prop_oneof![
+            4 => Just(Change::Push),
+            1 => Just(Change::Pop),
+            1 => (0..30_usize).prop_map(Change::SwapRemove),
+            3 => (0..30_usize).prop_map(Change::Bury),
+            3 => (0..30_usize).prop_map(Change::Exhume),
+            1 => Just(Change::Release),
+        ]
+    }
+
+    proptest! {
+        /// Against a plain list of keys: who lives where, who is buried, and that no key is ever given out twice.
+        #[test]
+        fn rows_equal_a_plain_list(changes in prop::collection::vec(change(), 0..200)) {
+            let mut rows = Rows::<DefaultKey>::default();
+            let (mut living, mut buried, mut dead) = (Vec::new(), Vec::new(), HashSet::new());
+            for change in changes {
+                match change {
+                    Change::Push => {
+                        let key = rows.push();
+                        prop_assert!(!living.contains(&key) && !buried.contains(&key) && !dead.contains(&key));
+                        living.push(key);
+                    }
+                    Change::Pop => {
+                        let gone = living.pop();
+                        prop_assert_eq!(rows.pop(), gone);
+                        dead.extend(gone);
+                    }
+                    Change::SwapRemove(row) => {
+                        let gone = (row < living.len()).then(|| living.swap_remove(row));
+                        prop_assert_eq!(rows.swap_remove(row as u32), gone);
+                        dead.extend(gone);
+                    }
+                    Change::Bury(row) => {
+                        let gone = (row < living.len()).then(|| living.swap_remove(row));
+                        prop_assert_eq!(rows.bury(row as u32), gone);
+                        buried.extend(gone);
+                    }
+                    Change::Exhume(row) => {
+                        let back = if row <= living.len() { buried.pop() } else { None };
+                        prop_assert_eq!(rows.exhume(row as u32), back);
+                        if let Some(key) = back {
+                            living.push(key);
+                            let last = living.len() - 1;
+                            living.swap(row, last);
+                        }
+                    }
+                    Change::Release => {
+                        rows.release();
+                        dead.extend(buried.drain(..));
+                    }
+                }
+                prop_assert!(rows.is_consistent());
+                prop_assert_eq!(rows.keys(), &living[..]);
+                prop_assert_eq!(rows.buried(), &buried[..]);
+                prop_assert!((0..).zip(&living).all(|(row, &key)| rows.row(key) == Some(row)));
+                prop_assert!(buried.iter().chain(&dead).all(|&key| rows.row(key).is_none()));
+            }
+        }
+    }
+
+    #[test]
+    fn released_slots_are_used_again() {
+        let mut rows = Rows::<DefaultKey>::default();
+        rows.push();
+        for _ in 0..100_000 {
+            rows.push();
+            rows.bury(0);
+            rows.release();
+        }
+        assert!(rows.slots.capacity() < 10 && rows.buried.capacity() < 10, "memory must not grow with the edits");
+    }
+}

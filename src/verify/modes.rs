@@ -18,9 +18,6 @@ pub fn lowest_frequencies(body: &Snapshot, free: &[DVec3], count: usize) -> Resu
     let operator = operator(&body.vertices, &body.triangles, &body.topology, &body.frames);
     let mass = &body.vertices.mass;
     let mut scratch = SolverScratch { free: free.to_vec(), ..SolverScratch::default() };
-    let mut inverse = Vec::new();
-    linear::invert_blocks(&operator, free, &mut inverse);
-    scratch.inverse_block = inverse;
     let mut corner = vec![[DVec3::ZERO; 3]; body.triangles.len()];
     let params = LinearParams { tolerance: 1e-12, iterations: 20_000 };
     let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).zip(mass).map(|((a, b), m)| a.dot(*b) * m).sum::<f64>();
@@ -38,7 +35,7 @@ pub fn lowest_frequencies(body: &Snapshot, free: &[DVec3], count: usize) -> Resu
         let last = &basis[basis.len() - 1];
         let mut image = vec![DVec3::ZERO; last.len()];
         scratch.residual = last.iter().zip(mass).zip(free).map(|((x, m), f)| *x * *m * *f).collect();
-        linear::solve(&operator, &params, &mut corner, &mut image, &mut scratch)?;
+        linear::solve(&operator, &params, None, &mut corner, &mut image, &mut scratch)?;
         diagonal.push(dot(last, &image));
         // Twice is enough (Kahan).
         for _ in 0..2 {

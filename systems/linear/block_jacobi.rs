@@ -34,3 +34,11 @@ fn invert(block: DMat3, free: DVec3) -> DMat3 {
     };
     mask * inverse * mask
 }
+
+/// z = M⁻¹·r; returns r·z.
+pub fn apply(inverse: &[DMat3], r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
+    parallel::sum_rows(z, partials, |v, z| {
+        *z = inverse[v] * r[v];
+        r[v].dot(*z)
+    })
+}

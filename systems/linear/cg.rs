@@ -33,7 +33,8 @@ pub enum CgError {
 }
 
 /// Solves A·x = b for the free axes of `x`, whose prescribed axes are given and stay. `scratch.residual` holds b on entry and
-/// the residual on exit; `scratch.free` and `scratch.inverse_block` are read; the other vectors are overwritten.
+/// the residual on exit; `scratch.free` is read; the other vectors are overwritten. `precondition(r, z, partials)` writes z ≈ A⁻¹·r
+/// with zeros along prescribed axes, and returns r·z.
 ///
 /// # Errors
 /// See [`CgError`]; `x` is then unchanged along free axes up to the iterations done.
@@ -43,9 +44,10 @@ pub fn solve(
     corner: &mut [[DVec3; 3]],
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
+    mut precondition: impl FnMut(&[DVec3], &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
-    let SolverScratch { free, residual, preconditioned, direction, product, inverse_block, partials, .. } = scratch;
+    let SolverScratch { free, residual, preconditioned, direction, product, partials, .. } = scratch;
     for vector in [&mut *preconditioned, direction, product] {
         vector.resize(n, DVec3::ZERO);
     }
@@ -73,7 +75,7 @@ pub fn solve(
     }
 
     let target_sq = params.tolerance * params.tolerance * reference_sq;
-    let mut rz = precondition(inverse_block, residual, preconditioned, partials);
+    let mut rz = precondition(residual, preconditioned, partials);
     direction.copy_from_slice(preconditioned);
     let mut iteration = 0;
     while residual_sq > target_sq && iteration < params.iterations {
@@ -90,7 +92,7 @@ pub fn solve(
             *r -= product[v] * free[v] * alpha;
             r.length_squared()
         });
-        let next = precondition(inverse_block, residual, preconditioned, partials);
+        let next = precondition(residual, preconditioned, partials);
         let beta = next / rz;
         rz = next;
         parallel::for_rows(direction, |v, p| *p = preconditioned[v] + *p * beta);
@@ -98,12 +100,4 @@ pub fn solve(
     }
     let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
     Ok(CgInfo { iterations: iteration, relative_residual })
-}
-
-/// z = M⁻¹·r; returns r·z.
-fn precondition(inverse: &[glam::DMat3], r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
-    parallel::sum_rows(z, partials, |v, z| {
-        *z = inverse[v] * r[v];
-        r[v].dot(*z)
-    })
 }

@@ -2,8 +2,14 @@
 
 mod block_jacobi;
 mod cg;
+#[cfg_attr(not(feature = "direct"), path = "no_cholesky.rs")]
+mod cholesky;
 mod operator;
+#[cfg(feature = "direct")]
+mod pattern;
+mod preconditioned;
 
-pub use block_jacobi::invert_blocks;
-pub use cg::{CgError, CgInfo, solve};
+pub use cg::{CgError, CgInfo};
+pub use cholesky::Factor;
 pub use operator::Operator;
+pub use preconditioned::solve;

@@ -49,7 +49,7 @@ impl Operator<'_> {
     }
 
     /// What vertex `v` contributes by itself: mass and external stiffness.
-    fn own_block(&self, v: usize) -> DMat3 {
+    pub fn own_block(&self, v: usize) -> DMat3 {
         let mass = DMat3::from_diagonal(DVec3::splat(self.vertices.mass[v] * self.inertia));
         self.external.map_or(mass, |e| mass + e.block[v])
     }
@@ -77,6 +77,14 @@ impl Operator<'_> {
             *out = own + gathered;
             (weight[v] * u[v]).dot(*out)
         })
+    }
+
+    /// Forces \[N/mm\] on the corners of triangle `t` for a unit displacement of one of them along an axis.
+    #[cfg(feature = "direct")]
+    pub fn element_column(&self, t: usize, corner: usize, axis: usize) -> [DVec3; 3] {
+        let mut unit = [DVec3::ZERO; 3];
+        unit[corner][axis] = 1.0;
+        self.element(t).apply(unit)
     }
 
     /// The 3×3 block of vertex `v` on the diagonal \[N/mm\].

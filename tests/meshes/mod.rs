@@ -1,6 +1,8 @@
 //! Meshes and bodies for the tests of edits and tears, and a random source with fixed seeds.
 #![allow(dead_code)]
 
+pub mod twin;
+
 use glam::{DMat3, DVec3};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
@@ -86,6 +88,22 @@ pub fn sphere(levels: usize) -> Sheet {
         corners = next;
     }
     Sheet { positions, corners }
+}
+
+/// A closed torus of `n` × `m` cells, radii 3 and 1.
+pub fn torus(n: usize, m: usize) -> Sheet {
+    let at = |i: usize, j: usize| (i % n * m + j % m) as u32;
+    let turn = |k: usize, of: usize| std::f64::consts::TAU * k as f64 / of as f64;
+    let point = |i, j| {
+        let (out, (up, across)) = (DMat3::from_rotation_z(turn(i, n)).x_axis, turn(j, m).sin_cos());
+        out * (3.0 + across) + DVec3::Z * up
+    };
+    let cells = || (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
+    let halves = |(i, j)| {
+        let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+        [[a, b, c], [a, c, d]]
+    };
+    Sheet { positions: cells().map(|(i, j)| point(i, j)).collect(), corners: cells().flat_map(halves).collect() }
 }
 
 #[derive(Clone)]
