@@ -3,6 +3,7 @@
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
 use hecs::Entity;
+use std::fmt;
 
 /// One event.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +18,46 @@ pub struct Event {
     pub kind: EventKind,
 }
 
+/// The course of an advance: that of the direction which the criterion chose, or the nearest that the mesh allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Course {
+    /// On the ray, through the whole triangle.
+    Exact,
+    /// To a vertex beside the ray.
+    Snapped,
+    /// On the ray, a part of the way through the triangle.
+    Part,
+    /// Along an existing edge that leads forward: always in edge mode, the last resort in free mode.
+    Edge,
+}
+
+impl Course {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Exact, Self::Snapped, Self::Part, Self::Edge];
+}
+
+impl fmt::Display for Course {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Exact => "exact",
+            Self::Snapped => "snapped",
+            Self::Part => "part",
+            Self::Edge => "edge",
+        })
+    }
+}
+
+/// What the criterion says for a decision, and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// The criterion in the chosen direction.
+    pub criterion: f64,
+    /// 1 − (best other direction's criterion)/criterion; infinite where there was no other.
+    pub margin: f64,
+    /// Whether the margin is under 5 %: by its nature another run could have gone the other way.
+    pub is_ambiguous: bool,
+}
+
 /// The kinds of event. Positions and directions are in the rest shape.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EventKind {
@@ -26,6 +67,8 @@ pub enum EventKind {
         tip: TipKey,
         /// Where it is \[mm\].
         at: DVec3,
+        /// The criterion's verdict where it began the tear; `None` for a cut.
+        verdict: Option<Verdict>,
     },
     /// A tip moved on.
     Advanced {
@@ -39,18 +82,29 @@ pub enum EventKind {
         direction: DVec3,
         /// The criterion there.
         criterion: f64,
-        /// 1 − (best other direction's criterion)/criterion; 1 where there was no other.
+        /// As in [`Verdict`].
         margin: f64,
-        /// Whether the margin is under 5 %: by its nature another run could have gone the other way.
+        /// As in [`Verdict`].
         is_ambiguous: bool,
+        /// Whether it went there, or which other way.
+        course: Course,
     },
-    /// A tip reached a boundary and is gone.
+    /// A body with an [`EnergyAudit`](crate::components::EnergyAudit) has found its equilibrium after tears have advanced or it
+    /// was cut, with nothing else moved on. Advances of several tips before one equilibrium are told together: their shares
+    /// cannot be told apart.
+    Released {
+        /// Fall of its elastic energy, and the work of its loads meanwhile \[mJ\].
+        energy: f64,
+        /// Length torn and cut since the last equilibrium \[mm\].
+        length: f64,
+    },
+    /// A tip reached a boundary, or a tear or a cut went through it, and is gone.
     Ended {
         /// The tip, no longer alive.
         tip: TipKey,
         /// Where it ended \[mm\].
         at: DVec3,
-        /// The vertex it ran into.
+        /// The vertex there.
         vertex: Option<VertexKey>,
     },
     /// A piece came free.
@@ -58,7 +112,23 @@ pub enum EventKind {
         /// Triangles of the smaller part.
         triangle_count: usize,
     },
-    /// The criterion asked for an advance that the mesh could not make.
+    /// The tissue was parted at a vertex that a hold or a grip has hold of: it keeps both lips, so the tear stays shut there.
+    HeldShut {
+        /// Where \[mm\].
+        at: DVec3,
+    },
+    /// A tip wants to advance where the mesh is too coarse for the averaging radius: the load depends on the mesh there.
+    /// Told once per tip.
+    UnderResolved {
+        /// The tip.
+        tip: TipKey,
+        /// Where \[mm\].
+        at: DVec3,
+        /// Averaging radius over edge length; should be 3 or more.
+        edges_per_radius: f64,
+    },
+    /// The criterion asked for an advance that the mesh could not make in any way. The tip rests, and is tried again in later
+    /// steps; told once until it moves or relaxes.
     Refused {
         /// The tip.
         tip: Option<TipKey>,

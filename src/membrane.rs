@@ -9,7 +9,7 @@ use crate::storage::{
     Broken, Mesh, MeshError, Tips, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
 };
 use crate::systems::linear::Factor;
-use crate::systems::tearing::TearScratch;
+use crate::systems::tearing::{TearScratch, TipMemory};
 use glam::DVec3;
 use hecs::EntityBuilder;
 
@@ -170,13 +170,19 @@ impl Membrane {
         let c = &mut self.components;
         c.add(Body { name: self.name, order });
         c.add_bundle((vertices, triangles, topology));
-        c.add_bundle((Frames::default(), Forces::default(), Increment::default(), SolverScratch::default(), Factor::default()));
+        c.add_bundle((
+            Frames::default(),
+            Forces::default(),
+            Increment::default(),
+            SolverScratch::default(),
+            Factor::default(),
+        ));
         c.add_bundle((TearLog::default(), TearScratch::default()));
         if !self.holds.is_empty() {
             c.add_bundle((Holds { groups: self.holds }, Reactions::default()));
         }
         if c.has::<Tearing>() {
-            c.add_bundle((Tips::default(), TearDecisions::default()));
+            c.add_bundle((Tips::default(), TearDecisions::default(), TipMemory::default()));
         }
         if let Some(refined) = refined {
             c.add(refined);

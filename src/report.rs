@@ -31,6 +31,9 @@ pub struct BodyReport {
     pub is_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: bool,
+    /// Whether a tip could have advanced further, but the step had been taken up again as often as the settings allow, or a
+    /// quasi-static tear had had all its rounds.
+    pub is_tear_cut_short: bool,
 }
 
 /// One step, or one static solve.

@@ -14,6 +14,8 @@ pub enum Stage {
     Resume,
     /// In every Newton iteration.
     Iterate,
+    /// Once, each time the iterations have ended.
+    Account,
     /// Once, at the end, on the state that the step has reached.
     Tear,
 }
@@ -35,12 +37,16 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
 
 /// All systems in the order in which they run.
 pub const STEP: &[System] = &[
+    system("energy: begin", Stage::Begin, systems::energy::begin),
     system("refine", Stage::Begin, systems::refine::refine),
+    system("energy: refined", Stage::Begin, systems::energy::refined),
     system("hold", Stage::Begin, systems::hold::hold),
     system("refine further", Stage::Resume, systems::refine::refine),
+    system("energy: refined further", Stage::Resume, systems::energy::edits),
     system("resume", Stage::Resume, systems::hold::resume),
     system("corotation", Stage::Iterate, systems::corotation::corotation),
     system("assembly", Stage::Iterate, systems::assembly::assembly),
+    system("energy: membrane", Stage::Iterate, systems::energy::membrane),
     system("gravity", Stage::Iterate, systems::gravity::gravity),
     system("pressure", Stage::Iterate, systems::pressure::pressure),
     system("point loads", Stage::Iterate, systems::loads::point_loads),
@@ -49,10 +55,13 @@ pub const STEP: &[System] = &[
     system("grip", Stage::Iterate, systems::grip::grip),
     system("drag", Stage::Iterate, systems::drag::drag),
     system("contact", Stage::Iterate, systems::contact::contact),
+    system("energy: loads", Stage::Iterate, systems::energy::loads),
     system("solve", Stage::Iterate, systems::solve::solve),
     system("integrate", Stage::Iterate, systems::integrate::integrate),
+    system("energy: account", Stage::Account, systems::energy::account),
     system("criterion", Stage::Tear, systems::criterion::criterion),
     system("split", Stage::Tear, systems::split::split),
+    system("energy: edits", Stage::Tear, systems::energy::edits),
 ];
 
 /// Runs the systems of one stage in order and adds their times and counts to `reports`, which has one entry per system.

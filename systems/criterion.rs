@@ -1,16 +1,17 @@
-//! The tear criterion at every tip and, where a body may tear by itself, at its triangles.
+//! The tear criterion at every tip and, where a body may tear by itself, at its triangles and along its boundary.
 
 use super::StepContext;
 use super::kernels::failure;
-use super::tearing::{Surface, decision, disc_average, strength, tip_decision};
-use crate::components::{Planar, PreStretch, TearDecision, TearDecisions, Tearing};
+use super::tearing::{Surface, TipMemory, decision, disc_average, strength, tip_decision, vertex_decision};
+use crate::components::{Grips, Holds, Planar, PreStretch, TearDecision, TearDecisions, TearSite, Tearing};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 
-/// A tear starts at least so many averaging radii from every tip. Nearer, a disc ahead of the tip shares its stress
-/// concentration, and can even exceed the tip's own average by a fifth (K field: 1.2 against 1.02 K/√(2πR) at a distance
-/// R, 0.75 at 2R): there the tip decides, or each tear would raise a swarm of others.
-const FROM_TIPS: f64 = 2.0;
+/// A tear starts at least so many averaging radii from every tip, and from every vertex that a hold or a closed grip has hold
+/// of. Nearer, a disc ahead of the tip shares its stress concentration, and can even exceed the tip's own average by a
+/// fifth (K field: 1.2 against 1.02 K/√(2πR) at a distance R, 0.75 at 2R): there the tip decides, or each tear would raise a
+/// swarm of others. A clamp concentrates stress in the same way at its corners, and the tissue in its jaws is not modelled.
+const APART: f64 = 2.0;
 
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
 /// has no tip and may not start a tear.
@@ -18,14 +19,15 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
-        (&'a mut Tips, &'a mut TearDecisions),
-        (Option<&'a Planar>, Option<&'a PreStretch>),
+        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory),
+        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Holds>, Option<&'a Grips>),
     );
-    for ((vertices, triangles, topology, tearing), (tips, scratch), (planar, pre_stretch)) in world.query_mut::<Query>()
+    for ((vertices, triangles, topology, tearing), (tips, decisions, memory), (planar, pre_stretch, holds, grips)) in
+        world.query_mut::<Query>()
     {
-        scratch.tips.clear();
-        scratch.start = None;
-        let is_done = step.is_resumed && !scratch.may_advance_further;
+        decisions.tips.clear();
+        decisions.start = None;
+        let is_done = step.is_resumed && !decisions.may_advance_further;
         if is_done || (tips.is_empty() && !tearing.may_initiate) {
             continue;
         }
@@ -33,51 +35,78 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         let unstretched = PreStretch::unstretched(pre_stretch);
         let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched };
         for tip in 0..tips.len() {
-            let decision = tip_decision(&surface, tearing, tips.vertex[tip], tips.previous[tip], scratch);
+            let place = (tips.vertex[tip], tips.previous[tip]);
+            let decision = tip_decision(&surface, tearing, tip, place, memory);
             tips.criterion[tip] = decision.map_or(0.0, |d| d.value);
-            scratch.tips.push(decision);
+            decisions.tips.push(decision);
         }
         if tearing.may_initiate {
-            scratch.start = strongest_triangle(&surface, tearing, tips, scratch);
+            let at = |&row: &u32| vertices.rest_position[row as usize];
+            let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
+            let gripped = || grips.iter().flat_map(|g| &g.held).flat_map(|held| held.rows());
+            let least_sq = (APART * tearing.radius).powi(2);
+            let may_start = |p: DVec3| {
+                let mut others = tips.vertex.iter().chain(held()).chain(gripped()).map(at);
+                others.all(|q| q.distance_squared(p) >= least_sq)
+            };
+            decisions.start = strongest_start(&surface, tearing, &may_start, (&mut decisions.rim, memory));
         }
     }
     count
 }
 
-/// The triangle whose disc average exceeds the criterion most. The cheap bound comes first: a triangle whose own largest
-/// principal stress is under every threshold cannot be the centre of a start.
-fn strongest_triangle(
+/// The place whose disc average exceeds the criterion most; of equal ones triangles before vertices, and the lowest row. The
+/// cheap bound comes first: a triangle whose own largest principal stress is under every threshold cannot be the centre of
+/// a start, nor a vertex of the boundary whose triangles are all such.
+fn strongest_start(
     surface: &Surface,
     tearing: &Tearing,
-    tips: &Tips,
-    scratch: &mut TearDecisions,
-) -> Option<TearDecision> {
+    may_start: &dyn Fn(DVec3) -> bool,
+    (rim, memory): (&mut Vec<u32>, &mut TipMemory),
+) -> Option<(TearSite, TearDecision)> {
     let strength = strength(tearing);
-    let tip_at = |&vertex: &u32| surface.vertices.rest_position[vertex as usize];
-    let is_near_tip = |p: DVec3| tips.vertex.iter().any(|v| tip_at(v).distance(p) < FROM_TIPS * tearing.radius);
-    let mut best: Option<TearDecision> = None;
+    let rest = &surface.vertices.rest_position;
+    let mut best: Option<(TearSite, TearDecision)> = None;
+    let mut offer = |site: TearSite, found: Option<TearDecision>| {
+        if let Some(found) = found.filter(|found| found.value > best.map_or(1.0, |(_, best)| best.value)) {
+            best = Some((site, found));
+        }
+    };
+    rim.clear();
     for t in 0..surface.triangles.len() {
         if failure::cannot_tear(surface.stress(t), &strength) {
             continue;
         }
-        let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);
-        let centre = (x[0] + x[1] + x[2]) / 3.0;
-        if is_near_tip(centre) {
+        let corners = surface.triangles.corners[t];
+        rim.extend(corners.into_iter().filter(|&v| surface.topology.is_boundary_vertex(v)));
+        let x = corners.map(|v| rest[v as usize]);
+        if !may_start((x[0] + x[1] + x[2]) / 3.0) {
             continue;
         }
-        let fibre = surface.triangles.fibre[t];
-        let axes = [fibre, (x[1] - x[0]).cross(x[2] - x[0]).normalize().cross(fibre)];
-        let average = disc_average(surface, centre, axes, tearing.radius, [t as u32], scratch);
-        let found = average.and_then(|average| {
-            let answer = failure::evaluate(average.stress, average.fibre, &strength, None, None)?;
-            let d = answer.best.direction;
-            answer.tears().then(|| decision(t as u32, &answer, &average, axes, axes[0] * d.x + axes[1] * d.y))
-        });
-        if let Some(found) = found
-            && best.is_none_or(|b| found.value > b.value)
-        {
-            best = Some(found);
-        }
+        offer(TearSite::Triangle(t as u32), in_triangle(surface, tearing, t, x, memory));
+    }
+    rim.sort_unstable();
+    rim.dedup();
+    for &vertex in rim.iter().filter(|&&vertex| may_start(rest[vertex as usize])) {
+        offer(TearSite::Vertex(vertex), vertex_decision(surface, tearing, vertex, memory));
     }
     best
+}
+
+/// The criterion at the centroid of a triangle, from the average over the disc about it.
+fn in_triangle(
+    surface: &Surface,
+    tearing: &Tearing,
+    t: usize,
+    x: [DVec3; 3],
+    memory: &mut TipMemory,
+) -> Option<TearDecision> {
+    let fibre = surface.triangles.fibre[t];
+    let axes = [fibre, (x[1] - x[0]).cross(x[2] - x[0]).normalize().cross(fibre)];
+    let centre = (x[0] + x[1] + x[2]) / 3.0;
+    let buffers = (&mut memory.passing, &mut memory.walk);
+    let average = disc_average(surface, centre, axes, tearing.radius, [t as u32], buffers)?;
+    let answer = memory.search(strength(tearing)).evaluate(average.stress, average.fibre, None, None)?;
+    let d = answer.best.direction;
+    Some(decision(t as u32, &answer, &average, axes, axes[0] * d.x + axes[1] * d.y))
 }

@@ -10,6 +10,7 @@ pub mod context;
 pub mod corotation;
 pub mod criterion;
 pub mod drag;
+pub mod energy;
 pub mod gravity;
 pub mod grip;
 pub mod hold;

@@ -3,11 +3,11 @@
 
 use super::StepContext;
 use super::tearing::{
-    Cutter, Followers, Quality, Surface, TearScratch, ThinOut, distance_to_triangle, plan_thin_out, size,
+    Cutter, Followers, Quality, Surface, TearScratch, ThinOut, TipMemory, distance_to_triangle, plan_thin_out, size,
 };
 use crate::components::{
-    EdgeLoads, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined, Refinement, Springs, TearDecisions,
-    Tearing,
+    EdgeLoads, EnergyAudit, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined, Refinement, Springs,
+    TearDecisions, Tearing,
 };
 use crate::math::Sym2;
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
@@ -29,20 +29,22 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
-        (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearScratch),
+        (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a TearDecisions),
+        (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
         (Option<&'a Planar>, Option<&'a PreStretch>),
     );
     for (
         (vertices, triangles, topology, increment),
-        (refinement, refined, tearing, tips, walk, scratch),
+        (refinement, refined, tearing, tips, decisions),
+        (scratch, memory, audit),
         (holds, springs, grips),
         (point_loads, edge_loads),
         (planar, pre_stretch),
     ) in world.query_mut::<Query>()
     {
-        if step.is_resumed && !walk.may_advance_further {
+        if step.is_resumed && !decisions.may_advance_further {
             continue;
         }
         let has_moved = notice(refined, tips, vertices);
@@ -54,15 +56,20 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         count += 1;
         let is_planar = planar.is_some();
         let unstretched = PreStretch::unstretched(pre_stretch);
-        let followers = Followers { increment, holds, springs, grips, point_loads, edge_loads, refined: None };
+        let memory = Some(memory);
+        let followers = Followers { increment, memory, holds, springs, grips, point_loads, edge_loads, refined: None };
         let mesh = Mesh { vertices, triangles, topology };
         let mut refiner =
-            Refiner { mesh, followers, refinement, refined, tearing, tips, walk, scratch, is_planar, unstretched };
+            Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched };
         if is_behind {
             refiner.coarsen();
         }
         if has_moved {
             refiner.refine();
+        }
+        // Those of the last step are of another mesh.
+        if let Some(audit) = audit {
+            audit.forget_loads();
         }
     }
     count
@@ -91,7 +98,6 @@ struct Refiner<'a> {
     refined: &'a mut Refined,
     tearing: &'a Tearing,
     tips: &'a mut Tips,
-    walk: &'a mut TearDecisions,
     scratch: &'a mut TearScratch,
     is_planar: bool,
     unstretched: Sym2,
@@ -129,11 +135,14 @@ impl Refiner<'_> {
     /// neighbour, so it never looks across a crack.
     fn find_large(&mut self, edge: f64, reach: f64) {
         self.refined.queue.clear();
+        let Some(walk) = self.followers.memory.as_mut().map(|memory| &mut memory.walk) else { return };
         for &vertex in &self.tips.vertex {
             let tip = self.mesh.vertices.rest_position[vertex as usize];
-            self.walk.begin_walk(self.mesh.triangles.len());
-            self.mesh.topology.incident[vertex as usize].iter().for_each(|&entry| self.walk.visit(entry / 3));
-            while let Some(t) = self.walk.next_visit() {
+            walk.begin(self.mesh.triangles.len());
+            self.mesh.topology.incident[vertex as usize].iter().for_each(|&entry| walk.visit(entry / 3));
+            let mut place = 0;
+            while let Some(t) = walk.at(place) {
+                place += 1;
                 let x = rest_corners(self.mesh.vertices, self.mesh.triangles.corners[t as usize]);
                 let distance = distance_to_triangle(x, tip);
                 if distance > reach {
@@ -143,7 +152,7 @@ impl Refiner<'_> {
                     self.refined.queue.push((distance, t));
                 }
                 let neighbours = self.mesh.topology.neighbours[t as usize];
-                neighbours.into_iter().filter(|&n| n != NONE).for_each(|n| self.walk.visit(n));
+                neighbours.into_iter().filter(|&n| n != NONE).for_each(|n| walk.visit(n));
             }
         }
         self.refined.queue.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

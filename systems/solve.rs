@@ -52,6 +52,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             continue;
         }
         scratch.newton_iterations += 1;
+        scratch.is_exact = step.tangent == Tangent::Exact;
         let operator = Operator {
             vertices,
             triangles,
@@ -60,14 +61,15 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             external,
             inertia: step.inertia(),
             viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
-            is_exact: step.tangent == Tangent::Exact,
+            is_exact: scratch.is_exact,
         };
         if step.is_static && scratch.newton_iterations > 1 {
             increment.delta.fill(DVec3::ZERO);
         }
         let params = linear_params(step, scratch, force_scale);
         let factor = wants_factor(step, &scratch.free).then_some(factor);
-        match solve_or_fall_back(operator, &params, factor, forces, increment, scratch) {
+        let mut rotated = None;
+        match solve_or_fall_back(operator, &params, factor, forces, increment, scratch, &mut rotated) {
             Ok(info) => {
                 scratch.iterations += info.iterations;
                 scratch.linear_residual = info.relative_residual;
@@ -78,7 +80,9 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         if step.newton_iterations == 1
             && let (Some(holds), Some(reactions)) = (holds, reactions)
         {
-            reactions_of_linear_step(&operator, forces, increment, scratch, step, (holds, reactions));
+            let used =
+                rotated.as_ref().map_or(operator, |frames| Operator { frames, is_exact: scratch.is_exact, ..operator });
+            reactions_of_linear_step(&used, forces, increment, scratch, step, (holds, reactions));
         }
         if step.is_static {
             start_line_search(forces, increment, scratch);
@@ -143,13 +147,15 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, force_scale: f64) 
 
 fn wants_factor(step: &StepContext, free: &[DVec3]) -> bool {
     match step.preconditioner {
-        Preconditioner::Auto => step.is_static && free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED,
+        Preconditioner::Auto => {
+            step.is_static && free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED
+        }
         Preconditioner::BlockJacobi => false,
         Preconditioner::Cholesky => true,
     }
 }
 
-/// The solve with the step's tangent or, where that is indefinite, with the rotated one.
+/// The solve with the step's tangent or, where that is indefinite, with the rotated one, which is then left in `rotated`.
 fn solve_or_fall_back(
     operator: Operator,
     params: &LinearParams,
@@ -157,6 +163,7 @@ fn solve_or_fall_back(
     forces: &mut Forces,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
+    rotated: &mut Option<Frames>,
 ) -> Result<CgInfo, CgError> {
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
         linear::solve(operator, params, factor.as_deref_mut(), &mut forces.corner, delta, scratch)
@@ -170,14 +177,15 @@ fn solve_or_fall_back(
         return result;
     }
     scratch.fell_back = true;
+    scratch.is_exact = false;
     scratch.residual = rhs;
     increment.delta = first_guess;
-    let mut frames = operator.frames.clone();
+    let frames = rotated.insert(operator.frames.clone());
     for (t, state) in operator.frames.state.iter().enumerate() {
         frames.normal[t] = frames.normal[t].positive_part();
         frames.shear[t] = shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t]);
     }
-    solve(&Operator { frames: &frames, is_exact: false, ..operator }, &mut increment.delta, scratch)
+    solve(&Operator { frames, is_exact: false, ..operator }, &mut increment.delta, scratch)
 }
 
 /// Constraint forces of a linearly implicit step: A·δ − b on the prescribed axes.

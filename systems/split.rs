@@ -2,28 +2,33 @@
 //! the mesh follows.
 
 use super::StepContext;
-use super::tearing::{Advance, Cutter, End, Followers, Quality, Start, TearRefusal, TearScratch, TipChart};
+use super::tearing::{Advance, Cutter, End, Followers, NewTip, Quality, TearRefusal, TearScratch, TipChart, TipMemory};
 use crate::components::{
     EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog, TearMode,
-    Tearing,
+    TearSite, Tearing,
 };
-use crate::event::EventKind;
-use crate::storage::{Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
+use crate::event::{Course, EventKind, Verdict};
+use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 use smallvec::SmallVec;
+
+/// With fewer edges per averaging radius the tear load depends on the mesh.
+const RESOLVED: f64 = 3.0;
 
 /// Carries out what the criterion has decided: one advance per tip, in the order of the tips' rows, then one start.
 pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
-        (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog, &'a mut TearScratch),
+        (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
+        (&'a mut TearScratch, Option<&'a mut TipMemory>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
     );
     for (
         (vertices, triangles, topology, increment),
-        (tearing, tips, decisions, log, scratch),
+        (tearing, tips, decisions, log),
+        (scratch, memory),
         (holds, springs, grips),
         (point_loads, edge_loads, refined),
     ) in world.query_mut::<Query>()
@@ -31,29 +36,27 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         if step.is_resumed && !decisions.may_advance_further {
             continue;
         }
+        let reach = match *step {
+            StepContext { is_static: true, .. } => Reach::Unlimited,
+            StepContext { is_resumed: true, .. } => Reach::Left,
+            _ => Reach::New(tearing.max_tear_speed * step.dt),
+        };
         let asks = |d: &&TearDecision| d.value > 1.0;
         if decisions.start.is_none() && !decisions.tips.iter().flatten().any(|d| asks(&d)) {
-            tips.allowance.fill(0.0);
-            tips.is_refused.fill(false);
+            (0..tips.len()).for_each(|tip| rest(tips, tip, reach));
             decisions.may_advance_further = false;
             continue;
         }
         count += 1;
-        let reach = if step.is_static {
-            f64::INFINITY
-        } else if step.is_resumed {
-            0.0
-        } else {
-            tearing.max_tear_speed * step.dt
-        };
-        let advances_before = log.advance_count;
+        let (advances_before, starts_before) = (log.advance_count, log.start_count);
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers { increment, holds, springs, grips, point_loads, edge_loads, refined },
+            followers: Followers { increment, memory, holds, springs, grips, point_loads, edge_loads, refined },
             tearing,
             tips,
             log,
             scratch,
+            parted: SmallVec::new(),
         };
         let keys: SmallVec<[TipKey; 8]> = tearer.tips.keys().into();
         for (key, decision) in keys.into_iter().zip(&decisions.tips) {
@@ -61,13 +64,34 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
                 tearer.advance(key, decision, reach);
             }
         }
-        if let Some(start) = &decisions.start {
-            tearer.start(start);
+        if let Some((site, decision)) = decisions.start {
+            let refused = tearer.start(site, &decision);
+            tearer.tell_refused_start(refused, &mut decisions.refused_start);
         }
-        let has_advanced = tearer.log.advance_count > advances_before;
-        decisions.may_advance_further = has_advanced && tearer.tips.allowance.iter().any(|&left| left > 0.0);
+        let (has_advanced, has_started) = (log.advance_count > advances_before, log.start_count > starts_before);
+        let has_more = tips.allowance.iter().any(|&left| left > 0.0);
+        decisions.may_advance_further =
+            if step.is_static { has_advanced || has_started } else { has_advanced && has_more };
     }
     count
+}
+
+/// How far tips may go.
+#[derive(Clone, Copy, Debug)]
+enum Reach {
+    /// Until they come to rest.
+    Unlimited,
+    /// So far \[mm\] in a new step.
+    New(f64),
+    /// What is left of a step that is taken up again.
+    Left,
+}
+
+/// A tip that does not want to advance saves nothing up; only what it went too far is paid off in time.
+fn rest(tips: &mut Tips, tip: usize, reach: Reach) {
+    let more = if let Reach::New(more) = reach { more } else { 0.0 };
+    tips.allowance[tip] = (tips.allowance[tip] + more).min(0.0);
+    tips.is_refused[tip] = false;
 }
 
 /// One body while it tears.
@@ -78,53 +102,58 @@ struct Tearer<'a> {
     tips: &'a mut Tips,
     log: &'a mut TearLog,
     scratch: &'a mut TearScratch,
+    /// The vertices that the last cut has parted.
+    parted: SmallVec<[u32; 4]>,
 }
 
 impl Tearer<'_> {
-    /// Advances a tip by at most what it has saved up and `reach` \[mm\] more.
-    fn advance(&mut self, key: TipKey, decision: &TearDecision, reach: f64) {
+    /// Advances a tip by one triangle or edge, if its allowance is enough for it.
+    fn advance(&mut self, key: TipKey, decision: &TearDecision, reach: Reach) {
         // A tip that another one has met in this step is gone.
         let Some(tip) = self.tips.row(key).map(|row| row as usize) else { return };
         self.log.edges_per_radius =
             Some(self.log.edges_per_radius.map_or(decision.edges_per_radius, |e| e.min(decision.edges_per_radius)));
         if !(decision.value > 1.0) {
-            self.tips.allowance[tip] = 0.0;
-            self.tips.is_refused[tip] = false;
-            return;
+            return rest(self.tips, tip, reach);
         }
-        self.tips.allowance[tip] += reach;
         let (vertex, ideal) = (self.tips.vertex[tip], self.tips.ideal[tip]);
-        // Whole triangles only: a tear that stopped inside one would leave more and worse ones. What is too short is saved up;
-        // a sum of equal parts may miss the way by roundings.
-        let way = self.way_ahead(vertex, decision.direction);
-        if way.is_some_and(|way| self.tips.allowance[tip] < way * (1.0 - 1e-9)) {
+        let at = self.mesh.vertices.rest_position[vertex as usize];
+        let edges_per_radius = decision.edges_per_radius;
+        if edges_per_radius < RESOLVED && !std::mem::replace(&mut self.tips.is_coarse[tip], true) {
+            self.log.pending.push(EventKind::UnderResolved { tip: key, at, edges_per_radius });
+        }
+        // Whole triangles only: a tear that stopped inside one would leave more and worse ones. What is too short is saved up,
+        // but for one triangle only: what a step leaves unused beyond that has been forgone.
+        let chart = TipChart::new(&self.mesh, vertex);
+        let exit = chart.as_ref().ok().and_then(|tip| tip.chart.exit(tip.chart.to_chart(decision.direction)));
+        let way = exit.map_or(0.0, |exit| exit.distance);
+        if let Reach::New(more) = reach {
+            self.tips.allowance[tip] = self.tips.allowance[tip].min(way) + more;
+        }
+        // A sum of equal parts may miss the way by roundings.
+        let is_allowed = matches!(reach, Reach::Unlimited) || self.tips.allowance[tip] >= way * (1.0 - 1e-9);
+        if !is_allowed {
             return;
         }
         let mode = self.tearing.mode;
-        let result = self.cut(|cutter| match mode {
-            TearMode::Free => {
-                cutter.advance(vertex, decision.direction, f64::INFINITY).map(|advance| (advance, advance.to))
-            }
-            TearMode::Edge => {
-                let advance = cutter.advance_along_edge(vertex, ideal, decision.direction)?;
-                Ok((advance.advance, advance.ideal))
-            }
+        let result = chart.and_then(|tip| {
+            self.cut(|cutter| match mode {
+                TearMode::Free => cutter.advance_from(&tip, decision.direction).map(|advance| (advance, advance.to)),
+                TearMode::Edge => {
+                    let step = cutter.advance_along_edge_from(&tip, ideal, decision.direction)?;
+                    Ok((step.advance, step.ideal))
+                }
+            })
         });
         match result {
             Ok((advance, ideal)) => self.record_advance(key, decision, &advance, ideal),
             Err(refusal) => {
-                self.tips.allowance[tip] = 0.0;
+                self.tips.allowance[tip] = self.tips.allowance[tip].min(0.0);
                 if !std::mem::replace(&mut self.tips.is_refused[tip], true) {
-                    self.refuse(Some(key), self.mesh.vertices.rest_position[vertex as usize], &refusal);
+                    self.refuse(Some(key), at, &refusal);
                 }
             }
         }
-    }
-
-    /// How far the ray from a vertex goes before it leaves the triangles there \[mm\].
-    fn way_ahead(&self, vertex: u32, direction: DVec3) -> Option<f64> {
-        let tip = TipChart::new(&self.mesh, vertex).ok()?;
-        tip.chart.exit(tip.chart.to_chart(direction)).map(|exit| exit.distance)
     }
 
     fn record_advance(&mut self, key: TipKey, decision: &TearDecision, advance: &Advance, ideal: DVec3) {
@@ -138,12 +167,15 @@ impl Tearer<'_> {
                 previous: decision.direction,
                 ideal,
                 criterion: decision.value,
-                allowance: (before.allowance - length).max(0.0),
+                allowance: before.allowance - length,
                 is_refused: false,
+                ..before
             },
         );
         self.log.length += length;
         self.log.advance_count += 1;
+        let wanted = if self.tearing.mode == TearMode::Edge { Course::Edge } else { Course::Exact };
+        self.log.detour_count += u32::from(advance.course != wanted);
         self.log.ambiguous_count += u32::from(decision.is_ambiguous);
         self.log.note_angle(advance.smallest_angle);
         self.log.pending.push(EventKind::Advanced {
@@ -154,49 +186,61 @@ impl Tearer<'_> {
             criterion: decision.value,
             margin: decision.margin,
             is_ambiguous: decision.is_ambiguous,
+            course: advance.course,
         });
-        if let Some(End { freed }) = advance.end {
-            self.end_tips_at(advance.vertex, advance.to);
-            self.record_freed(freed);
-        }
+        self.finish_cut(advance.end.and_then(|End { freed }| freed));
     }
 
-    /// Every tip at the vertex is gone.
-    fn end_tips_at(&mut self, vertex: u32, at: DVec3) {
-        while let Some(row) = self.tips.vertex.iter().position(|&v| v == vertex) {
-            let row = row as u32;
-            let Some(tip) = self.tips.key(row) else { return };
-            self.tips.swap_remove(row);
-            self.log.end_count += 1;
-            let vertex = self.mesh.vertices.key(vertex);
-            self.log.pending.push(EventKind::Ended { tip, at, vertex });
-        }
-    }
-
-    fn record_freed(&mut self, freed: Option<usize>) {
+    /// What follows from a cut, once the tip that made it has moved on.
+    fn finish_cut(&mut self, freed: Option<usize>) {
+        note_parted(&self.parted, Some(self.tips), self.log, &self.followers, self.mesh.vertices);
         if let Some(triangle_count) = freed {
             self.log.piece_count += 1;
             self.log.pending.push(EventKind::PieceFreed { triangle_count });
         }
     }
 
-    /// Starts a tear inside a triangle.
-    fn start(&mut self, decision: &TearDecision) {
-        match self.cut(|cutter| cutter.start_inside(Start::Triangle(decision.row), decision.direction)) {
-            Ok(slit) => {
-                self.log.note_angle(slit.smallest_angle);
-                let rest = &self.mesh.vertices.rest_position;
-                let lengths = slit.path.windows(2).map(|w| rest[w[0] as usize].distance(rest[w[1] as usize]));
-                self.log.length += lengths.sum::<f64>();
-                for &(vertex, direction) in &slit.tips {
-                    add_tip(self.tips, self.log, self.mesh.vertices, vertex, direction);
-                }
-                self.record_freed(slit.freed);
+    /// Starts a tear at the site or, where the mesh refuses that, at a corner of the triangle.
+    fn start(&mut self, site: TearSite, decision: &TearDecision) -> Result<(), (TearSite, TearRefusal)> {
+        let mode = self.tearing.mode;
+        let corners = match site {
+            TearSite::Vertex(_) => None,
+            TearSite::Triangle(triangle) => Some(self.mesh.triangles.corners[triangle as usize].map(TearSite::Vertex)),
+        };
+        let mut started = self.cut(|cutter| cutter.start(site, decision.direction, mode));
+        for other in corners.into_iter().flatten() {
+            if started.is_ok() {
+                break;
             }
-            Err(refusal) => {
-                let corners = self.mesh.triangles.corners[decision.row as usize];
-                self.refuse(None, self.mesh.vertices.rest_position[corners[0] as usize], &refusal);
-            }
+            started = self.cut(|cutter| cutter.start(other, decision.direction, mode)).or(started);
+        }
+        let slit = started.map_err(|refusal| (site, refusal))?;
+        let rest = &self.mesh.vertices.rest_position;
+        let lengths = slit.path.windows(2).map(|w| rest[w[0] as usize].distance(rest[w[1] as usize]));
+        self.log.length += lengths.sum::<f64>();
+        self.log.start_count += 1;
+        self.log.ambiguous_count += u32::from(decision.is_ambiguous);
+        self.log.note_angle(slit.smallest_angle);
+        let TearDecision { value: criterion, margin, is_ambiguous, .. } = *decision;
+        let verdict = Some(Verdict { criterion, margin, is_ambiguous });
+        self.finish_cut(slit.freed);
+        for tip in slit.tips {
+            let at = self.mesh.vertices.rest_position[tip.vertex as usize];
+            let tip = add_tip(self.tips, tip);
+            self.log.pending.push(EventKind::Started { tip, at, verdict });
+        }
+        Ok(())
+    }
+
+    /// Tells of a start that was refused, unless the last one was refused at the same site.
+    fn tell_refused_start(&mut self, started: Result<(), (TearSite, TearRefusal)>, last: &mut Option<TearSite>) {
+        let Err((site, refusal)) = started else { return *last = None };
+        if last.replace(site) != Some(site) {
+            let row = match site {
+                TearSite::Vertex(vertex) => vertex,
+                TearSite::Triangle(triangle) => self.mesh.triangles.corners[triangle as usize][0],
+            };
+            self.refuse(None, self.mesh.vertices.rest_position[row as usize], &refusal);
         }
     }
 
@@ -216,16 +260,50 @@ impl Tearer<'_> {
             scratch: self.scratch,
         };
         let result = work(&mut cutter);
+        self.parted.clear();
+        self.parted.extend(self.scratch.records.iter().flat_map(EditRecord::parted));
         self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
         result
     }
 }
 
-/// Puts a tip at a vertex and logs the start of its tear.
-pub fn add_tip(tips: &mut Tips, log: &mut TearLog, vertices: &Vertices, vertex: u32, direction: DVec3) -> TipKey {
-    let at = vertices.rest_position[vertex as usize];
-    let row = TipRow { vertex, previous: direction, ideal: at, criterion: 0.0, allowance: 0.0, is_refused: false };
-    let tip = tips.push(row);
-    log.pending.push(EventKind::Started { tip, at });
-    tip
+/// Puts a tip at a vertex.
+pub fn add_tip(tips: &mut Tips, tip: NewTip) -> TipKey {
+    let NewTip { vertex, direction, ideal } = tip;
+    let fresh = TipRow {
+        vertex,
+        previous: direction,
+        ideal,
+        criterion: 0.0,
+        allowance: 0.0,
+        is_refused: false,
+        is_coarse: false,
+    };
+    tips.push(fresh)
+}
+
+/// What it means for vertices that they were parted: a tip there is gone, and what has hold of one keeps it shut.
+pub fn note_parted(
+    parted: &[u32],
+    tips: Option<&mut Tips>,
+    log: &mut TearLog,
+    followers: &Followers<'_>,
+    vertices: &Vertices,
+) {
+    let mut tips = tips;
+    for &parted in parted {
+        let at = vertices.rest_position[parted as usize];
+        while let Some(tips) = tips.as_deref_mut()
+            && let Some(row) = tips.vertex.iter().position(|&vertex| vertex == parted)
+            && let Some(tip) = tips.key(row as u32)
+        {
+            tips.swap_remove(row as u32);
+            log.end_count += 1;
+            log.pending.push(EventKind::Ended { tip, at, vertex: vertices.key(parted) });
+        }
+        if followers.hold(parted) {
+            log.held_shut_count += 1;
+            log.pending.push(EventKind::HeldShut { at });
+        }
+    }
 }

@@ -88,7 +88,9 @@ fn a_run_writes_report_series_frames_and_pictures() {
 #[test]
 fn a_tear_is_reported_to_its_end() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = ["run", "fig2-tear", "--out", "torn", "--set", "output.frames=0", "--timings"];
+    let energy = ["--set", "output.energy=true"];
+    let arguments =
+        ["run", "fig2-tear", "--out", "torn", "--set", "output.frames=0", "--timings", energy[0], energy[1]];
     let summary = done(folder.path(), &arguments);
     assert!(summary.contains("torn through after"), "{summary}");
     let out = folder.path().join("torn");
@@ -96,6 +98,10 @@ fn a_tear_is_reported_to_its_end() {
     let tear = &report["bodies"][0]["tear"];
     assert_eq!(report["end"]["state"], "torn_through");
     assert_eq!(tear["tips"], Value::Array(vec![]));
+    let [work, imbalance] = ["work_of_holds", "imbalance"].map(|term| report["bodies"][0]["balance_mj"][term].as_f64());
+    // Rounding of the sums of 1,600 triangles over a hundred steps.
+    assert!(imbalance.unwrap().abs() < 1e-10 * work.unwrap(), "{imbalance:?} of {work:?} mJ");
+    assert!(read(&out, "series.csv").lines().next().unwrap().contains("numerical_elastic_mJ"));
     // The notch of 3 mm and from (15, 27) along 45° to the left grip.
     let whole = 3.0 + 15.0 * 2.0_f64.sqrt();
     assert!((tear["length_mm"].as_f64().unwrap() - whole).abs() < 0.5, "{tear}");

@@ -122,7 +122,15 @@ impl State {
         let mut tips = Tips::default();
         for vertex in marked {
             let (previous, ideal) = (DVec3::X, DVec3::ZERO);
-            tips.push(TipRow { vertex, previous, ideal, criterion: 0.0, allowance: 0.0, is_refused: false });
+            tips.push(TipRow {
+                vertex,
+                previous,
+                ideal,
+                criterion: 0.0,
+                allowance: 0.0,
+                is_refused: false,
+                is_coarse: false,
+            });
         }
         let point_load = PointLoad { rows: marked.to_vec(), force: DVec3::X, curve: Curve::constant(1.0) };
         let followers = Followers {

@@ -9,9 +9,8 @@ use hecs::Entity;
 use meshes::{Body, Random, Sheet};
 use rhexis::components::{
     Anchor, Curve, Fibres, Hold, Holds, Material, Planar, PreStretch, Refined, Refinement, Springs, TearDecision,
-    TearDecisions, TearLog, Tearing,
+    TearLog, Tearing,
 };
-use rhexis::event::EventKind;
 use rhexis::membrane::{BodyError, Membrane};
 use rhexis::scene::{Document, generate};
 use rhexis::settings::Settings;
@@ -21,7 +20,7 @@ use rhexis::storage::{
     measure::{linear_momentum, rest_angles, total_area, total_mass},
     validate,
 };
-use rhexis::systems::tearing::{Cutter, Quality, Surface, TearScratch, size, tip_decision};
+use rhexis::systems::tearing::{Cutter, Quality, Surface, TearScratch, TipMemory, size, tip_decision};
 
 fn meshes_of_edge(edge: f64, seed: u64) -> [(&'static str, TriangleMesh); 4] {
     let corners = [DVec2::ZERO, DVec2::new(SIDE, 0.0), DVec2::splat(SIDE), DVec2::new(0.0, SIDE)];
@@ -127,7 +126,8 @@ fn decision(simulation: &Simulation, body: Entity) -> TearDecision {
         is_planar: world.get::<&Planar>(body).is_ok(),
         unstretched: PreStretch::unstretched(None),
     };
-    tip_decision(&surface, &tearing, tips.vertex[0], tips.previous[0], &mut TearDecisions::default()).unwrap()
+    let tip = (tips.vertex[0], tips.previous[0]);
+    tip_decision(&surface, &tearing, 0, tip, &mut TipMemory::default()).unwrap()
 }
 
 #[test]

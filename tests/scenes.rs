@@ -168,6 +168,21 @@ fn a_bad_scene_is_refused_with_line_reason_and_remedy() {
         ("offset = [1, 0]", "offset = [1]", 16, "not a point", "[x, y]"),
         ("radius = 0.5", "radius = -0.5", 13, "-0.5 mm is not above zero", "above zero"),
         ("strength_ratio = 2, ", "", 13, "not at all", "`strength_fibre` or `strength_ratio`"),
+        ("strength_ratio = 2", "toughness_along = 0.1", 13, "incomplete or mixed", "both of `toughness_along`"),
+        (
+            "strength_transverse = 0.1, strength_ratio = 2",
+            "toughness_along = 0.1",
+            13,
+            "incomplete or mixed",
+            "follows from the other",
+        ),
+        (
+            "strength_transverse = 0.1, strength_ratio = 2",
+            "toughness_along = 0.1, toughness_across = 0",
+            13,
+            "0 N/mm is not above zero",
+            "above zero",
+        ),
         ("holds = [", "cuts = [{ polyline = [[1, 1]] }]\nholds = [", 14, "no line", "two or more points"),
         (
             "holds = [",

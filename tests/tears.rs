@@ -3,57 +3,24 @@
 mod meshes;
 
 use glam::{DQuat, DVec3};
+use meshes::tears::{angles, assert_same, cutter, nearest, undo_all};
 use meshes::{Body, Random, Sheet};
-use rhexis::storage::{
-    Mesh,
-    measure::{linear_momentum, rest_angles, total_area, total_mass},
-    undo,
-};
-use rhexis::systems::tearing::{Cutter, Quality, Start, TearRefusal, TearScratch};
+use rhexis::components::{TearMode, TearSite};
+use rhexis::event::Course;
+use rhexis::storage::measure::{linear_momentum, total_area, total_mass};
+use rhexis::storage::{Edit, EditRecord};
+use rhexis::systems::tearing::{Cutter, Quality, TearRefusal, TearScratch};
 use std::f64::consts::TAU;
 
-fn everything(_: u32) -> bool {
-    true
-}
-
-fn cutter<'c, 'm>(mesh: &'c mut Mesh<'m>, scratch: &'c mut TearScratch) -> Cutter<'c, 'm> {
-    Cutter { mesh, is_movable: &everything, quality: Quality::default(), scratch }
-}
-
-/// Smallest angle and first percentile \[degrees\].
-fn angles(body: &Body) -> (f64, f64) {
-    let mut all: Vec<f64> = rest_angles(&body.vertices, &body.triangles).map(f64::to_degrees).collect();
-    all.sort_by(f64::total_cmp);
-    (all[0], all[all.len() / 100])
-}
-
-fn nearest(body: &Body, point: DVec3) -> u32 {
-    let distance = |v: &u32| body.vertices.rest_position[*v as usize].distance(point);
-    (0..body.vertices.len() as u32).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()
-}
-
-fn undo_all(body: &mut Body, scratch: &TearScratch) {
-    for record in scratch.records.iter().rev() {
-        undo(&mut body.mesh(), record).unwrap();
-    }
-}
-
-fn assert_same(body: &Body, start: &Body) {
-    assert_eq!(body.topology, start.topology);
-    assert_eq!(body.vertices.keys(), start.vertices.keys());
-    for row in 0..start.vertices.len() as u32 {
-        assert_eq!(body.vertices.at(row), start.vertices.at(row));
-    }
-    assert_eq!(body.triangles.len(), start.triangles.len());
-    for row in 0..start.triangles.len() as u32 {
-        assert_eq!(body.triangles.at(row), start.triangles.at(row));
-    }
-}
-
-/// Four tears that wander by up to 29° per advance, one after another, each from a random boundary vertex.
-fn wander(name: &str, sheet: &Sheet, centre: DVec3, edge: f64, is_flat: bool) {
+/// Tears that wander by up to 29° per advance, one after another and across each other: each from a random vertex of the
+/// boundary, or from a slit where there is none.
+fn wander(name: &str, sheet: &Sheet, centre: DVec3, is_flat: bool, tears: usize) {
     let (mut worst, mut percentile) = (f64::INFINITY, f64::INFINITY);
-    let (mut advances, mut snaps, mut stuck, mut ended, mut added, mut length) = (0, 0, 0, 0, 0, 0.0);
+    let (mut advances, mut detours, mut stuck, mut ended, mut added, mut length) = (0, 0, 0, 0, 0, 0.0);
+    let edge = {
+        let body = Body::new(sheet, DVec3::X);
+        (total_area(&body.triangles) / body.triangles.len() as f64 * 4.0 / 3.0_f64.sqrt()).sqrt()
+    };
     for seed in 0..12 {
         let mut random = Random::new(seed);
         let mut body = Body::new(sheet, DVec3::X);
@@ -63,15 +30,19 @@ fn wander(name: &str, sheet: &Sheet, centre: DVec3, edge: f64, is_flat: bool) {
         let momentum = linear_momentum(&body.vertices);
         let mut scratch = TearScratch::default();
         let (mut pieces, mut freed) = (1, 0);
-        for _ in 0..4 {
+        for _ in 0..tears {
+            if (0..body.vertices.len() as u32).all(|v| !body.topology.is_boundary_vertex(v)) {
+                let (site, direction) =
+                    (TearSite::Vertex(random.below(body.vertices.len()) as u32), random.vector(1.0));
+                cutter(&mut body.mesh(), &mut scratch).start(site, direction, TearMode::Free).unwrap();
+            }
             let boundary: Vec<u32> =
                 (0..body.vertices.len() as u32).filter(|&v| body.topology.is_boundary_vertex(v)).collect();
             let mut tip = boundary[random.below(boundary.len())];
             let mut direction = (centre - body.vertices.rest_position[tip as usize]).normalize();
             let mut is_first = true;
             loop {
-                let limit = f64::INFINITY;
-                let done = cutter(&mut body.mesh(), &mut scratch).advance(tip, direction, limit);
+                let done = cutter(&mut body.mesh(), &mut scratch).advance(tip, direction);
                 let Ok(advance) = done else {
                     // A tear that starts on another's lip may point out of the sheet.
                     stuck += usize::from(!is_first);
@@ -80,7 +51,7 @@ fn wander(name: &str, sheet: &Sheet, centre: DVec3, edge: f64, is_flat: bool) {
                 assert_eq!(body.mesh().validate(), Ok(()), "{name} {seed}");
                 is_first = false;
                 advances += 1;
-                snaps += usize::from(advance.deviation > 0.0);
+                detours += usize::from(advance.course != Course::Exact);
                 length += advance.length() / edge;
                 if let Some(end) = advance.end {
                     ended += 1;
@@ -111,28 +82,41 @@ fn wander(name: &str, sheet: &Sheet, centre: DVec3, edge: f64, is_flat: bool) {
     let begin = angles(&Body::new(sheet, DVec3::X));
     println!(
         "{name}: angles {begin:.1?} -> {worst:.1} (1st percentile {percentile:.1}), {per_edge:.2} triangles per edge length, \
-         {advances} advances, {snaps} snaps, {stuck} stuck, {ended} ended"
+         {advances} advances, {detours} not exact, {stuck} stuck, {ended} ended"
     );
     assert!(begin.0 >= 25.0, "the mesh to start from");
     assert!(worst >= 10.0 && percentile >= 18.0, "{name}: {worst} {percentile}");
     assert!(per_edge < 8.0, "{name}: {per_edge}");
     // Wandering tears do run into corners between lips where nothing fits; that must stay rare.
-    assert!(ended > 30 && stuck <= 4 && 20 * snaps < advances, "{name}: {ended} {stuck} {snaps} of {advances}");
+    assert!(
+        ended > 6 * tears && 3 * stuck <= tears && 20 * detours < advances,
+        "{name}: {ended} {stuck} {detours} of {advances}"
+    );
 }
 
 #[test]
 fn wandering_tears_on_a_structured_sheet() {
-    wander("grid", &meshes::grid(30, 26, 30.0, 30.0), DVec3::new(15.0, 15.0, 0.0), 1.1, true);
+    wander("grid", &meshes::grid(30, 26, 30.0, 30.0), DVec3::new(15.0, 15.0, 0.0), true, 8);
 }
 
 #[test]
 fn wandering_tears_on_a_jittered_sheet() {
-    wander("jittered", &meshes::jittered(30, 26, 30.0, 30.0, 5), DVec3::new(15.0, 15.0, 0.0), 1.1, true);
+    wander("jittered", &meshes::jittered(30, 26, 30.0, 30.0, 5), DVec3::new(15.0, 15.0, 0.0), true, 8);
+}
+
+#[test]
+fn wandering_tears_on_an_unstructured_sheet() {
+    wander("unstructured", &meshes::unstructured(30.0, 1.0, 7), DVec3::new(15.0, 15.0, 0.0), true, 8);
 }
 
 #[test]
 fn wandering_tears_on_a_cap() {
-    wander("cap", &meshes::cap(14), DVec3::new(0.0, 0.0, 9.0), 0.37, false);
+    wander("cap", &meshes::cap(14), DVec3::new(0.0, 0.0, 9.0), false, 8);
+}
+
+#[test]
+fn wandering_tears_on_a_closed_surface() {
+    wander("sphere", &meshes::sphere(3), DVec3::ZERO, false, 8);
 }
 
 #[test]
@@ -147,7 +131,7 @@ fn straight_tears_keep_to_their_line() {
         let direction = DVec3::from((glam::DVec2::from_angle(TAU / 4.0 + 0.14 * (k as f64 - 8.0)), 0.0));
         let (mut tip, mut budget) = (start, 0.0);
         let (end, reach) = loop {
-            let advance = cutter(&mut body.mesh(), &mut scratch).advance(tip, direction, f64::INFINITY).unwrap();
+            let advance = cutter(&mut body.mesh(), &mut scratch).advance(tip, direction).unwrap();
             // A snap by at most 15° over one edge leaves the line by that much; everything else stays on it.
             budget += if advance.deviation > 0.0 { advance.length() * advance.deviation.sin() } else { 0.0 };
             snapped += usize::from(advance.deviation > 0.0);
@@ -169,55 +153,116 @@ fn straight_tears_keep_to_their_line() {
 }
 
 #[test]
-fn a_short_limit_waits_or_ends_inside_a_triangle() {
+fn what_cannot_advance_says_why() {
     let mut body = Body::new(&meshes::grid(6, 6, 6.0, 6.0), DVec3::X);
+    let start = body.clone();
     let mut scratch = TearScratch::default();
     let tip = nearest(&body, DVec3::new(3.0, 0.0, 0.0));
-    let direction = DVec3::new(0.3, 1.0, 0.0).normalize();
-    let refused = cutter(&mut body.mesh(), &mut scratch).advance(tip, direction, 0.2);
-    assert!(matches!(refused, Err(TearRefusal::TooShort { way }) if way > 0.5), "{refused:?}");
-    assert!(scratch.records.is_empty());
-    let part = cutter(&mut body.mesh(), &mut scratch).advance(tip, direction, 0.6).unwrap();
-    assert!((part.length() - 0.6).abs() < 1e-12 && part.end.is_none());
-    let outside = cutter(&mut body.mesh(), &mut scratch).advance(tip, DVec3::NEG_Y, 1.0);
+    let outside = cutter(&mut body.mesh(), &mut scratch).advance(tip, DVec3::NEG_Y);
     assert_eq!(outside, Err(TearRefusal::OutsideFan { vertex: tip }));
+    let along = cutter(&mut body.mesh(), &mut scratch).advance(tip, DVec3::X);
+    assert_eq!(along, Err(TearRefusal::OutsideFan { vertex: tip }), "an edge of the boundary cannot be opened");
     let inside = nearest(&body, DVec3::new(3.0, 5.0, 0.0));
-    let refused = cutter(&mut body.mesh(), &mut scratch).advance(inside, direction, 1.0);
+    let refused = cutter(&mut body.mesh(), &mut scratch).advance(inside, DVec3::Y);
     assert_eq!(refused, Err(TearRefusal::NotATip { vertex: inside }));
-    let nowhere = cutter(&mut body.mesh(), &mut scratch).advance(99_999, direction, 1.0);
+    let nowhere = cutter(&mut body.mesh(), &mut scratch).advance(99_999, DVec3::Y);
     assert_eq!(nowhere, Err(TearRefusal::NoFan { vertex: 99_999 }));
-    let nan = cutter(&mut body.mesh(), &mut scratch).advance(part.vertex, DVec3::NAN, 1.0);
-    assert_eq!(nan, Err(TearRefusal::OutsideFan { vertex: part.vertex }));
+    let nan = cutter(&mut body.mesh(), &mut scratch).advance(tip, DVec3::NAN);
+    assert_eq!(nan, Err(TearRefusal::OutsideFan { vertex: tip }));
+    assert!(scratch.records.is_empty());
+    assert_same(&body, &start);
 }
 
+/// The exact direction decides, the ideal point keeps the memory, so the path stays beside its line to the end.
 #[test]
 fn edge_mode_keeps_the_triangles_and_stays_near_the_line() {
-    let sheet = meshes::jittered(30, 26, 30.0, 30.0, 3);
-    for k in 0..9 {
-        let mut body = Body::new(&sheet, DVec3::X);
-        let mut scratch = TearScratch::default();
-        let mut tip = nearest(&body, DVec3::new(15.0, 0.0, 0.0));
-        let from = body.vertices.rest_position[tip as usize];
-        let direction = DVec3::from((glam::DVec2::from_angle(TAU / 4.0 + 0.1 * (k as f64 - 4.0)), 0.0));
-        let (mut ideal, mut off) = (from, 0.0_f64);
-        loop {
-            let step = cutter(&mut body.mesh(), &mut scratch).advance_along_edge(tip, ideal, direction).unwrap();
-            // The ideal point only slides along the ray.
-            assert!(direction.cross(step.ideal - from).length() < 1e-12 * 30.0);
-            off = off.max(direction.cross(step.advance.to - from).length());
-            (tip, ideal) = (step.advance.vertex, step.ideal);
-            if step.advance.end.is_some() {
-                break;
+    for (cells, edge, seed) in [([30, 26], 1.15, 3), ([60, 50], 0.6, 5), ([60, 50], 0.6, 6)] {
+        let sheet = meshes::jittered(cells[0], cells[1], 30.0, 30.0, seed);
+        let (mut worst, mut worst_mean) = (0.0_f64, 0.0_f64);
+        for k in 0..9 {
+            let mut body = Body::new(&sheet, DVec3::X);
+            let mut scratch = TearScratch::default();
+            let mut tip = nearest(&body, DVec3::new(15.0, 0.0, 0.0));
+            let from = body.vertices.rest_position[tip as usize];
+            let direction = DVec3::from((glam::DVec2::from_angle(TAU / 4.0 + 0.1 * (k as f64 - 4.0)), 0.0));
+            let (mut ideal, mut off) = (from, Vec::new());
+            loop {
+                let step = cutter(&mut body.mesh(), &mut scratch).advance_along_edge(tip, ideal, direction).unwrap();
+                // The ideal point only slides along the ray.
+                assert!(direction.cross(step.ideal - from).length() < 1e-12 * 30.0);
+                off.push(direction.cross(step.advance.to - from).length());
+                (tip, ideal) = (step.advance.vertex, step.ideal);
+                if step.advance.end.is_some() {
+                    break;
+                }
+            }
+            // One edge: where only four edges meet, none may end nearer to the ray.
+            let most = off.iter().copied().fold(0.0, f64::max);
+            let mean = off.iter().sum::<f64>() / off.len() as f64;
+            assert!(most < edge, "{cells:?} {k}: {most}");
+            (worst, worst_mean) = (worst.max(most), worst_mean.max(mean));
+            assert_eq!(body.triangles.len(), sheet.corners.len());
+            assert_eq!(body.topology.components().0, 2);
+            for (row, x) in sheet.positions.iter().enumerate() {
+                assert_eq!(body.vertices.rest_position[row], *x);
             }
         }
-        println!("edge mode, direction {k}: {off:.2} mm from the line");
-        // One edge: where only four edges meet, none may end nearer to the ray.
-        assert!(off < 1.15, "{k}: {off}");
-        assert_eq!(body.triangles.len(), sheet.corners.len());
-        assert_eq!(body.topology.components().0, 2);
-        for (row, x) in sheet.positions.iter().enumerate() {
-            assert_eq!(body.vertices.rest_position[row], *x);
+        println!("edge mode {cells:?}: off the line by {worst:.2} mm at most, {worst_mean:.2} in the mean");
+        assert!(worst_mean < if cells[0] == 60 { 0.4 } else { 0.6 }, "{cells:?}: {worst_mean}");
+    }
+}
+
+/// Splits and openings keep the state; slides and flips interpolate it anew, which changes the energy at second order.
+#[test]
+fn the_state_is_kept_by_splits_and_nearly_by_slides_and_flips() {
+    let mut before: Option<[f64; 2]> = None;
+    for n in [15, 30, 60] {
+        let mut body = Body::new(&meshes::jittered(n, n, 30.0, 30.0, 8), DVec3::X);
+        body.deform(&mut Random::new(3));
+        for row in 0..body.vertices.len() {
+            let x = body.vertices.rest_position[row];
+            body.vertices.velocity[row] = DVec3::new((0.2 * x.y).sin(), 0.3 * (0.1 * x.x).cos(), 0.1);
         }
+        let kinetic = |body: &Body| -> f64 {
+            let v = &body.vertices;
+            v.mass.iter().zip(&v.velocity).map(|(m, v)| 0.5 * m * v.length_squared()).sum()
+        };
+        let (elastic, motion) = (body.elastic_energy(), kinetic(&body));
+        let (mut changes, mut remaps, mut edits) = ([0.0_f64; 2], 0, 0);
+        let mut scratch = TearScratch::default();
+        for k in 0..5 {
+            let mut tip = nearest(&body, DVec3::new(4.0 + 5.0 * k as f64, 0.0, 0.0));
+            let direction = DVec3::new(0.17 * (k as f64 - 2.0), 1.0, 0.0).normalize();
+            loop {
+                let (e, m) = (body.elastic_energy(), kinetic(&body));
+                let first = scratch.records.len();
+                let Ok(advance) = cutter(&mut body.mesh(), &mut scratch).advance(tip, direction) else { break };
+                let change = [(body.elastic_energy() - e).abs() / elastic, (kinetic(&body) - m).abs() / motion];
+                edits += 1;
+                let is_remap = |r: &EditRecord| matches!(r.edit, Edit::Slide { .. } | Edit::Flip { .. });
+                if scratch.records[first..].iter().any(is_remap) {
+                    remaps += 1;
+                    changes = [changes[0] + change[0], changes[1] + change[1]];
+                } else {
+                    // Roundings of a sum of some thousand terms.
+                    assert!(change[0] < 1e-12, "{n} {k}: {change:?}");
+                }
+                tip = advance.vertex;
+                if advance.end.is_some() {
+                    break;
+                }
+            }
+        }
+        println!(
+            "{n} cells: {remaps} of {edits} advances slide or flip; elastic and kinetic energy change by {:.1e} {:.1e}",
+            changes[0], changes[1]
+        );
+        if let Some(coarser) = before {
+            // Each at fourth order, since the mean strain of the patch is kept, and ever more of them: third order in sum. Second
+            // is asked for.
+            assert!(changes[0] < coarser[0] / 4.0, "{changes:?} {coarser:?}");
+        }
+        before = Some(changes);
     }
 }
 
@@ -328,7 +373,7 @@ fn a_cut_across_falls_in_two_and_a_bad_one_changes_nothing() {
     }
     // A slit of a fifth of an edge would need triangles that the mesh around cannot meet.
     let tiny = cutter(&mut body.mesh(), &mut scratch).cut(&[mm(10.2, 11.3), mm(10.4, 11.4)]);
-    assert!(matches!(tiny, Err(TearRefusal::NoGoodWay { .. })), "{tiny:?}");
+    assert!(matches!(tiny, Err(TearRefusal::NoRoom { .. } | TearRefusal::NoWay(_))), "{tiny:?}");
     assert_same(&body, &start);
     // There and back at an angle of 5°: the wedge between has no room for good triangles.
     let hairpin = [mm(0.0, 12.0), mm(5.0, 12.5), mm(1.0, 12.45)];
@@ -352,22 +397,23 @@ fn a_tear_started_inside_runs_both_ways() {
             let start = body.clone();
             let vertex = nearest(&body, point);
             let from = if k % 2 == 0 {
-                Start::Vertex(vertex)
+                TearSite::Vertex(vertex)
             } else {
-                Start::Triangle(body.topology.incident[vertex as usize][0] / 3)
+                TearSite::Triangle(body.topology.incident[vertex as usize][0] / 3)
             };
             let direction = DQuat::from_axis_angle(normal, 0.39 * k as f64) * normal.any_orthonormal_vector();
             let mut scratch = TearScratch::default();
-            let slit = cutter(&mut body.mesh(), &mut scratch).start_inside(from, direction).unwrap();
+            let slit = cutter(&mut body.mesh(), &mut scratch).start(from, direction, TearMode::Free).unwrap();
             assert_eq!(body.mesh().validate(), Ok(()));
             assert_eq!(slit.tips.len(), 2);
-            let cosines = [slit.tips[0].1.dot(direction), slit.tips[1].1.dot(direction)];
+            let at = |row: u32| body.vertices.rest_position[row as usize];
+            let along = |k: usize| (at(slit.tips[k].vertex) - at(slit.path[1])).normalize().dot(direction);
             // Exact, but for snaps of at most 40°.
-            assert!(cosines[0] > 0.76 && cosines[1] < -0.76, "{k}: {cosines:?}");
+            assert!(along(0) > 0.76 && along(1) < -0.76, "{k}: {} {}", along(0), along(1));
             assert!(angles(&body).0 >= 10.0, "{k}");
             assert_eq!(body.topology.components().0, 1);
-            for (tip, direction) in slit.tips {
-                let advance = cutter(&mut body.mesh(), &mut scratch).advance(tip, direction, f64::INFINITY).unwrap();
+            for tip in slit.tips {
+                let advance = cutter(&mut body.mesh(), &mut scratch).advance(tip.vertex, tip.direction).unwrap();
                 assert!(advance.end.is_none());
             }
             undo_all(&mut body, &scratch);
@@ -389,7 +435,7 @@ fn held_vertices_are_never_moved() {
             let mut mesh = body.mesh();
             let quality = Quality::default();
             let mut cutter = Cutter { mesh: &mut mesh, is_movable: &is_movable, quality, scratch: &mut scratch };
-            let advance = cutter.advance(tip, direction, f64::INFINITY).unwrap();
+            let advance = cutter.advance(tip, direction).unwrap();
             tip = advance.vertex;
             if advance.end.is_some() {
                 break;

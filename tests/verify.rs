@@ -37,4 +37,9 @@ cases! {
     membrane "membrane",
     motion "motion",
     stability "stability",
+    tear_fibre "tear-fibre",
+    tear_mesh "tear-mesh",
+    tear_mesh_stable "tear-mesh-stable",
+    tear_mesh_edge "tear-mesh-edge",
+    tear_energy "tear-energy",
 }

@@ -5,7 +5,7 @@ use super::Stop;
 use super::moments::Moments;
 use super::report::RunReport;
 use super::series::Observation;
-use crate::event::{Event, EventKind};
+use crate::event::{Event, EventKind, Verdict};
 use crate::frame::Frame;
 use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
 use glam::DVec3;
@@ -144,13 +144,28 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
     let point = |p: &DVec3| json!(p.to_array());
     let key = |tip: &crate::storage::TipKey| json!(format!("{:?}", tip.data()));
     let mut line = match &event.kind {
-        EventKind::Started { tip, at } => json!({ "kind": "started", "tip": key(tip), "at_mm": point(at) }),
-        EventKind::Advanced { tip, from, to, direction, criterion, margin, is_ambiguous } => json!({
+        EventKind::Started { tip, at, verdict: None } => {
+            json!({ "kind": "started", "tip": key(tip), "at_mm": point(at) })
+        }
+        // A margin without a runner-up is infinite, which JSON writes as null.
+        EventKind::Started { tip, at, verdict: Some(Verdict { criterion, margin, is_ambiguous }) } => json!({
+            "kind": "started", "tip": key(tip), "at_mm": point(at),
+            "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
+        }),
+        EventKind::Advanced { tip, from, to, direction, criterion, margin, is_ambiguous, course } => json!({
             "kind": "advanced", "tip": key(tip), "from_mm": point(from), "to_mm": point(to),
             "direction": point(direction), "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
+            "course": course.to_string(),
         }),
+        EventKind::Released { energy, length } => {
+            json!({ "kind": "released", "energy_mj": energy, "length_mm": length })
+        }
         EventKind::Ended { tip, at, .. } => json!({ "kind": "ended", "tip": key(tip), "at_mm": point(at) }),
         EventKind::PieceFreed { triangle_count } => json!({ "kind": "piece_freed", "triangles": triangle_count }),
+        EventKind::HeldShut { at } => json!({ "kind": "held_shut", "at_mm": point(at) }),
+        EventKind::UnderResolved { tip, at, edges_per_radius } => json!({
+            "kind": "under_resolved", "tip": key(tip), "at_mm": point(at), "edges_per_radius": edges_per_radius,
+        }),
         EventKind::Refused { tip, at, reason } => {
             json!({ "kind": "refused", "tip": tip.as_ref().map(key), "at_mm": point(at), "reason": reason })
         }

@@ -2,14 +2,15 @@
 
 use super::progress::real_time_factor;
 use super::series::Observation;
-use super::tally::{Count, EventCounts, Tally};
+use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
 use crate::components::{Body, Refined, Refinement, TearLog, Tearing};
 use crate::scene::schema::Mode;
-use crate::scene::{Instance, Scene};
+use crate::scene::{Instance, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
 use hecs::Entity;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// How a run ended.
@@ -53,6 +54,8 @@ pub(super) struct RunReport {
     pub bodies: Vec<BodyFigures>,
     pub solver: SolverFigures,
     pub events: EventCounts,
+    /// Decisions that another run could have taken the other way.
+    pub ambiguous: Vec<AmbiguousDecision>,
     /// The systems of the step in their order.
     pub systems: Vec<SystemTime>,
     /// Everything that limits what the figures are worth; empty for a clean run.
@@ -68,6 +71,8 @@ pub(super) struct BodyFigures {
     pub mass_g: f64,
     pub elastic_mj: f64,
     pub kinetic_mj: f64,
+    /// Terms of the energy balance; absent where it is not kept.
+    pub balance_mj: Option<BTreeMap<&'static str, f64>>,
     pub reactions: Vec<ForceFigures>,
     pub grips: Vec<GripFigures>,
     /// Absent for a body that cannot tear and was not cut.
@@ -97,10 +102,16 @@ pub(super) struct GripFigures {
 pub(super) struct TearFigures {
     /// Torn and cut, in the rest shape.
     pub length_mm: f64,
+    pub starts: u32,
     pub advances: u32,
-    pub ambiguous_advances: u32,
+    /// Advances by another way than the one wanted.
+    pub detours: u32,
+    /// Starts and advances.
+    pub ambiguous: u32,
     pub ended: u32,
     pub pieces_freed: u32,
+    /// Parted vertices that a hold or grip keeps shut.
+    pub held_shut: u32,
     pub refusals: u32,
     pub tips: Vec<TipFigures>,
     /// Smallest rest angle of the triangles that tears have touched.
@@ -109,6 +120,8 @@ pub(super) struct TearFigures {
     pub edges_per_radius: Option<f64>,
     /// Absent for a body whose mesh is not refined around tips.
     pub refinement: Option<RefinementFigures>,
+    /// Absent for a body that cannot tear.
+    pub thresholds: Option<ThresholdFigures>,
 }
 
 /// What refinement and coarsening did to the mesh.
@@ -124,6 +137,16 @@ pub(super) struct RefinementFigures {
     pub budget_hits: u32,
     /// Sum of the changes of elastic energy by coarsening.
     pub coarsening_energy_mj: f64,
+}
+
+/// Strengths, and the toughness that they imply over the averaging radius.
+#[derive(Serialize)]
+pub(super) struct ThresholdFigures {
+    pub strength_along_fibres_mpa: f64,
+    pub strength_across_fibres_mpa: f64,
+    pub radius_mm: f64,
+    pub toughness_along_fibres_n_per_mm: f64,
+    pub toughness_across_fibres_n_per_mm: f64,
 }
 
 /// A tip that is alive.
@@ -206,6 +229,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             rolled_back: t.rolled_back,
         },
         events: t.events,
+        ambiguous: t.ambiguous.clone(),
         systems: s.timings.systems(),
     }
 }
@@ -225,6 +249,7 @@ fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyF
         GripFigures { name, force_n: force.to_array(), rms_n, peak_n }
     });
     let (reactions, grips) = (reactions.collect(), grips.collect());
+    let balance = instance.simulation.energy_balance(body).ok().flatten();
     let world = instance.simulation.world();
     let vertices = world.get::<&Vertices>(body);
     BodyFigures {
@@ -234,6 +259,7 @@ fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyF
         mass_g: vertices.map_or(0.0, |v| v.mass.iter().sum()),
         elastic_mj: energies.elastic,
         kinetic_mj: energies.kinetic,
+        balance_mj: balance.map(|balance| balance.terms().into_iter().collect()),
         reactions,
         grips,
         tear: tear_figures(instance, body),
@@ -255,15 +281,25 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
     });
     Some(TearFigures {
         length_mm: log.length,
+        starts: log.start_count,
         advances: log.advance_count,
-        ambiguous_advances: log.ambiguous_count,
+        detours: log.detour_count,
+        ambiguous: log.ambiguous_count,
         ended: log.end_count,
         pieces_freed: log.piece_count,
+        held_shut: log.held_shut_count,
         refusals: log.refusal_count,
         tips,
         smallest_angle_deg: log.smallest_angle.map(f64::to_degrees),
         edges_per_radius: log.edges_per_radius,
         refinement: refinement_figures(instance, body),
+        thresholds: thresholds(&instance.simulation, body).map(|(tearing, toughness)| ThresholdFigures {
+            strength_along_fibres_mpa: tearing.strength_transverse,
+            strength_across_fibres_mpa: tearing.strength_fibre,
+            radius_mm: tearing.radius,
+            toughness_along_fibres_n_per_mm: toughness.along,
+            toughness_across_fibres_n_per_mm: toughness.across,
+        }),
     })
 }
 
@@ -293,6 +329,7 @@ fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     counted(t.unsolved, "the linear solve stopped above its tolerance (run.linear_iterations)");
     counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
     counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
+    counted(t.cut_short, "a tear could have gone on when the step had used up run.resumes or run.static_advances");
     if t.rolled_back > 0 {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
     }
@@ -304,9 +341,13 @@ fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
                 body.name, tear.refusals
             ));
         }
-        if tear.ambiguous_advances > 0 {
-            let what = "had a runner-up within 5 %: another run could have gone the other way";
-            list.push(format!("{}: {} advance(s) {what}", body.name, tear.ambiguous_advances));
+        if tear.ambiguous > 0 {
+            let what = "had a runner-up within 5 %: another run could have gone the other way (`ambiguous` lists them)";
+            list.push(format!("{}: {} start(s) or advance(s) {what}", body.name, tear.ambiguous));
+        }
+        if tear.held_shut > 0 {
+            let what = "torn vertices are kept shut by a hold or grip that has hold of both lips";
+            list.push(format!("{}: {} {what}", body.name, tear.held_shut));
         }
         if let Some(refinement) = tear.refinement.as_ref().filter(|refinement| refinement.budget_hits > 0) {
             let RefinementFigures { budget_hits, most_triangles_added: most, .. } = refinement;

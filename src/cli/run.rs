@@ -138,8 +138,8 @@ impl Running<'_> {
     fn events(&mut self) -> Result<(), Stop> {
         let events: Vec<_> = self.instance.simulation.drain_events().collect();
         for event in &events {
-            self.tally.add_event(&event.kind);
             let body = report::body_name(&self.instance, event.body);
+            self.tally.add_event(self.last.step, &body, &event.kind);
             self.files.event(self.last.step, &body, event)?;
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! What is noted of every step: the rows of `series.csv` and the figures that the report adds up.
 
-use crate::components::{Grips, Holds, TearLog};
+use crate::components::{EnergyBalance, Grips, Holds, TearLog};
 use crate::report::BodyReport;
 use crate::scene::Instance;
 use crate::storage::Tips;
@@ -29,6 +29,8 @@ pub(super) struct Observation {
     pub tips: usize,
     /// Largest criterion value at a tip.
     pub criterion: f64,
+    /// Sums of the bodies' energy balances, where they are kept.
+    pub balance: Option<EnergyBalance>,
     /// Force of every hold on its body \[N\].
     pub reactions: Vec<(String, DVec3)>,
     /// Force of every grip on the tissue \[N\].
@@ -57,6 +59,9 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         if let Ok(energies) = instance.simulation.energies(body) {
             o.elastic += energies.elastic;
             o.kinetic += energies.kinetic;
+        }
+        if let Ok(Some(balance)) = instance.simulation.energy_balance(body) {
+            o.balance.get_or_insert_default().add(&balance);
         }
         let reactions = instance.simulation.reactions(body).unwrap_or_default();
         let world = instance.simulation.world();
@@ -96,6 +101,8 @@ impl Observation {
             "max_criterion",
         ];
         let mut header: Vec<String> = fixed.map(str::to_owned).to_vec();
+        let balance = self.balance.iter().flat_map(EnergyBalance::terms);
+        header.extend(balance.map(|(name, _)| format!("{name}_mJ")));
         for (name, _) in self.reactions.iter().chain(&self.grips) {
             header.extend(["x", "y", "z"].map(|axis| format!("{name}_{axis}_N")));
         }
@@ -116,6 +123,7 @@ impl Observation {
             self.tips.to_string(),
             self.criterion.to_string(),
         ];
+        row.extend(self.balance.iter().flat_map(EnergyBalance::terms).map(|(_, term)| format!("{term:e}")));
         for (_, force) in self.reactions.iter().chain(&self.grips) {
             row.extend(force.to_array().map(|f| format!("{f:e}")));
         }

@@ -1,11 +1,25 @@
 //! What adds up over a run: effort, shortfalls, events, forces at the forceps.
 
 use super::series::Observation;
-use crate::event::EventKind;
+use crate::event::{Course, EventKind, Verdict};
 use crate::report::Report;
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::BTreeMap;
+
+/// Ambiguous decisions that are listed; beyond, they are only counted.
+const MOST_LISTED: usize = 1000;
+
+/// A start or an advance whose runner-up was within 5 %.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct AmbiguousDecision {
+    pub step: u64,
+    pub body: String,
+    /// Where it was taken, in the rest shape.
+    pub at_mm: [f64; 3],
+    pub criterion: f64,
+    pub margin: f64,
+}
 
 /// Sums and extremes over the steps done.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +46,10 @@ pub(super) struct Tally {
     pub largest_criterion: f64,
     /// Events by kind.
     pub events: EventCounts,
+    /// The ambiguous decisions, in order; the first [`MOST_LISTED`] of them.
+    pub ambiguous: Vec<AmbiguousDecision>,
+    /// Steps in which a tear could have gone on when the step's resumes, or rounds, were used up.
+    pub cut_short: Count,
     grips: BTreeMap<String, GripTally>,
 }
 
@@ -58,9 +76,13 @@ impl Count {
 pub(super) struct EventCounts {
     pub started: u64,
     pub advanced: u64,
+    /// Advances that were not exact.
+    pub detoured: u64,
     pub ambiguous: u64,
     pub ended: u64,
     pub piece_freed: u64,
+    pub held_shut: u64,
+    pub under_resolved: u64,
     pub refused: u64,
     pub step_failed: u64,
 }
@@ -87,6 +109,7 @@ impl Tally {
         self.unconverged.note(report.bodies.iter().any(|body| !body.is_converged), o.step);
         self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);
         self.failed.note(report.has_failed, o.step);
+        self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
         self.rolled_back += u64::from(report.rolled_back);
         for (name, force) in o.grips.iter().filter(|(_, force)| *force != DVec3::ZERO) {
             let grip = self.grips.entry(name.clone()).or_default();
@@ -96,19 +119,37 @@ impl Tally {
         }
     }
 
-    /// Adds an event.
-    pub fn add_event(&mut self, kind: &EventKind) {
+    /// Adds an event of a body.
+    pub fn add_event(&mut self, step: u64, body: &str, kind: &EventKind) {
         let counts = &mut self.events;
         match kind {
-            EventKind::Started { .. } => counts.started += 1,
-            EventKind::Advanced { is_ambiguous, .. } => {
-                counts.advanced += 1;
-                counts.ambiguous += u64::from(*is_ambiguous);
+            EventKind::Started { at, verdict, .. } => {
+                counts.started += 1;
+                self.note_ambiguous(step, body, *at, *verdict);
             }
+            EventKind::Advanced { from, criterion, margin, is_ambiguous, course, .. } => {
+                counts.advanced += 1;
+                counts.detoured += u64::from(*course != Course::Exact);
+                let (criterion, margin, is_ambiguous) = (*criterion, *margin, *is_ambiguous);
+                self.note_ambiguous(step, body, *from, Some(Verdict { criterion, margin, is_ambiguous }));
+            }
+            // A consequence of advances, which are counted.
+            EventKind::Released { .. } => {}
             EventKind::Ended { .. } => counts.ended += 1,
             EventKind::PieceFreed { .. } => counts.piece_freed += 1,
+            EventKind::HeldShut { .. } => counts.held_shut += 1,
+            EventKind::UnderResolved { .. } => counts.under_resolved += 1,
             EventKind::Refused { .. } => counts.refused += 1,
             EventKind::StepFailed { .. } => counts.step_failed += 1,
+        }
+    }
+
+    fn note_ambiguous(&mut self, step: u64, body: &str, at: DVec3, verdict: Option<Verdict>) {
+        let Some(Verdict { criterion, margin, is_ambiguous: true }) = verdict else { return };
+        self.events.ambiguous += 1;
+        if self.ambiguous.len() < MOST_LISTED {
+            let (body, at_mm) = (body.to_owned(), at.to_array());
+            self.ambiguous.push(AmbiguousDecision { step, body, at_mm, criterion, margin });
         }
     }
 

@@ -107,6 +107,8 @@ pub struct SolverScratch {
     pub is_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: bool,
+    /// Whether the last linear solve used the exact tangent.
+    pub is_exact: bool,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,
 }

@@ -1,12 +1,21 @@
-//! What the criterion finds for the split, and the scratch of its walks.
+//! What the criterion finds for the split.
 
 use crate::math::Sym2;
 use glam::DVec3;
 
-/// The criterion's answer at a tip or inside a triangle. Directions are unit vectors of the rest shape.
+/// Where a tear starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TearSite {
+    /// At the centroid of the triangle in this row.
+    Triangle(u32),
+    /// At the vertex in this row.
+    Vertex(u32),
+}
+
+/// The criterion's answer at a tip, a vertex of the boundary or inside a triangle. Directions are unit vectors of the rest shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TearDecision {
-    /// The vertex row of a tip, or the triangle row of a start.
+    /// The row of the vertex or triangle.
     pub row: u32,
     /// The direction of the largest criterion.
     pub direction: DVec3,
@@ -31,42 +40,12 @@ pub struct TearDecision {
 pub struct TearDecisions {
     /// Per tip; `None` where no direction is admissible.
     pub tips: Vec<Option<TearDecision>>,
-    /// The triangle with the largest criterion above 1, if the body may tear where there is no tip.
-    pub start: Option<TearDecision>,
+    /// The place with the largest criterion above 1, if the body may tear where there is no tip.
+    pub start: Option<(TearSite, TearDecision)>,
+    /// Where the last start was refused, if it was.
+    pub refused_start: Option<TearSite>,
+    /// Vertices of the boundary at which a tear may start: scratch of the search.
+    pub rim: Vec<u32>,
     /// Whether a tip has advanced by less than it may in this step: the step is then taken up again for this body.
     pub may_advance_further: bool,
-    visited: Vec<u32>,
-    walk: u32,
-    queue: Vec<u32>,
-    head: usize,
-}
-
-impl TearDecisions {
-    /// Begins a breadth-first walk over `count` triangles.
-    pub fn begin_walk(&mut self, count: usize) {
-        self.visited.resize(count, self.walk);
-        if self.walk == u32::MAX {
-            self.visited.fill(0);
-            self.walk = 0;
-        }
-        self.walk += 1;
-        self.queue.clear();
-        self.head = 0;
-    }
-
-    /// Puts a triangle on the walk, unless it has been there.
-    pub fn visit(&mut self, triangle: u32) {
-        let mark = &mut self.visited[triangle as usize];
-        if *mark != self.walk {
-            *mark = self.walk;
-            self.queue.push(triangle);
-        }
-    }
-
-    /// The next triangle of the walk.
-    pub fn next_visit(&mut self) -> Option<u32> {
-        let next = self.queue.get(self.head).copied();
-        self.head += usize::from(next.is_some());
-        next
-    }
 }

@@ -7,17 +7,23 @@ use crate::event::EventKind;
 pub struct TearLog {
     /// Total length torn or cut in the rest shape \[mm\].
     pub length: f64,
+    /// Tears that the criterion has started.
+    pub start_count: u32,
     /// Advances of tips.
     pub advance_count: u32,
-    /// Advances whose margin to the runner-up was under 5 %.
+    /// Advances that took another way than the one wanted: by a snap, a part of the way or, in free mode, along an edge.
+    pub detour_count: u32,
+    /// Starts and advances whose margin to the runner-up was under 5 %.
     pub ambiguous_count: u32,
-    /// Tears that ended at a boundary.
+    /// Tips that ended at a boundary, or because a tear or cut went through them.
     pub end_count: u32,
     /// Pieces that came free.
     pub piece_count: u32,
     /// Advances that the mesh refused; a tip that stays refused counts once.
     pub refusal_count: u32,
-    /// Smallest rest angle \[rad\] of the triangles that tears have touched; infinite before the first.
+    /// Parted vertices that a hold or a grip keeps shut.
+    pub held_shut_count: u32,
+    /// Smallest rest angle \[rad\] of the triangles whose shape tears have changed; `None` before the first.
     pub smallest_angle: Option<f64>,
     /// Smallest ratio of the averaging radius to the edge length around a tip; under 3 the mesh is too coarse for R.
     pub edges_per_radius: Option<f64>,
@@ -26,8 +32,10 @@ pub struct TearLog {
 }
 
 impl TearLog {
-    /// Keeps the smallest angle.
+    /// Keeps the smallest angle \[rad\]; π stands for no triangle at all.
     pub fn note_angle(&mut self, angle: f64) {
-        self.smallest_angle = Some(self.smallest_angle.map_or(angle, |least| least.min(angle)));
+        if angle < std::f64::consts::PI {
+            self.smallest_angle = Some(self.smallest_angle.map_or(angle, |least| least.min(angle)));
+        }
     }
 }

@@ -1,13 +1,16 @@
-//! Small dense mathematics that everything else stands on: symmetric 2×2 tensors, rest triangles, the orthotropic matrix.
+//! Small dense mathematics that everything else stands on: symmetric 2×2 tensors, rest triangles, the orthotropic matrix,
+//! the field at a crack's tip.
 //!
 //! Nothing here allocates, panics or knows of meshes. Units are the caller's: the engine uses mm, g, ms, N, MPa.
 
 mod element;
+mod fracture;
 mod orthotropic;
 mod sym2;
 mod triangle;
 
 pub use element::{ElementState, Polar};
+pub use fracture::{CrackTip, Modes};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 pub use sym2::Sym2;
 pub use triangle::{RestTriangle, smallest_angle};

@@ -6,7 +6,7 @@ use super::schema::{BodySpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSp
 use super::{grasp, mesh_file, shape};
 use crate::components::{
     Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, Fibres, Gravity, Grips, Hold, Material, PointLoad, PointLoads,
-    PreStretch, Pressure, Refinement, Springs, TearMode, Tearing,
+    PreStretch, Pressure, Refinement, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -33,6 +33,17 @@ pub(super) fn membrane(spec: &BodySpec, folder: &Path, key: &str) -> Result<Memb
         membrane = membrane.planar();
     }
     membrane = surroundings(membrane, spec, key)?;
+    if let Some(spec) = &spec.tearing {
+        membrane = membrane.with(tearing(spec, &material, &format!("{key}.tearing"))?);
+    }
+    if let Some(refinement) = &spec.refinement {
+        let key = format!("{key}.refinement");
+        let Some(tearing) = &spec.tearing else {
+            let what = "the mesh is refined around tear tips, and this body has none";
+            return Err(Fault::new(key, what, "add a `tearing` table, or remove this one"));
+        };
+        membrane = membrane.with(self::refinement(refinement, tearing.radius, &key)?);
+    }
     membrane = boundary_conditions(membrane, spec, &mesh, key)?;
     Ok(membrane)
 }
@@ -154,47 +165,61 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
         membrane =
             membrane.with(Contact { stiffness: positive(at("contact.stiffness"), contact.stiffness, "N/mm³")? });
     }
-    if let Some(spec) = &spec.tearing {
-        membrane = membrane.with(tearing(spec, &at("tearing"))?);
-    }
-    if let Some(refinement) = &spec.refinement {
-        let Some(tearing) = &spec.tearing else {
-            let what = "the mesh is refined around tear tips, and this body has none";
-            return Err(Fault::new(at("refinement"), what, "add a `tearing` table, or remove this one"));
-        };
-        membrane = membrane.with(self::refinement(refinement, tearing.radius, &at("refinement"))?);
-    }
     Ok(membrane)
 }
 
-fn tearing(spec: &TearingSpec, key: &str) -> Result<Tearing, Fault> {
+fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing, Fault> {
     let at = |name: &str| format!("{key}.{name}");
-    let strength_transverse = positive(at("strength_transverse"), spec.strength_transverse, "MPa")?;
-    let strength_fibre = match (spec.strength_fibre, spec.strength_ratio) {
-        (Some(strength), None) => positive(at("strength_fibre"), strength, "MPa")?,
-        (None, Some(ratio)) => strength_transverse * positive(at("strength_ratio"), ratio, "")?,
-        _ => {
-            let what = "the strength across the fibres is given twice or not at all";
-            return Err(Fault::new(key, what, "give either `strength_fibre` or `strength_ratio`"));
-        }
-    };
+    let radius = positive(at("radius"), spec.radius, "mm")?;
+    let thresholds = thresholds(spec, material, radius, key)?;
     let cone = positive(at("cone_degrees"), spec.cone_degrees, "°")?;
     if cone > 180.0 {
         return Err(Fault::new(at("cone_degrees"), format!("{cone}° is more than a half turn"), "give at most 180"));
     }
     Ok(Tearing {
-        strength_fibre,
-        strength_transverse,
         exponent: positive(at("exponent"), spec.exponent, "")?,
         cone: cone.to_radians(),
-        radius: positive(at("radius"), spec.radius, "mm")?,
         mode: match spec.mode {
             TearModeSpec::Free => TearMode::Free,
             TearModeSpec::Edge => TearMode::Edge,
         },
         max_tear_speed: positive(at("max_tear_speed"), spec.max_tear_speed, "mm/ms")?,
         may_initiate: spec.may_initiate,
+        ..thresholds
     })
+}
+
+/// Strengths and R, from strengths or from toughnesses.
+fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -> Result<Tearing, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let TearingSpec { strength_transverse, strength_fibre, strength_ratio, toughness_along, toughness_across, .. } =
+        *spec;
+    match (strength_transverse, strength_fibre, strength_ratio, toughness_along, toughness_across) {
+        (Some(transverse), fibre, ratio, None, None) => {
+            let strength_transverse = positive(at("strength_transverse"), transverse, "MPa")?;
+            let strength_fibre = match (fibre, ratio) {
+                (Some(strength), None) => positive(at("strength_fibre"), strength, "MPa")?,
+                (None, Some(ratio)) => strength_transverse * positive(at("strength_ratio"), ratio, "")?,
+                _ => {
+                    let what = "the strength across the fibres is given twice or not at all";
+                    return Err(Fault::new(key, what, "give either `strength_fibre` or `strength_ratio`"));
+                }
+            };
+            Ok(Tearing { strength_fibre, strength_transverse, radius, ..Tearing::default() })
+        }
+        (None, None, None, Some(along), Some(across)) => {
+            let along = positive(at("toughness_along"), along, "N/mm")?;
+            let across = positive(at("toughness_across"), across, "N/mm")?;
+            let law = material.stiffness().map_err(|error| inadmissible(key, &error))?;
+            let tearing = Tearing::of_toughness(Toughness { along, across }, &law, radius);
+            tearing.map_err(|error| Fault::new(key, error, "give numbers of an ordinary size"))
+        }
+        _ => {
+            let hint = "give `strength_transverse` with `strength_fibre` or `strength_ratio` [MPa], or both of \
+                        `toughness_along` and `toughness_across` [N/mm]; one kind follows from the other through `radius`";
+            Err(Fault::new(key, "strengths and toughnesses are incomplete or mixed", hint))
+        }
+    }
 }
 
 fn refinement(spec: &RefinementSpec, radius: f64, key: &str) -> Result<Refinement, Fault> {

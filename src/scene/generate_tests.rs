@@ -209,6 +209,18 @@ fn polygons_with_notches_are_filled_and_knots_refused() {
         assert!(faces_up(&mesh) && (area(&mesh) - 55.0).abs() < 1e-10);
         assert!(smallest_angle_degrees(&mesh) >= 25.0, "{}", smallest_angle_degrees(&mesh));
     }
+    // Sides in any direction, whose points are off the line by roundings.
+    for k in 0..6 {
+        let corner = |i: usize| DVec2::from_angle(0.3 * k as f64 + TAU * i as f64 / 7.0) * 10.0 + DVec2::new(3.1, -7.7);
+        let outline: Vec<DVec2> = (0..7).map(corner).collect();
+        let inside = 0.5 * 7.0 * 100.0 * (TAU / 7.0).sin();
+        for mesh in [unstructured(&outline, 0.7, k), lattice(&outline, 0.7, k as f64)] {
+            let mesh = mesh.unwrap();
+            mesh.check().unwrap();
+            assert!(faces_up(&mesh) && (area(&mesh) / inside - 1.0).abs() < 1e-12);
+            assert!(smallest_angle_degrees(&mesh) >= 25.0, "{k}: {}", smallest_angle_degrees(&mesh));
+        }
+    }
     let knot = [[0.0, 0.0], [4.0, 4.0], [4.0, 0.0], [0.0, 4.0]].map(DVec2::from);
     let flat = [[0.0, 0.0], [4.0, 0.0], [8.0, 0.0]].map(DVec2::from);
     let twice = [[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [0.0, 4.0]].map(DVec2::from);

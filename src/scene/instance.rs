@@ -2,13 +2,13 @@
 
 use super::build::{self, direction, own_name};
 use super::error::{Fault, positive};
-use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec, TangentSpec};
+use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, PreconditionerSpec, RunSpec, TangentSpec};
 use super::{Scene, SceneError};
-use crate::components::{Body, Holds, Obstacle, Shape};
+use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, Tearing, Toughness};
 use crate::report::Report;
-use crate::settings::{LinearParams, Settings, Tangent};
+use crate::settings::{LinearParams, Preconditioner, Settings, Tangent};
 use crate::simulation::{Simulation, SimulationError};
-use crate::storage::{Tips, Vertices};
+use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 use std::fmt;
@@ -75,6 +75,8 @@ pub struct BodySummary {
     pub holds: Vec<(String, usize)>,
     /// Number of tear tips.
     pub tip_count: usize,
+    /// Of a body that can tear: its thresholds and the toughness that they imply.
+    pub tearing: Option<(Tearing, Toughness)>,
 }
 
 impl Scene {
@@ -116,6 +118,10 @@ impl Scene {
             own_name(&spec.name, self.file.bodies[..i].iter().map(|other| other.name.as_str()), &key)?;
             let membrane = build::membrane(spec, self.document.folder(), &key)?;
             let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, &key, &error))?;
+            if self.file.output.energy {
+                // The body was spawned just now.
+                let _ = simulation.world_mut().insert_one(body, EnergyAudit::default());
+            }
             if let Some(initial) = &spec.initial {
                 start(&mut simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
             }
@@ -228,13 +234,17 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
             TangentSpec::Rotated => Tangent::Rotated,
             TangentSpec::Exact => Tangent::Exact,
         },
+        preconditioner: match spec.preconditioner {
+            PreconditionerSpec::Auto => Preconditioner::Auto,
+            PreconditionerSpec::BlockJacobi => Preconditioner::BlockJacobi,
+            PreconditionerSpec::Cholesky => Preconditioner::Cholesky,
+        },
         newton_iterations: counted("newton_iterations", spec.newton_iterations, 1_000)?,
         newton_tolerance: positive("run.newton_tolerance".to_owned(), spec.newton_tolerance, "")?,
         static_iterations: counted("static_iterations", spec.static_iterations, 10_000)?,
         resumes: spec.resumes,
         halvings: spec.halvings,
         threads: spec.threads,
-        ..Settings::default()
     })
 }
 
@@ -308,6 +318,15 @@ fn shape(spec: &ObstacleSpec, key: &str) -> Result<Shape, Fault> {
     })
 }
 
+/// The thresholds of a body and the toughness that they imply by the law at its first tip, or at its first triangle.
+pub(crate) fn thresholds(simulation: &Simulation, body: Entity) -> Option<(Tearing, Toughness)> {
+    let mut query = simulation.world().query_one::<(&Tearing, &Tips, &Topology, &Triangles)>(body);
+    let (tearing, tips, topology, triangles) = query.get().ok()?;
+    let at_tip = tips.vertex.first().and_then(|&tip| topology.incident[tip as usize].first());
+    let law = triangles.stiffness.get(at_tip.map_or(0, |&entry| entry as usize / 3))?;
+    Some((*tearing, tearing.toughness(law)))
+}
+
 fn summary(simulation: &Simulation, body: Entity) -> Option<BodySummary> {
     let world = simulation.world();
     let vertices = world.get::<&Vertices>(body).ok()?;
@@ -316,10 +335,11 @@ fn summary(simulation: &Simulation, body: Entity) -> Option<BodySummary> {
     Some(BodySummary {
         name: world.get::<&Body>(body).ok()?.name.clone(),
         vertex_count: vertices.len(),
-        triangle_count: world.get::<&crate::storage::Triangles>(body).ok()?.len(),
+        triangle_count: world.get::<&Triangles>(body).ok()?.len(),
         bounds: vertices.rest_position.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p))),
         holds: held.map_or(Vec::new(), |h| h.groups.iter().map(|g| (g.name.clone(), g.members.rows().len())).collect()),
         tip_count: world.get::<&Tips>(body).map_or(0, |tips| tips.len()),
+        tearing: thresholds(simulation, body),
     })
 }
 
@@ -349,6 +369,15 @@ impl fmt::Display for Summary {
             }
             if body.tip_count > 0 {
                 write!(f, ", {} tear tip(s)", body.tip_count)?;
+            }
+            if let Some((t, toughness)) = &body.tearing {
+                let (transverse, fibre) = (t.strength_transverse, t.strength_fibre);
+                let Toughness { along, across } = toughness;
+                let way = |way: &str, strength: f64, toughness: f64| {
+                    format!("{way} the fibres at {strength:.3e} MPa or {toughness:.3e} N/mm")
+                };
+                let [along, across] = [way("along", transverse, *along), way("across", fibre, *across)];
+                write!(f, "\n    tears {along}, {across}, over a radius of {} mm", rounded(t.radius))?;
             }
         }
         Ok(())

@@ -47,6 +47,8 @@ mod shape;
 
 pub use document::Document;
 pub use error::{SceneError, nearest};
+#[cfg(feature = "cli")]
+pub(crate) use instance::thresholds;
 pub use instance::{BodySummary, Instance, MOST_STEPS, Run, Summary};
 
 use error::Span;

@@ -1,12 +1,12 @@
 //! What an observer sees: the state of every body as plain arrays.
 
 use super::Simulation;
-use crate::components::{Body, Frames, Planar, PreStretch, TearDecision, TearDecisions, Tearing};
+use crate::components::{Body, Frames, Planar, PreStretch, TearDecision, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use crate::systems::kernels::failure::{self, Strength};
-use crate::systems::tearing::{Surface, strength, tip_decision};
+use crate::systems::kernels::failure::{self, Search};
+use crate::systems::tearing::{Surface, TipMemory, strength, tip_decision};
 use glam::{DMat3, DVec2, DVec3};
 use hecs::Entity;
 
@@ -47,13 +47,13 @@ impl Simulation {
             tips: Vec::new(),
         };
         if let Some((tearing, tips)) = tearing {
-            let strength = strength(tearing);
-            frame.criterion = frames.state.iter().map(|state| own_criterion(state.stress, &strength)).collect();
-            let mut scratch = TearDecisions::default();
+            let search = Search::new(strength(tearing));
+            frame.criterion = frames.state.iter().map(|state| own_criterion(state.stress, &search)).collect();
+            let mut memory = TipMemory::default();
             frame.tips = (0..tips.len())
                 .filter_map(|tip| {
                     let (vertex, previous) = (tips.vertex[tip], tips.previous[tip]);
-                    let decision = tip_decision(&surface, tearing, vertex, previous, &mut scratch)?;
+                    let decision = tip_decision(&surface, tearing, tip, (vertex, previous), &mut memory)?;
                     Some(tip_frame(&surface, frames, tearing, previous, &decision))
                 })
                 .collect();
@@ -71,8 +71,8 @@ fn stress_in_space(state: &ElementState) -> DMat3 {
 }
 
 /// The criterion of a triangle's own stress; its frame lies along the fibre.
-fn own_criterion(stress: Sym2, strength: &Strength) -> f64 {
-    failure::evaluate(stress, DVec2::X, strength, None, None).map_or(0.0, |d| d.best.value)
+fn own_criterion(stress: Sym2, search: &Search) -> f64 {
+    search.evaluate(stress, DVec2::X, None, None).map_or(0.0, |d| d.best.value)
 }
 
 fn tip_frame(

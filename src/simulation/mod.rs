@@ -4,11 +4,13 @@ mod error;
 mod frame;
 mod tear;
 
+pub use crate::components::Energies;
 pub use error::SimulationError;
 pub use tear::{Cut, CutError};
 
 use crate::components::{
-    Body, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch, TearDecisions,
+    Body, EnergyAudit, EnergyBalance, Frames, Holds, Increment, Obstacle, Planar, PreStretch, Reactions, SolverScratch,
+    TearDecisions,
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
@@ -29,15 +31,6 @@ pub struct Simulation {
     report: Report,
     events: Vec<Event>,
     next_order: u32,
-}
-
-/// Energies of a body \[mJ\].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Energies {
-    /// Elastic energy of the membrane, relative to its stress-free shape.
-    pub elastic: f64,
-    /// Kinetic energy.
-    pub kinetic: f64,
 }
 
 impl Simulation {
@@ -135,6 +128,7 @@ impl Simulation {
         self.report.has_failed = done < dt;
         self.report.time += done;
         self.finish_report();
+        self.note_unfinished_tears();
         self.collect_events();
         if self.report.has_failed {
             let reason = format!("no part of the step of {dt} ms led to a finite state");
@@ -172,6 +166,7 @@ impl Simulation {
             return Err(SimulationError::NoEquilibrium { time: step.time, imbalance, iterations });
         }
         self.report.time = step.time;
+        self.collect_events();
         Ok(&self.report)
     }
 
@@ -231,6 +226,15 @@ impl Simulation {
         Ok(Energies { elastic: elastic.sum(), kinetic: kinetic.sum() })
     }
 
+    /// The energy balance of a body since its first step; `None` for one without an [`EnergyAudit`].
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn energy_balance(&mut self, body: Entity) -> Result<Option<EnergyBalance>, SimulationError> {
+        let energies = self.energies(body)?;
+        Ok(self.world.get::<&EnergyAudit>(body).ok().map(|audit| audit.balance(energies)))
+    }
+
     /// Sum of the forces \[N\] that a body's holds exert on it, one per hold, from the last step; zero before the first.
     ///
     /// # Errors
@@ -273,6 +277,7 @@ impl Simulation {
                 imbalance: scratch.imbalance,
                 is_converged: scratch.is_converged,
                 fell_back: scratch.fell_back,
+                is_tear_cut_short: false,
             };
             bodies.push((about.order, report));
         }
@@ -340,6 +345,7 @@ fn iterate(world: &mut World, step: &StepContext, report: &mut Report) {
             break;
         }
     }
+    schedule::run_stage(world, step, Stage::Account, &mut report.systems);
     if step.newton_iterations == 1 {
         for scratch in world.query_mut::<&mut SolverScratch>() {
             scratch.is_converged = scratch.linear_residual.is_finite();
@@ -365,4 +371,5 @@ fn restore(world: &mut World) {
         increment.displacement.fill(DVec3::ZERO);
         scratch.linear_residual = 0.0;
     }
+    world.query_mut::<&mut EnergyAudit>().into_iter().for_each(EnergyAudit::void_step);
 }

@@ -1,14 +1,16 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
-use super::{Simulation, SimulationError};
-use crate::components::{Body, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearLog};
+use super::{Energies, Simulation, SimulationError};
+use crate::components::{
+    Body, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecisions, TearLog,
+};
 use crate::event::{Event, EventKind};
 use crate::report::Report;
 use crate::schedule::{self, Stage};
-use crate::storage::{Mesh, TipKey, Tips, Topology, Triangles, Vertices};
+use crate::storage::{EditRecord, Mesh, TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
-use crate::systems::split::add_tip;
-use crate::systems::tearing::{Cutter, Followers, Quality, TearRefusal, TearScratch};
+use crate::systems::split::{add_tip, note_parted};
+use crate::systems::tearing::{Cutter, Followers, NewTip, Quality, TearRefusal, TearScratch, TipMemory};
 use glam::DVec3;
 use hecs::Entity;
 
@@ -48,26 +50,29 @@ impl Simulation {
     pub fn cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
-            (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch),
+            (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut TipMemory>),
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
             (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
         );
+        let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
         let (
             (vertices, triangles, topology, increment),
-            (mut tips, log, scratch),
+            (mut tips, log, scratch, memory),
             (holds, springs, grips),
             (point_loads, edge_loads, refined),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers = Followers { increment, holds, springs, grips, point_loads, edge_loads, refined };
+        let mut followers = Followers { increment, memory, holds, springs, grips, point_loads, edge_loads, refined };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);
             let quality = Quality::default();
             Cutter { mesh: &mut mesh, is_movable: &is_movable, quality, scratch }.cut(polyline)
         };
+        let parted: Vec<u32> = scratch.records.iter().flat_map(EditRecord::parted).collect();
         followers.follow(&mut scratch.records, &mut mesh, tips.as_deref_mut());
+        note_parted(&parted, tips.as_deref_mut(), log, &followers, mesh.vertices);
         let outcome = outcome?;
         log.length += outcome.path.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
         log.note_angle(outcome.smallest_angle);
@@ -75,7 +80,10 @@ impl Simulation {
         let mut keys = Vec::new();
         if let Some(tips) = tips {
             for &(vertex, direction) in &outcome.tips {
-                keys.push(add_tip(tips, log, mesh.vertices, vertex, direction));
+                let at = mesh.vertices.rest_position[vertex as usize];
+                let tip = add_tip(tips, NewTip { vertex, direction, ideal: at });
+                log.pending.push(EventKind::Started { tip, at, verdict: None });
+                keys.push(tip);
             }
         }
         log.pending.extend(outcome.freed.iter().map(|&triangle_count| EventKind::PieceFreed { triangle_count }));
@@ -86,34 +94,53 @@ impl Simulation {
             smallest_angle: outcome.smallest_angle,
             piece_count: outcome.freed.len(),
         };
+        if let (Some(before), Some(after)) = (before, self.audited_energies(body))
+            && let Ok(audit) = self.world.query_one_mut::<&mut EnergyAudit>(body)
+        {
+            audit.note_edits(after - before);
+        }
         self.collect_events();
         Ok(cut)
     }
 
-    /// Moves time on by `dt` \[ms\], finds the equilibrium there and tears quasi-statically: advance and equilibrium
-    /// alternate until no tip exceeds the criterion, or at most `advances` times.
+    /// Energies of a body whose audit has begun.
+    fn audited_energies(&mut self, body: Entity) -> Option<Energies> {
+        let has_begun = self.world.get::<&EnergyAudit>(body).is_ok_and(|audit| audit.initial.is_some());
+        if has_begun { self.energies(body).ok() } else { None }
+    }
+
+    /// Moves time on by `dt` \[ms\], finds the equilibrium there and tears quasi-statically: advances of all tips by one
+    /// triangle or edge, and equilibrium, alternate until no tip exceeds the criterion or at most `rounds` times. Where the
+    /// rounds have ended it, the report says so.
     ///
     /// # Errors
     /// As [`settle`](Self::settle); tears made before the failure stay.
-    pub fn settle_and_tear(&mut self, dt: f64, tolerance: f64, advances: u32) -> Result<&Report, SimulationError> {
+    pub fn settle_and_tear(&mut self, dt: f64, tolerance: f64, rounds: u32) -> Result<&Report, SimulationError> {
         self.settle(dt, tolerance)?;
-        for _ in 0..advances {
-            let advances_before = self.advances();
+        for _ in 0..rounds {
             let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
             let Self { world, pool, report, .. } = self;
             pool.run(|| schedule::run_stage(world, &step, Stage::Tear, &mut report.systems));
             self.collect_events();
-            if self.advances() == advances_before {
-                break;
+            if !self.may_tear_further() {
+                return Ok(&self.report);
             }
             self.settle(0.0, tolerance)?;
         }
+        self.note_unfinished_tears();
         Ok(&self.report)
     }
 
-    fn advances(&mut self) -> u64 {
-        let logs = self.world.query_mut::<&TearLog>().into_iter();
-        logs.map(|log| u64::from(log.advance_count) + u64::from(log.piece_count)).sum()
+    fn may_tear_further(&mut self) -> bool {
+        self.world.query_mut::<&TearDecisions>().into_iter().any(|decisions| decisions.may_advance_further)
+    }
+
+    /// Says in the report which tears were ended by the budget of the step.
+    pub(super) fn note_unfinished_tears(&mut self) {
+        for body in &mut self.report.bodies {
+            let decisions = self.world.query_one_mut::<&TearDecisions>(body.body);
+            body.is_tear_cut_short = decisions.is_ok_and(|decisions| decisions.may_advance_further);
+        }
     }
 
     /// Moves the bodies' pending events into the queue, in the order of spawning.

@@ -129,6 +129,11 @@ impl EditRecord {
         (self.first_vertex..).zip(&self.new_vertices)
     }
 
+    /// Rows of the vertices that the edit has parted: those it has duplicated.
+    pub fn parted(&self) -> impl Iterator<Item = u32> {
+        self.new_vertices.iter().filter(|parents| parents.is_duplicate()).map(|parents| parents.rows()[0])
+    }
+
     /// Where a vertex is after the edit that was at `row` before it; `None` for the one that was removed.
     pub fn vertex_after(&self, row: u32) -> Option<u32> {
         after_removals(row, self.first_vertex, self.removed.iter().map(|removed| removed.vertex))

@@ -49,10 +49,12 @@ table! {
         ideal: DVec3,
         /// Criterion value max c(d) at the last evaluation; the tear advances where it exceeds 1.
         criterion: f64,
-        /// Length \[mm\] that `max_tear_speed` still allows this tip.
+        /// Length \[mm\] that `max_tear_speed` still allows this tip; negative where the last advance was longer than allowed.
         allowance: f64,
         /// Whether the last advance that the criterion asked for was refused.
         is_refused: bool,
+        /// Whether it was said that the mesh is too coarse for R here.
+        is_coarse: bool,
     }
 }
 

@@ -17,12 +17,13 @@ mod patch;
 mod plane;
 mod reference;
 mod stability;
+pub mod tear;
 
 pub use artifacts::{Artifacts, Axes, Depth, Line};
 
 use crate::membrane::BodyError;
 use crate::output::OutputError;
-use crate::scene::generate::GenerateError;
+use crate::scene::{SceneError, generate::GenerateError};
 use crate::simulation::{CutError, SimulationError};
 use std::path::PathBuf;
 
@@ -76,6 +77,9 @@ pub enum VerifyError {
     /// A linear solve within the verification itself.
     #[error("linear solve: {0}")]
     Linear(#[from] crate::systems::linear::CgError),
+    /// The scene.
+    #[error("{0}")]
+    Scene(#[from] SceneError),
     /// A cut that makes a crack.
     #[error(transparent)]
     Cut(#[from] CutError),
@@ -138,12 +142,21 @@ pub const CASES: &[Case] = &[
     mechanics("membrane", "vibration and deflection out of the plane", drum::run),
     mechanics("motion", "rigid motion, resultants, energy balance, spin", motion::run),
     mechanics("stability", "the default step damps noise on a taut sheet", stability::run),
+    tear("tear-fibre", "the notched square tears along its fibres", tear::fibre::run),
+    tear("tear-mesh", "path and load of a tear on four kinds of mesh", tear::mesh::run),
+    tear("tear-mesh-stable", "the same in equilibria, over the whole tear", tear::mesh::stable),
+    tear("tear-mesh-edge", "the same along edges", tear::mesh::edge),
+    tear("tear-energy", "the energy balance of whole tears, dynamic and quasi-static", tear::energy::run),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;
 
 const fn mechanics(name: &'static str, about: &'static str, run: Run) -> Case {
     Case { name, about, group: Group::Mechanics, run }
+}
+
+const fn tear(name: &'static str, about: &'static str, run: Run) -> Case {
+    Case { name, about, group: Group::Tear, run }
 }
 
 /// Collects the rows of one case.

@@ -71,7 +71,7 @@ pub fn csv<const N: usize>(file: &'static str, text: &str) -> Result<Vec<[f64; N
 /// The file `$name` of `tests/reference`, as (name, text).
 macro_rules! file {
     ($name:literal) => {
-        ($name, include_str!(concat!("../../tests/reference/", $name)))
+        ($name, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/", $name)))
     };
 }
 

@@ -4,6 +4,7 @@
 //! the triangle (centre, a, b): where the edge runs inside the disc a triangle, where it runs outside a circular sector.
 
 use glam::DVec2;
+use smallvec::SmallVec;
 use std::f64::consts::PI;
 
 /// Area \[mm²\] that the disc and the triangle share, whatever the triangle's orientation; zero for a degenerate triangle, a
@@ -12,49 +13,101 @@ use std::f64::consts::PI;
 /// Exact to rounding of the larger of the two figures' coordinates relative to the centre, so long as their sizes differ by
 /// less than 1e150.
 pub fn disc_triangle_overlap(centre: DVec2, radius: f64, triangle: [DVec2; 3]) -> f64 {
-    let corners = triangle.map(|x| x - centre);
+    let [a, b, c] = triangle.map(|x| x - centre);
+    let r_sq = radius * radius;
+    let is_inside = |x: DVec2| x.length_squared() <= r_sq;
+    // Most triangles of a disc lie inside; sizes far from one are scaled first.
+    if PLAIN.contains(&r_sq) && is_inside(a) && is_inside(b) && is_inside(c) && radius > 0.0 {
+        return 0.5 * (b - a).perp_dot(c - a).abs();
+    }
+    let corners = [a, b, c];
     let scale = corners.iter().fold(radius, |m, x| m.max(x.abs().max_element()));
     if !(radius > 0.0 && scale.is_finite() && corners.iter().all(|x| x.is_finite())) {
         return 0.0;
     }
-    let (r, [a, b, c]) = (radius / scale, corners.map(|x| x / scale));
-    // From edges, not from corners: far from the centre the products of corners cancel.
-    let triangle_area = 0.5 * (b - a).perp_dot(c - a).abs();
-    let r_sq = r * r;
-    let overlap = if [a, b, c].iter().all(|x| x.length_squared() <= r_sq) {
-        triangle_area
-    } else {
-        let sum = shared_with_edge(a, b, r) + shared_with_edge(b, c, r) + shared_with_edge(c, a, r);
-        sum.abs().min(triangle_area).min(PI * r_sq)
-    };
+    let overlap = scaled_overlap(radius / scale, corners.map(|x| x / scale));
     (overlap * scale * scale).min(f64::MAX)
 }
 
-/// Signed area shared by the disc of radius `r` about the origin and the triangle (origin, a, b).
-fn shared_with_edge(a: DVec2, b: DVec2, r: f64) -> f64 {
-    let edge = b - a;
-    let length_sq = edge.length_squared();
-    if length_sq == 0.0 {
-        return 0.0;
+/// Squared radii for which no square or product of a triangle of tolerable size over- or underflows.
+const PLAIN: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+
+/// The overlap with the disc of radius `r` about the origin, where the larger of the two figures has the size one.
+fn scaled_overlap(r: f64, [a, b, c]: [DVec2; 3]) -> f64 {
+    // From edges, not from corners: far from the centre the products of corners cancel.
+    let triangle_area = 0.5 * (b - a).perp_dot(c - a).abs();
+    let r_sq = r * r;
+    let is_inside = [a, b, c].map(|x| x.length_squared() <= r_sq);
+    if is_inside == [true; 3] {
+        return triangle_area;
     }
-    let cross = a.perp_dot(edge);
-    let distance = cross.abs() / length_sq.sqrt();
-    // r² − distance² as a product: at a tangency the difference of the squares has no digits left.
-    let half_chord = ((r - distance).max(0.0) * (r + distance) / length_sq).sqrt();
-    let foot = -a.dot(edge) / length_sq;
-    let (enter, leave) = ((foot - half_chord).max(0.0), (foot + half_chord).min(1.0));
-    if enter >= leave {
-        return sector(cross, a.dot(b), r);
+    let mut parts = Parts::default();
+    let mut misses = 0;
+    for i in 0..3 {
+        let j = (i + 1) % 3;
+        misses += u32::from(!parts.add_edge([a, b, c][i], [a, b, c][j], r, is_inside[i] && is_inside[j]));
     }
-    let (p, q) = (a + edge * enter, a + edge * leave);
-    let before = if enter > 0.0 { sector(cross * enter, a.dot(p), r) } else { 0.0 };
-    let after = if leave < 1.0 { sector(cross * (1.0 - leave), q.dot(b), r) } else { 0.0 };
-    before + 0.5 * cross * (leave - enter) + after
+    let crosses = [a.perp_dot(b), b.perp_dot(c), c.perp_dot(a)];
+    let surrounds = crosses.iter().all(|x| *x > 0.0) || crosses.iter().all(|x| *x < 0.0);
+    if misses == 3 {
+        return if surrounds { triangle_area.min(PI * r_sq) } else { 0.0 };
+    }
+    (parts.straight + 0.5 * r_sq * parts.arc(surrounds)).abs().min(triangle_area).min(PI * r_sq)
 }
 
-/// Signed area of the sector between two directions with this cross and dot product.
-fn sector(cross: f64, dot: f64, r: f64) -> f64 {
-    0.5 * r * r * cross.atan2(dot)
+/// The overlap's parts: signed area over the pieces of edges inside the disc, and the arcs over those outside.
+#[derive(Default)]
+struct Parts {
+    straight: f64,
+    /// Cosine and sine of each arc's angle, to one factor.
+    arcs: SmallVec<[DVec2; 6]>,
+}
+
+impl Parts {
+    /// Adds what the edge from `a` to `b` sees. Whether any of it lies inside the disc.
+    fn add_edge(&mut self, a: DVec2, b: DVec2, r: f64, is_inside: bool) -> bool {
+        let edge = b - a;
+        let cross = a.perp_dot(edge);
+        if is_inside {
+            self.straight += 0.5 * cross;
+            return true;
+        }
+        let length_sq = edge.length_squared();
+        if length_sq == 0.0 {
+            return false;
+        }
+        let distance = cross.abs() / length_sq.sqrt();
+        // r² − distance² as a product: at a tangency the difference of the squares has no digits left.
+        let half_chord = ((r - distance).max(0.0) * (r + distance) / length_sq).sqrt();
+        let foot = -a.dot(edge) / length_sq;
+        let (enter, leave) = ((foot - half_chord).max(0.0), (foot + half_chord).min(1.0));
+        if enter >= leave {
+            self.add_arc(a.dot(b), cross);
+            return false;
+        }
+        if enter > 0.0 {
+            self.add_arc(a.dot(a + edge * enter), cross * enter);
+        }
+        if leave < 1.0 {
+            self.add_arc((a + edge * leave).dot(b), cross * (1.0 - leave));
+        }
+        self.straight += 0.5 * cross * (leave - enter);
+        true
+    }
+
+    fn add_arc(&mut self, dot: f64, cross: f64) {
+        self.arcs.push(DVec2::new(dot, cross));
+    }
+
+    /// The sum of the arcs' angles \[rad\]. Seen from outside the triangle it is less than half a turn: then one arctangent
+    /// of the product will do.
+    fn arc(&self, surrounds: bool) -> f64 {
+        if surrounds {
+            return self.arcs.iter().map(|arc| arc.to_angle()).sum();
+        }
+        let unit = |arc: &DVec2| *arc / arc.abs().max_element();
+        self.arcs.iter().map(unit).reduce(|product, arc| arc.rotate(product)).map_or(0.0, |product| product.to_angle())
+    }
 }
 
 #[cfg(test)]

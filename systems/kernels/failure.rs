@@ -4,19 +4,23 @@
 //! For a direction `d` in the rest surface, u = d⊥ and δ = angle(d, fibre) in [0, π/2]:
 //! c(d) = σ_u/σ̄(δ), σ_u = u·T·u, σ̄(δ) = σ̄_T + (σ̄_F − σ̄_T)·(2δ/π)^α. The membrane tears where max c > 1.
 //!
-//! The maximum is found without sampling: `curve` lists every stationary point of c, `region` the limits of the
-//! admissible set; with the kinks d = ±f, ±f⊥ these are all the candidates there can be, and `ranking` chooses.
+//! The maximum is exact: `bends` lists every smooth maximum of c, or `table` does so with work shared between searches;
+//! `region` lists the limits of the admissible set; with the kinks d = ±f, ±f⊥ these are all the candidates there can be,
+//! and `ranking` chooses.
 
+mod bends;
 mod curve;
 mod ranking;
 mod region;
+mod table;
 
 use crate::math::Sym2;
-use curve::Curve;
+use curve::{Curve, Peak};
 use glam::DVec2;
 use ranking::Ranking;
 use region::Region;
 use std::f64::consts::FRAC_PI_2;
+use table::Table;
 
 /// Values closer than this, relatively, are a tie.
 const TIE: f64 = 1e-12;
@@ -94,12 +98,17 @@ pub struct Sector {
 /// A direction and its value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
-    /// Angle of the direction from the first axis \[rad\]: in [0, π) where directions are lines, else in (−π, π].
-    pub angle: f64,
-    /// Unit direction.
+    /// Unit direction; where directions are lines, the one that points up.
     pub direction: DVec2,
     /// c(d); the membrane tears above 1. Negative under pure compression.
     pub value: f64,
+}
+
+impl Candidate {
+    /// Angle of the direction from the first axis \[rad\], in (−π, π]; not negative where directions are lines.
+    pub fn angle(&self) -> f64 {
+        self.direction.to_angle()
+    }
 }
 
 /// What kind of point a maximum is.
@@ -166,11 +175,42 @@ pub fn direction_value(stress: Sym2, fibre: DVec2, strength: &Strength, d: DVec2
     stress.normal_component(d.perp()) / d.length_squared() / strength.threshold(delta)
 }
 
+/// The search for the direction of largest c with a table of the threshold, for many searches with the same strengths.
+///
+/// The answers are those of [`evaluate`] to a few roundings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    strength: Strength,
+    table: Option<Table>,
+}
+
+impl Search {
+    /// Prepares the search: some microseconds.
+    pub fn new(strength: Strength) -> Self {
+        Self { strength, table: Table::new(&strength) }
+    }
+
+    /// The strengths it is for.
+    pub fn strength(&self) -> &Strength {
+        &self.strength
+    }
+
+    /// As [`evaluate`].
+    pub fn evaluate(&self, stress: Sym2, fibre: DVec2, cone: Option<Cone>, sector: Option<Sector>) -> Option<Decision> {
+        match &self.table {
+            Some(table) => decide(stress, fibre, &self.strength, cone, sector, |curve, found| {
+                table.for_each_peak(curve, found);
+            }),
+            None => evaluate(stress, fibre, &self.strength, cone, sector),
+        }
+    }
+}
+
 /// The direction of largest c among the admissible ones, with its runner-up; `None` if no direction is admissible or an
 /// input is not finite (or has no direction).
 ///
 /// A direction is admissible if d·p ≥ cos θ_P − 1e-9 (no cone: all) and it lies in the sector to 1e-9 rad (no sector: all).
-/// With neither, `d` and `−d` are one line, named by the angle in [0, π).
+/// With neither, `d` and `−d` are one line, named by the direction that points up.
 ///
 /// Ties (values equal to 1e-12, directions 2° or more apart) go to the direction nearest p; then to the line met first
 /// turning counter-clockwise from the fibre; then to the direction on the left of p, or the first one of the sector. The rule turns
@@ -182,6 +222,18 @@ pub fn evaluate(
     cone: Option<Cone>,
     sector: Option<Sector>,
 ) -> Option<Decision> {
+    decide(stress, fibre, strength, cone, sector, |curve, found| bends::for_each_peak(curve, found))
+}
+
+/// The decision, where `peaks` lists the smooth maxima of a curve with different thresholds.
+fn decide(
+    stress: Sym2,
+    fibre: DVec2,
+    strength: &Strength,
+    cone: Option<Cone>,
+    sector: Option<Sector>,
+    peaks: impl FnOnce(&Curve, &mut dyn FnMut(Peak)),
+) -> Option<Decision> {
     let fibre = unit(fibre)?;
     let curve = Curve::new(stress, fibre, strength)?;
     let mut ranking = Ranking::new(fibre, Region::new(cone, sector)?);
@@ -191,12 +243,17 @@ pub fn evaluate(
     ranking.offer_line(fibre, curve.value_along_fibre(), curve.kink_origin(), [left > 0.0, right > 0.0]);
     let [left, right] = curve.slopes_across_fibre();
     ranking.offer_line(fibre.perp(), curve.value_across_fibre(), curve.kink_origin(), [right < 0.0, left < 0.0]);
-    curve.for_each_peak(|peak| {
+    let mut offer = |peak: Peak| {
         let (s, c) = peak.delta.sin_cos();
         ranking.offer_line(fibre * c + fibre.perp() * (peak.side * s), peak.value, peak.origin, [false; 2]);
-    });
+    };
+    if curve.is_isotropic() && !curve.is_constant() {
+        offer(curve.principal_peak());
+    } else if !curve.is_constant() {
+        peaks(&curve, &mut offer);
+    }
     ranking.offer_limits(&curve);
-    ranking.decide(curve.unit_of_value())
+    ranking.decide(curve.unit_of_value)
 }
 
 /// `v` without its length, at any scale; `None` where it has no direction.

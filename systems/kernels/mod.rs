@@ -4,4 +4,5 @@ pub mod disc;
 pub mod failure;
 pub mod fan;
 pub mod membrane;
+pub mod path_work;
 pub mod polar;

@@ -71,7 +71,8 @@ impl Parts {
         let pattern = Pattern::new(operator, free)?;
         // The pattern is in the order of elimination already.
         let ordering = SymmetricOrdering::Identity;
-        let symbolic = factorize_symbolic_cholesky(pattern.symbolic(), Side::Upper, ordering, Default::default()).ok()?;
+        let symbolic =
+            factorize_symbolic_cholesky(pattern.symbolic(), Side::Upper, ordering, Default::default()).ok()?;
         let needed = StackReq::any_of(&[
             symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
             symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),

@@ -50,9 +50,8 @@ pub fn solve(
     }
     let mut inverse = std::mem::take(&mut scratch.inverse_block);
     block_jacobi::invert_blocks(operator, &scratch.free, &mut inverse);
-    let info = cg::solve(operator, params, corner, x, scratch, |r, z, partials| {
-        block_jacobi::apply(&inverse, r, z, partials)
-    });
+    let info =
+        cg::solve(operator, params, corner, x, scratch, |r, z, partials| block_jacobi::apply(&inverse, r, z, partials));
     scratch.inverse_block = inverse;
     info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
 }

@@ -1,10 +1,10 @@
 //! Carrying out an advance: each way is done, judged by the triangles it leaves, and taken back if another may be better.
 
-use super::{Advance, Cutter, End, TearRefusal, TipChart, Way, Ways, plan_free};
+use super::{Advance, Cutter, End, TearRefusal, TipChart, Tried, Way, Ways, plan_free};
 use crate::math::smallest_angle;
-use crate::storage::{Edit, EditRecord, measure::rest_corners};
+use crate::storage::{Edit, EditRecord, Refusal, measure::rest_corners};
 use glam::DVec3;
-use smallvec::SmallVec;
+use smallvec::{SmallVec, smallvec};
 
 /// What happens to the edge of a step.
 pub(super) enum Opening<'p> {
@@ -14,107 +14,119 @@ pub(super) enum Opening<'p> {
     Later,
 }
 
+impl Opening<'_> {
+    /// The path that is opened now or later and must not be flipped away.
+    fn path(&self, tip: u32, reaches: u32) -> SmallVec<[u32; 4]> {
+        let mut path: SmallVec<[u32; 4]> = match self {
+            Self::After(prefix) => (*prefix).into(),
+            Self::Later => smallvec![tip],
+        };
+        path.push(reaches);
+        path
+    }
+}
+
 impl Cutter<'_, '_> {
-    /// Advances a tear in free mode: from a tip, or from any vertex of the boundary, in a unit direction of the rest shape, by
-    /// one triangle or at most `limit` \[mm\].
+    /// Advances a tear in free mode by at most one triangle: from a tip, or from any vertex of the boundary, in a unit
+    /// direction of the rest shape.
     ///
     /// # Errors
     /// Why it does not advance; the mesh is as it was.
-    pub fn advance(&mut self, vertex: u32, direction: DVec3, limit: f64) -> Result<Advance, TearRefusal> {
+    pub fn advance(&mut self, vertex: u32, direction: DVec3) -> Result<Advance, TearRefusal> {
         let tip = TipChart::new(self.mesh, vertex)?;
-        if tip.fan.is_closed {
-            return Err(TearRefusal::NotATip { vertex });
-        }
-        let direction = tip.chart.to_chart(direction);
-        let ways = plan_free(self.mesh, &tip, direction, limit, &self.quality, self.is_movable)?;
-        self.take(&tip, &ways, &Opening::After(&[vertex]))
+        self.advance_from(&tip, direction)
     }
 
-    /// Takes the best of the ways: the first exact one with good angles; else the best exact one, a near snap, or at worst a
-    /// wide snap.
+    /// The same, with the chart of the tip as the mesh is now.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance).
+    pub fn advance_from(&mut self, tip: &TipChart, direction: DVec3) -> Result<Advance, TearRefusal> {
+        if tip.fan.is_closed {
+            return Err(TearRefusal::NotATip { vertex: tip.vertex });
+        }
+        let direction = tip.chart.to_chart(direction);
+        let ways = plan_free(self.mesh, tip, direction, &self.quality, self.is_movable)?;
+        self.take(tip, &ways, &Opening::After(&[tip.vertex]))
+    }
+
+    /// Takes the first of the ways that leaves good enough triangles, in this order: an exact one with good angles; the best
+    /// exact one with fair angles; a near snap; the best exact one with poor angles; a detour.
     pub(super) fn take(&mut self, tip: &TipChart, ways: &Ways, opening: &Opening<'_>) -> Result<Advance, TearRefusal> {
         let start = self.scratch.records.len();
         let before = self.smallest_around(tip);
+        let mut tried = Tried::default();
         let mut best: Option<(f64, &Way)> = None;
-        let mut refusal = None;
         for way in &ways.exact {
-            match self.go(tip, way, opening) {
-                Ok(advance) if advance.smallest_angle >= self.quality.good.min(before) => {
-                    return Ok(self.finish(advance, tip));
-                }
-                Ok(advance) => {
-                    if best.is_none_or(|(angle, _)| advance.smallest_angle > angle) {
-                        best = Some((advance.smallest_angle, way));
-                    }
-                    self.roll_back(start);
-                }
-                Err(error) => refusal = Some(error),
+            let Some(advance) = self.attempt(tip, way, opening, &mut tried) else { continue };
+            if advance.smallest_angle >= self.quality.good.min(before) {
+                return self.finish(start, advance, tip, opening);
             }
-        }
-        if ways.is_part && best.is_none_or(|(angle, _)| angle < self.quality.exact) {
-            return Err(TearRefusal::TooShort { way: ways.distance });
-        }
-        let least = self.quality.least.min(before);
-        let exact = |limit: f64| best.filter(|&(angle, _)| angle >= limit).map(|(_, way)| way);
-        let (near, wide) = ways.snaps.split_at(ways.snaps.partition_point(|way| way.deviation <= self.quality.snap));
-        let order = exact(self.quality.exact.min(before)).into_iter().chain(near).chain(exact(least)).chain(wide);
-        for way in order {
-            match self.go(tip, way, opening) {
-                Ok(advance) if advance.smallest_angle >= least => return Ok(self.finish(advance, tip)),
-                Ok(_) => self.roll_back(start),
-                Err(error) => refusal = Some(error),
+            if best.is_none_or(|(angle, _)| advance.smallest_angle > angle) {
+                best = Some((advance.smallest_angle, way));
             }
-        }
-        Err(best
-            .map(|(angle, _)| TearRefusal::NoGoodWay { angle })
-            .or(refusal)
-            .unwrap_or(TearRefusal::NoGoodWay { angle: 0.0 }))
-    }
-
-    /// Does one way with its opening and flips. `end` is only marked yet; after an error everything is as it was.
-    fn go(&mut self, tip: &TipChart, way: &Way, opening: &Opening<'_>) -> Result<Advance, TearRefusal> {
-        let start = self.scratch.records.len();
-        let done = self.go_forward(tip, way, opening);
-        if done.is_err() {
             self.roll_back(start);
         }
-        done
+        let least = self.quality.least.min(before);
+        let exact = |limit: f64| best.filter(|&(angle, _)| angle >= limit).map(|(_, way)| way).into_iter();
+        let order = exact(self.quality.exact.min(before)).chain(&ways.snaps).chain(exact(least)).chain(&ways.detours);
+        for way in order {
+            let Some(advance) = self.attempt(tip, way, opening, &mut tried) else { continue };
+            if advance.smallest_angle >= least {
+                return self.finish(start, advance, tip, opening);
+            }
+            self.roll_back(start);
+        }
+        Err(TearRefusal::NoWay(tried))
     }
 
-    fn go_forward(&mut self, tip: &TipChart, way: &Way, opening: &Opening<'_>) -> Result<Advance, TearRefusal> {
+    /// Shapes the triangles for one way, without opening it, and notes how good they are; after `None` everything is as it was.
+    fn attempt(&mut self, tip: &TipChart, way: &Way, opening: &Opening<'_>, tried: &mut Tried) -> Option<Advance> {
         let start = self.scratch.records.len();
         for edit in &way.edits {
-            self.edit(edit)?;
-        }
-        let ends = self.mesh.topology.is_boundary_vertex(way.reaches);
-        match opening {
-            Opening::After(prefix) => {
-                let mut path: SmallVec<[u32; 4]> = SmallVec::from_slice(prefix);
-                path.push(way.reaches);
-                self.edit(&Edit::Open { path })?;
-                self.relax(start, None);
+            if let Err(refusal) = self.edit(edit) {
+                tried.note(way.course, 0.0);
+                tried.refusal = Some(refusal);
+                self.roll_back(start);
+                return None;
             }
-            Opening::Later => self.relax(start, Some((tip.vertex, way.reaches))),
         }
-        Ok(Advance {
+        self.relax(start, &opening.path(tip.vertex, way.reaches));
+        let advance = Advance {
             from: self.mesh.vertices.rest_position[tip.vertex as usize],
             to: self.mesh.vertices.rest_position[way.reaches as usize],
             vertex: way.reaches,
             deviation: way.deviation,
+            course: way.course,
             smallest_angle: self.smallest_touched(start),
-            end: ends.then_some(End { freed: None }),
-        })
+            end: None,
+        };
+        tried.note(way.course, advance.smallest_angle);
+        Some(advance)
     }
 
-    fn finish(&mut self, mut advance: Advance, tip: &TipChart) -> Advance {
-        if let Some(end) = &mut advance.end {
-            end.freed = self.freed_piece(tip.vertex, advance.vertex);
+    /// Opens the way that was taken, whose shaping began with record `start`; after an error everything is as it was.
+    fn finish(
+        &mut self,
+        start: usize,
+        advance: Advance,
+        tip: &TipChart,
+        opening: &Opening<'_>,
+    ) -> Result<Advance, TearRefusal> {
+        let ends = self.mesh.topology.is_boundary_vertex(advance.vertex);
+        if let Opening::Later = opening {
+            return Ok(Advance { end: ends.then_some(End { freed: None }), ..advance });
         }
-        advance
+        if let Err(refusal) = self.edit(&Edit::Open { path: opening.path(tip.vertex, advance.vertex) }) {
+            self.roll_back(start);
+            return Err(refusal.into());
+        }
+        let end = ends.then(|| End { freed: self.freed_piece(tip.vertex, advance.vertex) });
+        Ok(Advance { end, ..advance })
     }
 
     /// Applies an edit and keeps its record.
-    pub(super) fn edit(&mut self, edit: &Edit) -> Result<(), TearRefusal> {
+    pub(super) fn edit(&mut self, edit: &Edit) -> Result<(), Refusal> {
         let record = crate::storage::apply(self.mesh, edit)?;
         self.scratch.records.push(record);
         Ok(())

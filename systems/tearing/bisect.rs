@@ -30,11 +30,11 @@ impl Cutter<'_, '_> {
         let (triangle, edge) = self.edge_to_split(triangle);
         let before = self.smallest_across(triangle, edge);
         self.edit(&Edit::SplitEdge { triangle, edge, weight: 0.5 })?;
-        self.relax(start, None);
+        self.relax(start, &[]);
         let angle = self.smallest_touched(start);
         if angle < self.quality.least.min(before) {
             self.roll_back(start);
-            return Err(TearRefusal::NoGoodWay { angle });
+            return Err(TearRefusal::NoRoom { angle });
         }
         Ok(())
     }

@@ -5,6 +5,7 @@
 
 use super::advance::Opening;
 use super::{Advance, Cutter, TearRefusal, TipChart, Way, Ways, plan_free};
+use crate::event::Course;
 use crate::storage::{Edit, Refusal};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
@@ -34,10 +35,7 @@ impl Cutter<'_, '_> {
     /// Why the cut cannot be made; the mesh is as it was.
     pub fn cut(&mut self, polyline: &[DVec3]) -> Result<CutOutcome, TearRefusal> {
         let mark = self.scratch.records.len();
-        // A blade goes where it is led; a tear may look for a way, a cut that cannot follow its line is refused.
-        let widest = std::mem::replace(&mut self.quality.widest_snap, self.quality.snap);
         let outcome = self.cut_through(polyline);
-        self.quality.widest_snap = widest;
         if outcome.is_err() {
             self.roll_back(mark);
         }
@@ -100,9 +98,10 @@ impl Cutter<'_, '_> {
             let missing = Refusal::NoSuchEdge { from: first, to: second };
             let (triangle, edge) = self.mesh.topology.directed_edge(corners, first, second).ok_or(missing)?;
             let edits = smallvec![Edit::SplitEdge { triangle, edge, weight: 0.5 }];
-            let way = Way { edits, reaches: self.mesh.vertices.len() as u32, deviation: 0.0 };
+            let reaches = self.mesh.vertices.len() as u32;
+            let way = Way { edits, reaches, deviation: 0.0, course: Course::Exact };
             let tip = TipChart::new(self.mesh, first)?;
-            self.take(&tip, &Ways { exact: smallvec![way], ..Ways::default() }, &Opening::Later)?
+            self.take(&tip, &Ways::only(way), &Opening::Later)?
         } else {
             self.step_towards(first, second, next, &run.held, &Opening::Later)?
         };
@@ -110,7 +109,7 @@ impl Cutter<'_, '_> {
         if advance.end.is_some() {
             // The first step has met the boundary already: a notch from its other end.
             self.edit(&Edit::Open { path: smallvec![advance.vertex, first] })?;
-            self.relax(start, None);
+            self.relax(start, &[]);
             self.pass(run, advance);
             return Ok(next);
         }
@@ -144,15 +143,16 @@ impl Cutter<'_, '_> {
         opening: &Opening<'_>,
     ) -> Result<Advance, TearRefusal> {
         let tip = TipChart::new(self.mesh, from)?;
-        let distinct = tip.chart.spoke_count() - usize::from(tip.chart.is_closed());
-        let joining = (0..distinct).find(|&k| tip.end(self.mesh, k) == Some(target));
+        let joining = (0..tip.spoke_count()).find(|&k| tip.end(self.mesh, k) == Some(target));
         let ways = match joining {
-            Some(spoke) if tip.is_inside(spoke) => straight_to(target),
+            Some(spoke) if tip.is_inside(spoke) => Ways::only(Way::along_edge(target, 0.0, Course::Exact)),
             Some(_) => return Err(TearRefusal::OutsideFan { vertex: from }),
             None => {
                 let direction = tip.chart.to_chart(self.direction(from, target));
                 let is_movable = |row: u32| !held.contains(&row) && (self.is_movable)(row);
-                plan_free(self.mesh, &tip, direction, f64::INFINITY, &self.quality, &is_movable)?
+                let ways = plan_free(self.mesh, &tip, direction, &self.quality, &is_movable)?;
+                // A blade goes where it is led: a cut that cannot follow its line is refused.
+                Ways { detours: SmallVec::new(), ..ways }
             }
         };
         let advance = self.take(&tip, &ways, opening)?;
@@ -172,10 +172,6 @@ struct Run {
     /// Vertices that must stay where they are.
     held: SmallVec<[u32; 8]>,
     tip: u32,
-}
-
-fn straight_to(vertex: u32) -> Ways {
-    Ways { exact: smallvec![Way { edits: SmallVec::new(), reaches: vertex, deviation: 0.0 }], ..Ways::default() }
 }
 
 fn off_line(path: &[DVec3], polyline: &[DVec3]) -> f64 {

@@ -1,13 +1,10 @@
 //! Edge mode: a tear along existing edges that stays near an ideal point, which moves as the criterion wants.
 
 use super::advance::Opening;
-use super::{Advance, Cutter, TearRefusal, TipChart, Way, Ways};
+use super::{Advance, Cutter, Quality, TearRefusal, TipChart, Way, Ways};
+use crate::event::Course;
 use crate::storage::Mesh;
 use glam::{DVec2, DVec3};
-use smallvec::{SmallVec, smallvec};
-
-/// An edge leads forward if it gains this part of its length along the direction: it turns by less than 75°.
-const FORWARD: f64 = 0.25;
 
 /// The edge to open next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,21 +27,27 @@ pub struct EdgeAdvance {
     pub ideal: DVec3,
 }
 
-/// The forward edge that ends nearest to the ray from the ideal point; of equal ones the one that gains more, then the one
+/// The edge that leads forward, turning by at most `quality.widest_edge`, and ends nearest to the ray from the ideal point; of equal ones the one that gains more, then the one
 /// that comes first counter-clockwise.
 ///
 /// # Errors
 /// [`TearRefusal::NoForwardEdge`].
-pub fn plan_edge(mesh: &Mesh<'_>, tip: &TipChart, ideal: DVec3, direction: DVec2) -> Result<EdgePlan, TearRefusal> {
+pub fn plan_edge(
+    mesh: &Mesh<'_>,
+    tip: &TipChart,
+    ideal: DVec3,
+    direction: DVec2,
+    quality: &Quality,
+) -> Result<EdgePlan, TearRefusal> {
     let [e1, e2] = tip.chart.axes();
     let apex = mesh.vertices.rest_position[tip.vertex as usize];
     let start = DVec2::new((ideal - apex).dot(e1), (ideal - apex).dot(e2));
-    let distinct = tip.chart.spoke_count() - usize::from(tip.chart.is_closed());
+    let forward = quality.widest_edge.cos();
     let mut best: Option<(f64, f64, usize)> = None;
-    for spoke in (0..distinct).filter(|&spoke| tip.is_inside(spoke)) {
+    for spoke in (0..tip.spoke_count()).filter(|&spoke| tip.is_inside(spoke)) {
         let end = tip.chart.spoke(spoke);
         let gain = (end - start).dot(direction);
-        if end.dot(direction) < FORWARD * end.length() || gain <= 0.0 {
+        if end.dot(direction) < forward * end.length() || gain <= 0.0 {
             continue;
         }
         let miss = direction.perp_dot(end - start).abs();
@@ -77,15 +80,27 @@ impl Cutter<'_, '_> {
         direction: DVec3,
     ) -> Result<EdgeAdvance, TearRefusal> {
         let tip = TipChart::new(self.mesh, vertex)?;
+        self.advance_along_edge_from(&tip, ideal, direction)
+    }
+
+    /// The same, with the chart of the tip as the mesh is now.
+    ///
+    /// # Errors
+    /// As [`advance_along_edge`](Self::advance_along_edge).
+    pub fn advance_along_edge_from(
+        &mut self,
+        tip: &TipChart,
+        ideal: DVec3,
+        direction: DVec3,
+    ) -> Result<EdgeAdvance, TearRefusal> {
         if tip.fan.is_closed {
-            return Err(TearRefusal::NotATip { vertex });
+            return Err(TearRefusal::NotATip { vertex: tip.vertex });
         }
-        let plan = plan_edge(self.mesh, &tip, ideal, tip.chart.to_chart(direction))?;
-        let way = Way { edits: SmallVec::new(), reaches: plan.reaches, deviation: plan.deviation };
-        let ways = Ways { exact: smallvec![way], ..Ways::default() };
+        let plan = plan_edge(self.mesh, tip, ideal, tip.chart.to_chart(direction), &self.quality)?;
+        let ways = Ways::only(Way::along_edge(plan.reaches, plan.deviation, Course::Edge));
         // Nothing is to be flipped here: edge mode keeps the triangles it finds.
         let flip = std::mem::replace(&mut self.quality.flip, 0.0);
-        let advance = self.take(&tip, &ways, &Opening::After(&[vertex]));
+        let advance = self.take(tip, &ways, &Opening::After(&[tip.vertex]));
         self.quality.flip = flip;
         Ok(EdgeAdvance { advance: advance?, ideal: plan.ideal })
     }

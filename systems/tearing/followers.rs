@@ -1,5 +1,6 @@
 //! Components that refer to vertices and follow what edits do to them.
 
+use super::TipMemory;
 use crate::components::{EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs};
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 
@@ -8,6 +9,8 @@ use crate::storage::{EditRecord, Follow, Mesh, Tips};
 pub struct Followers<'a> {
     /// Its increment: where the step started and how far it has come.
     pub increment: &'a mut Increment,
+    /// What the criterion keeps of the surroundings of tips.
+    pub memory: Option<&'a mut TipMemory>,
     /// Prescribed vertices.
     pub holds: Option<&'a mut Holds>,
     /// Springs to ground.
@@ -25,10 +28,14 @@ pub struct Followers<'a> {
 impl Followers<'_> {
     /// Whether a vertex belongs to the tissue alone, so that it may be moved in the rest shape.
     pub fn leave_free(&self, vertex: u32) -> bool {
-        let is_held = self.holds.as_ref().is_some_and(|h| h.groups.iter().any(|g| g.members.value(vertex).is_some()));
         let is_anchored = self.springs.as_ref().is_some_and(|s| s.anchors.value(vertex).is_some());
-        let is_gripped = self.grips.as_ref().is_some_and(|g| g.held.iter().any(|held| held.value(vertex).is_some()));
-        !(is_held || is_anchored || is_gripped)
+        !(self.hold(vertex) || is_anchored)
+    }
+
+    /// Whether a hold or a closed grip has hold of a vertex. It keeps both lips of a tear that parts the vertex, as jaws do.
+    pub fn hold(&self, vertex: u32) -> bool {
+        let is_held = self.holds.as_ref().is_some_and(|h| h.groups.iter().any(|g| g.members.value(vertex).is_some()));
+        is_held || self.grips.as_ref().is_some_and(|g| g.held.iter().any(|held| held.value(vertex).is_some()))
     }
 
     /// Whether a vertex may vanish in a collapse without changing what holds or loads the body: it is free, no load acts on
@@ -51,6 +58,9 @@ impl Followers<'_> {
             self.increment.follow(record);
             if let Some(tips) = &mut tips {
                 tips.follow(record);
+            }
+            if let Some(memory) = &mut self.memory {
+                memory.follow(record);
             }
             if let Some(holds) = &mut self.holds {
                 for members in holds.groups.iter_mut().map(|group| &mut group.members) {

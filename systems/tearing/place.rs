@@ -2,7 +2,7 @@
 
 use super::locate::SurfacePoint;
 use super::{Cutter, TearRefusal};
-use crate::storage::{Edit, NONE};
+use crate::storage::{Edit, NONE, Refusal};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
@@ -30,7 +30,7 @@ impl Cutter<'_, '_> {
         if let Some(corner) = (0..3).find(|&i| at.weights[i] >= 1.0 - ON_EDGE) {
             return Ok(corners[corner]);
         }
-        let before = self.smallest_near(at.triangle);
+        let before = self.smallest_near(at.triangle)?;
         let mut best: Option<(f64, Placement)> = None;
         for placement in self.placements(&at, held) {
             let start = self.scratch.records.len();
@@ -49,7 +49,7 @@ impl Cutter<'_, '_> {
                 self.try_placement(&placement)?;
                 Ok(placement.vertex)
             }
-            _ => Err(TearRefusal::NoGoodWay { angle }),
+            _ => Err(TearRefusal::NoRoom { angle }),
         }
     }
 
@@ -106,17 +106,18 @@ impl Cutter<'_, '_> {
         for edit in &placement.edits {
             if let Err(refusal) = self.edit(edit) {
                 self.roll_back(start);
-                return Err(refusal);
+                return Err(refusal.into());
             }
         }
-        self.relax(start, None);
+        self.relax(start, &[]);
         Ok(self.smallest_touched(start))
     }
 
     /// The smallest rest angle \[rad\] of a triangle and its neighbours.
-    fn smallest_near(&self, triangle: u32) -> f64 {
-        let neighbours = self.mesh.topology.neighbours[triangle as usize];
-        let around = neighbours.into_iter().filter(|&n| n != NONE);
-        around.map(|n| self.angle_of(n)).fold(self.angle_of(triangle), f64::min)
+    pub(super) fn smallest_near(&self, triangle: u32) -> Result<f64, Refusal> {
+        let missing = Refusal::NoSuchRow { what: "triangle", row: triangle };
+        let neighbours = self.mesh.topology.neighbours.get(triangle as usize).ok_or(missing)?;
+        let around = neighbours.iter().filter(|&&n| n != NONE);
+        Ok(around.map(|&n| self.angle_of(n)).fold(self.angle_of(triangle), f64::min))
     }
 }

@@ -17,8 +17,8 @@ const GAIN: f64 = 0.02;
 const MOST_FLIPS: usize = 24;
 
 impl Cutter<'_, '_> {
-    /// Flips edges around the triangles touched by the records from `start` on, except the edge `keep`.
-    pub(super) fn relax(&mut self, start: usize, keep: Option<(u32, u32)>) {
+    /// Flips edges around the triangles touched by the records from `start` on, except those along the path `keep`.
+    pub(super) fn relax(&mut self, start: usize, keep: &[u32]) {
         let mut pending: SmallVec<[u32; 32]> = SmallVec::new();
         for record in self.shaped(start) {
             let new = record.first_triangle..record.first_triangle + record.new_triangles.len() as u32;
@@ -40,7 +40,7 @@ impl Cutter<'_, '_> {
     }
 
     /// The triangle on the other side of an edge whose flip would raise the smallest angle of the two.
-    fn useful_flip(&self, triangle: u32, edge: usize, keep: Option<(u32, u32)>) -> Option<u32> {
+    fn useful_flip(&self, triangle: u32, edge: usize, keep: &[u32]) -> Option<u32> {
         let triangles = &*self.mesh.triangles;
         let other = self.mesh.topology.neighbours[triangle as usize][edge];
         if other == NONE {
@@ -48,7 +48,7 @@ impl Cutter<'_, '_> {
         }
         let corners = triangles.corners[triangle as usize];
         let (u, v, o) = (corners[edge], corners[(edge + 1) % 3], corners[(edge + 2) % 3]);
-        if keep == Some((u, v)) || keep == Some((v, u)) {
+        if keep.windows(2).any(|edge| *edge == [u, v] || *edge == [v, u]) {
             return None;
         }
         let p = triangles.corners[other as usize].into_iter().find(|&c| c != u && c != v)?;

@@ -34,6 +34,11 @@ impl TipChart {
         end(mesh.triangles, &self.fan, spoke)
     }
 
+    /// Number of different spokes.
+    pub fn spoke_count(&self) -> usize {
+        self.chart.spoke_count() - usize::from(self.chart.is_closed())
+    }
+
     /// Whether a spoke has triangles on both sides, so that it can be opened.
     pub fn is_inside(&self, spoke: usize) -> bool {
         self.fan.is_closed || (spoke > 0 && spoke < self.fan.sectors.len())

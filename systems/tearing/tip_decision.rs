@@ -1,8 +1,9 @@
 //! The criterion at a tip, from the mean stress around it.
 
-use super::{DiscAverage, Surface, disc_average};
-use crate::components::{TearDecision, TearDecisions, Tearing};
-use crate::systems::kernels::failure::{self, Cone, Decision, Origin, Sector, Strength};
+use super::{DiscAverage, Surface, TipMemory, disc_average};
+use crate::components::{TearDecision, Tearing};
+use crate::systems::kernels::failure::{Cone, Decision, Origin, Search, Sector, Strength};
+use crate::systems::kernels::fan::FanChart;
 use glam::{DVec2, DVec3};
 
 /// The strengths of a body.
@@ -10,26 +11,48 @@ pub fn strength(tearing: &Tearing) -> Strength {
     Strength { fibre: tearing.strength_fibre, transverse: tearing.strength_transverse, exponent: tearing.exponent }
 }
 
-/// The criterion at a tip with the last direction `previous` (zero for none), within its fan and cone. `None` where no
-/// direction is admissible.
+/// The criterion at the `tip`th tip of a body, with the last direction `previous` (zero for none), within its fan and cone.
+/// `None` where no direction is admissible.
 pub fn tip_decision(
     surface: &Surface,
     tearing: &Tearing,
+    tip: usize,
+    (vertex, previous): (u32, DVec3),
+    memory: &mut TipMemory,
+) -> Option<TearDecision> {
+    let (chart, search, average) = memory.at_tip(surface, (tip, vertex), strength(tearing), tearing.radius)?;
+    in_fan(tearing, (vertex, previous), chart, search, &average)
+}
+
+/// The criterion at a vertex of the boundary without a tip, within its fan. `None` where no direction is admissible.
+pub fn vertex_decision(
+    surface: &Surface,
+    tearing: &Tearing,
     vertex: u32,
-    previous: DVec3,
-    scratch: &mut TearDecisions,
+    memory: &mut TipMemory,
 ) -> Option<TearDecision> {
     let chart = surface.chart(vertex)?;
     let centre = surface.vertices.rest_position[vertex as usize];
     let start = surface.topology.incident[vertex as usize].iter().map(|&entry| entry / 3);
-    let average = disc_average(surface, centre, chart.axes(), tearing.radius, start, scratch)?;
+    let buffers = (&mut memory.passing, &mut memory.walk);
+    let average = disc_average(surface, centre, chart.axes(), tearing.radius, start, buffers)?;
+    in_fan(tearing, (vertex, DVec3::ZERO), &chart, memory.search(strength(tearing)), &average)
+}
+
+fn in_fan(
+    tearing: &Tearing,
+    (vertex, previous): (u32, DVec3),
+    chart: &FanChart,
+    search: &Search,
+    average: &DiscAverage,
+) -> Option<TearDecision> {
     let cone = (previous != DVec3::ZERO).then(|| Cone { previous: chart.to_chart(previous), half_angle: tearing.cone });
     let (from, to) = chart.range();
     let sector = (!chart.is_closed()).then_some(Sector { from, to });
-    let answer = failure::evaluate(average.stress, average.fibre, &strength(tearing), cone, sector)?;
-    let turned = along_curved_fibre(&answer, &average);
+    let answer = search.evaluate(average.stress, average.fibre, cone, sector)?;
+    let turned = along_curved_fibre(&answer, average);
     let direction = if chart.sector(turned).is_some() { turned } else { answer.best.direction };
-    Some(decision(vertex, &answer, &average, chart.axes(), chart.to_surface(direction)))
+    Some(decision(vertex, &answer, average, chart.axes(), chart.to_surface(direction)))
 }
 
 /// The answer of the criterion with what it was found from.

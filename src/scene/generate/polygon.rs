@@ -113,7 +113,7 @@ impl Outline {
         bounded((squares < 1e9).then_some(4 * squares as usize))?;
         for (a, b) in sides(&outline.corners) {
             let count = (a.distance(b) / edge).round().max(1.0);
-            outline.border.extend((0..count as usize).map(|i| a.lerp(b, i as f64 / count)));
+            outline.border.extend((0..count as usize).map(|i| a + (b - a) * (i as f64 / count)));
         }
         Ok(outline)
     }
@@ -218,14 +218,14 @@ impl Outline {
         if meets_itself || all.num_vertices() != count + inner.len() || all.num_constraints() != count {
             return Err(crossed);
         }
-        let mut triangles = Vec::new();
-        for face in all.inner_faces() {
-            let corners = face.vertices().map(|vertex| vertex.index());
+        let mut triangles: Vec<[usize; 3]> =
+            all.inner_faces().map(|face| face.vertices().map(|vertex| vertex.index())).collect();
+        triangles.retain(|&corners| {
             let [a, b, c] = corners.map(|v| self.point(v, inner));
-            if self.is_inside((a + b + c) / 3.0, 0.0) {
-                triangles.push(corners);
-            }
-        }
+            // A straight side is bent by roundings: between its points and their chord there is nothing.
+            let is_flat = (b - a).perp_dot(c - a) < 1e-9 * self.edge * (b - a).length();
+            !is_flat && self.is_inside((a + b + c) / 3.0, 0.0)
+        });
         Ok(triangles)
     }
 

@@ -147,15 +147,22 @@ pub enum TearModeSpec {
 }
 
 /// `tearing`: the criterion of Allard, Marchal and Cotin 2009, eq. 2–6, corrected.
+///
+/// Either strengths or toughnesses: strengths where the stress at failure was measured and `radius` is a length of the tissue,
+/// toughnesses where the energy per area of tear was. `rhexis check` prints the ones that follow from the others.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TearingSpec {
     /// Strength against tearing along the fibres σ̄_T \[MPa\], > 0.
-    pub strength_transverse: f64,
+    pub strength_transverse: Option<f64>,
     /// Strength against tearing across the fibres σ̄_F \[MPa\], > 0. Give either this or `strength_ratio`.
     pub strength_fibre: Option<f64>,
     /// σ̄_F/σ̄_T, > 0.
     pub strength_ratio: Option<f64>,
+    /// Toughness G_c \[N/mm\], > 0, of a crack along the fibres. With `material`'s constants, even under a `grading`.
+    pub toughness_along: Option<f64>,
+    /// Toughness G_c \[N/mm\], > 0, of a crack straight across the fibres.
+    pub toughness_across: Option<f64>,
     /// Exponent α of the threshold between them, > 0. Default 0.5.
     #[serde(default = "exponent")]
     pub exponent: f64,

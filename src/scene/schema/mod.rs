@@ -74,6 +74,19 @@ pub enum TangentSpec {
     Exact,
 }
 
+/// What makes the iterations of linear solves few.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PreconditionerSpec {
+    /// A Cholesky factor in static solves of moderate size, block Jacobi elsewhere.
+    #[default]
+    Auto,
+    /// The inverse of each vertex' own block.
+    BlockJacobi,
+    /// A sparse Cholesky factor, kept while it serves.
+    Cholesky,
+}
+
 /// `[run]`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -105,6 +118,9 @@ pub struct RunSpec {
     /// `"rotated"` (default) or `"exact"`.
     #[serde(default)]
     pub tangent: TangentSpec,
+    /// `"auto"` (default), `"block_jacobi"` or `"cholesky"`: the same answer within the tolerance, at other costs.
+    #[serde(default)]
+    pub preconditioner: PreconditionerSpec,
     /// A static solve ends where the largest free nodal imbalance is this fraction of the largest corner force. Default 1e-9.
     #[serde(default = "newton_tolerance")]
     pub static_tolerance: f64,
@@ -134,11 +150,14 @@ pub struct OutputSpec {
     pub pictures: u32,
     /// Number of ParaView frames, spread likewise; 0 for none. Default 50.
     pub frames: u32,
+    /// Whether the energy balance of every body is kept: terms in `series.csv` and `report.json`, what each advance has
+    /// released in static mode in `events.jsonl`. Default false.
+    pub energy: bool,
 }
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { pictures: 5, frames: 50 }
+        Self { pictures: 5, frames: 50, energy: false }
     }
 }
 

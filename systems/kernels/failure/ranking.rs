@@ -4,6 +4,7 @@ use super::curve::Curve;
 use super::region::Region;
 use super::{Candidate, Decision, Origin, TIE};
 use glam::DVec2;
+use smallvec::SmallVec;
 use std::f64::consts::PI;
 
 /// cos 2°: directions nearer than that are the same decision.
@@ -27,14 +28,12 @@ struct Entry {
 pub(super) struct Ranking {
     fibre: DVec2,
     region: Region,
-    entries: [Entry; CAPACITY],
-    count: usize,
+    entries: SmallVec<[Entry; CAPACITY]>,
 }
 
 impl Ranking {
     pub fn new(fibre: DVec2, region: Region) -> Self {
-        let nothing = Entry { direction: fibre, value: 0.0, origin: Origin::Smooth, is_maximum: false };
-        Self { fibre, region, entries: [nothing; CAPACITY], count: 0 }
+        Self { fibre, region, entries: SmallVec::new() }
     }
 
     /// Offers `d` and, where they differ, `−d`; see [`Ranking::offer`].
@@ -48,15 +47,12 @@ impl Ranking {
     /// Offers the limits of the admissible set and, where all directions are equal, the previous one.
     pub fn offer_limits(&mut self, curve: &Curve) {
         for d in self.region.limits().into_iter().flatten() {
-            let (sine, cosine) = (self.fibre.perp_dot(d), self.fibre.dot(d));
-            // There the kink itself has been offered, with its exact δ.
-            if (sine * cosine).abs() <= 0.5 * INDISTINCT {
-                continue;
+            let (across, along) = (self.fibre.perp_dot(d), self.fibre.dot(d));
+            // At a kink the kink itself has been offered, with its exact δ.
+            if (across * along).abs() > 0.5 * INDISTINCT && self.region.admits(d) {
+                let (value, slope) = curve.value_and_slope(along, across);
+                self.offer(d, value, Origin::Limit, [slope > 0.0, slope < 0.0]);
             }
-            let side = if sine * cosine < 0.0 { -1.0 } else { 1.0 };
-            let delta = sine.abs().atan2(cosine.abs());
-            let slope = side * curve.slope(side, delta);
-            self.offer(d, curve.value(side, delta), Origin::Limit, [slope > 0.0, slope < 0.0]);
         }
         if let (Some(p), true) = (self.region.previous, curve.is_constant()) {
             self.offer(p, curve.value_along_fibre(), curve.kink_origin(), [false; 2]);
@@ -65,20 +61,19 @@ impl Ranking {
 
     /// Adds `d` if it is admissible. `rises`: whether c grows from there counter-clockwise, and clockwise.
     fn offer(&mut self, direction: DVec2, value: f64, origin: Origin, rises: [bool; 2]) {
-        if value.is_nan() || self.count == CAPACITY || !self.region.admits(direction) {
+        if value.is_nan() || self.entries.len() == CAPACITY || !self.region.admits(direction) {
             return;
         }
         let [left, right] = rises;
         let is_beaten_left = left && self.region.admits(STEP.rotate(direction));
         let is_beaten_right = right && self.region.admits(DVec2::new(STEP.x, -STEP.y).rotate(direction));
         let is_maximum = !is_beaten_left && !is_beaten_right;
-        self.entries[self.count] = Entry { direction, value, origin, is_maximum };
-        self.count += 1;
+        self.entries.push(Entry { direction, value, origin, is_maximum });
     }
 
     /// The decision, its values multiplied by `unit_of_value`.
     pub fn decide(&self, unit_of_value: f64) -> Option<Decision> {
-        let entries = &self.entries[..self.count];
+        let entries = &self.entries;
         // An earlier entry keeps its place against rounding: a kink against the smooth maximum that tends to it.
         let top = *entries
             .iter()
@@ -122,18 +117,12 @@ impl Ranking {
         if let Some(p) = self.region.previous {
             return p.perp_dot(a) > p.perp_dot(b);
         }
-        self.region.turn_into_sector(a).map(|t| t.0) < self.region.turn_into_sector(b).map(|t| t.0)
+        self.region.turn_into_sector(a) < self.region.turn_into_sector(b)
     }
 
     fn candidate(&self, direction: DVec2, value: f64) -> Candidate {
-        let angle = direction.to_angle();
-        if !self.region.is_everything() {
-            return Candidate { angle, direction, value };
-        }
-        let is_upper = direction.y > 0.0 || (direction.y == 0.0 && direction.x > 0.0);
-        let direction = if is_upper { direction } else { -direction };
-        // −1e-17 + π rounds to π, which is the line of angle zero.
-        let angle = direction.to_angle();
-        Candidate { angle: if (0.0..PI).contains(&angle) { angle } else { 0.0 }, direction, value }
+        let is_lower = direction.y < 0.0 || (direction.y == 0.0 && direction.x < 0.0);
+        let direction = if self.region.is_everything() && is_lower { -direction } else { direction };
+        Candidate { direction, value }
     }
 }

@@ -12,11 +12,23 @@ const SLACK: f64 = 1e-9;
 pub(super) struct Region {
     /// p, unit.
     pub previous: Option<DVec2>,
-    /// θ_P \[rad\], at most π.
-    half_angle: f64,
     smallest_cosine: f64,
-    /// First angle and width \[rad\] of a sector that is not the whole circle.
-    sector: Option<(f64, f64)>,
+    /// The two limits of a cone that excludes something.
+    cone: [Option<DVec2>; 2],
+    sector: Option<Limits>,
+}
+
+/// A sector that is not the whole circle.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// First angle \[rad\].
+    from: f64,
+    /// The first and the last direction, unit.
+    ends: [DVec2; 2],
+    /// A direction in the middle, of no particular length; of the complement where `is_wide`.
+    middle: DVec2,
+    /// Whether the sector is wider than half a turn.
+    is_wide: bool,
 }
 
 impl Region {
@@ -26,17 +38,19 @@ impl Region {
         if !(half_angle >= 0.0 && half_angle.is_finite()) {
             return None;
         }
-        let half_angle = half_angle.min(PI);
+        let turn = DVec2::from_angle(half_angle.min(PI));
         let previous = match cone {
             Some(c) => Some(unit(c.previous)?),
             None => None,
         };
         let sector = match sector.map(|s| (s.from, s.to - s.from)) {
             Some((from, width)) if !(from.is_finite() && width >= 0.0 && width.is_finite()) => return None,
-            Some((from, width)) if width < TAU - SLACK => Some((from, width)),
+            Some((from, width)) if width < TAU - SLACK => Some(Limits::new(from, width)),
             _ => None,
         };
-        Some(Self { previous, half_angle, smallest_cosine: half_angle.cos() - SLACK, sector })
+        let bounding = previous.filter(|_| half_angle < PI);
+        let cone = [turn, DVec2::new(turn.x, -turn.y)].map(|turn| Some(turn.rotate(bounding?)));
+        Some(Self { previous, smallest_cosine: turn.x - SLACK, cone, sector })
     }
 
     /// Whether nothing is excluded and nothing tells `d` from `−d`.
@@ -46,24 +60,40 @@ impl Region {
 
     /// Whether the unit direction `d` is admissible.
     pub fn admits(&self, d: DVec2) -> bool {
-        self.previous.is_none_or(|p| d.dot(p) >= self.smallest_cosine)
-            && self.turn_into_sector(d).is_none_or(|(turn, width)| turn <= width + SLACK)
+        self.previous.is_none_or(|p| d.dot(p) >= self.smallest_cosine) && self.sector.is_none_or(|s| s.holds(d))
     }
 
-    /// Angle \[rad\] from the sector's first limit counter-clockwise to `d`, and the sector's width.
-    pub fn turn_into_sector(&self, d: DVec2) -> Option<(f64, f64)> {
-        let (from, width) = self.sector?;
-        let turn = (d.to_angle() - from).rem_euclid(TAU);
-        Some((if turn >= TAU - SLACK { 0.0 } else { turn }, width))
+    /// Angle \[rad\] from the sector's first limit counter-clockwise to `d`.
+    pub fn turn_into_sector(&self, d: DVec2) -> Option<f64> {
+        let turn = (d.to_angle() - self.sector?.from).rem_euclid(TAU);
+        Some(if turn >= TAU - SLACK { 0.0 } else { turn })
     }
 
     /// The limits of the cone and of the sector; each may lie outside the other.
     pub fn limits(&self) -> [Option<DVec2>; 4] {
-        let cone = |angle: f64| {
-            let p = self.previous.filter(|_| self.half_angle < PI)?;
-            Some(DVec2::from_angle(angle).rotate(p))
-        };
-        let sector = |share: f64| self.sector.map(|(from, width)| DVec2::from_angle(from + share * width));
-        [cone(self.half_angle), cone(-self.half_angle), sector(0.0), sector(1.0)]
+        let [left, right] = self.cone;
+        let [first, last] = [0, 1].map(|i| self.sector.map(|s| s.ends[i]));
+        [left, right, first, last]
+    }
+}
+
+impl Limits {
+    fn new(from: f64, width: f64) -> Self {
+        let (first, last) = (DVec2::from_angle(from), DVec2::from_angle(from + width));
+        let is_wide = width > PI;
+        let [a, b] = if is_wide { [last, first] } else { [first, last] };
+        // Both parts point to the middle; the first vanishes at half a turn, the second at none.
+        let middle = a + b + a.perp() - b.perp();
+        Self { from, ends: [first, last], middle, is_wide }
+    }
+
+    fn holds(&self, d: DVec2) -> bool {
+        let [first, last] = self.ends;
+        if self.is_wide {
+            // Not further than the slack inside the complement, which is narrow.
+            !(last.perp_dot(d) > SLACK && d.perp_dot(first) > SLACK && d.dot(self.middle) > 0.0)
+        } else {
+            first.perp_dot(d) >= -SLACK && d.perp_dot(last) >= -SLACK && d.dot(self.middle) >= -4.0 * SLACK
+        }
     }
 }

@@ -1,0 +1,190 @@
+//! Where the energy of a body goes.
+//!
+//! Over every step, with the step's displacement u, the discrete equation times u reads
+//! work = Δelastic + Δkinetic + damping + drag + numerical + residual + released,
+//! and between steps edits at unchanged positions add `edits`. Each term is summed from its own formula, none is what the
+//! others leave: the imbalance that remains tells of a wrong force, tangent, reaction or edit.
+
+use glam::DVec3;
+
+/// Energies of a body \[mJ\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energies {
+    /// Elastic energy of the membrane, relative to its stress-free shape.
+    pub elastic: f64,
+    /// Kinetic energy.
+    pub kinetic: f64,
+}
+
+impl std::ops::Sub for Energies {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self { elastic: self.elastic - other.elastic, kinetic: self.kinetic - other.kinetic }
+    }
+}
+
+/// What a body has taken in and given away, and what it has stored, since its audit began, all \[mJ\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnergyBalance {
+    /// Work of the holds on the body: reaction · prescribed displacement.
+    pub work_of_holds: f64,
+    /// Work on the body of all that acts from outside: gravity, pressure, point and edge loads, springs, grips and contact,
+    /// with the force that the scheme has put in. What springs and contact store counts as given back.
+    pub work_of_loads: f64,
+    /// Elastic and kinetic energy that edits of the mesh have put in at unchanged positions. Splits and openings change
+    /// neither; flips and slides interpolate the state anew.
+    pub edits: Energies,
+    /// Change of the elastic and kinetic energy from the start of the audit to now.
+    pub stored: Energies,
+    /// Dissipated by strain-rate damping: dt·v·C·v, ≥ 0.
+    pub damping: f64,
+    /// Dissipated by drag, ≥ 0.
+    pub drag: f64,
+    /// Taken by the scheme from the elastic energy: (the force that it used − the true one along the step) · displacement,
+    /// the true one integrated by quadrature. Steps longer than a tear takes to spring open dissipate here what it releases.
+    /// In static solves, what the trapezoidal rule of the works over a load step is off.
+    pub numerical_elastic: f64,
+    /// Taken by the scheme from the kinetic energy: ½·(v₁ − v₀)·M·(v₁ − v₀) of backward Euler; in static solves all of it.
+    pub numerical_kinetic: f64,
+    /// Work of what the solves have left: residual · displacement.
+    pub residual: f64,
+    /// Work of unbalanced forces that static solves have relaxed: a tear in static mode releases its energy here. From the
+    /// nodal forces at both ends, ½·force·displacement as Rybicki and Kanninen (1977) close a crack, and where nothing else
+    /// has moved on, with the quadrature's correction for forces that do not fall linearly.
+    pub released: f64,
+}
+
+impl EnergyBalance {
+    /// Work of holds and loads \[mJ\].
+    pub fn work(&self) -> f64 {
+        self.work_of_holds + self.work_of_loads
+    }
+
+    /// Dissipation by the scheme \[mJ\].
+    pub fn numerical(&self) -> f64 {
+        self.numerical_elastic + self.numerical_kinetic
+    }
+
+    /// What came in and is found nowhere \[mJ\]: zero but for rounding, quadrature, and the reactions of a Newton iteration
+    /// that stopped short of its tolerance, which are those before its last solve.
+    pub fn imbalance(&self) -> f64 {
+        let came = self.work() + self.edits.elastic + self.edits.kinetic;
+        let kept = self.stored.elastic + self.stored.kinetic;
+        came - kept - self.damping - self.drag - self.numerical() - self.residual - self.released
+    }
+
+    /// All terms with their names, as they stand in files, and the imbalance \[mJ\].
+    pub fn terms(&self) -> [(&'static str, f64); 12] {
+        [
+            ("work_of_holds", self.work_of_holds),
+            ("work_of_loads", self.work_of_loads),
+            ("edits", self.edits.elastic + self.edits.kinetic),
+            ("elastic_change", self.stored.elastic),
+            ("kinetic_change", self.stored.kinetic),
+            ("damping", self.damping),
+            ("drag", self.drag),
+            ("numerical_elastic", self.numerical_elastic),
+            ("numerical_kinetic", self.numerical_kinetic),
+            ("residual", self.residual),
+            ("released", self.released),
+            ("imbalance", self.imbalance()),
+        ]
+    }
+
+    /// Adds the terms of a later span of time.
+    pub(crate) fn add(&mut self, other: &Self) {
+        let pairs = [
+            (&mut self.work_of_holds, other.work_of_holds),
+            (&mut self.work_of_loads, other.work_of_loads),
+            (&mut self.edits.elastic, other.edits.elastic),
+            (&mut self.edits.kinetic, other.edits.kinetic),
+            (&mut self.stored.elastic, other.stored.elastic),
+            (&mut self.stored.kinetic, other.stored.kinetic),
+            (&mut self.damping, other.damping),
+            (&mut self.drag, other.drag),
+            (&mut self.numerical_elastic, other.numerical_elastic),
+            (&mut self.numerical_kinetic, other.numerical_kinetic),
+            (&mut self.residual, other.residual),
+            (&mut self.released, other.released),
+        ];
+        pairs.into_iter().for_each(|(sum, term)| *sum += term);
+    }
+}
+
+/// Keeps the energy balance of a body from its first step on. *State.* A body without it spends no time on it.
+///
+/// A step may be taken up again after tears have advanced, or undone: its terms stand aside, with what edits have changed in
+/// its start and in its end, until the next step begins.
+#[derive(Clone, Debug, Default)]
+pub struct EnergyAudit {
+    /// Energies when the audit began.
+    pub(crate) initial: Option<Energies>,
+    /// Terms of the steps that stand, and edits of the starts of this one.
+    pub(crate) settled: EnergyBalance,
+    /// Terms of this step, as it was last carried out.
+    pub(crate) step: EnergyBalance,
+    /// Energies at the start and the end of this step, on the mesh on which it was last carried out.
+    pub(crate) ends: [Energies; 2],
+    /// What edits since then have changed in the start of this step: counts if the step is taken up again or undone.
+    pub(crate) edits_of_start: Energies,
+    /// The last equilibrium, until a dynamic step follows.
+    pub(crate) equilibrium: Option<Equilibrium>,
+    /// Displacement at which the forces below were evaluated \[mm\].
+    pub(crate) displacement: Vec<DVec3>,
+    /// Nodal forces of the membrane \[N\].
+    pub(crate) membrane: Vec<DVec3>,
+    /// Nodal forces of loads \[N\].
+    pub(crate) loads: Vec<DVec3>,
+    /// Nodal forces of membrane and loads at the start of a static solve \[N\].
+    pub(crate) start: [Vec<DVec3>; 2],
+    /// Per triangle, what its share of the sums is.
+    pub(crate) shares: Vec<[f64; 5]>,
+}
+
+/// A static equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Equilibrium {
+    /// When \[ms\].
+    pub time: f64,
+    /// Elastic energy \[mJ\].
+    pub elastic: f64,
+    /// Length torn and cut by then \[mm\].
+    pub torn: f64,
+}
+
+impl EnergyAudit {
+    /// The balance so far, for a body whose energies are now `energies`; all zero before the first step.
+    pub fn balance(&self, energies: Energies) -> EnergyBalance {
+        let mut balance = self.settled;
+        balance.add(&self.step);
+        balance.stored = self.initial.map_or(Energies::default(), |initial| energies - initial);
+        balance
+    }
+
+    /// The step that has been carried out stands: a new one begins.
+    pub(crate) fn settle(&mut self) {
+        let step = std::mem::take(&mut self.step);
+        self.settled.add(&step);
+        self.edits_of_start = Energies::default();
+    }
+
+    /// The mesh has changed: what is kept of the last equilibrium's loads is of another one.
+    pub(crate) fn forget_loads(&mut self) {
+        self.loads.clear();
+    }
+
+    /// A cut between steps has changed the energies at unchanged positions.
+    pub(crate) fn note_edits(&mut self, edits: Energies) {
+        self.settled.add(&EnergyBalance { edits, ..EnergyBalance::default() });
+    }
+
+    /// The step is taken up again from its start, or undone: its terms and the edits of its end are void, those of its start
+    /// count.
+    pub(crate) fn void_step(&mut self) {
+        let edits = std::mem::take(&mut self.edits_of_start);
+        self.note_edits(edits);
+        self.step = EnergyBalance::default();
+        self.equilibrium = None;
+    }
+}

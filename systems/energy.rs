@@ -1,0 +1,350 @@
+//! The energy audit: every term of [`EnergyBalance`] over a step, each from its own formula.
+//!
+//! Six short systems. `begin` lets the last step stand; `refined` measures what changes the mesh before the step; `membrane` and `loads` keep the forces of the last evaluation apart;
+//! `account` sums the terms when the iterations have ended; `edits` measures what tears have changed at fixed positions.
+//! Reactions, residual and nodal forces are those of the step itself; what the scheme did with the membrane is computed anew,
+//! triangle by triangle, so that an error in either leaves an imbalance.
+//!
+//! A dynamic step ends with M·(v₁ − v₀)/dt = f(x_k) − K·δ + loads + reactions − residual, linearised at its last evaluation
+//! x_k = x₁ − δ. It is multiplied by u = x₁ − x₀: what M gives is Δkinetic and ½·(v₁ − v₀)·M·(v₁ − v₀). A static solve only
+//! knows its two ends; its works are those of the mean of the forces there.
+
+use super::kernels::membrane::{ElementTangent, shear_majorant, stretch_rate};
+use super::kernels::path_work::Element;
+use super::{StepContext, parallel};
+use crate::components::{
+    Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames, Holds,
+    Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog,
+};
+use crate::event::EventKind;
+use crate::settings::Tangent;
+use crate::storage::{Topology, Triangles, Vertices};
+use glam::DVec3;
+
+/// What the elastic energy depends on beside positions.
+#[derive(Clone, Copy)]
+pub struct Sheet<'a> {
+    triangles: &'a Triangles,
+    is_planar: bool,
+    pre_stretch: Option<&'a PreStretch>,
+}
+
+impl<'a> Sheet<'a> {
+    /// The triangles of a body with the components that its strain depends on.
+    pub fn new(triangles: &'a Triangles, planar: Option<&Planar>, pre_stretch: Option<&'a PreStretch>) -> Self {
+        Self { triangles, is_planar: planar.is_some(), pre_stretch }
+    }
+
+    fn element(&self, t: usize) -> Element<'a> {
+        let rest = &self.triangles.rest[t];
+        Element {
+            rest,
+            stiffness: &self.triangles.stiffness[t],
+            volume: rest.area * self.triangles.thickness[t],
+            is_planar: self.is_planar,
+            unstretched: PreStretch::unstretched(self.pre_stretch),
+        }
+    }
+
+    /// Energies with the vertices at these positions and velocities. `shares` is scratch.
+    pub fn energies(&self, x: &[DVec3], v: &[DVec3], mass: &[f64], shares: &mut Vec<[f64; 5]>) -> Energies {
+        shares.resize(self.triangles.len(), [0.0; 5]);
+        parallel::for_rows(shares, |t, share| {
+            share[0] = self.element(t).energy(self.triangles.corners[t].map(|c| x[c as usize]));
+        });
+        Energies { elastic: shares.iter().map(|share| share[0]).sum(), kinetic: kinetic(v, mass) }
+    }
+}
+
+fn kinetic(velocity: &[DVec3], mass: &[f64]) -> f64 {
+    velocity.iter().zip(mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum()
+}
+
+fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+}
+
+/// Lets the last step stand, and measures the energies with which the first one begins, and every one of a mesh that may be
+/// refined before it.
+pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles),
+        (Option<&'a Planar>, Option<&'a PreStretch>),
+    );
+    for ((audit, refined, vertices, triangles), (planar, pre_stretch)) in world.query_mut::<Query>() {
+        count += 1;
+        audit.settle();
+        if audit.initial.is_none() || refined.is_some() {
+            let sheet = Sheet::new(triangles, planar, pre_stretch);
+            let Vertices { position, velocity, mass, .. } = vertices;
+            let now = sheet.energies(position, velocity, mass, &mut audit.shares);
+            audit.initial.get_or_insert(now);
+            audit.ends = [now; 2];
+        }
+    }
+    count
+}
+
+/// Measures what refinement and coarsening have changed between two steps.
+pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> =
+        ((&'a mut EnergyAudit, &'a Refined, &'a Vertices, &'a Triangles), (Option<&'a Planar>, Option<&'a PreStretch>));
+    for ((audit, _, vertices, triangles), (planar, pre_stretch)) in world.query_mut::<Query>() {
+        count += 1;
+        let sheet = Sheet::new(triangles, planar, pre_stretch);
+        let Vertices { position, velocity, mass, .. } = vertices;
+        let now = sheet.energies(position, velocity, mass, &mut audit.shares);
+        audit.note_edits(now - audit.ends[1]);
+    }
+    count
+}
+
+/// Keeps the forces of the membrane, before loads are added to them.
+pub fn membrane(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    for (audit, forces, increment, scratch) in
+        world.query_mut::<(&mut EnergyAudit, &Forces, &Increment, &SolverScratch)>()
+    {
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        audit.membrane.clone_from(&forces.nodal);
+        audit.displacement.clone_from(&increment.displacement);
+    }
+    count
+}
+
+/// Keeps the forces of the loads and, in a static solve, those at its start. Loads that move on with time begin as they were
+/// at the last equilibrium; where there is none, or the mesh has changed since, they are put on at once.
+pub fn loads(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    for (audit, forces, scratch) in world.query_mut::<(&mut EnergyAudit, &Forces, &SolverScratch)>() {
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        let EnergyAudit { membrane, loads, start: [start_membrane, start_loads], equilibrium, .. } = audit;
+        let is_start = step.is_static && scratch.newton_iterations == 0;
+        let go_on = equilibrium.is_some_and(|e| e.time != step.time) && loads.len() == membrane.len();
+        if is_start {
+            start_membrane.clone_from(membrane);
+            start_loads.clone_from(loads);
+        }
+        loads.resize(membrane.len(), DVec3::ZERO);
+        parallel::for_rows(loads, |v, load| *load = forces.nodal[v] - membrane[v]);
+        if is_start && !go_on {
+            start_loads.clone_from(loads);
+        }
+    }
+    count
+}
+
+/// Sums the terms of the step that has just been carried out.
+pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut EnergyAudit, &'a mut TearLog, Option<&'a TearDecisions>),
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, &'a Increment, &'a SolverScratch),
+        (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>, Option<(&'a Holds, &'a Reactions)>),
+        (Option<&'a Planar>, Option<&'a PreStretch>),
+    );
+    for (
+        (audit, log, decisions),
+        (vertices, triangles, topology, frames, increment, scratch),
+        (external, damping, drag, held),
+        (planar, pre_stretch),
+    ) in world.query_mut::<Query>()
+    {
+        if step.is_resumed {
+            if !decisions.is_some_and(|d| d.may_advance_further) {
+                continue;
+            }
+            audit.void_step();
+        }
+        count += 1;
+        let sheet = Sheet::new(triangles, planar, pre_stretch);
+        let body = Carried { vertices, sheet, topology, frames, increment, scratch, external, drag, held };
+        let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+        if step.is_static && step.newton_iterations > 1 {
+            body.sum_triangles(audit, |t, x, u, _| body.between_ends(t, x, u));
+            let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
+            audit.step = body.static_terms(audit, is_relaxation);
+            note_equilibrium(audit, log, step, scratch.is_converged);
+        } else {
+            let is_fallback = step.tangent == Tangent::Exact && !scratch.is_exact;
+            body.sum_triangles(audit, |t, _, u, change| body.linearised(t, u, change, viscosity, is_fallback));
+            audit.step = body.dynamic_terms(audit, step);
+            audit.equilibrium = None;
+        }
+    }
+    count
+}
+
+/// Measures what tears have changed in the end of the step and, should it be taken up again, in its start.
+pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut EnergyAudit, &'a TearDecisions, &'a Vertices, &'a Triangles, &'a Increment),
+        (Option<&'a Planar>, Option<&'a PreStretch>),
+    );
+    for ((audit, _, vertices, triangles, increment), (planar, pre_stretch)) in world.query_mut::<Query>() {
+        count += 1;
+        let sheet = Sheet::new(triangles, planar, pre_stretch);
+        let Vertices { position, velocity, mass, .. } = vertices;
+        let Increment { start, start_velocity, .. } = increment;
+        audit.edits_of_start = sheet.energies(start, start_velocity, mass, &mut audit.shares) - audit.ends[0];
+        audit.step.edits = sheet.energies(position, velocity, mass, &mut audit.shares) - audit.ends[1];
+    }
+    count
+}
+
+/// A body when its iterations have ended.
+struct Carried<'a> {
+    vertices: &'a Vertices,
+    sheet: Sheet<'a>,
+    topology: &'a Topology,
+    frames: &'a Frames,
+    increment: &'a Increment,
+    scratch: &'a SolverScratch,
+    external: Option<&'a ExternalStiffness>,
+    drag: Option<&'a Drag>,
+    held: Option<(&'a Holds, &'a Reactions)>,
+}
+
+impl Carried<'_> {
+    /// Fills `shares` with a triangle's true work along the step, what `terms` gives for it (the scheme's work and the
+    /// damping), and its energies at both ends, from x₀, u and u − u_k.
+    fn sum_triangles(
+        &self,
+        audit: &mut EnergyAudit,
+        terms: impl Fn(usize, [DVec3; 3], [DVec3; 3], [DVec3; 3]) -> [f64; 2] + Sync,
+    ) {
+        let Increment { start, displacement, .. } = self.increment;
+        let EnergyAudit { displacement: evaluated, shares, .. } = audit;
+        shares.resize(self.sheet.triangles.len(), [0.0; 5]);
+        parallel::for_rows(shares, |t, share| {
+            let corners = self.sheet.triangles.corners[t].map(|v| v as usize);
+            let (x, u) = (corners.map(|v| start[v]), corners.map(|v| displacement[v]));
+            let element = self.sheet.element(t);
+            let [scheme, damping] = terms(t, x, u, corners.map(|v| displacement[v] - evaluated[v]));
+            let end = corners.map(|v| self.vertices.position[v]);
+            *share = [element.work(x, u), scheme, damping, element.energy(x), element.energy(end)];
+        });
+    }
+
+    /// −(mean of the forces at both ends) · u.
+    fn between_ends(&self, t: usize, x: [DVec3; 3], u: [DVec3; 3]) -> [f64; 2] {
+        let element = self.sheet.element(t);
+        let end = std::array::from_fn(|i| x[i] + u[i]);
+        [0.5 * (element.slope(x, u) + element.slope(end, u)), 0.0]
+    }
+
+    /// −(f(x_k) − K·δ) · u with the tangent that was used, and dt·v·C·v.
+    fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3], viscosity: f64, is_fallback: bool) -> [f64; 2] {
+        let Sheet { triangles, .. } = self.sheet;
+        let (state, rest, stiffness) = (&self.frames.state[t], &triangles.rest[t], &triangles.stiffness[t]);
+        let volume = rest.area * triangles.thickness[t];
+        let (mut normal, mut shear) = (self.frames.normal[t], self.frames.shear[t]);
+        if is_fallback {
+            normal = normal.positive_part();
+            shear = shear_majorant(state.stress, state.polar.stretch, stiffness);
+        }
+        let is_exact = self.scratch.is_exact;
+        let tangent =
+            ElementTangent { state, rest, stiffness, normal, shear, elastic: volume, geometric: volume, is_exact };
+        let rate = stretch_rate(&state.polar, rest, u);
+        let scheme = volume * state.stress.contract(rate) + dot(&tangent.apply(change), &u);
+        [scheme, volume * viscosity * stiffness.stress(rate).contract(rate)]
+    }
+
+    /// Sum of a column of the shares.
+    fn sum(audit: &EnergyAudit, column: usize) -> f64 {
+        audit.shares.iter().map(|share| share[column]).sum()
+    }
+
+    /// Work of the holds' reactions along the step.
+    fn work_of_reactions(&self) -> f64 {
+        let Some((holds, reactions)) = self.held else { return 0.0 };
+        let groups = holds.groups.iter().zip(&reactions.groups);
+        let pairs = groups.flat_map(|(hold, forces)| hold.members.rows().iter().zip(forces));
+        pairs.map(|(&row, force)| force.dot(self.increment.displacement[row as usize])).sum()
+    }
+
+    fn dynamic_terms(&self, audit: &mut EnergyAudit, step: &StepContext) -> EnergyBalance {
+        let Vertices { velocity, mass, .. } = self.vertices;
+        let Increment { start_velocity, displacement: u, .. } = self.increment;
+        let mut work_of_loads = dot(&audit.loads, u);
+        if let Some(external) = self.external {
+            let blocks = external.block.iter().zip(u).zip(&audit.displacement);
+            work_of_loads -= blocks.map(|((k, u), at)| (*k * (*u - *at)).dot(*u)).sum::<f64>();
+        }
+        let coefficient = self.drag.map_or(0.0, |d| d.coefficient) * step.rate();
+        let area = |v: usize| self.topology.vertex_area(self.sheet.triangles, v as u32);
+        let braked = |(v, u): (usize, &DVec3)| coefficient * area(v) * u.length_squared();
+        let drag = if coefficient > 0.0 { u.iter().enumerate().map(braked).sum() } else { 0.0 };
+        let jumps = velocity.iter().zip(start_velocity).zip(mass);
+        let residual = self.scratch.residual.iter().zip(&self.scratch.free).zip(u);
+        audit.ends = [
+            Energies { elastic: Self::sum(audit, 3), kinetic: kinetic(start_velocity, mass) },
+            Energies { elastic: Self::sum(audit, 4), kinetic: kinetic(velocity, mass) },
+        ];
+        EnergyBalance {
+            work_of_holds: self.work_of_reactions(),
+            // Among the loads drag is a force as any other.
+            work_of_loads: work_of_loads + drag,
+            damping: Self::sum(audit, 2),
+            drag,
+            numerical_elastic: Self::sum(audit, 1) - Self::sum(audit, 0),
+            numerical_kinetic: if step.is_static {
+                audit.ends[0].kinetic
+            } else {
+                jumps.map(|((v1, v0), m)| 0.5 * m * (*v1 - *v0).length_squared()).sum()
+            },
+            residual: residual.map(|((r, f), u)| (*r * *f).dot(*u)).sum(),
+            ..EnergyBalance::default()
+        }
+    }
+
+    /// In a relaxation, which follows an equilibrium at the same time, what the trapezoidal rule is off belongs to what is
+    /// released; else the scheme's works are off by it.
+    fn static_terms(&self, audit: &mut EnergyAudit, is_relaxation: bool) -> EnergyBalance {
+        let Increment { start_velocity, displacement: u, .. } = self.increment;
+        let [start_membrane, start_loads] = &audit.start;
+        let (mut start_reactions, mut released) = (0.0, 0.0);
+        for (v, free) in self.scratch.free.iter().enumerate() {
+            let start = start_membrane[v] + start_loads[v];
+            let end = audit.membrane[v] + audit.loads[v];
+            start_reactions -= (start * (DVec3::ONE - *free)).dot(u[v]);
+            released += 0.5 * ((start + end) * *free).dot(u[v]);
+        }
+        let off = Self::sum(audit, 1) - Self::sum(audit, 0);
+        let work_of_loads = 0.5 * (dot(start_loads, u) + dot(&audit.loads, u));
+        let kinetic = kinetic(start_velocity, &self.vertices.mass);
+        audit.ends = [
+            Energies { elastic: Self::sum(audit, 3), kinetic },
+            Energies { elastic: Self::sum(audit, 4), kinetic: 0.0 },
+        ];
+        EnergyBalance {
+            work_of_holds: 0.5 * (start_reactions + self.work_of_reactions()),
+            work_of_loads,
+            released: released + if is_relaxation { off } else { 0.0 },
+            numerical_elastic: if is_relaxation { 0.0 } else { off },
+            numerical_kinetic: kinetic,
+            ..EnergyBalance::default()
+        }
+    }
+}
+
+/// Remembers an equilibrium. Where tears have advanced since the last one and nothing else has moved on, tells what they have
+/// released: the fall of the elastic energy and the work of the loads.
+fn note_equilibrium(audit: &mut EnergyAudit, log: &mut TearLog, step: &StepContext, is_converged: bool) {
+    let now = Equilibrium { time: step.time, elastic: audit.ends[1].elastic, torn: log.length };
+    if let Some(last) = audit.equilibrium.filter(|last| is_converged && last.time == now.time && last.torn < now.torn) {
+        let energy = last.elastic - now.elastic + audit.step.work_of_loads;
+        log.pending.push(EventKind::Released { energy, length: now.torn - last.torn });
+    }
+    audit.equilibrium = is_converged.then_some(now);
+}

@@ -1,0 +1,95 @@
+//! What the criterion keeps between steps: the table of its search and, per tip, the chart and the disc, as long as no edit
+//! touches their triangles. A resting tip then costs the stress in its disc and one search.
+
+use super::tip_disc::{Disc, Walk};
+use super::tip_stress::{DiscAverage, Surface};
+use crate::storage::EditRecord;
+use crate::systems::kernels::failure::{Search, Strength};
+use crate::systems::kernels::fan::FanChart;
+
+/// *Derived.* The criterion's memory of one body. Whoever replaces the body's tables replaces it by the default.
+#[derive(Clone, Debug, Default)]
+pub struct TipMemory {
+    search: Option<Search>,
+    /// By the rows of the tips.
+    places: Vec<Option<TipPlace>>,
+    /// Number of edits so far, and per triangle the last one that has touched it.
+    edits: u32,
+    touched: Vec<u32>,
+    /// For discs that are not kept.
+    pub passing: Disc,
+    /// Buffers.
+    pub walk: Walk,
+}
+
+/// The surroundings of a tip.
+#[derive(Clone, Debug)]
+struct TipPlace {
+    vertex: u32,
+    radius: f64,
+    /// [`TipMemory::edits`] when this was last found up to date.
+    edits: u32,
+    chart: FanChart,
+    disc: Disc,
+}
+
+impl TipMemory {
+    /// The search for these strengths.
+    pub fn search(&mut self, strength: Strength) -> &Search {
+        let kept = self.search.take().filter(|search| *search.strength() == strength);
+        self.search.insert(kept.unwrap_or_else(|| Search::new(strength)))
+    }
+
+    /// For the `tip`th tip of a body, at `vertex`: the chart of its fan, the search for these strengths and the averages
+    /// over its disc of this radius \[mm\]. `None` where its fan has no area.
+    pub fn at_tip(
+        &mut self,
+        surface: &Surface,
+        (tip, vertex): (usize, u32),
+        strength: Strength,
+        radius: f64,
+    ) -> Option<(&FanChart, &Search, DiscAverage)> {
+        self.search(strength);
+        if self.places.len() <= tip {
+            self.places.resize_with(tip + 1, || None);
+        }
+        if !self.is_up_to_date(tip, vertex, radius) {
+            let mut disc = self.places[tip].take().map_or_else(Disc::default, |place| place.disc);
+            let chart = surface.chart(vertex)?;
+            let centre = surface.vertices.rest_position[vertex as usize];
+            let start = surface.topology.incident[vertex as usize].iter().map(|&entry| entry / 3);
+            disc.lay(surface, (centre, chart.axes(), radius), start, &mut self.walk);
+            self.places[tip] = Some(TipPlace { vertex, radius, edits: self.edits, chart, disc });
+        }
+        let place = self.places[tip].as_ref()?;
+        Some((&place.chart, self.search.as_ref()?, DiscAverage::over(&place.disc, radius, surface)?))
+    }
+
+    fn is_up_to_date(&mut self, tip: usize, vertex: u32, radius: f64) -> bool {
+        let Some(place) = &mut self.places[tip] else { return false };
+        let (edits, touched) = (place.edits, &self.touched);
+        let is_touched = |t: u32| touched.get(t as usize).is_none_or(|&edit| edit > edits);
+        if place.vertex != vertex || place.radius != radius {
+            return false;
+        }
+        if edits != self.edits && place.disc.triangles().any(is_touched) {
+            return false;
+        }
+        place.edits = self.edits;
+        true
+    }
+
+    /// Follows an edit.
+    pub fn follow(&mut self, record: &EditRecord) {
+        if self.edits == u32::MAX {
+            (self.edits, self.places) = (0, Vec::new());
+            self.touched.fill(0);
+        }
+        self.edits += 1;
+        self.touched.resize(record.first_triangle as usize, 0);
+        for changed in &record.changed_triangles {
+            self.touched[changed.row as usize] = self.edits;
+        }
+        self.touched.resize(record.triangle_count(), self.edits);
+    }
+}
