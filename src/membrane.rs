@@ -2,7 +2,7 @@
 
 use crate::components::{
     Body, Contact, Drag, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment, Material, Planar,
-    Reactions, SolverScratch, Springs, TearDecisions, TearLog, Tearing,
+    Reactions, Refined, Refinement, SolverScratch, Springs, TearDecisions, TearLog, Tearing,
 };
 use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{
@@ -40,6 +40,9 @@ pub enum BodyError {
         /// What it must be.
         must: &'static str,
     },
+    /// Refinement around the tips of a body that has none.
+    #[error("refinement goes with tear tips and their averaging radius: let the body tear, or leave refinement out")]
+    RefinementWithoutTearing,
     /// A fibre list of the wrong length.
     #[error("{given} fibre directions for {needed} triangles: give one per triangle, in the mesh's order")]
     FibreCount {
@@ -155,6 +158,15 @@ impl Membrane {
         let mut mesh = Mesh { vertices: &mut vertices, triangles: &mut triangles, topology: &mut topology };
         measure::rest_data(&mut mesh)?;
 
+        let refined = self.components.get::<&Refinement>().map(|refinement| {
+            // Room for what a step may add, within reason: a budget is no promise that all of it is used.
+            let start_count = triangles.len();
+            let room = (refinement.most_added(start_count).max(0) as usize).min(start_count);
+            vertices.reserve(room / 2 + 1);
+            triangles.reserve(room);
+            topology.reserve(room / 2 + 1, room);
+            Refined { start_count, ..Refined::default() }
+        });
         let c = &mut self.components;
         if c.has::<Tearing>() {
             // Room for tears: the first of them is not to wait while whole columns move.
@@ -178,6 +190,9 @@ impl Membrane {
         }
         if c.has::<Tearing>() {
             c.add_bundle((Tips::default(), TearDecisions::default(), TipMemory::default()));
+        }
+        if let Some(refined) = refined {
+            c.add(refined);
         }
         if c.has::<Springs>() || c.has::<Grips>() || c.has::<Drag>() || c.has::<Contact>() {
             c.add(ExternalStiffness::default());
@@ -225,6 +240,15 @@ impl Membrane {
             positive("radius", t.radius)?;
             positive("max_tear_speed", t.max_tear_speed)?;
         }
+        if let Some(r) = self.components.get::<&Refinement>() {
+            if !self.components.has::<Tearing>() {
+                return Err(BodyError::RefinementWithoutTearing);
+            }
+            let (edges, budget) = (r.edges_per_radius, r.budget);
+            within("refinement edges_per_radius", edges, edges > 0.0, "it must be above 0 and at most 100")?;
+            within("refinement budget", budget, budget >= 1.0, "it must be from 1 to 100")?;
+            r.margin.map_or(Ok(()), |margin| not_negative("refinement margin", margin))?;
+        }
         if let Some(c) = self.components.get::<&Contact>() {
             positive("contact stiffness", c.stiffness)?;
         }
@@ -265,6 +289,11 @@ fn enough_mass(what: &'static str, value: f64) -> Result<(), BodyError> {
 fn not_negative(what: &'static str, value: f64) -> Result<(), BodyError> {
     let is_right = value >= 0.0 && value.is_finite();
     is_right.then_some(()).ok_or(BodyError::OutOfRange { what, value, must: "it must be zero or more, and finite" })
+}
+
+/// At most 100, beside its own lower bound.
+fn within(what: &'static str, value: f64, is_enough: bool, must: &'static str) -> Result<(), BodyError> {
+    (is_enough && value <= 100.0).then_some(()).ok_or(BodyError::OutOfRange { what, value, must })
 }
 
 fn check_rows(what: &str, rows: &[u32], count: usize) -> Result<(), BodyError> {

@@ -37,8 +37,12 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
 
 /// All systems in the order in which they run.
 pub const STEP: &[System] = &[
-    system("hold", Stage::Begin, systems::hold::hold),
     system("energy: begin", Stage::Begin, systems::energy::begin),
+    system("refine", Stage::Begin, systems::refine::refine),
+    system("energy: refined", Stage::Begin, systems::energy::refined),
+    system("hold", Stage::Begin, systems::hold::hold),
+    system("refine further", Stage::Resume, systems::refine::refine),
+    system("energy: refined further", Stage::Resume, systems::energy::edits),
     system("resume", Stage::Resume, systems::hold::resume),
     system("corotation", Stage::Iterate, systems::corotation::corotation),
     system("assembly", Stage::Iterate, systems::assembly::assembly),

@@ -1,6 +1,6 @@
 //! The energy audit: every term of [`EnergyBalance`] over a step, each from its own formula.
 //!
-//! Five short systems. `begin` lets the last step stand; `membrane` and `loads` keep the forces of the last evaluation apart;
+//! Six short systems. `begin` lets the last step stand; `refined` measures what changes the mesh before the step; `membrane` and `loads` keep the forces of the last evaluation apart;
 //! `account` sums the terms when the iterations have ended; `edits` measures what tears have changed at fixed positions.
 //! Reactions, residual and nodal forces are those of the step itself; what the scheme did with the membrane is computed anew,
 //! triangle by triangle, so that an error in either leaves an imbalance.
@@ -14,7 +14,7 @@ use super::kernels::path_work::Element;
 use super::{StepContext, parallel};
 use crate::components::{
     Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames, Holds,
-    Increment, Planar, PreStretch, Reactions, SolverScratch, TearDecisions, TearLog,
+    Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog,
 };
 use crate::event::EventKind;
 use crate::settings::Tangent;
@@ -64,18 +64,39 @@ fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }
 
-/// Lets the last step stand, and measures the energies with which the first one begins.
+/// Lets the last step stand, and measures the energies with which the first one begins, and every one of a mesh that may be
+/// refined before it.
 pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
-    type Query<'a> = (&'a mut EnergyAudit, &'a Vertices, &'a Triangles, Option<&'a Planar>, Option<&'a PreStretch>);
-    for (audit, vertices, triangles, planar, pre_stretch) in world.query_mut::<Query>() {
+    type Query<'a> = (
+        (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles),
+        (Option<&'a Planar>, Option<&'a PreStretch>),
+    );
+    for ((audit, refined, vertices, triangles), (planar, pre_stretch)) in world.query_mut::<Query>() {
         count += 1;
         audit.settle();
-        if audit.initial.is_none() {
+        if audit.initial.is_none() || refined.is_some() {
             let sheet = Sheet::new(triangles, planar, pre_stretch);
             let Vertices { position, velocity, mass, .. } = vertices;
-            audit.initial = Some(sheet.energies(position, velocity, mass, &mut audit.shares));
+            let now = sheet.energies(position, velocity, mass, &mut audit.shares);
+            audit.initial.get_or_insert(now);
+            audit.ends = [now; 2];
         }
+    }
+    count
+}
+
+/// Measures what refinement and coarsening have changed between two steps.
+pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> =
+        ((&'a mut EnergyAudit, &'a Refined, &'a Vertices, &'a Triangles), (Option<&'a Planar>, Option<&'a PreStretch>));
+    for ((audit, _, vertices, triangles), (planar, pre_stretch)) in world.query_mut::<Query>() {
+        count += 1;
+        let sheet = Sheet::new(triangles, planar, pre_stretch);
+        let Vertices { position, velocity, mass, .. } = vertices;
+        let now = sheet.energies(position, velocity, mass, &mut audit.shares);
+        audit.note_edits(now - audit.ends[1]);
     }
     count
 }

@@ -20,6 +20,7 @@ pub mod linear;
 pub mod loads;
 pub mod parallel;
 pub mod pressure;
+pub mod refine;
 pub mod solve;
 pub mod split;
 pub mod springs;

@@ -4,8 +4,8 @@
 use super::StepContext;
 use super::tearing::{Advance, Cutter, End, Followers, NewTip, Quality, TearRefusal, TearScratch, TipChart, TipMemory};
 use crate::components::{
-    EdgeLoads, Grips, Holds, Increment, PointLoads, Springs, TearDecision, TearDecisions, TearLog, TearMode, TearSite,
-    Tearing,
+    EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog, TearMode,
+    TearSite, Tearing,
 };
 use crate::event::{Course, EventKind, Verdict};
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -23,14 +23,14 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
         (&'a mut TearScratch, Option<&'a mut TipMemory>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
     );
     for (
         (vertices, triangles, topology, increment),
         (tearing, tips, decisions, log),
         (scratch, memory),
         (holds, springs, grips),
-        (point_loads, edge_loads),
+        (point_loads, edge_loads, refined),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -51,7 +51,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let (advances_before, starts_before) = (log.advance_count, log.start_count);
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers { increment, memory, holds, springs, grips, point_loads, edge_loads },
+            followers: Followers { increment, memory, holds, springs, grips, point_loads, edge_loads, refined },
             tearing,
             tips,
             log,

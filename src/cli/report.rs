@@ -4,7 +4,7 @@ use super::progress::real_time_factor;
 use super::series::Observation;
 use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
-use crate::components::{Body, TearLog, Tearing};
+use crate::components::{Body, Refined, Refinement, TearLog, Tearing};
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
@@ -118,8 +118,25 @@ pub(super) struct TearFigures {
     pub smallest_angle_deg: Option<f64>,
     /// Smallest averaging radius over edge length at a tip; figures want 3.
     pub edges_per_radius: Option<f64>,
+    /// Absent for a body whose mesh is not refined around tips.
+    pub refinement: Option<RefinementFigures>,
     /// Absent for a body that cannot tear.
     pub thresholds: Option<ThresholdFigures>,
+}
+
+/// What refinement and coarsening did to the mesh.
+#[derive(Serialize)]
+pub(super) struct RefinementFigures {
+    pub splits: u32,
+    pub vertices_removed: u32,
+    /// Triangles added, less those removed.
+    pub triangles_added: i64,
+    /// The budget: most triangles that may be added.
+    pub most_triangles_added: i64,
+    /// How often the budget has ended a refinement.
+    pub budget_hits: u32,
+    /// Sum of the changes of elastic energy by coarsening.
+    pub coarsening_energy_mj: f64,
 }
 
 /// Strengths, and the toughness that they imply over the averaging radius.
@@ -275,6 +292,7 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         tips,
         smallest_angle_deg: log.smallest_angle.map(f64::to_degrees),
         edges_per_radius: log.edges_per_radius,
+        refinement: refinement_figures(instance, body),
         thresholds: thresholds(&instance.simulation, body).map(|(tearing, toughness)| ThresholdFigures {
             strength_along_fibres_mpa: tearing.strength_transverse,
             strength_across_fibres_mpa: tearing.strength_fibre,
@@ -282,6 +300,19 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
             toughness_along_fibres_n_per_mm: toughness.along,
             toughness_across_fibres_n_per_mm: toughness.across,
         }),
+    })
+}
+
+fn refinement_figures(instance: &Instance, body: Entity) -> Option<RefinementFigures> {
+    let world = instance.simulation.world();
+    let (refinement, refined) = (world.get::<&Refinement>(body).ok()?, world.get::<&Refined>(body).ok()?);
+    Some(RefinementFigures {
+        splits: refined.split_count,
+        vertices_removed: refined.removed_count,
+        triangles_added: refined.added,
+        most_triangles_added: refinement.most_added(refined.start_count),
+        budget_hits: refined.budget_hit_count,
+        coarsening_energy_mj: refined.energy_change,
     })
 }
 
@@ -317,6 +348,14 @@ fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         if tear.held_shut > 0 {
             let what = "torn vertices are kept shut by a hold or grip that has hold of both lips";
             list.push(format!("{}: {} {what}", body.name, tear.held_shut));
+        }
+        if let Some(refinement) = tear.refinement.as_ref().filter(|refinement| refinement.budget_hits > 0) {
+            let RefinementFigures { budget_hits, most_triangles_added: most, .. } = refinement;
+            let left = tear.edges_per_radius.map_or(String::new(), |edges| format!(": R has only {edges:.2} edges"));
+            list.push(format!(
+                "{}: the budget of {most} more triangles ended {budget_hits} refinement(s){left}",
+                body.name
+            ));
         }
         if let Some(edges) = tear.edges_per_radius.filter(|&edges| edges < 3.0) {
             let what = "edges per averaging radius at a tip: under 3 the tear load depends on the mesh";

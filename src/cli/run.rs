@@ -224,6 +224,15 @@ fn summary(report: &RunReport) -> String {
                 tear.ended,
                 tear.pieces_freed
             ));
+            if let Some(refinement) = &tear.refinement {
+                lines.push(format!(
+                    "    refined by {} splits, coarsened by {} vertices; {} triangles more than at the start and torn, {} allowed",
+                    refinement.splits,
+                    refinement.vertices_removed,
+                    refinement.triangles_added,
+                    refinement.most_triangles_added
+                ));
+            }
         }
     }
     lines.extend(report.caveats.iter().map(|caveat| format!("  note: {caveat}")));

@@ -169,6 +169,11 @@ impl EnergyAudit {
         self.edits_of_start = Energies::default();
     }
 
+    /// The mesh has changed: what is kept of the last equilibrium's loads is of another one.
+    pub(crate) fn forget_loads(&mut self) {
+        self.loads.clear();
+    }
+
     /// A cut between steps has changed the energies at unchanged positions.
     pub(crate) fn note_edits(&mut self, edits: Energies) {
         self.settled.add(&EnergyBalance { edits, ..EnergyBalance::default() });

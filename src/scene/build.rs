@@ -2,11 +2,11 @@
 
 use super::error::{Fault, not_negative, positive};
 use super::region::Surface;
-use super::schema::{BodySpec, FibreSpec, GradingSpec, MaterialSpec, TearModeSpec, TearingSpec};
+use super::schema::{BodySpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, TearModeSpec, TearingSpec};
 use super::{grasp, mesh_file, shape};
 use crate::components::{
     Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, Fibres, Gravity, Grips, Hold, Material, PointLoad, PointLoads,
-    PreStretch, Pressure, Springs, TearMode, Tearing, Toughness,
+    PreStretch, Pressure, Refinement, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -35,6 +35,14 @@ pub(super) fn membrane(spec: &BodySpec, folder: &Path, key: &str) -> Result<Memb
     membrane = surroundings(membrane, spec, key)?;
     if let Some(spec) = &spec.tearing {
         membrane = membrane.with(tearing(spec, &material, &format!("{key}.tearing"))?);
+    }
+    if let Some(refinement) = &spec.refinement {
+        let key = format!("{key}.refinement");
+        let Some(tearing) = &spec.tearing else {
+            let what = "the mesh is refined around tear tips, and this body has none";
+            return Err(Fault::new(key, what, "add a `tearing` table, or remove this one"));
+        };
+        membrane = membrane.with(self::refinement(refinement, tearing.radius, &key)?);
     }
     membrane = boundary_conditions(membrane, spec, &mesh, key)?;
     Ok(membrane)
@@ -212,6 +220,28 @@ fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -
             Err(Fault::new(key, "strengths and toughnesses are incomplete or mixed", hint))
         }
     }
+}
+
+fn refinement(spec: &RefinementSpec, radius: f64, key: &str) -> Result<Refinement, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let (name, edges_per_radius) = match (spec.edges_per_radius, spec.edge) {
+        (Some(edges), None) => ("edges_per_radius", positive(at("edges_per_radius"), edges, "")?),
+        (None, Some(edge)) => ("edge", radius / positive(at("edge"), edge, "mm")?),
+        (None, None) => ("edges_per_radius", Refinement::default().edges_per_radius),
+        (Some(_), Some(_)) => {
+            return Err(Fault::new(key, "the fineness is given twice", "give either `edges_per_radius` or `edge`"));
+        }
+    };
+    if edges_per_radius > 100.0 {
+        let what = format!("{edges_per_radius} edges per averaging radius are too many");
+        return Err(Fault::new(at(name), what, "give 100 at most; 3 to 6 serve"));
+    }
+    if !(1.0..=100.0).contains(&spec.budget) {
+        let hint = "give the largest number of triangles as a multiple of those at the start, 1 to 100";
+        return Err(Fault::new(at("budget"), format!("{} is outside 1 to 100", spec.budget), hint));
+    }
+    let margin = spec.margin.map(|margin| not_negative(at("margin"), margin, "mm")).transpose()?;
+    Ok(Refinement { edges_per_radius, margin, budget: spec.budget, may_coarsen: spec.may_coarsen })
 }
 
 /// What acts on parts of the body.

@@ -2,7 +2,7 @@
 
 use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{
-    Body, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Springs, TearDecisions, TearLog,
+    Body, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecisions, TearLog,
 };
 use crate::event::{Event, EventKind};
 use crate::report::Report;
@@ -52,7 +52,7 @@ impl Simulation {
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut TipMemory>),
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
+            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
         );
         let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
@@ -60,10 +60,10 @@ impl Simulation {
             (vertices, triangles, topology, increment),
             (mut tips, log, scratch, memory),
             (holds, springs, grips),
-            (point_loads, edge_loads),
+            (point_loads, edge_loads, refined),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers = Followers { increment, memory, holds, springs, grips, point_loads, edge_loads };
+        let mut followers = Followers { increment, memory, holds, springs, grips, point_loads, edge_loads, refined };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);

@@ -2,8 +2,9 @@
 //!
 //! The rule: both copies of a duplicated member carry its value. A vertex put on a *boundary* edge between two members
 //! becomes a member with the interpolated value, so that a grip along a rim has no gap. No other new vertex becomes one:
-//! an edge inside the surface between two members says nothing about the points between. Sliding a member keeps its value; a
-//! member that is collapsed is gone with its value, and the vertex it went into stays what it was.
+//! an edge inside the surface between two members says nothing about the points between, unless the members
+//! [fill an area](Attached::fill_in). Sliding a member keeps its value; a member that is collapsed is gone with its value, and
+//! the vertex it went into stays what it was.
 //!
 //! Values are therefore per vertex (a position, a curve) or per unit of tributary mass or area (a stiffness density), never
 //! totals: a total would double where a vertex is duplicated.
@@ -82,6 +83,20 @@ impl<T: Attachment> Attached<T> {
     pub fn reserve(&mut self, additional: usize) {
         self.rows.reserve(additional);
         self.values.reserve(additional);
+    }
+
+    /// After [`apply`](Follow::apply), for values that fill areas (prescriptions, foundations): a vertex put on an edge inside,
+    /// between triangles with members at all corners, becomes a member with the interpolated value.
+    pub fn fill_in(&mut self, record: &EditRecord) {
+        for (row, parents) in record.created().filter(|_| !record.has_split_boundary()) {
+            let [from, to] = *parents.rows() else { continue };
+            let mut corners = record.changed_triangles.iter().flat_map(|changed| changed.before.corners);
+            if corners.all(|corner| self.value(corner).is_some())
+                && let Some((a, b)) = self.value(from).zip(self.value(to))
+            {
+                self.insert(row, T::between(a, b, parents.weights()[1]));
+            }
+        }
     }
 
     fn insert(&mut self, row: u32, value: T) {

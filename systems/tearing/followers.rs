@@ -1,7 +1,7 @@
 //! Components that refer to vertices and follow what edits do to them.
 
 use super::TipMemory;
-use crate::components::{EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Springs};
+use crate::components::{EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs};
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 
 /// Those that a body carries.
@@ -21,6 +21,8 @@ pub struct Followers<'a> {
     pub point_loads: Option<&'a mut PointLoads>,
     /// Loads along edges.
     pub edge_loads: Option<&'a mut EdgeLoads>,
+    /// The list of what has been added to the mesh.
+    pub refined: Option<&'a mut Refined>,
 }
 
 impl Followers<'_> {
@@ -61,10 +63,14 @@ impl Followers<'_> {
                 memory.follow(record);
             }
             if let Some(holds) = &mut self.holds {
-                holds.groups.iter_mut().for_each(|group| group.members.apply(record, tables));
+                for members in holds.groups.iter_mut().map(|group| &mut group.members) {
+                    members.apply(record, tables);
+                    members.fill_in(record);
+                }
             }
             if let Some(springs) = &mut self.springs {
                 springs.anchors.apply(record, tables);
+                springs.anchors.fill_in(record);
             }
             if let Some(grips) = &mut self.grips {
                 grips.held.iter_mut().for_each(|held| held.apply(record, tables));
@@ -74,6 +80,9 @@ impl Followers<'_> {
             }
             if let Some(loads) = &mut self.edge_loads {
                 loads.follow(record);
+            }
+            if let Some(refined) = &mut self.refined {
+                refined.follow(record, tables);
             }
         }
         records.clear();

@@ -28,6 +28,12 @@ impl Cutter<'_, '_> {
     }
 }
 
+/// Distance \[mm\] of a point from the nearest point of a triangle.
+pub fn distance_to_triangle(x: [DVec3; 3], point: DVec3) -> f64 {
+    let weights = nearest_in_triangle(x, point);
+    (x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2]).distance(point)
+}
+
 /// Barycentric weights of the point of a triangle nearest to `p` (Ericson 2005, Real-Time Collision Detection, 5.1.5).
 fn nearest_in_triangle([a, b, c]: [DVec3; 3], p: DVec3) -> [f64; 3] {
     let (ab, ac) = (b - a, c - a);

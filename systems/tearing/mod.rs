@@ -6,6 +6,7 @@
 //! those records and refused with a reason.
 
 mod advance;
+mod bisect;
 mod blade;
 mod edge;
 mod followers;
@@ -15,17 +16,21 @@ mod piece;
 mod place;
 mod relax;
 mod start;
+mod thin_out;
 mod tip;
 mod tip_decision;
 mod tip_disc;
 mod tip_memory;
 mod tip_stress;
 
+pub use bisect::size;
 pub use blade::CutOutcome;
 pub use edge::{EdgeAdvance, EdgePlan, plan_edge};
 pub use followers::Followers;
 pub use free::{Way, Ways, plan_free};
+pub use locate::distance_to_triangle;
 pub use start::{NewTip, Slit};
+pub use thin_out::{ThinOut, plan_thin_out};
 pub use tip::TipChart;
 pub use tip_decision::{decision, strength, tip_decision, vertex_decision};
 pub use tip_disc::{Disc, Walk};
@@ -95,7 +100,7 @@ pub enum TearRefusal {
         /// Row of the tip.
         vertex: u32,
     },
-    /// No vertex can be put at a point of a cut without too small an angle.
+    /// No vertex can be put at a point of a cut, or on an edge, without too small an angle.
     #[error("a vertex there would leave an angle of {:.1}°", angle.to_degrees())]
     NoRoom {
         /// The best smallest angle found \[rad\].

@@ -47,7 +47,8 @@ pub struct Walk {
 }
 
 impl Walk {
-    fn begin(&mut self, triangle_count: usize) {
+    /// Begins a walk over so many triangles.
+    pub fn begin(&mut self, triangle_count: usize) {
         self.visited.resize(triangle_count, self.walk);
         if self.walk == u32::MAX {
             self.visited.fill(0);
@@ -57,12 +58,18 @@ impl Walk {
         self.queue.clear();
     }
 
-    fn visit(&mut self, triangle: u32) {
+    /// Puts a triangle on the walk, unless it has been there.
+    pub fn visit(&mut self, triangle: u32) {
         let mark = &mut self.visited[triangle as usize];
         if *mark != self.walk {
             *mark = self.walk;
             self.queue.push(triangle);
         }
+    }
+
+    /// The `place`th triangle of the walk, if it has come so far.
+    pub fn at(&self, place: usize) -> Option<u32> {
+        self.queue.get(place).copied()
     }
 }
 
@@ -84,7 +91,7 @@ impl Disc {
         let (mut area, mut full_area, mut fibres) = (0.0, 0.0, Sym2::ZERO);
         let mut turning = Turning::default();
         let mut next = 0;
-        while let Some(&triangle) = walk.queue.get(next) {
+        while let Some(triangle) = walk.at(next) {
             next += 1;
             let t = triangle as usize;
             let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);

@@ -36,6 +36,8 @@ pub struct BodySpec {
     pub contact: Option<ContactSpec>,
     /// Makes it tear.
     pub tearing: Option<TearingSpec>,
+    /// Keeps the mesh fine around its tear tips.
+    pub refinement: Option<RefinementSpec>,
     /// State at time zero, if not at rest in the rest shape.
     pub initial: Option<InitialSpec>,
     /// Prescribed vertices.
@@ -180,6 +182,26 @@ pub struct TearingSpec {
     pub may_initiate: bool,
 }
 
+/// `refinement`: triangles around tear tips are halved until they are small enough for the averaging radius R of `tearing`, and
+/// joined again where tips have gone. The size of a triangle is the edge of the equilateral one with its area.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RefinementSpec {
+    /// R over the largest size of a triangle around a tip, above 0, at most 100. Default 4; from 3 on a tip's stress is that of
+    /// the tissue, not of the mesh.
+    pub edges_per_radius: Option<f64>,
+    /// That size itself \[mm\], > 0. Give either this or `edges_per_radius`.
+    pub edge: Option<f64>,
+    /// How far beyond R the mesh is kept fine \[mm\], ≥ 0. Default R/2.
+    pub margin: Option<f64>,
+    /// Most triangles, as a multiple of those at the start, 1 to 100; what tears and cuts add is not counted. Default 1.6.
+    #[serde(default = "budget")]
+    pub budget: f64,
+    /// Whether vertices that were added are taken out again behind the tips. Default true.
+    #[serde(default = "may_coarsen")]
+    pub may_coarsen: bool,
+}
+
 /// `initial`: x = stretch · X, then a spin about the centre of mass and a common velocity.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -216,6 +238,14 @@ fn cone_degrees() -> f64 {
 
 fn max_tear_speed() -> f64 {
     0.1
+}
+
+fn budget() -> f64 {
+    1.6
+}
+
+fn may_coarsen() -> bool {
+    true
 }
 
 fn along_z() -> Point {

@@ -9,7 +9,8 @@ mod mesh;
 mod number;
 
 pub use body::{
-    BodySpec, ContactSpec, CutSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec, TearModeSpec, TearingSpec,
+    BodySpec, ContactSpec, CutSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec, RefinementSpec, TearModeSpec,
+    TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
