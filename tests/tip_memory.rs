@@ -3,7 +3,7 @@
 mod meshes;
 
 use glam::{DVec2, DVec3};
-use meshes::{Body, Random, Sheet};
+use meshes::{Body, Random};
 use rhexis::math::Sym2;
 use rhexis::storage::{Edit, NONE, apply, measure::rest_corners};
 use rhexis::systems::kernels::disc::disc_triangle_overlap;
