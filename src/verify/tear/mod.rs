@@ -5,3 +5,6 @@ pub mod square;
 
 pub(super) mod fibre;
 pub(super) mod mesh;
+pub(super) mod shape;
+pub(super) mod symmetry;
+pub(super) mod time_step;
