@@ -26,6 +26,7 @@ pub const CATALOG: &[Entry] = entries![
     "fig2-tear",
     "fig2-tear-iso",
     "fig2-tear-stable",
+    "two-points",
     "edge-crack",
     "hole",
     "cook",

@@ -6,3 +6,6 @@ pub mod square;
 pub(super) mod energy;
 pub(super) mod fibre;
 pub(super) mod mesh;
+pub(super) mod shape;
+pub(super) mod symmetry;
+pub(super) mod time_step;

@@ -101,11 +101,20 @@ impl Square {
     /// # Errors
     /// If the scene is refused.
     pub fn new(name: &str, mesh: &str, tissue: Tissue, changes: &[&str]) -> Result<Self, VerifyError> {
+        let mut all = vec![format!("bodies.0.mesh={mesh}")];
+        all.extend(tissue.changes());
+        all.extend(changes.iter().map(|change| (*change).to_owned()));
+        Self::scene(name, &all)
+    }
+
+    /// Any scene of the catalog whose first body tears, with changes to the file.
+    ///
+    /// # Errors
+    /// If the scene is refused.
+    pub fn scene(name: &str, changes: &[String]) -> Result<Self, VerifyError> {
         let mut document = Document::named(name)?;
         // Cases run side by side; a factor saves seven eighths of the time and changes nothing but digits under the tolerance.
         ["run.threads=1", "run.preconditioner=cholesky"].into_iter().try_for_each(|change| document.set(change))?;
-        document.set(&format!("bodies.0.mesh={mesh}"))?;
-        tissue.changes().iter().try_for_each(|change| document.set(change))?;
         changes.iter().try_for_each(|change| document.set(change))?;
         let instance = document.scene()?.instantiate()?;
         let mut square = Self { instance, events: Vec::new(), onsets: Vec::new(), edge: 0.0, length: 0.0, last: None };
