@@ -41,5 +41,8 @@ cases! {
     tear_mesh "tear-mesh",
     tear_mesh_stable "tear-mesh-stable",
     tear_mesh_edge "tear-mesh-edge",
+    tear_symmetry "tear-symmetry",
+    tear_shape "tear-shape",
+    tear_time_step "tear-time-step",
     tear_energy "tear-energy",
 }

@@ -45,7 +45,7 @@ pub struct Ways {
     /// Existing vertices near the ray, nearest in angle first.
     pub snaps: SmallVec<[Way; 4]>,
     /// What is left when these fail.
-    pub detours: SmallVec<[Way; 4]>,
+    pub detours: SmallVec<[Way; 8]>,
 }
 
 impl Ways {
