@@ -85,15 +85,15 @@ impl<T: Attachment> Attached<T> {
         self.values.reserve(additional);
     }
 
-    /// After [`apply`](Follow::apply), for values that fill areas (prescriptions, foundations): a vertex put on an edge inside,
-    /// between triangles with members at all corners, becomes a member with the interpolated value.
+    /// After [`apply`](Follow::apply), for values that fill areas (prescriptions, foundations): a vertex put on an edge of a
+    /// triangle with members at all corners becomes a member with the interpolated value.
     pub fn fill_in(&mut self, record: &EditRecord) {
         for (row, parents) in record.created().filter(|_| !record.has_split_boundary()) {
             let [from, to] = *parents.rows() else { continue };
-            let mut corners = record.changed_triangles.iter().flat_map(|changed| changed.before.corners);
-            if corners.all(|corner| self.value(corner).is_some())
-                && let Some((a, b)) = self.value(from).zip(self.value(to))
-            {
+            let is_member = |corner: u32| self.value(corner).is_some();
+            let is_filled =
+                record.changed_triangles.iter().any(|changed| changed.before.corners.into_iter().all(is_member));
+            if is_filled && let Some((a, b)) = self.value(from).zip(self.value(to)) {
                 self.insert(row, T::between(a, b, parents.weights()[1]));
             }
         }
