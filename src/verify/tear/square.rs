@@ -183,15 +183,18 @@ impl Square {
                 length += from.distance(to);
             }
         }
-        if let (Some([u, c]), Some(reached)) = (self.last, first)
+        // What the criterion has last seen: in static mode the state in which the tear rests.
+        let tips = self.instance.simulation.world().get::<&Tips>(self.body());
+        let seen = tips.map_or(0.0, |tips| tips.criterion.iter().copied().fold(0.0, f64::max));
+        let reached = first.unwrap_or(seen);
+        if let Some([u, c]) = self.last
             && c < 1.0
+            && reached >= 1.0
         {
             self.onsets.push(Onset { length: self.length, u: u + (now - u) * (1.0 - c) / (reached - c) });
         }
         self.length += length;
-        // What the criterion has last seen: in static mode the state in which the tear rests.
-        let tips = self.instance.simulation.world().get::<&Tips>(self.body());
-        self.last = tips.ok().map(|tips| [now, tips.criterion.iter().copied().fold(0.0, f64::max)]);
+        self.last = Some([now, seen]);
         Ok(())
     }
 

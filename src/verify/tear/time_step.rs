@@ -2,7 +2,7 @@
 
 use super::super::{Artifacts, Line, Row, Rows, VerifyError};
 use super::hausdorff::hausdorff;
-use super::square::{Advanced, Square, Tissue, length};
+use super::square::{Advanced, GRIP_SPEED, Square, Tissue, length};
 use glam::DVec2;
 
 /// Time steps \[ms\]; the scene's own is the second.
@@ -23,8 +23,7 @@ struct Run {
 impl Run {
     fn new(tissue: Tissue, change: &str, dt: f64) -> Result<Self, VerifyError> {
         let mesh = "{ unstructured = { corners = [[0, 0], [30, 0], [30, 30], [0, 30]], edge = 0.5, seed = 1 } }";
-        let steps = [format!("run.dt={dt}"), "run.steps=2000".to_owned()];
-        let mut square = Square::new("fig2-tear", mesh, tissue, &[change, &steps[0], &steps[1]])?;
+        let mut square = Square::new("fig2-tear", mesh, tissue, &["run.steps=2000", &format!("run.dt={dt}"), change])?;
         square.approach()?;
         square.tear_through()?;
         let mut torn = 0.0;
@@ -45,29 +44,31 @@ impl Run {
 
 pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-time-step");
-    // Along the fibre; free to bend, since the notch is off the middle; bending away from a weak preference.
+    // Along the fibre; free to bend, since the notch is off the middle; between the fibre and the pull, without a cusp of the
+    // threshold that would make the tear jump between two directions.
     let cases = [
-        ("45°", Tissue::Fibres(45.0), "scene.name=fig2-tear"),
+        ("45°", Tissue::Fibres(45.0), "run.steps=2000"),
         ("isotropic, notch at x = 9", Tissue::Isotropic, "bodies.0.cuts.0.polyline=[[9, 30], [9, 27]]"),
-        ("60°, strength ratio 2", Tissue::Fibres(60.0), "bodies.0.tearing.strength_fibre=0.1"),
+        (
+            "60°, α = 1",
+            Tissue::Fibres(60.0),
+            "bodies.0.tearing={ strength_transverse = 0.05, strength_ratio = 2, exponent = 1, radius = 1.5, max_tear_speed = 0.1 }",
+        ),
     ];
     let (cases, steps) = if out.is_quick() { (&cases[1..2], &STEPS[1..3]) } else { (&cases[..], &STEPS[..]) };
     for &(name, tissue, change) in cases {
         let runs = steps.iter().map(|&dt| Run::new(tissue, change, dt)).collect::<Result<Vec<_>, _>>()?;
-        let mut coarser = [f64::INFINITY; 2];
         for pair in runs.windows(2) {
             let [run, half] = pair else { continue };
-            let path = hausdorff(&run.path, &half.path) / run.edge;
             let what = format!("{name}: dt {} against {} ms", run.dt, half.dt);
             let limit = if run.dt <= STEPS[DEFAULT] { 1.0 } else { f64::INFINITY };
-            rows.add(format!("{what}, paths apart"), path, limit, "edges");
-            // The tear may run max_tear_speed·dt in a step, all of it at the load of the step's end.
+            rows.add(format!("{what}, paths apart"), hausdorff(&run.path, &half.path) / run.edge, limit, "edges");
+            // The criterion passes 1 within a step; it is nearly linear there.
+            rows.relative(format!("{what}, load of the first tear"), run.onset, half.onset, 2e-3);
+            // A tear is seen at the end of a step: first order in its length.
             let half_way = 0.5 * length(&half.path);
-            let load = (run.load_at(half_way) / half.load_at(half_way) - 1.0).abs();
-            rows.ratio(format!("{what}, load half way"), load, coarser[0]);
-            let onset = (run.onset / half.onset - 1.0).abs();
-            rows.ratio(format!("{what}, load of the first tear"), onset, coarser[1].max(1e-4));
-            coarser = [load, onset];
+            let load = (run.load_at(half_way) - half.load_at(half_way)).abs();
+            rows.add(format!("{what}, load half way"), load, GRIP_SPEED * run.dt * (1.0 + 1e-9), "mm");
         }
         let line = |r: &Run, points: &[DVec2]| Line { name: format!("dt {} ms", r.dt), points: points.to_vec() };
         let lines: Vec<Line> = runs.iter().map(|r| line(r, &r.path)).collect();
