@@ -42,7 +42,7 @@ impl Factor {
     /// Factors the operator at its state.
     ///
     /// # Errors
-    /// See [`NoFactor`]; there is then no factor.
+    /// Where the operator is not positive definite, or there is no memory; there is then no factor.
     pub fn renew(&mut self, operator: &Operator, free: &[DVec3]) -> Result<(), NoFactor> {
         if !self.0.as_ref().is_some_and(|parts| parts.pattern.fits(&operator.triangles.corners, free)) {
             // First gone, then new: there is never memory for two.

@@ -25,7 +25,7 @@ impl Factor {
     /// Does nothing.
     ///
     /// # Errors
-    /// Always [`NoFactor::Unavailable`].
+    /// Always: there is none.
     pub fn renew(&mut self, _operator: &Operator, _free: &[DVec3]) -> Result<(), NoFactor> {
         Err(NoFactor::Unavailable)
     }

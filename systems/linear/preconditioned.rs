@@ -15,7 +15,7 @@ const MOST_WITH_EARLIER_FACTOR: u32 = 10;
 /// rounding sets the limit, and more iterations come no nearer.
 const MOST_WITH_OWN_FACTOR: u32 = 50;
 
-/// Solves A·x = b as [`cg::solve`] does, preconditioned by `factor` where one is given and there can be one, else by block
+/// Solves A·x = b by conjugate gradients, preconditioned by `factor` where one is given and there can be one, else by block
 /// Jacobi.
 ///
 /// # Errors
