@@ -68,6 +68,9 @@ pub struct Settings {
     pub halvings: u32,
     /// Threads; 0 means one per core. The result has the same bits for any number.
     pub threads: usize,
+    /// Use only the instructions that every processor of the family has, instead of the best there are. The result has the
+    /// same bits (but for solves with a Cholesky factor, whose library chooses its instructions itself); it takes longer.
+    pub portable_instructions: bool,
 }
 
 impl Default for Settings {
@@ -82,6 +85,7 @@ impl Default for Settings {
             resumes: 8,
             halvings: 4,
             threads: 0,
+            portable_instructions: false,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The only file that names threads. Work is cut into chunks of rows that depend on the mesh alone, and sums add chunk by
-//! chunk in order, so that every result has the same bits for any number of threads.
+//! chunk in order, so that every result has the same bits for any number of threads. Every chunk is a [`wide`] loop.
 
+use super::kernels::simd::{force_portable, wide};
 use rayon::prelude::*;
 use std::cell::Cell;
 
@@ -15,11 +16,17 @@ fn is_worth_sharing(rows: usize) -> bool {
 
 /// Calls `f(row, out)` for every row.
 pub fn for_rows<T: Send>(out: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-    let chunk = |(c, rows): (usize, &mut [T])| {
+    for_slices(out, |first, rows| {
         for (i, value) in rows.iter_mut().enumerate() {
-            f(c * CHUNK + i, value);
+            f(first + i, value);
         }
-    };
+    });
+}
+
+/// Calls `f(first_row, rows)` for every chunk of rows: a kernel that takes several rows at a time. All chunks but the last
+/// have a multiple of eight rows.
+pub fn for_slices<T: Send>(out: &mut [T], f: impl Fn(usize, &mut [T]) + Sync) {
+    let chunk = |(c, rows): (usize, &mut [T])| wide(|| f(c * CHUNK, rows));
     if is_worth_sharing(out.len()) {
         out.par_chunks_mut(CHUNK).enumerate().for_each(chunk);
     } else {
@@ -32,9 +39,11 @@ pub fn sum_rows<T: Send>(out: &mut [T], partials: &mut Vec<f64>, f: impl Fn(usiz
     partials.clear();
     partials.resize(out.len().div_ceil(CHUNK), 0.0);
     let chunk = |(c, (rows, partial)): (usize, (&mut [T], &mut f64))| {
-        for (i, value) in rows.iter_mut().enumerate() {
-            *partial += f(c * CHUNK + i, value);
-        }
+        wide(|| {
+            for (i, value) in rows.iter_mut().enumerate() {
+                *partial += f(c * CHUNK + i, value);
+            }
+        });
     };
     if is_worth_sharing(out.len()) {
         out.par_chunks_mut(CHUNK).zip(partials.par_iter_mut()).enumerate().for_each(chunk);
@@ -52,27 +61,34 @@ thread_local! {
 /// A pool with a fixed number of threads; zero asks for one per core. A pool of one is the thread that asks: it starts none,
 /// and waits for none.
 #[derive(Debug)]
-pub struct Pool(Option<rayon::ThreadPool>);
+pub struct Pool {
+    threads: Option<rayon::ThreadPool>,
+    is_portable: bool,
+}
 
 impl Pool {
-    /// Starts the threads.
+    /// Starts the threads. They use the best instructions there are, or those that every processor of the family has.
     ///
     /// # Errors
     /// The system's message, where it grants no threads.
-    pub fn new(threads: usize) -> Result<Self, String> {
+    pub fn new(threads: usize, is_portable: bool) -> Result<Self, String> {
         if threads == 1 {
-            return Ok(Self(None));
+            return Ok(Self { threads: None, is_portable });
         }
         let builder = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("rhexis-{i}"));
-        builder.build().map(|pool| Self(Some(pool))).map_err(|e| e.to_string())
+        let builder = builder.start_handler(move |_| {
+            force_portable(is_portable);
+        });
+        let threads = Some(builder.build().map_err(|e| e.to_string())?);
+        Ok(Self { threads, is_portable })
     }
 
     /// Runs `f` inside the pool: entered once per step.
     pub fn run<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
-        match &self.0 {
+        match &self.threads {
             Some(pool) => pool.install(f),
             None => {
-                let _entered = Alone(IS_ALONE.replace(true));
+                let _entered = Alone { was: IS_ALONE.replace(true), was_portable: force_portable(self.is_portable) };
                 f()
             }
         }
@@ -80,15 +96,19 @@ impl Pool {
 
     /// Number of threads.
     pub fn thread_count(&self) -> usize {
-        self.0.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
+        self.threads.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
     }
 }
 
-/// Puts back what [`IS_ALONE`] was, also after a panic.
-struct Alone(bool);
+/// Puts back what was set for this thread, also after a panic.
+struct Alone {
+    was: bool,
+    was_portable: bool,
+}
 
 impl Drop for Alone {
     fn drop(&mut self) {
-        IS_ALONE.set(self.0);
+        IS_ALONE.set(self.was);
+        force_portable(self.was_portable);
     }
 }

@@ -245,6 +245,7 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
         resumes: spec.resumes,
         halvings: spec.halvings,
         threads: spec.threads,
+        portable_instructions: spec.portable_instructions,
     })
 }
 

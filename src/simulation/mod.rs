@@ -40,7 +40,7 @@ impl Simulation {
     /// For a tolerance below zero or not finite, for more than 1024 threads, and if the system grants no threads.
     pub fn new(settings: Settings) -> Result<Self, SimulationError> {
         error::check_settings(&settings)?;
-        let pool = Pool::new(settings.threads).map_err(SimulationError::Threads)?;
+        let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SimulationError::Threads)?;
         let (world, report, events) = (World::new(), Report::default(), Vec::new());
         Ok(Self { world, settings, pool, report, events, next_order: 0 })
     }

@@ -6,3 +6,4 @@ pub mod fan;
 pub mod membrane;
 pub mod path_work;
 pub mod polar;
+pub mod simd;

@@ -3,11 +3,9 @@
 //! With n the unit normal and t = tr U = √(|f₁|² + |f₂|² + 2|f₁×f₂|): R = (F + [f₂×n, n×f₁])/t and U = Rᵀ·F. At an area ratio
 //! of 1e-8 this R is orthonormal to rounding, where √det(FᵀF) has lost every digit.
 
+use super::simd::LANES;
 use crate::math::{Polar, Sym2};
 use glam::DVec3;
-
-/// Number of triangles that [`stretches`] takes at a time.
-pub const LANES: usize = 8;
 
 /// Polar decomposition of a membrane in space: the columns `f1`, `f2` of F are images of the rest axes.
 ///

@@ -9,7 +9,8 @@ use crate::math::Sym2;
 use crate::storage::NONE;
 use crate::systems::kernels::disc::disc_triangle_overlap;
 use crate::systems::kernels::membrane;
-use crate::systems::kernels::polar::{LANES, stretches};
+use crate::systems::kernels::polar::stretches;
+use crate::systems::kernels::simd::LANES;
 use glam::{DVec2, DVec3};
 
 /// A disc laid out on the surface.

@@ -140,6 +140,9 @@ pub struct RunSpec {
     /// Threads; 0 (default) means one per core. The results are the same bits for any number.
     #[serde(default)]
     pub threads: usize,
+    /// Use only the instructions that every processor of the family has; slower, the same results.
+    #[serde(default)]
+    pub portable_instructions: bool,
 }
 
 /// `[output]`.
