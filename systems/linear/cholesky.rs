@@ -4,10 +4,15 @@
 //! away: a factor serves until it needs more iterations than a new one costs. Everything here runs on one thread.
 
 use super::Operator;
+use super::panels::Panels;
 use super::pattern::Pattern;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::sparse::linalg::cholesky::{LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky};
-use faer::{Conj, MatMut, Par, Side, Spec};
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::{Par, Side, Spec};
 use glam::DVec3;
 
 /// A body's factor, with what can be kept from one to the next while triangles and free axes stay. *Derived.*
@@ -20,7 +25,8 @@ struct Parts {
     matrix: Vec<f64>,
     factor: Vec<f64>,
     is_factored: bool,
-    columns: Vec<f64>,
+    panels: Panels,
+    columns: Vec<f32>,
     memory: MemBuffer,
 }
 
@@ -52,17 +58,17 @@ impl Factor {
         self.0.as_mut().map_or(Err(NoFactor::Unavailable), |parts| parts.factorize(operator))
     }
 
-    /// The factor's answer \[mm\] to a residual, per vertex; zero along prescribed axes, and without a factor.
+    /// The factor's answer \[mm\] to a residual \[N\], per vertex; zero along prescribed axes, and without a factor.
     pub fn solve(&mut self, residual: &[DVec3]) -> impl Fn(usize) -> DVec3 + Sync {
+        // Scaled by a power of two, so that single precision neither over- nor underflows and loses nothing.
+        let largest = residual.iter().map(|r| r.abs().max_element()).fold(0.0, f64::max);
+        let scale = if largest.is_normal() { (-largest.log2().floor().clamp(-1000.0, 1000.0)).exp2() } else { 1.0 };
         let parts = self.0.as_mut().filter(|parts| parts.is_factored).map(|parts| {
-            parts.pattern.gather(residual, &mut parts.columns);
-            let n = parts.columns.len();
-            let columns = MatMut::from_column_major_slice_mut(&mut parts.columns, n, 1);
-            let stack = MemStack::new(&mut parts.memory);
-            LltRef::new(&parts.symbolic, &parts.factor).solve_in_place_with_conj(Conj::No, columns, Par::Seq, stack);
+            parts.pattern.gather(residual, scale, &mut parts.columns);
+            parts.panels.solve(&mut parts.columns);
             (&parts.pattern, &parts.columns)
         });
-        move |v| parts.map_or(DVec3::ZERO, |(pattern, columns)| pattern.at(columns, v))
+        move |v| parts.map_or(DVec3::ZERO, |(pattern, columns)| pattern.at(columns, v) / scale)
     }
 }
 
@@ -71,18 +77,16 @@ impl Parts {
         let pattern = Pattern::new(operator, free)?;
         // The pattern is in the order of elimination already.
         let ordering = SymmetricOrdering::Identity;
-        let symbolic =
-            factorize_symbolic_cholesky(pattern.symbolic(), Side::Upper, ordering, Default::default()).ok()?;
-        let needed = StackReq::any_of(&[
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
-        ]);
+        let threshold = SupernodalThreshold::FORCE_SUPERNODAL;
+        let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: threshold, ..Default::default() };
+        let symbolic = factorize_symbolic_cholesky(pattern.symbolic(), Side::Upper, ordering, params).ok()?;
+        let needed: StackReq = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         let memory = MemBuffer::try_new(needed).ok()?;
         let mut factor = Vec::new();
         factor.try_reserve_exact(symbolic.len_val()).ok()?;
         factor.resize(symbolic.len_val(), 0.0);
-        let columns = vec![0.0; pattern.column_count()];
-        Some(Self { pattern, symbolic, matrix: Vec::new(), factor, is_factored: false, columns, memory })
+        let (matrix, panels, columns) = (Vec::new(), Panels::default(), vec![0.0; pattern.column_count()]);
+        Some(Self { pattern, symbolic, matrix, factor, is_factored: false, panels, columns, memory })
     }
 
     fn factorize(&mut self, operator: &Operator) -> Result<(), NoFactor> {
@@ -92,8 +96,14 @@ impl Parts {
         let (bare, spec) = (Default::default(), Spec::default());
         let result =
             self.symbolic.factorize_numeric_llt(&mut self.factor, matrix, Side::Upper, bare, Par::Seq, stack, spec);
-        self.is_factored = result.is_ok();
         // The one thing that can go wrong here is a pivot that is not positive.
-        result.map(|_| ()).map_err(|_| NoFactor::Indefinite)
+        let result = result.map(|_| ()).map_err(|_| NoFactor::Indefinite);
+        self.is_factored = result.is_ok();
+        if self.is_factored
+            && let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw()
+        {
+            self.panels.fill(SupernodalLltRef::new(symbolic, &self.factor));
+        }
+        result
     }
 }

@@ -6,6 +6,8 @@ mod cg;
 mod cholesky;
 mod operator;
 #[cfg(feature = "direct")]
+mod panels;
+#[cfg(feature = "direct")]
 mod pattern;
 mod preconditioned;
 

@@ -133,19 +133,19 @@ impl Pattern {
         }
     }
 
-    /// Takes the free axes of a field into one number per column.
-    pub fn gather(&self, field: &[DVec3], columns: &mut [f64]) {
+    /// Takes the free axes of a field, times `scale`, into one number per column.
+    pub fn gather(&self, field: &[DVec3], scale: f64, columns: &mut [f32]) {
         let values = self.order.iter().flat_map(|&v| axes(self.free[v as usize]).map(move |axis| (v, axis)));
         for (column, (v, axis)) in columns.iter_mut().zip(values) {
-            *column = field[v as usize][axis];
+            *column = (field[v as usize][axis] * scale) as f32;
         }
     }
 
     /// The inverse of [`gather`](Self::gather) for one vertex; zero along prescribed axes.
-    pub fn at(&self, columns: &[f64], v: usize) -> DVec3 {
+    pub fn at(&self, columns: &[f32], v: usize) -> DVec3 {
         let mut value = DVec3::ZERO;
         for (k, axis) in axes(self.free[v]).enumerate() {
-            value[axis] = columns[self.first[v] as usize + k];
+            value[axis] = f64::from(columns[self.first[v] as usize + k]);
         }
         value
     }
