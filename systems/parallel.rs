@@ -4,6 +4,8 @@
 use super::kernels::simd::{force_portable, wide};
 use rayon::prelude::*;
 use std::cell::Cell;
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
 
 /// Rows per chunk: large enough that a chunk of the cheapest loop (a vector update, 1 ns a row) outweighs handing it to a
 /// thread, small enough that 5,000 triangles still fill two cores.
@@ -110,5 +112,37 @@ impl Drop for Alone {
     fn drop(&mut self) {
         IS_ALONE.set(self.was);
         force_portable(self.was_portable);
+    }
+}
+
+/// Work that goes on beside the steps, on a thread of its own; where the pool has one thread only, it is done when its result
+/// is asked for. Whoever uses it asks after a fixed number of steps, so that nothing depends on the number of threads.
+pub struct Aside<T>(Mutex<Work<T>>);
+
+enum Work<T> {
+    Running(JoinHandle<T>),
+    Waiting(Box<dyn FnOnce() -> T + Send>),
+}
+
+impl<T: Send + 'static> Aside<T> {
+    /// Begins `work` on `input`.
+    pub fn new<I: Send + Sync + 'static>(input: I, work: fn(&I) -> T) -> Self {
+        let input = Arc::new(input);
+        if !IS_ALONE.get() {
+            let input = Arc::clone(&input);
+            let thread = std::thread::Builder::new().name("rhexis-aside".into());
+            if let Ok(handle) = thread.spawn(move || work(&input)) {
+                return Self(Mutex::new(Work::Running(handle)));
+            }
+        }
+        Self(Mutex::new(Work::Waiting(Box::new(move || work(&input)))))
+    }
+
+    /// The result, when it is there; `None` where the work has panicked.
+    pub fn finish(self) -> Option<T> {
+        match self.0.into_inner().ok()? {
+            Work::Running(handle) => handle.join().ok(),
+            Work::Waiting(work) => Some(work()),
+        }
     }
 }

@@ -2,6 +2,7 @@
 //! of a mesh that is fine around every tip.
 
 use super::StepContext;
+use super::linear::Factor;
 use super::tearing::{
     Cutter, Followers, Quality, Surface, TearScratch, ThinOut, TipMemory, distance_to_triangle, plan_thin_out, size,
 };
@@ -28,7 +29,7 @@ const FORGOTTEN: f64 = 5.0;
 pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
-        (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
+        (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
         (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a TearDecisions),
         (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
@@ -36,7 +37,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (Option<&'a Planar>, Option<&'a PreStretch>),
     );
     for (
-        (vertices, triangles, topology, increment),
+        (vertices, triangles, topology, increment, factor),
         (refinement, refined, tearing, tips, decisions),
         (scratch, memory, audit),
         (holds, springs, grips),
@@ -57,7 +58,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         let is_planar = planar.is_some();
         let unstretched = PreStretch::unstretched(pre_stretch);
         let memory = Some(memory);
-        let followers = Followers { increment, memory, holds, springs, grips, point_loads, edge_loads, refined: None };
+        let followers = Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined: None };
         let mesh = Mesh { vertices, triangles, topology };
         let mut refiner =
             Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched };

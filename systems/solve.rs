@@ -7,7 +7,7 @@ use crate::components::{
 use crate::settings::{LinearParams, Preconditioner, Tangent};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
-use linear::{CgError, CgInfo, Factor, Operator};
+use linear::{CgError, CgInfo, Factor, Operator, Use};
 
 /// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
 const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
@@ -68,7 +68,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.delta.fill(DVec3::ZERO);
         }
         let params = linear_params(step, scratch, imbalance_before, force_scale);
-        let factor = wants_factor(step, &scratch.free).then_some(factor);
+        let factor = (factor, use_of_factor(step, &scratch.free));
         let mut rotated = None;
         match solve_or_fall_back(operator, &params, factor, forces, increment, scratch, &mut rotated) {
             Ok(info) => {
@@ -83,7 +83,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         {
             let used =
                 rotated.as_ref().map_or(operator, |frames| Operator { frames, is_exact: scratch.is_exact, ..operator });
-            reactions_of_linear_step(&used, forces, increment, scratch, step, (holds, reactions));
+            reactions_of_linear_step(&used, forces, increment, step, (holds, reactions));
         }
         if step.is_static {
             start_line_search(forces, increment, scratch);
@@ -148,13 +148,13 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(step.linear.tolerance), ..step.linear }
 }
 
-fn wants_factor(step: &StepContext, free: &[DVec3]) -> bool {
+fn use_of_factor(step: &StepContext, free: &[DVec3]) -> Use {
+    let is_small = || free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED;
     match step.preconditioner {
-        Preconditioner::Auto => {
-            step.is_static && free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED
-        }
-        Preconditioner::BlockJacobi => false,
-        Preconditioner::Cholesky => true,
+        Preconditioner::BlockJacobi => Use::None,
+        Preconditioner::Auto if !is_small() => Use::None,
+        Preconditioner::Auto if !step.is_static => Use::Aside,
+        Preconditioner::Auto | Preconditioner::Cholesky => Use::Wait,
     }
 }
 
@@ -162,14 +162,14 @@ fn wants_factor(step: &StepContext, free: &[DVec3]) -> bool {
 fn solve_or_fall_back(
     operator: Operator,
     params: &LinearParams,
-    mut factor: Option<&mut Factor>,
+    (factor, how): (&mut Factor, Use),
     forces: &mut Forces,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
     rotated: &mut Option<Frames>,
 ) -> Result<CgInfo, CgError> {
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
-        linear::solve(operator, params, factor.as_deref_mut(), &mut forces.corner, delta, scratch)
+        linear::solve(operator, params, (factor, how), &mut forces.corner, delta, scratch)
     };
     if !operator.is_exact {
         return solve(&operator, &mut increment.delta, scratch);
@@ -194,19 +194,16 @@ fn solve_or_fall_back(
 /// Constraint forces of a linearly implicit step: A·δ − b on the prescribed axes.
 fn reactions_of_linear_step(
     operator: &Operator,
-    forces: &mut Forces,
+    forces: &Forces,
     increment: &Increment,
-    scratch: &mut SolverScratch,
     step: &StepContext,
     (holds, reactions): (&Holds, &mut Reactions),
 ) {
-    let SolverScratch { free, product, partials, .. } = scratch;
-    operator.apply(&increment.delta, free, &mut forces.corner, product, partials);
     let vertices = operator.vertices;
     let (inertia, rate) = (step.inertia(), step.rate());
     record_reactions(holds, reactions, |v| {
         let momentum = increment.start_velocity[v] * rate - increment.displacement[v] * inertia;
-        product[v] - forces.nodal[v] - momentum * vertices.mass[v]
+        operator.apply_at(v, &increment.delta) - forces.nodal[v] - momentum * vertices.mass[v]
     });
 }
 

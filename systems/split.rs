@@ -2,6 +2,7 @@
 //! the mesh follows.
 
 use super::StepContext;
+use super::linear::Factor;
 use super::tearing::{Advance, Cutter, End, Followers, NewTip, Quality, TearRefusal, TearScratch, TipChart, TipMemory};
 use crate::components::{
     EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog, TearMode,
@@ -21,14 +22,14 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
         (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
-        (&'a mut TearScratch, Option<&'a mut TipMemory>),
+        (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
     );
     for (
         (vertices, triangles, topology, increment),
         (tearing, tips, decisions, log),
-        (scratch, memory),
+        (scratch, memory, factor),
         (holds, springs, grips),
         (point_loads, edge_loads, refined),
     ) in world.query_mut::<Query>()
@@ -51,7 +52,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let (advances_before, starts_before) = (log.advance_count, log.start_count);
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers { increment, memory, holds, springs, grips, point_loads, edge_loads, refined },
+            followers: Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined },
             tearing,
             tips,
             log,

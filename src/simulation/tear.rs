@@ -9,6 +9,7 @@ use crate::report::Report;
 use crate::schedule::{self, Stage};
 use crate::storage::{EditRecord, Mesh, TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
+use crate::systems::linear::Factor;
 use crate::systems::split::{add_tip, note_parted};
 use crate::systems::tearing::{Cutter, Followers, NewTip, Quality, TearRefusal, TearScratch, TipMemory};
 use glam::DVec3;
@@ -49,7 +50,7 @@ impl Simulation {
     /// Why the cut was not made; the body is as it was.
     pub fn cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
         type Query<'a> = (
-            (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
+            (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut TipMemory>),
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
             (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
@@ -57,13 +58,13 @@ impl Simulation {
         let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
         let (
-            (vertices, triangles, topology, increment),
+            (vertices, triangles, topology, increment, factor),
             (mut tips, log, scratch, memory),
             (holds, springs, grips),
             (point_loads, edge_loads, refined),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers = Followers { increment, memory, holds, springs, grips, point_loads, edge_loads, refined };
+        let mut followers = Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);

@@ -4,7 +4,7 @@ use super::VerifyError;
 use super::bodies::{Snapshot, operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
-use crate::systems::linear;
+use crate::systems::linear::{self, Factor, Use};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -24,6 +24,7 @@ pub fn lowest_frequencies(body: &Snapshot, free: &[DVec3], count: usize) -> Resu
 
     // A start without symmetry, so that no mode is orthogonal to it.
     let start = |(v, f): (usize, &DVec3)| *f * DVec3::new(1.0, (v as f64).cos(), (1.7 * v as f64).sin() + 0.5);
+    let mut factor = Factor::default();
     let mut basis: Vec<Vec<DVec3>> = Vec::new();
     let mut next: Vec<DVec3> = free.iter().enumerate().map(start).collect();
     let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::new());
@@ -35,7 +36,7 @@ pub fn lowest_frequencies(body: &Snapshot, free: &[DVec3], count: usize) -> Resu
         let last = &basis[basis.len() - 1];
         let mut image = vec![DVec3::ZERO; last.len()];
         scratch.residual = last.iter().zip(mass).zip(free).map(|((x, m), f)| *x * *m * *f).collect();
-        linear::solve(&operator, &params, None, &mut corner, &mut image, &mut scratch)?;
+        linear::solve(&operator, &params, (&mut factor, Use::Wait), &mut corner, &mut image, &mut scratch)?;
         diagonal.push(dot(last, &image));
         // Twice is enough (Kahan).
         for _ in 0..2 {

@@ -208,6 +208,28 @@ impl ElementTangent<'_> {
         ]
     }
 
+    /// The blocks K₁₁, K₁₂, K₂₂ \[N/mm\] of the stiffness.
+    pub fn blocks(&self) -> [DMat3; 3] {
+        let polar = &self.state.polar;
+        let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
+        let axes = DMat3::from_cols(r1, r2, r1.cross(r2));
+        // Columns of V·∂Π/∂a.
+        let unit = |k: usize| std::array::from_fn(|i| f64::from(u8::from(i == k)));
+        let law: [Mat; 4] = std::array::from_fn(|k| self.in_plane(unit(k)));
+        let [g1, g2] = self.rest.gradients.map(|g| g.to_array());
+        let block = |gi: [f64; 2], gj: [f64; 2]| {
+            let mut local = DMat3::ZERO;
+            for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                for (k, l) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    local.col_mut(column)[row] += gi[k] * law[2 * column + l][2 * row + k] * gj[l];
+                }
+            }
+            local.z_axis.z = self.geometric * DVec2::from_array(gi).dot(self.normal.apply(DVec2::from_array(gj)));
+            axes * local * axes.transpose()
+        };
+        [block(g1, g1), block(g1, g2), block(g2, g2)]
+    }
+
     /// The 3×3 block of corner `i` on the diagonal of the stiffness \[N/mm\].
     #[inline]
     pub fn diagonal_block(&self, i: usize) -> DMat3 {

@@ -14,7 +14,8 @@ pub fn invert_blocks(operator: &Operator, free: &[DVec3], inverse: &mut Vec<DMat
     parallel::for_rows(inverse, |v, inverse| *inverse = invert(operator.diagonal_block(v), free[v]));
 }
 
-fn invert(block: DMat3, free: DVec3) -> DMat3 {
+/// The inverse of a block \[mm/N\], restricted to the free axes.
+pub fn invert(block: DMat3, free: DVec3) -> DMat3 {
     // Prescribed rows and columns become those of the identity, and leave again after inversion.
     let mask = DMat3::from_diagonal(free);
     let trace = block.x_axis.x.abs() * free.x + block.y_axis.y.abs() * free.y + block.z_axis.z.abs() * free.z;

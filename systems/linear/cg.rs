@@ -33,7 +33,7 @@ pub enum CgError {
 }
 
 /// Solves A·x = b for the free axes of `x`, whose prescribed axes are given and stay. `scratch.residual` holds b on entry and
-/// the residual on exit; `scratch.free` is read; the other vectors are overwritten. `precondition(r, z, partials)` writes z ≈ A⁻¹·r
+/// the residual on exit; `scratch.free` is read; the other vectors are overwritten. `precondition(r, free, z, partials)` writes z ≈ A⁻¹·r
 /// with zeros along prescribed axes, and returns r·z.
 ///
 /// # Errors
@@ -44,7 +44,7 @@ pub fn solve(
     corner: &mut [[DVec3; 3]],
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
-    mut precondition: impl FnMut(&[DVec3], &mut [DVec3], &mut Vec<f64>) -> f64,
+    mut precondition: impl FnMut(&[DVec3], &[DVec3], &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
     let SolverScratch { free, residual, preconditioned, direction, product, partials, .. } = scratch;
@@ -62,11 +62,17 @@ pub fn solve(
     if !reference_sq.is_finite() {
         return Err(CgError::NotFinite { iteration: 0 });
     }
-    operator.apply(x, free, corner, product, partials);
-    let mut residual_sq = parallel::sum_rows(residual, partials, |v, r| {
-        *r = (*r - product[v]) * free[v];
-        r.length_squared()
-    });
+    let is_warm = x.iter().zip(&*free).any(|(x, free)| *x * *free != DVec3::ZERO);
+    let mut residual_sq = if is_warm {
+        operator.apply(x, free, corner, product, partials);
+        parallel::sum_rows(residual, partials, |v, r| {
+            *r = (*r - product[v]) * free[v];
+            r.length_squared()
+        })
+    } else {
+        residual.copy_from_slice(direction);
+        reference_sq
+    };
     if !(residual_sq <= reference_sq) {
         // A guess that is worse than none: start from the prescribed motion alone.
         parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
@@ -75,7 +81,7 @@ pub fn solve(
     }
 
     let target_sq = params.tolerance * params.tolerance * reference_sq;
-    let mut rz = precondition(residual, preconditioned, partials);
+    let mut rz = precondition(residual, free, preconditioned, partials);
     direction.copy_from_slice(preconditioned);
     let mut iteration = 0;
     while residual_sq > target_sq && iteration < params.iterations {
@@ -92,7 +98,7 @@ pub fn solve(
             *r -= product[v] * free[v] * alpha;
             r.length_squared()
         });
-        let next = precondition(residual, preconditioned, partials);
+        let next = precondition(residual, free, preconditioned, partials);
         let beta = next / rz;
         rz = next;
         parallel::for_rows(direction, |v, p| *p = preconditioned[v] + *p * beta);

@@ -32,8 +32,9 @@ pub struct Operator<'a> {
 }
 
 impl Operator<'_> {
+    /// The tangent of a triangle.
     #[inline]
-    fn element(&self, t: usize) -> ElementTangent<'_> {
+    pub fn element(&self, t: usize) -> ElementTangent<'_> {
         let volume = self.triangles.rest[t].area * self.triangles.thickness[t];
         let state: &ElementState = &self.frames.state[t];
         ElementTangent {
@@ -64,7 +65,9 @@ impl Operator<'_> {
         partials: &mut Vec<f64>,
     ) -> f64 {
         parallel::for_rows(corner, |t, corner| {
-            *corner = self.element(t).apply(self.triangles.corners[t].map(|v| u[v as usize]));
+            let u = self.triangles.corners[t].map(|v| u[v as usize]);
+            // Prescribed motion is zero but for a few triangles.
+            *corner = if u == [DVec3::ZERO; 3] { u } else { self.element(t).apply(u) };
         });
         // An incident entry is three times its triangle plus the corner: an index into the corners laid end to end.
         let corner = corner.as_flattened();
@@ -79,12 +82,12 @@ impl Operator<'_> {
         })
     }
 
-    /// Forces \[N/mm\] on the corners of triangle `t` for a unit displacement of one of them along an axis.
-    #[cfg(feature = "direct")]
-    pub fn element_column(&self, t: usize, corner: usize, axis: usize) -> [DVec3; 3] {
-        let mut unit = [DVec3::ZERO; 3];
-        unit[corner][axis] = 1.0;
-        self.element(t).apply(unit)
+    /// A·u \[N\] at the vertex `v` alone.
+    pub fn apply_at(&self, v: usize, u: &[DVec3]) -> DVec3 {
+        self.topology.incident[v].iter().fold(self.own_block(v) * u[v], |sum, &c| {
+            let (t, corner) = (c as usize / 3, c as usize % 3);
+            sum + self.element(t).apply(self.triangles.corners[t].map(|v| u[v as usize]))[corner]
+        })
     }
 
     /// The 3×3 block of vertex `v` on the diagonal \[N/mm\].

@@ -5,10 +5,10 @@
 //! neighbours that come earlier in the order, then its own down to the diagonal. The order is found on the graph of vertices,
 //! not of axes: the same quality from a graph of a quarter to a ninth of the size.
 
-use super::Operator;
+use super::snapshot::Snapshot;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::amd};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// The diagonal is raised by this fraction of its vertex' trace, so that what nothing holds (a piece torn free, a slack flap
 /// out of its plane) has a factor. Conjugate gradients take the error out again: softer than this over its stiffest direction
@@ -20,6 +20,7 @@ const SHIFT: f64 = 1e-10;
 pub struct Pattern {
     corners: Vec<[u32; 3]>,
     free: Vec<DVec3>,
+    incident: Incident,
     /// Vertices that have a free axis, in the order of elimination.
     order: Vec<u32>,
     /// First column of each vertex.
@@ -39,8 +40,10 @@ fn axes(free: DVec3) -> impl Iterator<Item = usize> + Clone {
 
 impl Pattern {
     /// The pattern of an operator; `None` where there is no free axis, or no memory.
-    pub fn new(operator: &Operator, free: &[DVec3]) -> Option<Self> {
-        let order = elimination_order(operator, free)?;
+    pub fn new(snapshot: &Snapshot) -> Option<Self> {
+        let Snapshot { corners, free, .. } = snapshot;
+        let incident = Incident::new(corners, free.len());
+        let order = elimination_order(corners, &incident, free)?;
         let mut place = vec![u32::MAX; free.len()];
         let mut first = vec![0; free.len()];
         let mut column_count = 0;
@@ -53,8 +56,9 @@ impl Pattern {
         let (mut column_start, mut row) = (vec![0], Vec::new());
         for &v in &order {
             let begin = earlier.len();
+            // Those that have no place have no free axis.
             let has_come = |w: &u32| place[*w as usize] < place[v as usize];
-            neighbours(operator, v as usize, has_come, &mut earlier);
+            neighbours(corners, incident.of(v as usize), has_come, &mut earlier);
             earlier[begin..].sort_unstable_by_key(|&w| place[w as usize]);
             earlier_start.push(earlier.len() as u32);
             for own in 0..axes(free[v as usize]).count() as u32 {
@@ -65,13 +69,18 @@ impl Pattern {
                 column_start.push(u32::try_from(row.len()).ok()?);
             }
         }
-        let corners = operator.triangles.corners.clone();
-        Some(Self { corners, free: free.to_vec(), order, first, earlier_start, earlier, column_start, row })
+        let (corners, free) = (corners.clone(), free.clone());
+        Some(Self { corners, free, incident, order, first, earlier_start, earlier, column_start, row })
     }
 
     /// Whether this is the pattern for these triangles and free axes.
     pub fn fits(&self, corners: &[[u32; 3]], free: &[DVec3]) -> bool {
         self.corners == corners && self.free == free
+    }
+
+    /// The free axes, 1 or 0.
+    pub fn free(&self) -> &[DVec3] {
+        &self.free
     }
 
     /// Number of free axes.
@@ -90,11 +99,11 @@ impl Pattern {
         SparseColMatRef::new(self.symbolic(), value)
     }
 
-    /// Writes the entries \[N/mm\] at the operator's state.
-    pub fn assemble(&self, operator: &Operator, value: &mut Vec<f64>) {
+    /// Writes the entries \[N/mm\].
+    pub fn assemble(&self, snapshot: &Snapshot, value: &mut Vec<f64>) {
         value.clear();
         value.resize(self.row.len(), 0.0);
-        // Offset of a neighbour's rows in the columns of the vertex at hand; what is not among its earlier ones is stale.
+        // Offset of a neighbour's rows in the columns of the vertex at hand, for its earlier neighbours and itself.
         let mut offset = vec![u32::MAX; self.free.len()];
         for (p, &v) in self.order.iter().enumerate() {
             let v = v as usize;
@@ -105,58 +114,73 @@ impl Pattern {
                 height += axes(self.free[w as usize]).count() as u32;
             }
             offset[v] = height;
-            let own = operator.own_block(v);
-            let mut trace = 0.0;
-            for (k, axis) in axes(self.free[v]).enumerate() {
-                let column = self.first[v] as usize + k;
-                let start = self.column_start[column] as usize;
-                let column = &mut value[start..self.column_start[column + 1] as usize];
-                for (entry, b) in column[height as usize..].iter_mut().zip(axes(self.free[v])) {
-                    *entry = own.col(axis)[b];
+            let columns = self.first[v] as usize;
+            let mut add = |w: usize, block: DMat3| {
+                for (k, axis) in axes(self.free[v]).enumerate() {
+                    let column = &mut value[self.column_start[columns + k] as usize..][offset[w] as usize..];
+                    // Of its own rows a column holds those down to the diagonal.
+                    let rows = axes(self.free[w]).take(if w == v { k + 1 } else { 3 });
+                    column.iter_mut().zip(rows).for_each(|(entry, b)| *entry += block.col(axis)[b]);
                 }
-                for &incident in &operator.topology.incident[v] {
-                    let (t, corner) = (incident as usize / 3, incident as usize % 3);
-                    let forces = operator.element_column(t, corner, axis);
-                    for (&w, force) in operator.triangles.corners[t].iter().zip(forces) {
-                        if w as usize == v || earlier.contains(&w) {
-                            let rows = column[offset[w as usize] as usize..].iter_mut();
-                            rows.zip(axes(self.free[w as usize])).for_each(|(entry, b)| *entry += force[b]);
-                        }
+            };
+            let mut own = snapshot.own[v];
+            for &entry in self.incident.of(v) {
+                let (t, corner) = (entry as usize / 3, entry as usize % 3);
+                for (i, &w) in self.corners[t].iter().enumerate() {
+                    if w as usize == v {
+                        own += snapshot.block(t, i, corner);
+                    } else if offset[w as usize] != u32::MAX {
+                        add(w as usize, snapshot.block(t, i, corner));
                     }
                 }
-                trace += column[height as usize + k].abs();
             }
-            for k in 0..axes(self.free[v]).count() {
-                let end = self.column_start[self.first[v] as usize + k + 1] as usize;
-                value[end - 1] += trace * SHIFT;
-            }
+            let shift = SHIFT * axes(self.free[v]).map(|axis| own.col(axis)[axis].abs()).sum::<f64>();
+            add(v, own + DMat3::from_diagonal(DVec3::splat(shift)));
+            earlier.iter().for_each(|&w| offset[w as usize] = u32::MAX);
+            offset[v] = u32::MAX;
         }
     }
 
-    /// Takes the free axes of a field, times `scale`, into one number per column.
-    pub fn gather(&self, field: &[DVec3], scale: f64, columns: &mut [f32]) {
-        let values = self.order.iter().flat_map(|&v| axes(self.free[v as usize]).map(move |axis| (v, axis)));
-        for (column, (v, axis)) in columns.iter_mut().zip(values) {
-            *column = (field[v as usize][axis] * scale) as f32;
-        }
-    }
-
-    /// The inverse of [`gather`](Self::gather) for one vertex; zero along prescribed axes.
-    pub fn at(&self, columns: &[f32], v: usize) -> DVec3 {
-        let mut value = DVec3::ZERO;
-        for (k, axis) in axes(self.free[v]).enumerate() {
-            value[axis] = f64::from(columns[self.first[v] as usize + k]);
-        }
-        value
+    /// The columns of a vertex' free axes, each with its axis.
+    #[inline]
+    pub fn columns(&self, v: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        axes(self.free[v]).enumerate().map(move |(k, axis)| (self.first[v] as usize + k, axis))
     }
 }
 
-/// Appends the neighbours of a vertex that pass, each once, ascending.
-fn neighbours(operator: &Operator, v: usize, passes: impl Fn(&u32) -> bool, list: &mut Vec<u32>) {
+/// The triangles around every vertex, in ascending order: three times the triangle plus the corner.
+#[derive(Debug)]
+struct Incident {
+    start: Vec<u32>,
+    entry: Vec<u32>,
+}
+
+impl Incident {
+    fn new(corners: &[[u32; 3]], vertex_count: usize) -> Self {
+        let mut start = vec![0; vertex_count + 1];
+        corners.iter().flatten().for_each(|&v| start[v as usize + 1] += 1);
+        (0..vertex_count).for_each(|v| start[v + 1] += start[v]);
+        let mut next = start.clone();
+        let mut entry = vec![0; 3 * corners.len()];
+        for (place, &v) in corners.as_flattened().iter().enumerate() {
+            entry[next[v as usize] as usize] = place as u32;
+            next[v as usize] += 1;
+        }
+        Self { start, entry }
+    }
+
+    fn of(&self, v: usize) -> &[u32] {
+        &self.entry[self.start[v] as usize..self.start[v + 1] as usize]
+    }
+}
+
+/// Appends the neighbours that pass, each once, ascending, of the vertex with these entries of [`Incident`].
+fn neighbours(corners: &[[u32; 3]], incident: &[u32], passes: impl Fn(&u32) -> bool, list: &mut Vec<u32>) {
     let begin = list.len();
-    for &incident in &operator.topology.incident[v] {
-        let corners = operator.triangles.corners[incident as usize / 3];
-        list.extend(corners.into_iter().filter(|w| *w as usize != v && passes(w)));
+    for &entry in incident {
+        let (t, corner) = (entry as usize / 3, entry as usize % 3);
+        let others = [corners[t][(corner + 1) % 3], corners[t][(corner + 2) % 3]];
+        list.extend(others.into_iter().filter(&passes));
     }
     list[begin..].sort_unstable();
     let mut kept = begin;
@@ -170,7 +194,7 @@ fn neighbours(operator: &Operator, v: usize, passes: impl Fn(&u32) -> bool, list
 }
 
 /// The vertices with a free axis by approximate minimum degree (Amestoy, Davis, Duff 1996).
-fn elimination_order(operator: &Operator, free: &[DVec3]) -> Option<Vec<u32>> {
+fn elimination_order(corners: &[[u32; 3]], incident: &Incident, free: &[DVec3]) -> Option<Vec<u32>> {
     let active: Vec<u32> = (0..free.len() as u32).filter(|&v| free[v as usize] != DVec3::ZERO).collect();
     if active.is_empty() {
         return None;
@@ -181,7 +205,7 @@ fn elimination_order(operator: &Operator, free: &[DVec3]) -> Option<Vec<u32>> {
     }
     let (mut start, mut row) = (vec![0_u32], Vec::new());
     for &v in &active {
-        neighbours(operator, v as usize, |w| number[*w as usize] < number[v as usize], &mut row);
+        neighbours(corners, incident.of(v as usize), |w| number[*w as usize] < number[v as usize], &mut row);
         start.push(row.len() as u32);
     }
     row.iter_mut().for_each(|w| *w = number[*w as usize]);

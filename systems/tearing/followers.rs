@@ -3,12 +3,15 @@
 use super::TipMemory;
 use crate::components::{EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs};
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
+use crate::systems::linear::Factor;
 
 /// Those that a body carries.
 #[derive(Debug)]
 pub struct Followers<'a> {
     /// Its increment: where the step started and how far it has come.
     pub increment: &'a mut Increment,
+    /// Its factor.
+    pub factor: &'a mut Factor,
     /// What the criterion keeps of the surroundings of tips.
     pub memory: Option<&'a mut TipMemory>,
     /// Prescribed vertices.
@@ -56,6 +59,7 @@ impl Followers<'_> {
         let tables = mesh.tables();
         for record in &*records {
             self.increment.follow(record);
+            self.factor.follow(record);
             if let Some(tips) = &mut tips {
                 tips.follow(record);
             }

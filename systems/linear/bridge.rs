@@ -1,0 +1,86 @@
+//! How the vertices of a mesh hang on those that it had when it was factored.
+//!
+//! Edits change the mesh; a factor of the mesh before them stays a good preconditioner if every new vertex takes the answer of
+//! the vertices it came from, and those around the edits add the answer of their own block: additive Schwarz, with the old
+//! mesh as its coarse space.
+
+use crate::storage::{Edit, EditRecord};
+use smallvec::SmallVec;
+
+/// The old vertices that a vertex takes its part from.
+type Link = SmallVec<[(u32, f32); 4]>;
+
+/// Links to more old vertices than this are cut down to the heaviest: a vertex in the middle of much refined tissue.
+const MOST_LINKS: usize = 4;
+
+/// The state of the vertices since the factor's snapshot. Empty until the first edit: then every vertex is an old one.
+#[derive(Clone, Debug, Default)]
+pub struct Bridge {
+    link: Vec<Link>,
+    is_touched: Vec<bool>,
+}
+
+impl Bridge {
+    /// Whether the mesh is the one that was factored.
+    pub fn is_empty(&self) -> bool {
+        self.link.is_empty()
+    }
+
+    /// Number of vertices now, once there was an edit.
+    pub fn vertex_count(&self) -> usize {
+        self.link.len()
+    }
+
+    /// The old vertices behind a vertex with their weights.
+    pub fn links(&self, v: usize) -> &[(u32, f32)] {
+        &self.link[v]
+    }
+
+    /// The vertices in the triangles that edits have touched.
+    pub fn touched(&self) -> impl Iterator<Item = usize> + '_ {
+        self.is_touched.iter().enumerate().filter(|&(_, &is_touched)| is_touched).map(|(v, _)| v)
+    }
+
+    /// Follows an edit.
+    pub fn follow(&mut self, record: &EditRecord) {
+        if self.is_empty() {
+            self.link.extend((0..record.first_vertex).map(|v| Link::from_slice(&[(v, 1.0)])));
+            self.is_touched.resize(record.first_vertex as usize, false);
+        }
+        for (_, parents) in record.created() {
+            let parts = parents.rows().iter().zip(parents.weights());
+            let link = self.blend(parts.map(|(&row, &weight)| (row, weight as f32)));
+            self.link.push(link);
+            self.is_touched.push(true);
+        }
+        if let Edit::Slide { vertex, towards, weight } = record.edit {
+            let weight = weight as f32;
+            self.link[vertex as usize] = self.blend([(vertex, 1.0 - weight), (towards, weight)].into_iter());
+        }
+        if let Some(removed) = &record.removed {
+            self.link.swap_remove(removed.vertex as usize);
+            self.is_touched.swap_remove(removed.vertex as usize);
+        }
+        let changed = record.changed_triangles.iter().map(|changed| changed.corners);
+        for v in changed.chain(record.new_triangles.iter().map(|new| new.corners)).flatten() {
+            self.is_touched[v as usize] = true;
+        }
+    }
+
+    fn blend(&self, parts: impl Iterator<Item = (u32, f32)>) -> Link {
+        let mut sum = Link::new();
+        for (row, part) in parts {
+            for &(old, weight) in &self.link[row as usize] {
+                match sum.iter_mut().find(|(known, _)| *known == old) {
+                    Some((_, known)) => *known += weight * part,
+                    None => sum.push((old, weight * part)),
+                }
+            }
+        }
+        sum.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        sum.truncate(MOST_LINKS);
+        let total: f32 = sum.iter().map(|(_, weight)| weight).sum();
+        sum.iter_mut().for_each(|(_, weight)| *weight /= total);
+        sum
+    }
+}

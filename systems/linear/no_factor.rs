@@ -1,0 +1,53 @@
+//! What stands in for a body's Cholesky factor without the feature `direct`: there never is one.
+
+use super::Operator;
+use crate::storage::EditRecord;
+use glam::DVec3;
+
+/// No factor.
+#[derive(Debug, Default)]
+pub struct Factor;
+
+/// Why there is no factor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoFactor {
+    /// The operator is not positive definite.
+    Indefinite,
+    /// The feature is missing.
+    Unavailable,
+}
+
+impl Factor {
+    /// False.
+    pub fn is_of(&self, _corners: &[[u32; 3]], _free: &[DVec3]) -> bool {
+        false
+    }
+
+    /// Does nothing.
+    ///
+    /// # Errors
+    /// Always: there is none.
+    pub fn renew(&mut self, _operator: &Operator, _free: &[DVec3]) -> Result<(), NoFactor> {
+        Err(NoFactor::Unavailable)
+    }
+
+    /// False.
+    pub fn is_ready(&mut self, _operator: &Operator, _free: &[DVec3]) -> bool {
+        false
+    }
+
+    /// Nothing.
+    pub fn has_served(&mut self, _iterations: u32, _operator: &Operator, _free: &[DVec3]) {}
+
+    /// Nothing.
+    pub fn follow(&mut self, _record: &EditRecord) {}
+
+    /// Nothing.
+    pub fn begin(&mut self, _operator: &Operator, _free: &[DVec3]) {}
+
+    /// Zero.
+    pub fn apply(&mut self, _r: &[DVec3], _free: &[DVec3], z: &mut [DVec3], _partials: &mut Vec<f64>) -> f64 {
+        z.fill(DVec3::ZERO);
+        0.0
+    }
+}

@@ -1,0 +1,45 @@
+//! The operator's numbers by themselves, to be factored while the body goes on: nothing here refers to the body.
+
+use super::Operator;
+use crate::systems::parallel;
+use glam::{DMat3, DVec3};
+
+/// The operator at one state.
+#[derive(Debug, Default)]
+pub struct Snapshot {
+    /// Corners of the triangles.
+    pub corners: Vec<[u32; 3]>,
+    /// Per triangle the blocks K₁₁, K₁₂, K₂₂ \[N/mm\]; those of corner 0 follow, as a translation exerts no force.
+    pub blocks: Vec<[DMat3; 3]>,
+    /// Mass and external stiffness of every vertex \[N/mm\].
+    pub own: Vec<DMat3>,
+    /// 1 along free axes, 0 along prescribed ones.
+    pub free: Vec<DVec3>,
+}
+
+impl Snapshot {
+    /// The operator as it is, over these free axes.
+    pub fn new(operator: &Operator, free: &[DVec3]) -> Self {
+        let corners = operator.triangles.corners.clone();
+        let (mut blocks, mut own) = (vec![[DMat3::ZERO; 3]; corners.len()], vec![DMat3::ZERO; free.len()]);
+        parallel::for_rows(&mut blocks, |t, blocks| *blocks = operator.element(t).blocks());
+        parallel::for_rows(&mut own, |v, own| *own = operator.own_block(v));
+        Self { corners, blocks, own, free: free.to_vec() }
+    }
+
+    /// The block of corners `i` and `j` of a triangle.
+    pub fn block(&self, t: usize, i: usize, j: usize) -> DMat3 {
+        let [k11, k12, k22] = &self.blocks[t];
+        match (i, j) {
+            (1, 1) => *k11,
+            (1, 2) => *k12,
+            (2, 1) => k12.transpose(),
+            (2, 2) => *k22,
+            (0, 0) => *k11 + *k12 + k12.transpose() + *k22,
+            (0, 1) => -(*k11 + k12.transpose()),
+            (1, 0) => -(*k11 + *k12),
+            (0, _) => -(*k12 + *k22),
+            _ => -(k12.transpose() + *k22),
+        }
+    }
+}
