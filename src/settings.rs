@@ -17,15 +17,17 @@ pub enum Tangent {
 /// solve's tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preconditioner {
-    /// A Cholesky factor in static solves of bodies with up to 200,000 free axes, block Jacobi elsewhere.
+    /// For bodies with up to 200,000 free axes a Cholesky factor: in static solves renewed on the spot, in dynamic steps
+    /// made aside on a thread of its own, taking effect a fixed number of solves later and kept while it is better than none,
+    /// edits of the mesh included. Block Jacobi elsewhere and meanwhile.
     #[default]
     Auto,
     /// The inverse of each vertex' own block: no memory and no time to set up, but hundreds of iterations per solve, more the
     /// finer the mesh. Right for dynamic steps, whose inertia and loose tolerance keep them few, and where memory is short.
     BlockJacobi,
-    /// A sparse Cholesky factor of the operator, kept while it serves: one to ten iterations per solve. Right for static
-    /// solves, for tight tolerances and for dynamic steps of a body that moves little and does not tear. A factor of a sheet
-    /// of 100,000 free axes takes 0.1 GB and half a second. Without the crate's feature `direct` this is block Jacobi.
+    /// A sparse Cholesky factor of the operator, renewed on the spot as soon as it needs more than ten iterations: one to ten
+    /// per solve, and a step now and then that takes as long as twenty others. Right for static solves and for tight
+    /// tolerances. A factor of a sheet of 100,000 free axes takes 0.1 GB and half a second. Without the crate's feature `direct` this is block Jacobi.
     Cholesky,
 }
 

@@ -115,12 +115,13 @@ impl Drop for Alone {
     }
 }
 
-/// Work that goes on beside the steps, on a thread of its own; where the pool has one thread only, it is done when its result
-/// is asked for. Whoever uses it asks after a fixed number of steps, so that nothing depends on the number of threads.
+/// Work that goes on beside the steps, on a thread of its own. Whoever uses it asks for the result after a fixed number of
+/// steps, so that nothing depends on how fast that thread is.
 pub struct Aside<T>(Mutex<Work<T>>);
 
 enum Work<T> {
     Running(JoinHandle<T>),
+    /// The system grants no thread: done when its result is asked for.
     Waiting(Box<dyn FnOnce() -> T + Send>),
 }
 
@@ -128,14 +129,12 @@ impl<T: Send + 'static> Aside<T> {
     /// Begins `work` on `input`.
     pub fn new<I: Send + Sync + 'static>(input: I, work: fn(&I) -> T) -> Self {
         let input = Arc::new(input);
-        if !IS_ALONE.get() {
-            let input = Arc::clone(&input);
-            let thread = std::thread::Builder::new().name("rhexis-aside".into());
-            if let Ok(handle) = thread.spawn(move || work(&input)) {
-                return Self(Mutex::new(Work::Running(handle)));
-            }
-        }
-        Self(Mutex::new(Work::Waiting(Box::new(move || work(&input)))))
+        let shared = Arc::clone(&input);
+        let thread = std::thread::Builder::new().name("rhexis-aside".into());
+        Self(Mutex::new(match thread.spawn(move || work(&shared)) {
+            Ok(handle) => Work::Running(handle),
+            Err(_) => Work::Waiting(Box::new(move || work(&input))),
+        }))
     }
 
     /// The result, when it is there; `None` where the work has panicked.

@@ -58,7 +58,8 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         let is_planar = planar.is_some();
         let unstretched = PreStretch::unstretched(pre_stretch);
         let memory = Some(memory);
-        let followers = Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined: None };
+        let followers =
+            Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined: None };
         let mesh = Mesh { vertices, triangles, topology };
         let mut refiner =
             Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched };

@@ -4,7 +4,7 @@ mod common;
 
 use common::Square;
 use rhexis::components::Tearing;
-use rhexis::settings::Settings;
+use rhexis::settings::{Preconditioner, Settings};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
 
@@ -22,10 +22,13 @@ fn allocations(work: impl FnOnce()) -> usize {
 #[test]
 fn a_warm_step_allocates_nothing() {
     let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
-    for threads in [1, 2] {
+    for (threads, preconditioner) in
+        [(1, Preconditioner::BlockJacobi), (2, Preconditioner::BlockJacobi), (1, Preconditioner::Auto)]
+    {
         let square = Square { tearing: strong, ..Square::new([40, 34], 60.0) };
-        let mut run = square.spawn(Settings { threads, ..Settings::default() });
-        for _ in 0..20 {
+        let mut run = square.spawn(Settings { threads, preconditioner, ..Settings::default() });
+        // The first factor of this square is in effect after 23.
+        for _ in 0..40 {
             run.simulation.step(1.0).unwrap();
         }
         let count = allocations(|| {
@@ -33,12 +36,18 @@ fn a_warm_step_allocates_nothing() {
                 run.simulation.step(1.0).unwrap();
             }
         });
-        println!("{threads} threads: {count} allocations in 1000 elastic steps");
+        println!("{threads} threads, {preconditioner:?}: {count} allocations in 1000 elastic steps");
+        if preconditioner == Preconditioner::Auto {
+            // A new factor, every few hundred steps of a sheet that is drawn out steadily, takes its own memory, aside.
+            assert!(count < 500, "{count}");
+            continue;
+        }
         // The queue through which rayon lets a pool in has blocks of 63 places: one block per 63 steps.
         assert!(count <= if threads == 1 { 0 } else { 1000 / 63 + 2 }, "{threads} threads: {count}");
     }
 
-    let mut run = Square::new([40, 34], 60.0).spawn(Settings { threads: 1, ..Settings::default() });
+    let settings = Settings { threads: 1, preconditioner: Preconditioner::BlockJacobi, ..Settings::default() };
+    let mut run = Square::new([40, 34], 60.0).spawn(settings);
     run.stretch_to(0.65);
     // The first dynamic step after static ones.
     run.simulation.step(2.0).unwrap();

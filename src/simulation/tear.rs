@@ -64,7 +64,8 @@ impl Simulation {
             (point_loads, edge_loads, refined),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers = Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined };
+        let mut followers =
+            Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);

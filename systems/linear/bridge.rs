@@ -8,7 +8,7 @@ use crate::storage::{Edit, EditRecord};
 use smallvec::SmallVec;
 
 /// The old vertices that a vertex takes its part from.
-type Link = SmallVec<[(u32, f32); 4]>;
+type Link = SmallVec<[(u32, f64); 4]>;
 
 /// Links to more old vertices than this are cut down to the heaviest: a vertex in the middle of much refined tissue.
 const MOST_LINKS: usize = 4;
@@ -32,7 +32,7 @@ impl Bridge {
     }
 
     /// The old vertices behind a vertex with their weights.
-    pub fn links(&self, v: usize) -> &[(u32, f32)] {
+    pub fn links(&self, v: usize) -> &[(u32, f64)] {
         &self.link[v]
     }
 
@@ -49,12 +49,11 @@ impl Bridge {
         }
         for (_, parents) in record.created() {
             let parts = parents.rows().iter().zip(parents.weights());
-            let link = self.blend(parts.map(|(&row, &weight)| (row, weight as f32)));
+            let link = self.blend(parts.map(|(&row, &weight)| (row, weight)));
             self.link.push(link);
             self.is_touched.push(true);
         }
         if let Edit::Slide { vertex, towards, weight } = record.edit {
-            let weight = weight as f32;
             self.link[vertex as usize] = self.blend([(vertex, 1.0 - weight), (towards, weight)].into_iter());
         }
         if let Some(removed) = &record.removed {
@@ -67,7 +66,7 @@ impl Bridge {
         }
     }
 
-    fn blend(&self, parts: impl Iterator<Item = (u32, f32)>) -> Link {
+    fn blend(&self, parts: impl Iterator<Item = (u32, f64)>) -> Link {
         let mut sum = Link::new();
         for (row, part) in parts {
             for &(old, weight) in &self.link[row as usize] {
@@ -79,7 +78,7 @@ impl Bridge {
         }
         sum.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         sum.truncate(MOST_LINKS);
-        let total: f32 = sum.iter().map(|(_, weight)| weight).sum();
+        let total: f64 = sum.iter().map(|(_, weight)| weight).sum();
         sum.iter_mut().for_each(|(_, weight)| *weight /= total);
         sum
     }

@@ -18,8 +18,23 @@ pub struct Cholesky {
     symbolic: SymbolicCholesky<u32>,
     matrix: Vec<f64>,
     factor: Vec<f64>,
-    panels: Panels,
+    panels: Either,
     memory: MemBuffer,
+}
+
+/// The factor to solve with, in single or double precision.
+enum Either {
+    Single(Panels<f32>),
+    Double(Panels<f64>),
+}
+
+/// The precision of solves with a factor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// Half the time. For dynamic steps.
+    Single,
+    /// For static solves, in which nothing may hold a piece.
+    Double,
 }
 
 /// Why there is no factor.
@@ -36,10 +51,15 @@ impl Cholesky {
     ///
     /// # Errors
     /// Where the operator is not positive definite, or there is no memory.
-    pub fn new(snapshot: &Snapshot, before: Option<Self>) -> Result<Self, NoFactor> {
+    pub fn new(snapshot: &Snapshot, precision: Precision, before: Option<Self>) -> Result<Self, NoFactor> {
         // First gone, then new: there is never memory for two.
         let kept = before.filter(|before| before.fits(&snapshot.corners, &snapshot.free));
         let mut factor = kept.map_or_else(|| Self::empty(snapshot).ok_or(NoFactor::Unavailable), Ok)?;
+        factor.panels = match (precision, factor.panels) {
+            (Precision::Single, kept @ Either::Single(_)) | (Precision::Double, kept @ Either::Double(_)) => kept,
+            (Precision::Single, _) => Either::Single(Panels::default()),
+            (Precision::Double, _) => Either::Double(Panels::default()),
+        };
         factor.factorize(snapshot)?;
         Ok(factor)
     }
@@ -56,7 +76,8 @@ impl Cholesky {
         let mut factor = Vec::new();
         factor.try_reserve_exact(symbolic.len_val()).ok()?;
         factor.resize(symbolic.len_val(), 0.0);
-        Some(Self { pattern, symbolic, matrix: Vec::new(), factor, panels: Panels::default(), memory })
+        let panels = Either::Single(Panels::default());
+        Some(Self { pattern, symbolic, matrix: Vec::new(), factor, panels, memory })
     }
 
     fn factorize(&mut self, snapshot: &Snapshot) -> Result<(), NoFactor> {
@@ -69,7 +90,11 @@ impl Cholesky {
         // The one thing that can go wrong here is a pivot that is not positive.
         result.map(|_| ()).map_err(|_| NoFactor::Indefinite)?;
         if let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() {
-            self.panels.fill(SupernodalLltRef::new(symbolic, &self.factor));
+            let factor = SupernodalLltRef::new(symbolic, &self.factor);
+            match &mut self.panels {
+                Either::Single(panels) => panels.fill(factor),
+                Either::Double(panels) => panels.fill(factor),
+            }
         }
         Ok(())
     }
@@ -96,7 +121,10 @@ impl Cholesky {
     }
 
     /// Replaces `x`, one number per column, by the factor's answer to it.
-    pub fn solve(&mut self, x: &mut [f32]) {
-        self.panels.solve(x);
+    pub fn solve(&mut self, x: &mut [f64]) {
+        match &mut self.panels {
+            Either::Single(panels) => panels.solve(x),
+            Either::Double(panels) => panels.solve(x),
+        }
     }
 }

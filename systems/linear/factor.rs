@@ -4,20 +4,22 @@
 //! the operator, and takes effect a fixed number of solves later, so that no step waits and no result depends on threads;
 //! meanwhile the old one serves, across edits by its [`Bridge`]. A static solve, which can wait, renews it on the spot.
 
+use super::Operator;
 use super::block_jacobi::invert;
 use super::bridge::Bridge;
-use super::cholesky::Cholesky;
 pub use super::cholesky::NoFactor;
+use super::cholesky::{Cholesky, Precision};
 use super::snapshot::Snapshot;
-use super::Operator;
 use crate::storage::EditRecord;
 use crate::systems::parallel::{self, Aside};
 use glam::{DMat3, DVec3};
 
 /// Iterations of a dynamic solve from which on a new factor is made: with a present one it takes one or two.
 const STALE: u32 = 4;
-/// Iterations from which on the factor is worse than none: each costs about as much as three without it.
-const WORSE_THAN_NONE: u32 = 20;
+/// An iteration with the factor costs about as much as so many without it.
+const COST: u32 = 3;
+/// What a solve without it is taken to need, in iterations, as long as there has been none: a sheet of 500 triangles.
+const WITHOUT: u32 = 60;
 /// So often in a row a factor may be worse than none when it should have served, until it is left alone for a while.
 const STRIKES: u32 = 3;
 /// Solves for which it is then left alone.
@@ -34,6 +36,8 @@ fn delay(free: &[DVec3]) -> u32 {
 pub struct Factor {
     current: Option<Box<InUse>>,
     pending: Option<Pending>,
+    /// Iterations of the last solve without it; zero before the first.
+    without: u32,
     strikes: u32,
     rest: u32,
 }
@@ -44,7 +48,7 @@ struct InUse {
     /// Solves it has served.
     served: u32,
     is_worse_than_none: bool,
-    columns: Vec<f32>,
+    columns: Vec<f64>,
     /// Inverse blocks of the vertices that edits have touched.
     touched: Vec<(usize, DMat3)>,
 }
@@ -89,7 +93,7 @@ impl Factor {
     pub fn renew(&mut self, operator: &Operator, free: &[DVec3]) -> Result<(), NoFactor> {
         self.pending = None;
         let before = self.current.take().map(|current| current.cholesky);
-        let cholesky = Cholesky::new(&Snapshot::new(operator, free), before)?;
+        let cholesky = Cholesky::new(&Snapshot::new(operator, free), Precision::Double, before)?;
         self.current = Some(InUse::new(cholesky, Bridge::default()));
         Ok(())
     }
@@ -120,7 +124,8 @@ impl Factor {
     }
 
     fn renew_aside(&mut self, operator: &Operator, free: &[DVec3]) {
-        let job = Aside::new(Snapshot::new(operator, free), |snapshot| Cholesky::new(snapshot, None));
+        let job =
+            Aside::new(Snapshot::new(operator, free), |snapshot| Cholesky::new(snapshot, Precision::Single, None));
         self.pending = Some(Pending { job, bridge: Bridge::default(), left: delay(free) });
     }
 
@@ -128,7 +133,8 @@ impl Factor {
     pub fn has_served(&mut self, iterations: u32, operator: &Operator, free: &[DVec3]) {
         let Some(current) = &mut self.current else { return };
         current.served += 1;
-        if iterations > WORSE_THAN_NONE {
+        let without = if self.without == 0 { WITHOUT } else { self.without };
+        if iterations * COST > without {
             current.is_worse_than_none = true;
             self.strikes = if current.served <= delay(free) { self.strikes + 1 } else { 0 };
             if self.strikes >= STRIKES {
@@ -140,6 +146,11 @@ impl Factor {
         if iterations > STALE && self.pending.is_none() {
             self.renew_aside(operator, free);
         }
+    }
+
+    /// After a dynamic solve without it.
+    pub fn has_rested(&mut self, iterations: u32) {
+        self.without = iterations;
     }
 
     /// Follows an edit of the mesh.
@@ -175,7 +186,7 @@ impl Factor {
             let own = [(v as u32, 1.0)];
             for &(old, weight) in if bridge.is_empty() { &own } else { bridge.links(v) } {
                 for (column, axis) in cholesky.columns(old as usize) {
-                    columns[column] += weight * (r[axis] * scale) as f32;
+                    columns[column] += weight * r[axis] * scale;
                 }
             }
         }
@@ -183,13 +194,13 @@ impl Factor {
         let cholesky = &*cholesky;
         let old_part = |v: usize| {
             let mut part = DVec3::ZERO;
-            cholesky.columns(v).for_each(|(column, axis)| part[axis] = f64::from(columns[column]));
+            cholesky.columns(v).for_each(|(column, axis)| part[axis] = columns[column]);
             part
         };
         parallel::for_rows(z, |v, z| {
             let sum = match bridge.is_empty() {
                 true => old_part(v),
-                false => bridge.links(v).iter().map(|&(old, w)| old_part(old as usize) * f64::from(w)).sum(),
+                false => bridge.links(v).iter().map(|&(old, w)| old_part(old as usize) * w).sum(),
             };
             *z = sum * free[v] / scale;
         });

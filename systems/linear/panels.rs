@@ -1,19 +1,49 @@
-//! A Cholesky factor laid out for solving with it: one dense panel of single-precision numbers per supernode.
+//! A Cholesky factor laid out for solving with it: one dense panel of numbers per supernode.
 //!
 //! A supernode is a run of columns of L with the same rows: a triangle T on the diagonal and a rectangle B under it. Solving
 //! with L takes y = T⁻¹·x and subtracts B·y from the rows below; solving with Lᵀ is the transpose of that. Both are products
 //! with the one panel P = [T⁻¹; B·T⁻¹], which is therefore what is stored: no chain of dependent divisions is left, and every
 //! number is read once on the way down and once on the way up.
 //!
-//! Single precision is enough of a preconditioner and halves the memory that a solve waits for. Whatever the rounding, the
-//! product FᵀF of one pass and its transpose stays positive semidefinite.
+//! Single precision halves the memory that a solve waits for and is enough of a preconditioner where inertia holds every
+//! vertex. Where nothing may hold a piece of the body, its free motion takes double precision: a rounding error in the forces
+//! on it is answered with the inverse of next to nothing.
 
 use crate::systems::kernels::simd::{LANES, wide};
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
+use std::ops::{AddAssign, Mul, Neg, SubAssign};
+
+/// The numbers of a panel: `f32` or `f64`.
+pub trait Real: Copy + Default + AddAssign + SubAssign + Mul<Output = Self> + Neg<Output = Self> {
+    /// The nearest number.
+    fn nearest(x: f64) -> Self;
+    /// The same number.
+    fn to_f64(self) -> f64;
+}
+
+impl Real for f32 {
+    fn nearest(x: f64) -> Self {
+        x as Self
+    }
+
+    fn to_f64(self) -> f64 {
+        self.into()
+    }
+}
+
+impl Real for f64 {
+    fn nearest(x: f64) -> Self {
+        x
+    }
+
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
 
 /// A factor's panels. The layout of one with `w` columns: blocks of eight rows, in each block the columns one after the other.
 #[derive(Debug, Default)]
-pub struct Panels {
+pub struct Panels<T> {
     /// First column of each supernode, and the number of columns at the end.
     first: Vec<u32>,
     /// Where each supernode's rows below its triangle begin in `row`; one more entry at the end.
@@ -21,14 +51,16 @@ pub struct Panels {
     row: Vec<u32>,
     /// Where each panel begins in `block`; one more entry at the end.
     block_start: Vec<usize>,
-    block: Vec<[f32; LANES]>,
+    block: Vec<[T; LANES]>,
     /// A panel's input or output.
-    work: Vec<[f32; LANES]>,
-    /// The panel at hand, by columns, in double precision.
+    work: Vec<[T; LANES]>,
+    /// One number per column.
+    column: Vec<T>,
+    /// The panel at hand, by columns.
     panel: Vec<f64>,
 }
 
-impl Panels {
+impl<T: Real> Panels<T> {
     /// Takes over a factor.
     pub fn fill(&mut self, factor: SupernodalLltRef<'_, u32, f64>) {
         let symbolic = factor.symbolic();
@@ -50,8 +82,8 @@ impl Panels {
             times_inverse_of_triangle(&mut self.panel, height, width);
             for top in (0..height).step_by(LANES) {
                 for column in self.panel.chunks_exact(height) {
-                    let mut lanes = [0.0; LANES];
-                    lanes.iter_mut().zip(&column[top..]).for_each(|(lane, x)| *lane = *x as f32);
+                    let mut lanes = [T::default(); LANES];
+                    lanes.iter_mut().zip(&column[top..]).for_each(|(lane, x)| *lane = T::nearest(*x));
                     self.block.push(lanes);
                 }
             }
@@ -60,26 +92,29 @@ impl Panels {
         self.first.push(symbolic.ncols() as u32);
         self.row_start.push(self.row.len() as u32);
         self.block_start.push(self.block.len());
-        self.work.resize(tallest.div_ceil(LANES), [0.0; LANES]);
+        self.work.resize(tallest.div_ceil(LANES), [T::default(); LANES]);
+        self.column.resize(symbolic.ncols(), T::default());
     }
 
     /// Replaces `x`, one number per column, by (L·Lᵀ)⁻¹·x.
-    pub fn solve(&mut self, x: &mut [f32]) {
-        let mut work = std::mem::take(&mut self.work);
+    pub fn solve(&mut self, x: &mut [f64]) {
+        let (mut work, mut column) = (std::mem::take(&mut self.work), std::mem::take(&mut self.column));
         wide(|| {
+            column.iter_mut().zip(&*x).for_each(|(column, x)| *column = T::nearest(*x));
             for s in 0..self.first.len() - 1 {
-                self.down(s, x, &mut work);
+                self.down(s, &mut column, &mut work);
             }
             for s in (0..self.first.len() - 1).rev() {
-                self.up(s, x, &mut work);
+                self.up(s, &mut column, &mut work);
             }
+            x.iter_mut().zip(&column).for_each(|(x, column)| *x = column.to_f64());
         });
-        self.work = work;
+        (self.work, self.column) = (work, column);
     }
 
     /// First column and width of a supernode, its rows below and its panel.
     #[inline]
-    fn panel(&self, s: usize) -> (usize, usize, &[u32], &[[f32; LANES]]) {
+    fn panel(&self, s: usize) -> (usize, usize, &[u32], &[[T; LANES]]) {
         let (first, end) = (self.first[s] as usize, self.first[s + 1] as usize);
         let row = &self.row[self.row_start[s] as usize..self.row_start[s + 1] as usize];
         (first, end - first, row, &self.block[self.block_start[s]..self.block_start[s + 1]])
@@ -87,12 +122,12 @@ impl Panels {
 
     /// x ← T⁻¹·x in the supernode's columns, x ← x − B·T⁻¹·x in its rows below.
     #[inline]
-    fn down(&self, s: usize, x: &mut [f32], work: &mut [[f32; LANES]]) {
+    fn down(&self, s: usize, x: &mut [T], work: &mut [[T; LANES]]) {
         let (first, width, row, blocks) = self.panel(s);
         let (columns, out) = (&x[first..first + width], &mut work[..blocks.len() / width]);
         for (block, out) in blocks.chunks_exact(width).zip(&mut *out) {
-            let mut sum = [0.0_f32; LANES];
-            for (lanes, x) in block.iter().zip(columns) {
+            let mut sum = [T::default(); LANES];
+            for (lanes, &x) in block.iter().zip(columns) {
                 for l in 0..LANES {
                     sum[l] += lanes[l] * x;
                 }
@@ -101,18 +136,18 @@ impl Panels {
         }
         let out = out.as_flattened();
         x[first..first + width].copy_from_slice(&out[..width]);
-        for (&i, change) in row.iter().zip(&out[width..]) {
+        for (&i, &change) in row.iter().zip(&out[width..]) {
             x[i as usize] -= change;
         }
     }
 
     /// The transpose of [`down`](Self::down).
     #[inline]
-    fn up(&self, s: usize, x: &mut [f32], work: &mut [[f32; LANES]]) {
+    fn up(&self, s: usize, x: &mut [T], work: &mut [[T; LANES]]) {
         let (first, width, row, blocks) = self.panel(s);
         let input = &mut work[..blocks.len() / width];
         if let Some(last) = input.last_mut() {
-            *last = [0.0; LANES];
+            *last = [T::default(); LANES];
         }
         let flat = input.as_flattened_mut();
         flat[..width].copy_from_slice(&x[first..first + width]);
@@ -124,7 +159,7 @@ impl Panels {
         let mut start = 0;
         while start < width {
             let count = ABREAST.min(width - start);
-            let mut sums = [[0.0_f32; LANES]; ABREAST];
+            let mut sums = [[T::default(); LANES]; ABREAST];
             if count == ABREAST {
                 for (block, input) in blocks.chunks_exact(width).zip(&*input) {
                     let block = &block[start..start + ABREAST];
@@ -144,11 +179,24 @@ impl Panels {
                 }
             }
             for (x, s) in columns[start..start + count].iter_mut().zip(&sums) {
-                *x = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+                *x = sum(s);
             }
             start += count;
         }
     }
+}
+
+/// The sum of the lanes, halves first.
+#[inline]
+fn sum<T: Real>(lanes: &[T; LANES]) -> T {
+    let mut lanes = *lanes;
+    for half in [4, 2, 1] {
+        for l in 0..half {
+            let other = lanes[l + half];
+            lanes[l] += other;
+        }
+    }
+    lanes[0]
 }
 
 /// [T; B] ← [T⁻¹; B·T⁻¹] for a panel by columns with a lower triangle T on top; zeros above the diagonal.

@@ -70,10 +70,14 @@ pub fn solve(
     }
     let mut inverse = std::mem::take(&mut scratch.inverse_block);
     block_jacobi::invert_blocks(operator, &scratch.free, &mut inverse);
-    let precondition =
-        |r: &[DVec3], _: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| block_jacobi::apply(&inverse, r, z, partials);
+    let precondition = |r: &[DVec3], _: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| {
+        block_jacobi::apply(&inverse, r, z, partials)
+    };
     let info = cg::solve(operator, params, corner, x, scratch, precondition);
     scratch.inverse_block = inverse;
+    if let (Use::Aside, Ok(info)) = (how, &info) {
+        factor.has_rested(info.iterations);
+    }
     info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
 }
 
