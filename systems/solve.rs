@@ -4,10 +4,10 @@ use super::{StepContext, kernels::membrane::shear_majorant, linear, parallel};
 use crate::components::{
     Damping, ExternalStiffness, Forces, Frames, Holds, Increment, LineSearch, Reactions, SolverScratch,
 };
-use crate::settings::{LinearParams, Preconditioner, Tangent};
+use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
-use linear::{CgError, CgInfo, Factor, Operator};
+use linear::{CgError, CgInfo, Factor, Inner, InnerSolver, Means, Operator};
 
 /// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
 const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
@@ -21,13 +21,15 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch, &'a mut Factor),
+        (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
+        (&'a mut Factor, &'a mut InnerSolver),
         (Option<&'a ExternalStiffness>, Option<&'a Damping>),
         (Option<&'a Holds>, Option<&'a mut Reactions>),
     );
     for (
         (vertices, triangles, topology, frames),
-        (forces, increment, scratch, factor),
+        (forces, increment, scratch),
+        (factor, inner),
         (external, damping),
         (holds, mut reactions),
     ) in world.query_mut::<Query>()
@@ -68,9 +70,12 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.delta.fill(DVec3::ZERO);
         }
         let params = linear_params(step, scratch, imbalance_before, force_scale);
-        let factor = wants_factor(step, &scratch.free).then_some(factor);
+        let means = Means {
+            factor: wants_factor(step, &scratch.free).then_some(factor),
+            inner: inner_kind(step).map(|kind| (inner, kind)),
+        };
         let mut rotated = None;
-        match solve_or_fall_back(operator, &params, factor, forces, increment, scratch, &mut rotated) {
+        match solve_or_fall_back(operator, &params, means, forces, increment, scratch, &mut rotated) {
             Ok(info) => {
                 scratch.iterations += info.iterations;
                 scratch.linear_residual = info.relative_residual;
@@ -153,23 +158,36 @@ fn wants_factor(step: &StepContext, free: &[DVec3]) -> bool {
         Preconditioner::Auto => {
             step.is_static && free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED
         }
-        Preconditioner::BlockJacobi => false,
+        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky => false,
         Preconditioner::Cholesky => true,
     }
+}
+
+/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision reaches.
+fn inner_kind(step: &StepContext) -> Option<Inner> {
+    if step.is_static || step.precision == Precision::Double {
+        return None;
+    }
+    Some(match step.preconditioner {
+        Preconditioner::BlockJacobi => Inner::BlockJacobi,
+        Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
+            Inner::IncompleteCholesky
+        }
+    })
 }
 
 /// The solve with the step's tangent or, where that is indefinite, with the rotated one, which is then left in `rotated`.
 fn solve_or_fall_back(
     operator: Operator,
     params: &LinearParams,
-    mut factor: Option<&mut Factor>,
+    mut means: Means,
     forces: &mut Forces,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
     rotated: &mut Option<Frames>,
 ) -> Result<CgInfo, CgError> {
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
-        linear::solve(operator, params, factor.as_deref_mut(), &mut forces.corner, delta, scratch)
+        linear::solve(operator, params, &mut means, &mut forces.corner, delta, scratch)
     };
     if !operator.is_exact {
         return solve(&operator, &mut increment.delta, scratch);

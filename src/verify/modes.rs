@@ -4,7 +4,7 @@ use super::VerifyError;
 use super::bodies::{Snapshot, operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
-use crate::systems::linear;
+use crate::systems::linear::{self, Means};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -35,7 +35,7 @@ pub fn lowest_frequencies(body: &Snapshot, free: &[DVec3], count: usize) -> Resu
         let last = &basis[basis.len() - 1];
         let mut image = vec![DVec3::ZERO; last.len()];
         scratch.residual = last.iter().zip(mass).zip(free).map(|((x, m), f)| *x * *m * *f).collect();
-        linear::solve(&operator, &params, None, &mut corner, &mut image, &mut scratch)?;
+        linear::solve(&operator, &params, &mut Means::default(), &mut corner, &mut image, &mut scratch)?;
         diagonal.push(dot(last, &image));
         // Twice is enough (Kahan).
         for _ in 0..2 {

@@ -32,8 +32,9 @@ pub struct Operator<'a> {
 }
 
 impl Operator<'_> {
+    /// The tangent of triangle `t`.
     #[inline]
-    fn element(&self, t: usize) -> ElementTangent<'_> {
+    pub fn element(&self, t: usize) -> ElementTangent<'_> {
         let volume = self.triangles.rest[t].area * self.triangles.thickness[t];
         let state: &ElementState = &self.frames.state[t];
         ElementTangent {

@@ -1,7 +1,8 @@
-//! One solve with one of the preconditioners: block Jacobi, or a sparse Cholesky factor that serves as long as it is good.
+//! One solve with what there is for it: a sparse Cholesky factor that serves as long as it is good, the inner solver in single
+//! precision, or double precision with block Jacobi.
 
 use super::cholesky::{Factor, NoFactor};
-use super::{CgError, CgInfo, Operator, block_jacobi, cg};
+use super::{CgError, CgInfo, Inner, InnerSolver, Operator, block_jacobi, cg};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::systems::parallel;
@@ -15,21 +16,29 @@ const MOST_WITH_EARLIER_FACTOR: u32 = 10;
 /// rounding sets the limit, and more iterations come no nearer.
 const MOST_WITH_OWN_FACTOR: u32 = 50;
 
-/// Solves A·x = b by conjugate gradients, preconditioned by `factor` where one is given and there can be one, else by block
-/// Jacobi.
+/// What a solve may use, tried in this order; double precision with block Jacobi is always there.
+#[derive(Default)]
+pub struct Means<'a> {
+    /// A Cholesky factor, where there can be one.
+    pub factor: Option<&'a mut Factor>,
+    /// Iterations in single precision, for the rotated tangent.
+    pub inner: Option<(&'a mut InnerSolver, Inner)>,
+}
+
+/// Solves A·x = b by conjugate gradients.
 ///
 /// # Errors
 /// See [`CgError`]; `x` is then unchanged along free axes up to the iterations done.
 pub fn solve(
     operator: &Operator,
     params: &LinearParams,
-    factor: Option<&mut Factor>,
+    means: &mut Means,
     corner: &mut [[DVec3; 3]],
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     let mut done = 0;
-    if let Some(factor) = factor {
+    if let Some(factor) = means.factor.as_deref_mut() {
         if factor.fits(&operator.triangles.corners, &scratch.free) {
             let rhs = scratch.residual.clone();
             let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, corner, x, scratch)?;
@@ -46,6 +55,16 @@ pub fn solve(
             }
             Err(NoFactor::Indefinite) => return Err(CgError::Indefinite { iteration: done }),
             Err(NoFactor::Unavailable) => {}
+        }
+    }
+    if let Some((inner, kind)) = &mut means.inner
+        && !operator.is_exact
+    {
+        let limited = LinearParams { iterations: params.iterations.saturating_sub(done), ..*params };
+        let (info, is_solved) = inner.solve(operator, &limited, *kind, corner, x, scratch)?;
+        done += info.iterations;
+        if is_solved {
+            return Ok(CgInfo { iterations: done, ..info });
         }
     }
     let mut inverse = std::mem::take(&mut scratch.inverse_block);
