@@ -143,6 +143,7 @@ fn bench(bencher: Bencher, name: &str, cells: [usize; 2]) {
         tangent: settings.tangent,
         linear: settings.linear,
         preconditioner: settings.preconditioner,
+        precision: settings.precision,
         newton_iterations: 1,
         newton_tolerance: settings.newton_tolerance,
     };

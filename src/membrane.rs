@@ -8,7 +8,7 @@ use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{
     Broken, Mesh, MeshError, Tips, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
 };
-use crate::systems::linear::Factor;
+use crate::systems::linear::{Factor, InnerSolver};
 use crate::systems::tearing::{TearScratch, TipMemory};
 use glam::DVec3;
 use hecs::EntityBuilder;
@@ -183,6 +183,7 @@ impl Membrane {
             Increment::default(),
             SolverScratch::default(),
             Factor::default(),
+            InnerSolver::default(),
         ));
         c.add_bundle((TearLog::default(), TearScratch::default()));
         if !self.holds.is_empty() {

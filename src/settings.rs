@@ -19,16 +19,34 @@ pub enum Tangent {
 pub enum Preconditioner {
     /// For bodies with up to 200,000 free axes a Cholesky factor: in static solves renewed on the spot, in dynamic steps
     /// made aside on a thread of its own, taking effect a fixed number of solves later and kept while it is better than none,
-    /// edits of the mesh included. Block Jacobi elsewhere and meanwhile.
+    /// edits of the mesh included. Otherwise, and meanwhile, an incomplete Cholesky factor in dynamic steps and block Jacobi in
+    /// static solves.
     #[default]
     Auto,
     /// The inverse of each vertex' own block: no memory and no time to set up, but hundreds of iterations per solve, more the
-    /// finer the mesh. Right for dynamic steps, whose inertia and loose tolerance keep them few, and where memory is short.
+    /// finer the mesh. Right where memory is short, and for dynamic steps so short that inertia keeps the iterations few.
     BlockJacobi,
+    /// An incomplete Cholesky factor without fill, made anew for every solve: a third to a quarter of block Jacobi's
+    /// iterations, each half as long again. Right for dynamic steps of bodies that tear, fold and slacken. It serves the
+    /// rotated tangent in [`Precision::Mixed`]; elsewhere this is block Jacobi.
+    IncompleteCholesky,
     /// A sparse Cholesky factor of the operator, renewed on the spot as soon as it needs more than ten iterations: one to ten
     /// per solve, and a step now and then that takes as long as twenty others. Right for static solves and for tight
-    /// tolerances. A factor of a sheet of 100,000 free axes takes 0.1 GB and half a second. Without the crate's feature `direct` this is block Jacobi.
+    /// tolerances. A factor of a sheet of 100,000 free axes takes 0.1 GB and half a second. Without the crate's feature `direct`
+    /// this is the incomplete one.
     Cholesky,
+}
+
+/// What the iterations of dynamic steps compute in. Answers agree within the solve's tolerance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// Residuals in double precision, iterations in single: several times as fast. A tolerance that single precision does not
+    /// reach takes several rounds, each of which starts from a residual in double precision.
+    #[default]
+    Mixed,
+    /// Double precision alone, preconditioned by block Jacobi or a Cholesky factor: the plain path that the other is tested
+    /// and timed against. Static solves and the exact tangent always take it.
+    Double,
 }
 
 /// Limits of the linear solve.
@@ -54,6 +72,8 @@ pub struct Settings {
     pub linear: LinearParams,
     /// What makes the iterations of linear solves few, static ones and those of dynamic steps.
     pub preconditioner: Preconditioner,
+    /// What the iterations of dynamic steps compute in.
+    pub precision: Precision,
     /// Tangent of a dynamic step.
     pub tangent: Tangent,
     /// Newton iterations per dynamic step: 1 (default) is linearly implicit backward Euler, more converge the nonlinear
@@ -80,6 +100,7 @@ impl Default for Settings {
         Self {
             linear: LinearParams::default(),
             preconditioner: Preconditioner::Auto,
+            precision: Precision::Mixed,
             tangent: Tangent::Rotated,
             newton_iterations: 1,
             newton_tolerance: 1e-9,

@@ -1,6 +1,6 @@
 //! What every system of a step is told.
 
-use crate::settings::{LinearParams, Preconditioner, Tangent};
+use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 
 /// One step, or one Newton iteration of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +19,8 @@ pub struct StepContext {
     pub linear: LinearParams,
     /// What makes its iterations few.
     pub preconditioner: Preconditioner,
+    /// What its iterations compute in.
+    pub precision: Precision,
     /// Newton iterations at the most.
     pub newton_iterations: u32,
     /// Imbalance, as a fraction of the largest corner force, at which Newton stops.
@@ -42,6 +44,7 @@ impl StepContext {
             tangent: Tangent::Exact,
             linear: LinearParams { tolerance: 1e-12, iterations: 20_000 },
             preconditioner,
+            precision: Precision::Double,
             newton_iterations: iterations,
             newton_tolerance: tolerance,
         }

@@ -4,6 +4,8 @@
 use super::kernels::simd::{force_portable, wide};
 use rayon::prelude::*;
 use std::cell::Cell;
+use std::iter::Sum;
+use std::ops::AddAssign;
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
@@ -36,11 +38,15 @@ pub fn for_slices<T: Send>(out: &mut [T], f: impl Fn(usize, &mut [T]) + Sync) {
     }
 }
 
-/// Calls `f(row, out)` for every row and sums what it returns. `partials` is scratch; it grows once.
-pub fn sum_rows<T: Send>(out: &mut [T], partials: &mut Vec<f64>, f: impl Fn(usize, &mut T) -> f64 + Sync) -> f64 {
+/// Calls `f(row, out)` for every row and sums what it returns, one number or several. `partials` is scratch; it grows once.
+pub fn sum_rows<T: Send, S: Copy + Default + Send + AddAssign + Sum>(
+    out: &mut [T],
+    partials: &mut Vec<S>,
+    f: impl Fn(usize, &mut T) -> S + Sync,
+) -> S {
     partials.clear();
-    partials.resize(out.len().div_ceil(CHUNK), 0.0);
-    let chunk = |(c, (rows, partial)): (usize, (&mut [T], &mut f64))| {
+    partials.resize(out.len().div_ceil(CHUNK), S::default());
+    let chunk = |(c, (rows, partial)): (usize, (&mut [T], &mut S))| {
         wide(|| {
             for (i, value) in rows.iter_mut().enumerate() {
                 *partial += f(c * CHUNK + i, value);
@@ -52,7 +58,39 @@ pub fn sum_rows<T: Send>(out: &mut [T], partials: &mut Vec<f64>, f: impl Fn(usiz
     } else {
         out.chunks_mut(CHUNK).zip(partials.iter_mut()).enumerate().for_each(chunk);
     }
-    partials.iter().sum()
+    partials.iter().copied().sum()
+}
+
+/// Calls `f(part, rows)` for every part of `out`: part `p` has the rows from `starts[p]` up to `starts[p + 1]`.
+pub fn for_parts<T: Send>(out: &mut [T], starts: &[u32], f: impl Fn(usize, &mut [T]) + Sync) {
+    let is_shared = is_worth_sharing(out.len());
+    for_parts_from(0, out, starts, is_shared, &f);
+}
+
+fn for_parts_from<T: Send>(
+    first: usize,
+    out: &mut [T],
+    starts: &[u32],
+    is_shared: bool,
+    f: &(impl Fn(usize, &mut [T]) + Sync),
+) {
+    let count = starts.len().saturating_sub(1);
+    if count < 2 {
+        if count == 1 {
+            wide(|| f(first, out));
+        }
+        return;
+    }
+    let half = count / 2;
+    let (left, right) = out.split_at_mut((starts[half] - starts[0]) as usize);
+    let mut left = || for_parts_from(first, left, &starts[..=half], is_shared, f);
+    let mut right = || for_parts_from(first + half, right, &starts[half..], is_shared, f);
+    if is_shared {
+        rayon::join(left, right);
+    } else {
+        left();
+        right();
+    }
 }
 
 thread_local! {

@@ -4,10 +4,10 @@ use super::{StepContext, kernels::membrane::shear_majorant, linear, parallel};
 use crate::components::{
     Damping, ExternalStiffness, Forces, Frames, Holds, Increment, LineSearch, Reactions, SolverScratch,
 };
-use crate::settings::{LinearParams, Preconditioner, Tangent};
+use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
-use linear::{CgError, CgInfo, Factor, Operator, Use};
+use linear::{CgError, CgInfo, Factor, Inner, InnerSolver, Means, Operator, Use};
 
 /// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
 const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
@@ -21,13 +21,15 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch, &'a mut Factor),
+        (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
+        (&'a mut Factor, &'a mut InnerSolver),
         (Option<&'a ExternalStiffness>, Option<&'a Damping>),
         (Option<&'a Holds>, Option<&'a mut Reactions>),
     );
     for (
         (vertices, triangles, topology, frames),
-        (forces, increment, scratch, factor),
+        (forces, increment, scratch),
+        (factor, inner),
         (external, damping),
         (holds, mut reactions),
     ) in world.query_mut::<Query>()
@@ -68,9 +70,12 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.delta.fill(DVec3::ZERO);
         }
         let params = linear_params(step, scratch, imbalance_before, force_scale);
-        let factor = (factor, use_of_factor(step, &scratch.free));
+        let means = Means {
+            factor: use_of_factor(step, &scratch.free).map(|how| (factor, how)),
+            inner: inner_kind(step).map(|kind| (inner, kind)),
+        };
         let mut rotated = None;
-        match solve_or_fall_back(operator, &params, factor, forces, increment, scratch, &mut rotated) {
+        match solve_or_fall_back(operator, &params, means, forces, increment, scratch, &mut rotated) {
             Ok(info) => {
                 scratch.iterations += info.iterations;
                 scratch.linear_residual = info.relative_residual;
@@ -148,28 +153,41 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(step.linear.tolerance), ..step.linear }
 }
 
-fn use_of_factor(step: &StepContext, free: &[DVec3]) -> Use {
+fn use_of_factor(step: &StepContext, free: &[DVec3]) -> Option<Use> {
     let is_small = || free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED;
     match step.preconditioner {
-        Preconditioner::BlockJacobi => Use::None,
-        Preconditioner::Auto if !is_small() => Use::None,
-        Preconditioner::Auto if !step.is_static => Use::Aside,
-        Preconditioner::Auto | Preconditioner::Cholesky => Use::Wait,
+        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky => None,
+        Preconditioner::Auto if !is_small() => None,
+        Preconditioner::Auto if !step.is_static => Some(Use::Aside),
+        Preconditioner::Auto | Preconditioner::Cholesky => Some(Use::Wait),
     }
+}
+
+/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision reaches.
+fn inner_kind(step: &StepContext) -> Option<Inner> {
+    if step.is_static || step.precision == Precision::Double {
+        return None;
+    }
+    Some(match step.preconditioner {
+        Preconditioner::BlockJacobi => Inner::BlockJacobi,
+        Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
+            Inner::IncompleteCholesky
+        }
+    })
 }
 
 /// The solve with the step's tangent or, where that is indefinite, with the rotated one, which is then left in `rotated`.
 fn solve_or_fall_back(
     operator: Operator,
     params: &LinearParams,
-    (factor, how): (&mut Factor, Use),
+    mut means: Means,
     forces: &mut Forces,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
     rotated: &mut Option<Frames>,
 ) -> Result<CgInfo, CgError> {
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
-        linear::solve(operator, params, (factor, how), &mut forces.corner, delta, scratch)
+        linear::solve(operator, params, &mut means, &mut forces.corner, delta, scratch)
     };
     if !operator.is_exact {
         return solve(&operator, &mut increment.delta, scratch);

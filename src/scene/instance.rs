@@ -2,11 +2,13 @@
 
 use super::build::{self, direction, own_name};
 use super::error::{Fault, positive};
-use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, PreconditionerSpec, RunSpec, TangentSpec};
+use super::schema::{
+    CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, PrecisionSpec, PreconditionerSpec, RunSpec, TangentSpec,
+};
 use super::{Scene, SceneError};
 use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, Tearing, Toughness};
 use crate::report::Report;
-use crate::settings::{LinearParams, Preconditioner, Settings, Tangent};
+use crate::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
 use crate::simulation::{Simulation, SimulationError};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
@@ -237,7 +239,12 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
         preconditioner: match spec.preconditioner {
             PreconditionerSpec::Auto => Preconditioner::Auto,
             PreconditionerSpec::BlockJacobi => Preconditioner::BlockJacobi,
+            PreconditionerSpec::IncompleteCholesky => Preconditioner::IncompleteCholesky,
             PreconditionerSpec::Cholesky => Preconditioner::Cholesky,
+        },
+        precision: match spec.precision {
+            PrecisionSpec::Mixed => Precision::Mixed,
+            PrecisionSpec::Double => Precision::Double,
         },
         newton_iterations: counted("newton_iterations", spec.newton_iterations, 1_000)?,
         newton_tolerance: positive("run.newton_tolerance".to_owned(), spec.newton_tolerance, "")?,

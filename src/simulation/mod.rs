@@ -16,7 +16,7 @@ use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule::{self, Stage};
-use crate::settings::{Settings, Tangent};
+use crate::settings::{Precision, Settings, Tangent};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::parallel::Pool;
 use crate::systems::{StepContext, corotation};
@@ -190,6 +190,7 @@ impl Simulation {
             tangent: Tangent::Exact,
             linear,
             preconditioner: self.settings.preconditioner,
+            precision: Precision::Double,
             newton_iterations: 1,
             newton_tolerance: 0.0,
         };
@@ -301,6 +302,7 @@ fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, halvings:
         tangent: settings.tangent,
         linear: settings.linear,
         preconditioner: settings.preconditioner,
+        precision: settings.precision,
         newton_iterations: settings.newton_iterations.max(1),
         newton_tolerance: settings.newton_tolerance,
     };

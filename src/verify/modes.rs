@@ -4,7 +4,7 @@ use super::VerifyError;
 use super::bodies::{Snapshot, operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
-use crate::systems::linear::{self, Factor, Use};
+use crate::systems::linear::{self, Factor, Means, Use};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -36,7 +36,8 @@ pub fn lowest_frequencies(body: &Snapshot, free: &[DVec3], count: usize) -> Resu
         let last = &basis[basis.len() - 1];
         let mut image = vec![DVec3::ZERO; last.len()];
         scratch.residual = last.iter().zip(mass).zip(free).map(|((x, m), f)| *x * *m * *f).collect();
-        linear::solve(&operator, &params, (&mut factor, Use::Wait), &mut corner, &mut image, &mut scratch)?;
+        let mut means = Means { factor: Some((&mut factor, Use::Wait)), inner: None };
+        linear::solve(&operator, &params, &mut means, &mut corner, &mut image, &mut scratch)?;
         diagonal.push(dot(last, &image));
         // Twice is enough (Kahan).
         for _ in 0..2 {

@@ -171,6 +171,15 @@ impl ElementTangent<'_> {
         spread(polar, pi, normal, self.rest, -1.0)
     }
 
+    /// U₁₂/tr U and (U₁₁ − U₂₂)/tr U: how the spin enters the stretch rate, dU₁₁ = a₁₁ + q·(a₂₁ − a₁₂),
+    /// dU₂₂ = a₂₂ − q·(a₂₁ − a₁₂), 2·dU₁₂ = (1+s)·a₁₂ + (1−s)·a₂₁.
+    #[inline]
+    pub fn skew(&self) -> [f64; 2] {
+        let u = self.state.polar.stretch;
+        let inverse = inverse_trace(u);
+        [u.xy * inverse, (u.xx - u.yy) * inverse]
+    }
+
     /// V·dΠ for the in-plane gradient change `a`, in the co-rotated frame.
     #[inline]
     fn in_plane(&self, a: Mat) -> Mat {

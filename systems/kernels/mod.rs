@@ -1,9 +1,11 @@
 //! The numbers: functions on values and slices. No world, no allocation, no threads.
 
+pub mod block;
 pub mod disc;
 pub mod failure;
 pub mod fan;
 pub mod membrane;
+pub mod pack;
 pub mod path_work;
 pub mod polar;
 pub mod simd;

@@ -1,4 +1,5 @@
-//! The linear system of a Newton iteration, matrix-free, and its preconditioned conjugate-gradient solver.
+//! The linear system of a Newton iteration and its solvers: conjugate gradients in double precision without a matrix, and in
+//! mixed precision on small matrices.
 
 mod block_jacobi;
 #[cfg(feature = "direct")]
@@ -8,6 +9,7 @@ mod cg;
 mod cholesky;
 #[cfg_attr(not(feature = "direct"), path = "no_factor.rs")]
 mod factor;
+mod inner;
 mod operator;
 #[cfg(feature = "direct")]
 mod panels;
@@ -19,5 +21,6 @@ mod snapshot;
 
 pub use cg::{CgError, CgInfo};
 pub use factor::Factor;
+pub use inner::{Inner, InnerSolver};
 pub use operator::Operator;
-pub use preconditioned::{Use, solve};
+pub use preconditioned::{Means, Use, solve};

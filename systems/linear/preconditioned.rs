@@ -1,7 +1,8 @@
-//! One solve with one of the preconditioners: block Jacobi, or a sparse Cholesky factor that serves as long as it is good.
+//! One solve with what there is for it: a sparse Cholesky factor that serves as long as it is good, the inner solver in single
+//! precision, or double precision with block Jacobi.
 
 use super::factor::{Factor, NoFactor};
-use super::{CgError, CgInfo, Operator, block_jacobi, cg};
+use super::{CgError, CgInfo, Inner, InnerSolver, Operator, block_jacobi, cg};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use glam::DVec3;
@@ -14,59 +15,87 @@ const MOST_WITH_EARLIER_FACTOR: u32 = 10;
 /// rounding sets the limit, and more iterations come no nearer.
 const MOST_WITH_OWN_FACTOR: u32 = 50;
 
-/// How a solve uses its body's factor.
+/// When a body's factor is renewed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Use {
-    /// Not at all: block Jacobi.
-    None,
-    /// It is renewed on the spot when it no longer serves.
+    /// On the spot, as soon as it no longer serves.
     Wait,
-    /// It is renewed aside, and used while it is better than none.
+    /// Aside; it is used while it is better than none.
     Aside,
 }
 
-/// Solves A·x = b by conjugate gradients, preconditioned by the factor where it is to be used and there can be one, else by
-/// block Jacobi.
+/// What a solve may use, tried in this order; double precision with block Jacobi is always there.
+#[derive(Default)]
+pub struct Means<'a> {
+    /// A Cholesky factor, where there can be one.
+    pub factor: Option<(&'a mut Factor, Use)>,
+    /// Iterations in single precision, for the rotated tangent.
+    pub inner: Option<(&'a mut InnerSolver, Inner)>,
+}
+
+/// Solves A·x = b by conjugate gradients.
 ///
 /// # Errors
 /// See [`CgError`]; `x` is then unchanged along free axes up to the iterations done.
 pub fn solve(
     operator: &Operator,
     params: &LinearParams,
-    (factor, how): (&mut Factor, Use),
+    means: &mut Means,
     corner: &mut [[DVec3; 3]],
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     let mut done = 0;
-    match how {
-        Use::None => {}
-        Use::Wait => {
-            if factor.is_of(&operator.triangles.corners, &scratch.free) {
-                let rhs = scratch.residual.clone();
-                let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, corner, x, scratch)?;
-                if info.relative_residual <= params.tolerance {
-                    return Ok(info);
-                }
-                done = info.iterations;
-                scratch.residual = rhs;
-            }
-            match factor.renew(operator, &scratch.free) {
-                Ok(()) => {
-                    let info = solve_with_factor(operator, params, MOST_WITH_OWN_FACTOR, factor, corner, x, scratch)?;
-                    return Ok(CgInfo { iterations: done + info.iterations, ..info });
-                }
-                Err(NoFactor::Indefinite) => return Err(CgError::Indefinite { iteration: done }),
-                Err(NoFactor::Unavailable) => {}
-            }
-        }
-        Use::Aside => {
-            if factor.is_ready(operator, &scratch.free) {
-                let info = solve_with_factor(operator, params, u32::MAX, factor, corner, x, scratch)?;
-                factor.has_served(info.iterations, operator, &scratch.free);
+    if let Some((factor, Use::Wait)) = &mut means.factor {
+        if factor.is_of(&operator.triangles.corners, &scratch.free) {
+            let rhs = scratch.residual.clone();
+            let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, corner, x, scratch)?;
+            if info.relative_residual <= params.tolerance {
                 return Ok(info);
             }
+            done = info.iterations;
+            scratch.residual = rhs;
         }
+        match factor.renew(operator, &scratch.free) {
+            Ok(()) => {
+                let info = solve_with_factor(operator, params, MOST_WITH_OWN_FACTOR, factor, corner, x, scratch)?;
+                return Ok(CgInfo { iterations: done + info.iterations, ..info });
+            }
+            Err(NoFactor::Indefinite) => return Err(CgError::Indefinite { iteration: done }),
+            Err(NoFactor::Unavailable) => {}
+        }
+    }
+    if let Some((factor, Use::Aside)) = &mut means.factor
+        && factor.is_ready(operator, &scratch.free)
+    {
+        let info = solve_with_factor(operator, params, u32::MAX, factor, corner, x, scratch)?;
+        factor.has_served(info.iterations, operator, &scratch.free);
+        return Ok(info);
+    }
+    let info = solve_without_factor(operator, params, means, corner, x, scratch)?;
+    if let Some((factor, Use::Aside)) = &mut means.factor {
+        factor.has_rested(info.iterations);
+    }
+    Ok(CgInfo { iterations: done + info.iterations, ..info })
+}
+
+fn solve_without_factor(
+    operator: &Operator,
+    params: &LinearParams,
+    means: &mut Means,
+    corner: &mut [[DVec3; 3]],
+    x: &mut [DVec3],
+    scratch: &mut SolverScratch,
+) -> Result<CgInfo, CgError> {
+    let mut done = 0;
+    if let Some((inner, kind)) = &mut means.inner
+        && !operator.is_exact
+    {
+        let (info, is_solved) = inner.solve(operator, params, *kind, corner, x, scratch)?;
+        if is_solved {
+            return Ok(info);
+        }
+        done = info.iterations;
     }
     let mut inverse = std::mem::take(&mut scratch.inverse_block);
     block_jacobi::invert_blocks(operator, &scratch.free, &mut inverse);
@@ -75,9 +104,6 @@ pub fn solve(
     };
     let info = cg::solve(operator, params, corner, x, scratch, precondition);
     scratch.inverse_block = inverse;
-    if let (Use::Aside, Ok(info)) = (how, &info) {
-        factor.has_rested(info.iterations);
-    }
     info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
 }
 

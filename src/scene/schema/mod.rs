@@ -78,13 +78,26 @@ pub enum TangentSpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PreconditionerSpec {
-    /// A Cholesky factor in static solves of moderate size, block Jacobi elsewhere.
+    /// A Cholesky factor in static solves of moderate size, an incomplete one in dynamic steps.
     #[default]
     Auto,
     /// The inverse of each vertex' own block.
     BlockJacobi,
+    /// An incomplete Cholesky factor, made anew for every solve of a dynamic step.
+    IncompleteCholesky,
     /// A sparse Cholesky factor, kept while it serves.
     Cholesky,
+}
+
+/// What the iterations of dynamic steps compute in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PrecisionSpec {
+    /// Residuals in double precision, iterations in single.
+    #[default]
+    Mixed,
+    /// Double precision alone.
+    Double,
 }
 
 /// `[run]`.
@@ -118,9 +131,13 @@ pub struct RunSpec {
     /// `"rotated"` (default) or `"exact"`.
     #[serde(default)]
     pub tangent: TangentSpec,
-    /// `"auto"` (default), `"block_jacobi"` or `"cholesky"`: the same answer within the tolerance, at other costs.
+    /// `"auto"` (default), `"block_jacobi"`, `"incomplete_cholesky"` or `"cholesky"`: the same answer within the tolerance, at
+    /// other costs.
     #[serde(default)]
     pub preconditioner: PreconditionerSpec,
+    /// `"mixed"` (default) or `"double"`: what the iterations of dynamic steps compute in; the same answer within the tolerance.
+    #[serde(default)]
+    pub precision: PrecisionSpec,
     /// A static solve ends where the largest free nodal imbalance is this fraction of the largest corner force. Default 1e-9.
     #[serde(default = "newton_tolerance")]
     pub static_tolerance: f64,

@@ -1,0 +1,69 @@
+//! Preconditioned conjugate gradients in single precision, scalar products in double, passes over the vectors fused with the
+//! preconditioner's.
+
+use super::matrix::Matrix;
+use super::partition::Partition;
+use crate::systems::linear::CgError;
+use glam::{DVec2, Vec4};
+
+/// The vectors, in the order of the preconditioner.
+#[derive(Debug, Default)]
+pub struct Vectors {
+    /// Answer and residual: they change in one pass.
+    pub xr: Vec<[Vec4; 2]>,
+    /// Search direction.
+    pub p: Vec<Vec4>,
+    /// Operator times direction.
+    pub q: Vec<Vec4>,
+    /// Preconditioned residual.
+    pub z: Vec<Vec4>,
+    /// Sums per chunk of rows.
+    pub partials: Vec<f64>,
+    /// Sums of r·r and r·z per chunk of rows.
+    pub pairs: Vec<DVec2>,
+}
+
+/// A preconditioner M, with the vector passes of an iteration around it.
+pub trait Precondition {
+    /// x += α·p, r −= α·q and as much of z = M⁻¹·r as it takes to know r·z; returns r·r and r·z.
+    fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2;
+
+    /// The rest of z = M⁻¹·r, then p = z + β·p.
+    fn ascend(&mut self, beta: f32, vectors: &mut Vectors);
+}
+
+/// Solves A·x = r for the `r` in `vectors`, whose `x` is zero, until the squared norm of the residual is at most `target_sq`. Returns the iterations done.
+///
+/// # Errors
+/// See [`CgError`].
+pub fn solve(
+    matrix: &mut Matrix,
+    partition: &Partition,
+    preconditioner: &mut impl Precondition,
+    vectors: &mut Vectors,
+    target_sq: f64,
+    most: u32,
+) -> Result<u32, CgError> {
+    let n = vectors.xr.len();
+    for zero in [&mut vectors.p, &mut vectors.q, &mut vectors.z] {
+        zero.clear();
+        zero.resize(n, Vec4::ZERO);
+    }
+    let mut iteration = 0;
+    let DVec2 { x: mut rr, y: mut rz } = preconditioner.descend(0.0, vectors);
+    preconditioner.ascend(0.0, vectors);
+    while rr > target_sq && iteration < most {
+        let curvature = matrix.apply(partition, &vectors.p, &mut vectors.q, &mut vectors.partials);
+        if !(curvature.is_finite() && rz.is_finite()) {
+            return Err(CgError::NotFinite { iteration });
+        }
+        if curvature <= 0.0 {
+            return Err(CgError::Indefinite { iteration });
+        }
+        let before = rz;
+        DVec2 { x: rr, y: rz } = preconditioner.descend((before / curvature) as f32, vectors);
+        preconditioner.ascend((rz / before) as f32, vectors);
+        iteration += 1;
+    }
+    Ok(iteration)
+}

@@ -1,0 +1,106 @@
+//! The operator in single precision: A = own blocks + Σ over triangles, as packs over blocks of triangles.
+
+use super::partition::{EMPTY, Partition};
+use crate::systems::kernels::block::Block;
+use crate::systems::kernels::pack::{LANES, Pack};
+use crate::systems::linear::Operator;
+use crate::systems::parallel;
+use glam::{DVec3, Vec4, Vec4Swizzles};
+
+/// The numbers of the operator at one state. Rows are numbered as the [`Partition`] was told.
+#[derive(Debug, Default)]
+pub struct Matrix {
+    /// The triangles' part.
+    pub packs: Vec<Pack>,
+    /// What a vertex has by itself \[N/mm\], columns; and its free axes in the last.
+    pub own: Vec<[Vec4; 4]>,
+    /// Per block of triangles what it adds to its vertices, then their values.
+    segments: Vec<Vec4>,
+    /// Twice the starts of the blocks' vertices.
+    segment_start: Vec<u32>,
+}
+
+impl Matrix {
+    /// Takes the numbers from the double-precision operator.
+    pub fn assemble(&mut self, operator: &Operator, partition: &Partition, vertex: &[u32], free: &[DVec3]) {
+        self.packs.resize(partition.triangle.len(), Pack::default());
+        parallel::for_slices(&mut self.packs, |first, packs| {
+            for (pack, triangles) in packs.iter_mut().zip(&partition.triangle[first..]) {
+                *pack =
+                    Pack::new(|lane| (triangles[lane] != EMPTY).then(|| operator.element(triangles[lane] as usize)));
+            }
+        });
+        self.own.resize(vertex.len(), [Vec4::ZERO; 4]);
+        parallel::for_rows(&mut self.own, |row, own| {
+            let v = vertex[row] as usize;
+            let block = operator.own_block(v);
+            let [x, y, z] = [block.x_axis, block.y_axis, block.z_axis].map(|c| c.as_vec3().extend(0.0));
+            *own = [x, y, z, free[v].as_vec3().extend(0.0)];
+        });
+        self.segments.resize(2 * partition.vertex.len(), Vec4::ZERO);
+        self.segment_start.clear();
+        self.segment_start.extend(partition.vertex_start.iter().map(|start| 2 * start));
+    }
+
+    /// Calls `diagonal(row, block)` and `edge(pack, edge, lane, block)` for the blocks of all triangles, pack by pack. The edges
+    /// are 1–0, 2–0, 2–1 (row, column).
+    #[inline(always)]
+    pub fn add_blocks(
+        &self,
+        partition: &Partition,
+        mut diagonal: impl FnMut(usize, &Block),
+        mut edge: impl FnMut(usize, usize, usize, &Block),
+    ) {
+        for block in 0..partition.pack_start.len() - 1 {
+            let vertices = &partition.vertex[partition.vertex_start[block] as usize..];
+            for pack in partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize {
+                let (corners, edges) = self.packs[pack].blocks();
+                let places = &partition.places[pack];
+                for lane in (0..LANES).filter(|&lane| partition.triangle[pack][lane] != EMPTY) {
+                    for (corner, block) in corners.iter().enumerate() {
+                        let row = vertices[places[corner][lane] as usize] as usize;
+                        diagonal(row, &block.map(|column| column.col(lane)));
+                    }
+                    for (e, block) in edges.iter().enumerate() {
+                        edge(pack, e, lane, &block.map(|column| column.col(lane)));
+                    }
+                }
+            }
+        }
+    }
+
+    /// `out` = A·u along free axes; returns u·(A·u). `u` is zero along prescribed axes.
+    pub fn apply(&mut self, partition: &Partition, u: &[Vec4], out: &mut [Vec4], partials: &mut Vec<f64>) -> f64 {
+        let packs = &self.packs;
+        parallel::for_parts(&mut self.segments, &self.segment_start, |block, segment| {
+            let (out, local) = segment.split_at_mut(segment.len() / 2);
+            let start = partition.vertex_start[block] as usize;
+            for ((out, local), &v) in out.iter_mut().zip(local.iter_mut()).zip(&partition.vertex[start..]) {
+                *out = Vec4::ZERO;
+                *local = u[v as usize];
+            }
+            let packs_of = partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize;
+            for (pack, places) in packs[packs_of.clone()].iter().zip(&partition.places[packs_of]) {
+                pack.apply(places, local, out);
+            }
+        });
+        let (segments, own) = (&self.segments, &self.own);
+        parallel::sum_rows(out, partials, |v, out| {
+            let (u, [x, y, z, free]) = (u[v], &own[v]);
+            let mut sum = *x * u.xxxx() + *y * u.yyyy() + *z * u.zzzz();
+            for &source in &partition.source[partition.source_start[v] as usize..partition.source_start[v + 1] as usize]
+            {
+                sum += segments[source as usize];
+            }
+            *out = sum * *free;
+            dot(u, *out)
+        })
+    }
+}
+
+/// The scalar product, summed in double precision: that of millions of rows is to have more digits than one row.
+#[inline(always)]
+pub fn dot(a: Vec4, b: Vec4) -> f64 {
+    let p = (a * b).as_dvec4();
+    (p.x + p.y) + p.z
+}

@@ -1,0 +1,209 @@
+//! The solve of a dynamic step in mixed precision: residuals in double precision, iterations in single.
+//!
+//! State, loads and residuals are double; the correction that a residual asks for is found by conjugate gradients in single
+//! precision on the residual scaled to one, added, and the residual formed anew (Wilkinson 1963, iterative refinement). So the
+//! answer is as good as that of double precision, and what is reported is the true residual. One round does at the tolerances
+//! that a step is usually solved to; a tighter one takes several.
+
+mod cg;
+mod incomplete;
+mod jacobi;
+mod matrix;
+mod order;
+mod partition;
+
+use super::{CgError, CgInfo, Operator};
+use crate::components::SolverScratch;
+use crate::settings::LinearParams;
+use crate::systems::parallel;
+use cg::Vectors;
+use glam::{DVec3, Vec4};
+use incomplete::Incomplete;
+use jacobi::Jacobi;
+use matrix::Matrix;
+use order::Order;
+use partition::Partition;
+
+/// No round goes further than this below its own residual: from about ten times less on, single precision only adds noise.
+const LEAST_GAIN: f64 = 1e-5;
+
+/// A round aims a little below the tolerance, lest the last digits of single precision ask for another.
+const AIM: f64 = 0.95;
+
+/// A round that leaves more of the residual than this has come to nothing: double precision goes on.
+const STALLED: f64 = 0.5;
+
+/// What makes the iterations few.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Inner {
+    /// The inverse of each vertex' own block.
+    BlockJacobi,
+    /// An incomplete Cholesky factor.
+    IncompleteCholesky,
+}
+
+/// A body's operator in single precision and the vectors of its solves. What depends on the triangles alone is kept while
+/// they stay. *Derived.*
+#[derive(Debug, Default)]
+pub struct InnerSolver {
+    corners: Vec<[u32; 3]>,
+    order: Order,
+    partition: Partition,
+    matrix: Matrix,
+    jacobi: Jacobi,
+    incomplete: Incomplete,
+    has_pattern: bool,
+    vectors: Vectors,
+}
+
+impl InnerSolver {
+    /// Solves A·x = b as [`cg::solve`](super::cg::solve) does, for the rotated tangent. Where single precision comes to
+    /// nothing `is_solved` is false: `x` is then as far as it has come, and `scratch.residual` holds b again.
+    ///
+    /// # Errors
+    /// [`CgError::NotFinite`] for a right-hand side or an operator that is not finite.
+    pub fn solve(
+        &mut self,
+        operator: &Operator,
+        params: &LinearParams,
+        kind: Inner,
+        corner: &mut [[DVec3; 3]],
+        x: &mut [DVec3],
+        scratch: &mut SolverScratch,
+    ) -> Result<(CgInfo, IsSolved), CgError> {
+        let (reference_sq, mut residual_sq) = first_residual(operator, corner, x, scratch)?;
+        let target_sq = params.tolerance * params.tolerance * reference_sq;
+        let mut iterations = 0;
+        let mut is_solved = true;
+        if residual_sq > target_sq {
+            self.prepare(operator, kind, &scratch.free);
+        }
+        while residual_sq > target_sq && iterations < params.iterations {
+            let norm = residual_sq.sqrt();
+            let gain_sq = (AIM * AIM * target_sq / residual_sq).max(LEAST_GAIN * LEAST_GAIN);
+            self.load(&scratch.residual, norm);
+            let most = params.iterations - iterations;
+            // A direction without curvature may be one that single precision has lost: double precision decides.
+            let Ok(done) = self.iterate(kind, gain_sq, most) else {
+                is_solved = false;
+                break;
+            };
+            iterations += done;
+            let before_sq = residual_sq;
+            residual_sq = self.correct(operator, norm, corner, x, scratch);
+            let has_stalled = !(residual_sq <= STALLED * STALLED * before_sq) && done < most;
+            if !(residual_sq <= target_sq) && has_stalled {
+                is_solved = false;
+                break;
+            }
+        }
+        if !is_solved {
+            scratch.residual.copy_from_slice(&scratch.preconditioned);
+        }
+        let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
+        Ok((CgInfo { iterations, relative_residual }, is_solved))
+    }
+
+    /// Takes the operator's numbers, and what depends on the triangles where they have changed.
+    fn prepare(&mut self, operator: &Operator, kind: Inner, free: &[DVec3]) {
+        let corners = &operator.triangles.corners;
+        if self.corners != *corners {
+            self.corners.clear();
+            self.corners.extend_from_slice(corners);
+            self.order.rebuild(corners, operator.topology);
+            self.partition.rebuild(corners, &self.order.row);
+            self.has_pattern = false;
+        }
+        self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
+        match kind {
+            Inner::BlockJacobi => self.jacobi.factor(&self.partition, &self.matrix),
+            Inner::IncompleteCholesky => {
+                if !self.has_pattern {
+                    self.incomplete.rebuild(&self.partition, &self.order, corners, operator.topology);
+                    self.has_pattern = true;
+                }
+                self.incomplete.factor(&self.partition, &self.matrix);
+            }
+        }
+    }
+
+    /// Takes the residual over its norm as right-hand side.
+    fn load(&mut self, residual: &[DVec3], norm: f64) {
+        let vertex = &self.order.vertex;
+        self.vectors.xr.resize(vertex.len(), [Vec4::ZERO; 2]);
+        parallel::for_rows(&mut self.vectors.xr, |row, xr| {
+            *xr = [Vec4::ZERO, (residual[vertex[row] as usize] / norm).as_vec3().extend(0.0)];
+        });
+    }
+
+    fn iterate(&mut self, kind: Inner, target_sq: f64, most: u32) -> Result<u32, CgError> {
+        let Self { matrix, partition, vectors, .. } = self;
+        match kind {
+            Inner::BlockJacobi => cg::solve(matrix, partition, &mut self.jacobi, vectors, target_sq, most),
+            Inner::IncompleteCholesky => cg::solve(matrix, partition, &mut self.incomplete, vectors, target_sq, most),
+        }
+    }
+
+    /// Adds the correction to `x` and forms the residual anew; returns its squared norm.
+    fn correct(
+        &self,
+        operator: &Operator,
+        norm: f64,
+        corner: &mut [[DVec3; 3]],
+        x: &mut [DVec3],
+        scratch: &mut SolverScratch,
+    ) -> f64 {
+        let SolverScratch { free, residual, preconditioned, product, partials, .. } = scratch;
+        let (row, xr) = (&self.order.row, &self.vectors.xr);
+        parallel::for_rows(x, |v, x| *x += xr[row[v] as usize][0].truncate().as_dvec3() * norm);
+        operator.apply(x, free, corner, product, partials);
+        parallel::sum_rows(residual, partials, |v, r| {
+            *r = (preconditioned[v] - product[v]) * free[v];
+            r.length_squared()
+        })
+    }
+}
+
+/// Whether the tolerance or the limit of iterations is reached.
+pub type IsSolved = bool;
+
+/// Keeps b in `scratch.preconditioned` and forms the residual of the guess, which is dropped where none is better. Returns the
+/// squared norms of the residual of the prescribed motion alone, and of that of the guess.
+fn first_residual(
+    operator: &Operator,
+    corner: &mut [[DVec3; 3]],
+    x: &mut [DVec3],
+    scratch: &mut SolverScratch,
+) -> Result<(f64, f64), CgError> {
+    let SolverScratch { free, residual, preconditioned, direction, product, partials, .. } = scratch;
+    for vector in [&mut *preconditioned, direction, product] {
+        vector.resize(x.len(), DVec3::ZERO);
+    }
+    preconditioned.copy_from_slice(residual);
+    parallel::for_rows(direction, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
+    // Most bodies have no prescribed motion: its product is zero.
+    if direction.iter().any(|p| *p != DVec3::ZERO) {
+        operator.apply(direction, free, corner, product, partials);
+    } else {
+        product.fill(DVec3::ZERO);
+    }
+    let reference_sq = parallel::sum_rows(direction, partials, |v, p| {
+        *p = (residual[v] - product[v]) * free[v];
+        p.length_squared()
+    });
+    operator.apply(x, free, corner, product, partials);
+    let residual_sq = parallel::sum_rows(residual, partials, |v, r| {
+        *r = (*r - product[v]) * free[v];
+        r.length_squared()
+    });
+    if !reference_sq.is_finite() || residual_sq.is_nan() {
+        return Err(CgError::NotFinite { iteration: 0 });
+    }
+    if residual_sq <= reference_sq {
+        return Ok((reference_sq, residual_sq));
+    }
+    // A guess that is worse than none: start from the prescribed motion alone.
+    parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
+    residual.copy_from_slice(direction);
+    Ok((reference_sq, reference_sq))
+}
