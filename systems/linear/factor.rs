@@ -20,9 +20,9 @@ const STALE: u32 = 4;
 const COST: u32 = 3;
 /// What a solve without it is taken to need, in iterations, as long as there has been none: a sheet of 500 triangles.
 const WITHOUT: u32 = 60;
-/// So often in a row a factor may be worse than none when it should have served, until it is left alone for a while.
+/// So often in a row a factor may be stale before it has served for as long as it took to make, until there is none for a while.
 const STRIKES: u32 = 3;
-/// Solves for which it is then left alone.
+/// Solves for which there is then none.
 const REST: u32 = 512;
 
 /// Solves from a snapshot to the day its factor takes effect: a 1,500-triangle sheet steps 20 times in 4 ms, and is factored in
@@ -134,17 +134,15 @@ impl Factor {
         let Some(current) = &mut self.current else { return };
         current.served += 1;
         let without = if self.without == 0 { WITHOUT } else { self.without };
-        if iterations * COST > without {
-            current.is_worse_than_none = true;
-            self.strikes = if current.served <= delay(free) { self.strikes + 1 } else { 0 };
-            if self.strikes >= STRIKES {
-                (self.current, self.pending) = (None, None);
-                (self.strikes, self.rest) = (0, REST);
-                return;
-            }
+        current.is_worse_than_none |= iterations * COST > without;
+        if iterations <= STALE || self.pending.is_some() {
+            return;
         }
-        if iterations > STALE && self.pending.is_none() {
+        self.strikes = if current.served <= delay(free) { self.strikes + 1 } else { 0 };
+        if self.strikes < STRIKES {
             self.renew_aside(operator, free);
+        } else {
+            (self.current, self.strikes, self.rest) = (None, 0, REST);
         }
     }
 
