@@ -45,4 +45,5 @@ cases! {
     tear_shape "tear-shape",
     tear_time_step "tear-time-step",
     tear_energy "tear-energy",
+    tear_tip_stress "tear-tip-stress",
 }

@@ -150,6 +150,7 @@ pub const CASES: &[Case] = &[
     tear("tear-shape", "the hyperbola between two pulling points, forbidden directions", tear::shape::run),
     tear("tear-time-step", "path and load of a tear as the time step falls", tear::time_step::run),
     tear("tear-energy", "the energy balance of whole tears, dynamic and quasi-static", tear::energy::run),
+    tear("tear-tip-stress", "the mean stress over the disc at a crack's tip", tear::tip_stress::run),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;

@@ -1,5 +1,6 @@
 //! Tears: where they go and at which load, compared across meshes, time steps and modes, and with theory.
 
+pub mod cracked;
 pub mod hausdorff;
 pub mod square;
 
@@ -9,3 +10,4 @@ pub(super) mod mesh;
 pub(super) mod shape;
 pub(super) mod symmetry;
 pub(super) mod time_step;
+pub(super) mod tip_stress;
