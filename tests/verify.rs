@@ -46,4 +46,7 @@ cases! {
     tear_time_step "tear-time-step",
     tear_energy "tear-energy",
     tear_tip_stress "tear-tip-stress",
+    tear_release "tear-release",
+    tear_load "tear-load",
+    tear_kink "tear-kink",
 }

@@ -151,6 +151,9 @@ pub const CASES: &[Case] = &[
     tear("tear-time-step", "path and load of a tear as the time step falls", tear::time_step::run),
     tear("tear-energy", "the energy balance of whole tears, dynamic and quasi-static", tear::energy::run),
     tear("tear-tip-stress", "the mean stress over the disc at a crack's tip", tear::tip_stress::run),
+    tear("tear-release", "the energy that a crack releases, against its length", tear::release::run),
+    tear("tear-load", "the load at which edge and centre cracks tear", tear::load::run),
+    tear("tear-kink", "where slanted cracks turn", tear::kink::run),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;
