@@ -85,7 +85,7 @@ pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
         .to_vec();
     for slant in slants {
         for (line, kink) in lines.iter_mut().zip([slant.wanted(&tissue)?, slant.limit, slant.hoop]) {
-            line.points.push(DVec2::new(slant.beta.to_degrees(), kink));
+            line.points.push(DVec2::new(90.0 - slant.beta.to_degrees(), kink));
         }
     }
     let edges = if out.is_quick() { &EDGES[2..] } else { &EDGES[..] };
@@ -97,15 +97,16 @@ pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
             for slant in slants {
                 let kinks = one(&mut rows, (pattern, &mesh, edges), &tissue, slant)?;
                 for (line, kink) in found.iter_mut().zip(kinks) {
-                    line.points.push(DVec2::new(slant.beta.to_degrees(), kink));
+                    line.points.push(DVec2::new(90.0 - slant.beta.to_degrees(), kink));
                 }
             }
-            if edges == RESOLVED {
+            // The other patterns' lines would hide behind these.
+            if edges == RESOLVED && pattern == patterns[patterns.len() - 1] {
                 lines.extend(found);
             }
         }
     }
-    let names = ["angle between crack and load [°]", "kink [°]"];
+    let names = ["slant of the crack, 90° − β [°]", "kink [°]"];
     let axes = Axes { title: "kink of slanted cracks", names, is_isometric: false };
     out.plot("tear-kink", axes, &lines)?;
     rows.finish()
