@@ -27,7 +27,7 @@ const COARSE: f64 = 0.14;
 /// How far beyond the disc the mesh is as fine as in it \[mm\].
 const MARGIN: f64 = 0.3;
 /// Edges per R around the tips; from three on the engine calls a disc resolved.
-const EDGES: [f64; 3] = [2.0, 3.0, RESOLVED];
+const EDGES: [f64; 3] = [2.0, 2.8, RESOLVED];
 /// Where the comparison is judged.
 const RESOLVED: f64 = 4.0;
 /// Tension \[MPa\]: strains of 1e-3 at the tip at most.

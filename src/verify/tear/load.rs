@@ -19,7 +19,7 @@ use std::f64::consts::TAU;
 const SMALL: f64 = 1e-4;
 const STRENGTH: f64 = 3e-4;
 /// Edges per R; from three on the engine calls a disc resolved.
-const EDGES: [f64; 3] = [2.0, 3.0, RESOLVED];
+const EDGES: [f64; 3] = [2.0, 2.8, RESOLVED];
 /// Where the comparison is judged.
 const RESOLVED: f64 = 4.0;
 /// How far beyond R a refined mesh is as fine as in it, in R.
@@ -177,22 +177,29 @@ fn sheets() -> Result<Vec<Sheet>, VerifyError> {
     let (name, text) = file!("energy_release.json");
     let file = Json::new(name, text)?;
     let mut sheets = Vec::new();
-    for parts in [10.0, 20.0] {
-        sheets.push(plate(&file, 4, parts)?);
-        sheets.push(plate(&file, 5, parts)?);
+    for parts in [20.0, 10.0] {
+        sheets.push(plate(&file, EDGE, parts)?);
+        sheets.push(plate(&file, CENTRE, parts)?);
     }
-    sheets.push(square(&file, 3)?);
-    sheets.push(square(&file, 1)?);
+    sheets.push(square(&file, 3, 50.0)?);
+    sheets.push(square(&file, 1, 50.0)?);
+    sheets.push(square(&file, 3, 10.0)?);
+    sheets.push(square(&file, 1, 10.0)?);
+    sheets.push(square(&file, 1, 100.0)?);
     Ok(sheets)
 }
 
-/// An edge crack over half the width, or a centre crack as long as half of it: those that need the fewest triangles.
+/// Rows of the file: an edge crack over a quarter of the width, a centre crack as long as half of it. Both are 5 mm from tip to
+/// rim or middle, and R is short against what is left of the width.
+const EDGE: usize = 2;
+const CENTRE: usize = 5;
+
 fn plate(file: &Json, row: usize, parts: f64) -> Result<Sheet, VerifyError> {
     let number = |key: &str| file.number(&format!("/plates/table/{row}/{key}"));
     let (length, size) = (number("a")?, DVec2::new(number("W")?, number("H")?));
     let middle = 0.5 * size;
     let (kind, start, end) = match row {
-        4 => ("edge", DVec2::new(0.0, middle.y), DVec2::new(length, middle.y)),
+        EDGE => ("edge", DVec2::new(0.0, middle.y), DVec2::new(length, middle.y)),
         _ => ("centre", middle - DVec2::X * length, middle + DVec2::X * length),
     };
     Ok(Sheet {
@@ -209,7 +216,7 @@ fn plate(file: &Json, row: usize, parts: f64) -> Result<Sheet, VerifyError> {
 
 /// Half of the square is cut. Fibres across the crack carry its opening to the grips, so that the tip's own field is short:
 /// on a finer mesh the average over a tenth of the crack lies 10 % under that field's, whence the small disc.
-fn square(file: &Json, case: usize) -> Result<Sheet, VerifyError> {
+fn square(file: &Json, case: usize, parts: f64) -> Result<Sheet, VerifyError> {
     let at = format!("/fixed_grips/cases/{case}");
     let number = |key: &str| file.number(&format!("{at}/table/4/{key}"));
     let (side, length, fibre_degrees) =
@@ -218,9 +225,9 @@ fn square(file: &Json, case: usize) -> Result<Sheet, VerifyError> {
     // Strong fibres along the crack keep it straight; across it, where it would turn, both strengths are the same.
     let strength_fibre = if is_along { 16.0 * STRENGTH } else { STRENGTH };
     let tearing =
-        Tearing { strength_fibre, strength_transverse: STRENGTH, radius: length / 50.0, ..Tearing::default() };
+        Tearing { strength_fibre, strength_transverse: STRENGTH, radius: length / parts, ..Tearing::default() };
     let mut sheet = Sheet {
-        name: format!("edge crack, fibres {} it, R = a/50", if is_along { "along" } else { "across" }),
+        name: format!("edge crack, fibres {} it, R = a/{parts}", if is_along { "along" } else { "across" }),
         tissue: Tissue { material: Material::figure_2(), fibre_degrees, tearing },
         size: DVec2::splat(side),
         crack: [DVec2::new(0.5 * side, 0.0), DVec2::new(0.5 * side, length)],

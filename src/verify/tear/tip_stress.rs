@@ -3,9 +3,11 @@
 
 use super::super::reference::{Json, file};
 use super::super::{Artifacts, Axes, Line, Row, Rows, VerifyError, largest};
+use super::contour::Contour;
 use super::cracked::{Cracked, Pattern, Tip, Tissue, between_grips, refined};
 use crate::components::{Material, Tearing};
 use crate::math::Sym2;
+use crate::simulation::SimulationError;
 use glam::DVec2;
 
 /// Averaging radius over edge of the meshes; three is where the engine begins to call a disc resolved.
@@ -21,6 +23,8 @@ struct Square {
     tissue: Tissue,
     /// Mean stress \[MPa\] in x and y; the crack opens along x.
     wanted: Sym2,
+    /// Energy released per area \[N/mm\], if the crack goes straight on.
+    release: f64,
 }
 
 pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
@@ -28,13 +32,19 @@ pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let (name, text) = file!("tip_disc_average.json");
     let file = Json::new(name, text)?;
     let (side, crack, u) = (file.number("/L")?, file.number("/a")?, file.number("/u")?);
-    let find = |tissue: &Tissue, mesh, refinement| -> Result<Tip, VerifyError> {
+    // The tip, and how far the energy released would lead the load astray that makes it critical.
+    let find = |square: &Square, mesh, refinement| -> Result<(Tip, f64), VerifyError> {
+        let tissue = &square.tissue;
         let mut membrane = between_grips(tissue.membrane(mesh), side, u);
         if let Some(refinement) = refinement {
             membrane = membrane.with(refinement);
         }
         let middle = 0.5 * side;
-        Cracked::new(membrane, [DVec2::new(middle, 0.0), DVec2::new(middle, crack)])?.first_tip()
+        let mut cracked = Cracked::new(membrane, [DVec2::new(middle, 0.0), DVec2::new(middle, crack)])?;
+        let solved = cracked.solve()?;
+        let tip = cracked.tips()?.into_iter().next().ok_or(SimulationError::NoSuchBody)?;
+        let contour = Contour::around(&cracked, &solved.displacement, &tip, tissue, tissue.tearing.radius)?;
+        Ok((tip, ((square.release / contour.release).sqrt() - 1.0).abs()))
     };
     let (radii, patterns) = if out.is_quick() {
         (&[2][..], &[Pattern::Structured, Pattern::Unstructured][..])
@@ -53,20 +63,23 @@ pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
                 let what = format!("{}, R = {r} mm, {}", square.name, pattern.name());
                 let mut points = Vec::new();
                 for mesh in &meshes {
-                    let tip = find(&square.tissue, mesh.clone(), None)?;
+                    let (tip, energy) = find(square, mesh.clone(), None)?;
                     rows.ratio(
                         format!("{what}, {:.1} edges per R", tip.edges_per_radius),
                         square.error(&tip),
                         RESOLVED,
                     );
+                    let what = format!("{what}, {:.1} edges per R: load by energy released", tip.edges_per_radius);
+                    rows.note(what, energy, "1");
                     points.push(DVec2::new(tip.edges_per_radius, 100.0 * (tip.stress.xx / square.wanted.xx - 1.0)));
                 }
                 curves.push(Line { name: format!("{}, {}", square.name, pattern.name()), points });
-                let tip = find(&square.tissue, coarse.clone(), None)?;
+                let (tip, _) = find(square, coarse.clone(), None)?;
                 rows.note(format!("{what}, {:.1} edges per R", tip.edges_per_radius), square.error(&tip), "1");
-                let tip = find(&square.tissue, coarse.clone(), Some(refined(4.0, 0.5 * r)))?;
+                let (tip, energy) = find(square, coarse.clone(), Some(refined(4.0, 0.5 * r)))?;
                 let what = format!("{what}, refined from 1 edge per R to {:.1}", tip.edges_per_radius);
-                rows.ratio(what, square.error(&tip), REFINED);
+                rows.ratio(what.clone(), square.error(&tip), REFINED);
+                rows.note(format!("{what}: load by energy released"), energy, "1");
             }
         }
         let title = format!("opening stress at the tip, mean over {r} mm");
@@ -78,18 +91,22 @@ pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
 
 /// Both tissues of the file with its `radius`th averaging radius.
 fn squares(file: &Json, radius: usize) -> Result<Vec<Square>, VerifyError> {
-    let square = |case: usize, name: &str, material: Material, fibre_degrees: f64| {
+    let (name, text) = file!("energy_release.json");
+    let releases = Json::new(name, text)?;
+    let square = |[case, row]: [usize; 2], name: &str, material: Material, fibre_degrees: f64| {
+        // The same crack in the same square.
+        let release = releases.number(&format!("/fixed_grips/cases/{row}/table/2/G_N_per_mm"))?;
         let at = format!("/cases/{case}/rows/{radius}");
         let r = file.number(&format!("{at}/r"))?;
         let stress = file.numbers(&format!("{at}/average_sxx_syy_sxy"))?;
         let &[xx, yy, xy] = &stress[..] else { return Ok(None) };
         let tearing = Tearing { radius: r, ..Tearing::default() };
         let tissue = Tissue { material, fibre_degrees, tearing };
-        Ok::<_, VerifyError>(Some(Square { name: name.to_owned(), tissue, wanted: Sym2::new(xx, yy, xy) }))
+        Ok::<_, VerifyError>(Some(Square { name: name.to_owned(), tissue, wanted: Sym2::new(xx, yy, xy), release }))
     };
     let both = [
-        square(0, "isotropic", Material::isotropic(3.0, 0.3, 0.1), 0.0)?,
-        square(1, "fibres at 45°", Material::figure_2(), 45.0)?,
+        square([0, 0], "isotropic", Material::isotropic(3.0, 0.3, 0.1), 0.0)?,
+        square([1, 2], "fibres at 45°", Material::figure_2(), 45.0)?,
     ];
     Ok(both.into_iter().flatten().collect())
 }
