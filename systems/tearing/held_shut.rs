@@ -17,13 +17,17 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// over meshes of a kind, single meshes 0.25 to 0.37; fibres ten times as stiff at 45° to the crack 0.26 to 0.37.
 const HELD_SHUT: f64 = 0.32;
 
+/// Edges per radius from which on the whole of δ counts, and up to which nothing does. A smaller disc sees the first triangles
+/// only, not the field beyond them, and finds less than there is already about the vertex: by 30 % at a third of an edge.
+const SEES_THE_FIELD: [f64; 2] = [0.5, 1.0];
+
 /// A boundary that opens by less than this \[rad\] is a crack: stress at a notch of 90° still grows as r^−0.456
 /// (Williams 1952), at a straight boundary not at all.
 const WIDEST_CRACK: f64 = FRAC_PI_2;
 
-/// The centre of the field in the chart of a vertex \[mm\], as offset from the vertex: behind it along the bisector of the
-/// crack's lips; zero where there is no crack.
-pub fn field_tip(surface: &Surface, vertex: u32, chart: &FanChart) -> DVec2 {
+/// The centre of the field in the chart of a vertex \[mm\], as offset from the vertex, for a disc of `radius` \[mm\]: behind
+/// it along the bisector of the crack's lips; zero where there is no crack.
+pub fn field_tip(surface: &Surface, (vertex, radius): (u32, f64), chart: &FanChart) -> DVec2 {
     let (from, to) = chart.range();
     if chart.is_closed() || TAU - (to - from) >= WIDEST_CRACK {
         return DVec2::ZERO;
@@ -32,13 +36,16 @@ pub fn field_tip(surface: &Surface, vertex: u32, chart: &FanChart) -> DVec2 {
     // Behind the last edge the crack may go another way, or end.
     let longest = lips[0].length().min(lips[1].length());
     let back = (lips[0].normalize_or_zero() + lips[1].normalize_or_zero()).normalize_or_zero();
-    back * (HELD_SHUT * local_edge(surface, vertex)).min(longest)
+    let edge = local_edge(surface, vertex);
+    let [none, whole] = SEES_THE_FIELD;
+    let part = ((radius / edge - none) / (whole - none)).clamp(0.0, 1.0);
+    back * (HELD_SHUT * edge * part).min(longest)
 }
 
 /// Lays the disc of `radius` \[mm\] about the centre of the field at a vertex; its fibre is that at the vertex.
 pub fn lay_at_tip(disc: &mut Disc, surface: &Surface, (vertex, radius): (u32, f64), chart: &FanChart, walk: &mut Walk) {
     let axes = chart.axes();
-    let offset = field_tip(surface, vertex, chart);
+    let offset = field_tip(surface, (vertex, radius), chart);
     let centre = surface.vertices.rest_position[vertex as usize] + axes[0] * offset.x + axes[1] * offset.y;
     // The walk takes in all triangles by which the edge is measured, so that it depends on no others.
     disc.lay(surface, (centre, axes, radius), triangles_around(surface, vertex), walk);
