@@ -209,13 +209,4 @@ impl Cracked {
         });
         Ok(seen.collect())
     }
-
-    /// Solves and looks at the first tip.
-    ///
-    /// # Errors
-    /// Where the solve fails, and if there is no tip.
-    pub fn first_tip(&mut self) -> Result<Tip, VerifyError> {
-        self.solve()?;
-        Ok(self.tips()?.into_iter().next().ok_or(SimulationError::NoSuchBody)?)
-    }
 }

@@ -1,7 +1,7 @@
 //! Tears: where they go and at which load, compared across meshes, time steps and modes, and with theory.
 
-pub mod contour;
-pub mod cracked;
+mod contour;
+mod cracked;
 pub mod hausdorff;
 pub mod square;
 
