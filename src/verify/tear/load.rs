@@ -1,9 +1,10 @@
 //! The load at which a crack tears, against that which its stress intensity and R predict: the criterion on the singular
-//! field averaged over the disc.
+//! field averaged over the disc. Beside it the load at which the energy released per area, from a ring around the tip, is
+//! that of the same stress intensity: what a criterion on energy would find.
 
 use super::super::reference::{Json, file};
-use super::super::{Artifacts, Axes, Line, Row, Rows, VerifyError};
-use super::contour::Contour;
+use super::super::{Artifacts, Axes, Line, Row, Rows, VerifyError, largest};
+use super::contour::{Contour, RINGS};
 use super::cracked::{Cracked, Pattern, Tissue, between_grips, refined, under_tension};
 use crate::components::{Material, Tearing};
 use crate::event::EventKind;
@@ -53,17 +54,45 @@ enum Load {
 pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-load");
     let sheets = sheets()?;
-    let (sheets, patterns) =
-        if out.is_quick() { (&sheets[..1], &Pattern::ALL[..1]) } else { (&sheets[..], &Pattern::ALL[..]) };
+    let (sheets, patterns, edges) = match out.is_quick() {
+        true => (&sheets[..1], &Pattern::ALL[..1], &EDGES[2..]),
+        false => (&sheets[..], &Pattern::ALL[..], &EDGES[..]),
+    };
+    // Per entry of `edges`.
+    let mut all: Vec<Vec<Found>> = vec![Vec::new(); edges.len()];
     for sheet in sheets {
         let mut lines = Vec::new();
+        let mut of_sheet = Vec::new();
         for &pattern in patterns {
-            lines.extend(resolutions(&mut rows, sheet, pattern, out.is_quick())?);
+            let mut found = Vec::new();
+            for (&edges, all) in edges.iter().zip(&mut all) {
+                let one = sheet.loads(pattern, edges)?;
+                one.judge(&mut rows, &format!("{}, {}", sheet.name, pattern.name()), edges == RESOLVED);
+                found.push(one);
+                all.push(one);
+            }
+            lines.extend(Found::BY.map(|(by, error)| {
+                let point = |found: &Found| DVec2::new(found.edges_per_radius, 100.0 * error(found));
+                Line { name: format!("{by}, {}", pattern.name()), points: found.iter().map(point).collect() }
+            }));
+            of_sheet.extend(found);
+        }
+        // The criterion sees more than the singular field; what the mesh does to it shows in the spread.
+        for (by, error) in Found::BY {
+            let errors = || of_sheet.iter().map(error);
+            let spread = errors().fold(f64::MIN, f64::max) - errors().fold(f64::MAX, f64::min);
+            rows.note(format!("{}: spread of the load over all meshes, by {by}", sheet.name), spread, "1");
         }
         let title = format!("tear load, {}", sheet.name);
         let axes = Axes { title: &title, names: ["edges per R", "load above prediction [%]"], is_isometric: false };
         let name = sheet.name.replace([',', ' ', '=', '/'], "");
         out.plot(&format!("tear-load-{name}"), axes, &lines)?;
+    }
+    for (edges, found) in edges.iter().zip(&all) {
+        for (by, error) in Found::BY {
+            let worst = largest(found.iter().map(|found| error(found).abs()));
+            rows.note(format!("all sheets, at least {edges} edges per R: tear load by {by}, worst"), worst, "1");
+        }
     }
     if let Some(sheet) = sheets.first() {
         sheet.bisect(&mut rows)?;
@@ -71,28 +100,25 @@ pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     rows.finish()
 }
 
-/// Loads of one sheet on one pattern of mesh: the disc average's and that of the energy released.
-fn resolutions(rows: &mut Rows, sheet: &Sheet, pattern: Pattern, is_quick: bool) -> Result<[Line; 2], VerifyError> {
-    let mut lines = ["disc average", "energy released"]
-        .map(|by| Line { name: format!("{by}, {}", pattern.name()), points: Vec::new() });
-    for &edges in if is_quick { &EDGES[2..] } else { &EDGES[..] } {
-        let found = sheet.loads(pattern, edges)?;
-        let what = format!("{}, {}, {:.1} edges per R", sheet.name, pattern.name(), found.edges_per_radius);
-        let limit = if edges == RESOLVED { TOLERANCE } else { f64::INFINITY };
-        rows.ratio(format!("{what}: tear load"), found.disc.abs(), limit);
-        rows.ratio(format!("{what}: tear load by energy released"), found.energy.abs(), limit);
-        for (line, error) in lines.iter_mut().zip([found.disc, found.energy]) {
-            line.points.push(DVec2::new(found.edges_per_radius, 100.0 * error));
-        }
-    }
-    Ok(lines)
-}
-
 /// How far the loads at which a tear begins lie above those predicted, relatively.
+#[derive(Clone, Copy)]
 struct Found {
     edges_per_radius: f64,
     disc: f64,
     energy: f64,
+}
+
+impl Found {
+    const BY: [(&str, fn(&Self) -> f64); 2] =
+        [("disc average", |found| found.disc), ("energy released", |found| found.energy)];
+
+    fn judge(&self, rows: &mut Rows, what: &str, is_resolved: bool) {
+        let limit = if is_resolved { TOLERANCE } else { f64::INFINITY };
+        for (by, error) in Self::BY {
+            let what = format!("{what}, {:.1} edges per R: tear load by {by}", self.edges_per_radius);
+            rows.ratio(what, error(self).abs(), limit);
+        }
+    }
 }
 
 impl Sheet {
@@ -136,7 +162,7 @@ impl Sheet {
         // The criterion grows with the load, the energy released with its square; a centre crack tears at the weaker tip.
         if let Some(tip) = cracked.tips()?.into_iter().max_by(|a, b| a.value.total_cmp(&b.value)) {
             let radius = self.tissue.tearing.radius;
-            let contour = Contour::around(&cracked, &solved.displacement, &tip, &self.tissue, radius)?;
+            let contour = Contour::around(&cracked, &solved.displacement, &tip, &self.tissue, RINGS * radius)?;
             found.edges_per_radius = tip.edges_per_radius;
             found.disc = predicted / tip.value - 1.0;
             found.energy = (release / contour.release).sqrt() - 1.0;
