@@ -108,9 +108,11 @@ struct Found {
     energy: f64,
 }
 
+/// By what, and by how much it is off.
+type Reading = (&'static str, fn(&Found) -> f64);
+
 impl Found {
-    const BY: [(&str, fn(&Self) -> f64); 2] =
-        [("disc average", |found| found.disc), ("energy released", |found| found.energy)];
+    const BY: [Reading; 2] = [("disc average", |found| found.disc), ("energy released", |found| found.energy)];
 
     fn judge(&self, rows: &mut Rows, what: &str, is_resolved: bool) {
         let limit = if is_resolved { TOLERANCE } else { f64::INFINITY };
