@@ -20,7 +20,7 @@ const SAME: f64 = 1e-6;
 
 /// A kind of mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+pub enum Kind {
     Structured,
     Rotated,
     Jittered,
@@ -28,10 +28,11 @@ enum Kind {
 }
 
 impl Kind {
-    const ALL: [Self; 4] = [Self::Structured, Self::Rotated, Self::Jittered, Self::Unstructured];
+    /// All kinds.
+    pub const ALL: [Self; 4] = [Self::Structured, Self::Rotated, Self::Jittered, Self::Unstructured];
 
     /// As a scene file writes it.
-    fn mesh(self, cells: u32) -> String {
+    pub fn mesh(self, cells: u32) -> String {
         // As many equilateral triangles as there are halves of square cells.
         let edge = 30.0 / f64::from(cells) * (2.0 / 3.0_f64.sqrt()).sqrt();
         let square = "corners = [[0, 0], [30, 0], [30, 30], [0, 30]]";

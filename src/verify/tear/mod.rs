@@ -6,6 +6,7 @@ pub mod square;
 pub(super) mod energy;
 pub(super) mod fibre;
 pub(super) mod mesh;
+pub(super) mod quality;
 pub(super) mod shape;
 pub(super) mod symmetry;
 pub(super) mod time_step;
