@@ -41,6 +41,7 @@ cases! {
     tear_mesh "tear-mesh",
     tear_mesh_stable "tear-mesh-stable",
     tear_mesh_edge "tear-mesh-edge",
+    tear_quality "tear-quality",
     tear_symmetry "tear-symmetry",
     tear_shape "tear-shape",
     tear_time_step "tear-time-step",

@@ -146,6 +146,7 @@ pub const CASES: &[Case] = &[
     tear("tear-mesh", "path and load of a tear on four kinds of mesh", tear::mesh::run),
     tear("tear-mesh-stable", "the same in equilibria, over the whole tear", tear::mesh::stable),
     tear("tear-mesh-edge", "the same along edges", tear::mesh::edge),
+    tear("tear-quality", "angles, triangles, area and mass of torn meshes", tear::quality::run),
     tear("tear-symmetry", "symmetric squares tear symmetrically", tear::symmetry::run),
     tear("tear-shape", "the hyperbola between two pulling points, forbidden directions", tear::shape::run),
     tear("tear-time-step", "path and load of a tear as the time step falls", tear::time_step::run),

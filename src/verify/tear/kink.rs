@@ -77,25 +77,26 @@ pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     };
     let slants: Vec<Slant> = csv(name, text)?.into_iter().map(slant).collect();
     let tissue = Tissue::isotropic(1.0, RADIUS);
-    let patterns = if out.is_quick() { &Pattern::ALL[..1] } else { &Pattern::ALL[..] };
-    let slants = if out.is_quick() { &slants[1..3] } else { &slants[..] };
+    let (patterns, edges) = match out.is_quick() {
+        true => (&Pattern::ALL[..1], &EDGES[2..]),
+        false => (&Pattern::ALL[..], &EDGES[..]),
+    };
 
     let mut lines = ["disc of the analytic field, with T", "its limit R/a → 0", "Erdogan, Sih"]
         .map(|name| Line { name: name.to_owned(), points: Vec::new() })
         .to_vec();
-    for slant in slants {
+    for slant in &slants {
         for (line, kink) in lines.iter_mut().zip([slant.wanted(&tissue)?, slant.limit, slant.hoop]) {
             line.points.push(DVec2::new(90.0 - slant.beta.to_degrees(), kink));
         }
     }
-    let edges = if out.is_quick() { &EDGES[2..] } else { &EDGES[..] };
     for &pattern in patterns {
         let mesh = pattern.mesh(DVec2::splat(SIDE), COARSE)?;
         for &edges in edges {
             let mut worst = [0.0; 2];
             let mut found: [Line; 2] = ["criterion", "energy release"]
                 .map(|by| Line { name: format!("{by}, {}, {edges} edges per R", pattern.name()), points: Vec::new() });
-            for slant in slants {
+            for slant in &slants {
                 let kinks = one(&mut rows, (pattern, &mesh, edges), &tissue, slant)?;
                 for (line, kink) in found.iter_mut().zip(kinks.first) {
                     line.points.push(DVec2::new(90.0 - slant.beta.to_degrees(), kink));

@@ -10,6 +10,7 @@ pub(super) mod fibre;
 pub(super) mod kink;
 pub(super) mod load;
 pub(super) mod mesh;
+pub(super) mod quality;
 pub(super) mod release;
 pub(super) mod shape;
 pub(super) mod symmetry;
