@@ -1,8 +1,8 @@
 //! Carrying out an advance: each way is done, judged by the triangles it leaves, and taken back if another may be better.
 
 use super::{Advance, Cutter, End, TearRefusal, TipChart, Tried, Way, Ways, plan_free};
-use crate::math::smallest_angle;
-use crate::storage::{Edit, EditRecord, Refusal, measure::rest_corners};
+use crate::math::{SmallestAngle, smallest_angle};
+use crate::storage::{Edit, EditRecord, NONE, Refusal, measure::rest_corners};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
@@ -145,14 +145,10 @@ impl Cutter<'_, '_> {
 
     /// The smallest rest angle \[rad\] of the triangles shaped by the records from `start` on; π where there are none.
     pub(super) fn smallest_touched(&self, start: usize) -> f64 {
-        let mut smallest = std::f64::consts::PI;
-        for record in self.shaped(start) {
+        self.smallest_among(self.shaped(start).flat_map(|record| {
             let new = record.first_triangle..record.first_triangle + record.new_triangles.len() as u32;
-            for row in record.changed_triangles.iter().map(|c| c.row).chain(new) {
-                smallest = smallest.min(self.angle_of(row));
-            }
-        }
-        smallest
+            record.changed_triangles.iter().map(|c| c.row).chain(new)
+        }))
     }
 
     /// The records from `start` on that have changed the shape of triangles: an opening does not.
@@ -161,19 +157,25 @@ impl Cutter<'_, '_> {
     }
 
     pub(super) fn angle_of(&self, triangle: u32) -> f64 {
-        smallest_angle(rest_corners(self.mesh.vertices, self.mesh.triangles.corners[triangle as usize]))
+        smallest_angle(self.rest_of(triangle))
+    }
+
+    /// Rest positions \[mm\] of a triangle's corners.
+    pub(super) fn rest_of(&self, triangle: u32) -> [DVec3; 3] {
+        rest_corners(self.mesh.vertices, self.mesh.triangles.corners[triangle as usize])
+    }
+
+    /// The smallest rest angle \[rad\] of some triangles; π where there are none.
+    fn smallest_among(&self, triangles: impl Iterator<Item = u32>) -> f64 {
+        SmallestAngle::among(triangles.map(|row| self.rest_of(row)))
+            .map_or(std::f64::consts::PI, |angle| angle.radians())
     }
 
     /// The smallest rest angle \[rad\] around the tip, and across the edges opposite to it.
     fn smallest_around(&self, tip: &TipChart) -> f64 {
-        let mut smallest = std::f64::consts::PI;
-        for &(triangle, corner) in &tip.fan.sectors {
-            smallest = smallest.min(self.angle_of(triangle));
+        self.smallest_among(tip.fan.sectors.iter().flat_map(|&(triangle, corner)| {
             let across = self.mesh.topology.neighbours[triangle as usize][(corner + 1) % 3];
-            if across != crate::storage::NONE {
-                smallest = smallest.min(self.angle_of(across));
-            }
-        }
-        smallest
+            std::iter::once(triangle).chain((across != NONE).then_some(across))
+        }))
     }
 }
