@@ -75,7 +75,13 @@ impl SmallestAngle {
 
     /// The smallest of several triangles; `None` without any.
     pub fn among(triangles: impl Iterator<Item = [DVec3; 3]>) -> Option<Self> {
-        triangles.map(Self::new).reduce(|least, angle| if angle.is_smaller_than(&least) { angle } else { least })
+        triangles.map(Self::new).reduce(Self::or_smaller)
+    }
+
+    /// The other one where that is smaller.
+    #[inline]
+    pub fn or_smaller(self, other: Self) -> Self {
+        if other.is_smaller_than(&self) { other } else { self }
     }
 
     /// Whether it is smaller than another: by more than roundings, or in radians.

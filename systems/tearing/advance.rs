@@ -57,26 +57,33 @@ impl Cutter<'_, '_> {
         let before = self.smallest_around(tip);
         let mut tried = Tried::default();
         let mut best: Option<(f64, &Way)> = None;
+        // The last attempt stands until another one is made: where it is the best, it need not be done again.
+        let mut standing: Option<(Advance, &Way)> = None;
         for way in &ways.exact {
-            let Some(advance) = self.attempt(tip, way, opening, &mut tried) else { continue };
+            self.roll_back(start);
+            standing = self.attempt(tip, way, opening, &mut tried).map(|advance| (advance, way));
+            let Some((advance, _)) = standing else { continue };
             if advance.smallest_angle >= self.quality.good.min(before) {
                 return self.finish(start, advance, tip, opening);
             }
             if best.is_none_or(|(angle, _)| advance.smallest_angle > angle) {
                 best = Some((advance.smallest_angle, way));
             }
-            self.roll_back(start);
         }
         let least = self.quality.least.min(before);
         let exact = |limit: f64| best.filter(|&(angle, _)| angle >= limit).map(|(_, way)| way).into_iter();
         let order = exact(self.quality.exact.min(before)).chain(&ways.snaps).chain(exact(least)).chain(&ways.detours);
         for way in order {
-            let Some(advance) = self.attempt(tip, way, opening, &mut tried) else { continue };
-            if advance.smallest_angle >= least {
+            let stands = standing.take().filter(|&(_, standing)| std::ptr::eq(standing, way));
+            let advance = stands.map(|(advance, _)| advance).or_else(|| {
+                self.roll_back(start);
+                self.attempt(tip, way, opening, &mut tried)
+            });
+            if let Some(advance) = advance.filter(|advance| advance.smallest_angle >= least) {
                 return self.finish(start, advance, tip, opening);
             }
-            self.roll_back(start);
         }
+        self.roll_back(start);
         Err(TearRefusal::NoWay(tried))
     }
 
@@ -134,13 +141,12 @@ impl Cutter<'_, '_> {
 
     /// Undoes the records from `start` on.
     pub(super) fn roll_back(&mut self, start: usize) {
-        while self.scratch.records.len() > start {
-            if let Some(record) = self.scratch.records.pop() {
-                // The records are this mesh's last edits, in order, so the undo cannot be refused.
-                let undone = crate::storage::undo(self.mesh, &record);
-                debug_assert_eq!(undone, Ok(()));
-            }
+        for record in self.scratch.records[start..].iter().rev() {
+            // The records are this mesh's last edits, in order, so the undo cannot be refused.
+            let undone = crate::storage::undo(self.mesh, record);
+            debug_assert_eq!(undone, Ok(()));
         }
+        self.scratch.records.truncate(start);
     }
 
     /// The smallest rest angle \[rad\] of the triangles shaped by the records from `start` on; π where there are none.

@@ -59,10 +59,8 @@ impl Cutter<'_, '_> {
         }
         let Some(p) = triangles.corners[other as usize].into_iter().find(|&c| c != u && c != v) else { return false };
         let [u, v, o, p] = [u, v, o, p].map(|row| self.mesh.vertices.rest_position[row as usize]);
-        let smaller = |a: [DVec3; 3], b: [DVec3; 3]| SmallestAngle::among([a, b].into_iter());
-        let (Some(old), Some(new)) = (smaller([u, v, o], [v, u, p]), smaller([u, p, o], [v, o, p])) else {
-            return false;
-        };
+        let old = SmallestAngle::new([u, v, o]).or_smaller(SmallestAngle::new([v, u, p]));
+        let new = SmallestAngle::new([u, p, o]).or_smaller(SmallestAngle::new([v, o, p]));
         if new.is_smaller_than(&old) || new.radians() <= old.radians() + GAIN {
             return false;
         }
