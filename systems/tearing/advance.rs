@@ -1,6 +1,6 @@
 //! Carrying out an advance: each way is done, judged by the triangles it leaves, and taken back if another may be better.
 
-use super::{Advance, Cutter, End, TearRefusal, TipChart, Tried, Way, Ways, plan_free};
+use super::{Advance, Cutter, End, TearRefusal, TearScratch, TipChart, Tried, Way, Ways, plan_free};
 use crate::math::{SmallestAngle, smallest_angle};
 use crate::storage::{Edit, EditRecord, NONE, Refusal, measure::rest_corners};
 use glam::DVec3;
@@ -56,34 +56,38 @@ impl Cutter<'_, '_> {
         let start = self.scratch.records.len();
         let before = self.smallest_around(tip);
         let mut tried = Tried::default();
-        let mut best: Option<(f64, &Way)> = None;
-        // The last attempt stands until another one is made: where it is the best, it need not be done again.
-        let mut standing: Option<(Advance, &Way)> = None;
+        // The best attempt so far stands until another one is made.
+        let mut best: Option<Advance> = None;
         for way in &ways.exact {
-            self.roll_back(start);
-            standing = self.attempt(tip, way, opening, &mut tried).map(|advance| (advance, way));
-            let Some((advance, _)) = standing else { continue };
+            self.lay_aside(start);
+            let Some(advance) = self.attempt(tip, way, opening, &mut tried) else { continue };
             if advance.smallest_angle >= self.quality.good.min(before) {
                 return self.finish(start, advance, tip, opening);
             }
-            if best.is_none_or(|(angle, _)| advance.smallest_angle > angle) {
-                best = Some((advance.smallest_angle, way));
+            if best.is_none_or(|best| advance.smallest_angle > best.smallest_angle) {
+                best = Some(advance);
+            } else {
+                self.roll_back(start);
             }
         }
         let least = self.quality.least.min(before);
-        let exact = |limit: f64| best.filter(|&(angle, _)| angle >= limit).map(|(_, way)| way).into_iter();
-        let order = exact(self.quality.exact.min(before)).chain(&ways.snaps).chain(exact(least)).chain(&ways.detours);
-        for way in order {
-            let stands = standing.take().filter(|&(_, standing)| std::ptr::eq(standing, way));
-            let advance = stands.map(|(advance, _)| advance).or_else(|| {
-                self.roll_back(start);
-                self.attempt(tip, way, opening, &mut tried)
-            });
-            if let Some(advance) = advance.filter(|advance| advance.smallest_angle >= least) {
+        if let Some(advance) = best.filter(|best| best.smallest_angle >= self.quality.exact.min(before)) {
+            return self.finish_best(start, advance, tip, opening);
+        }
+        self.lay_aside(start);
+        for way in &ways.snaps {
+            if let Some(advance) = self.attempt_for(least, tip, way, opening, &mut tried) {
                 return self.finish(start, advance, tip, opening);
             }
         }
-        self.roll_back(start);
+        if let Some(advance) = best.filter(|best| best.smallest_angle >= least) {
+            return self.finish_best(start, advance, tip, opening);
+        }
+        for way in &ways.detours {
+            if let Some(advance) = self.attempt_for(least, tip, way, opening, &mut tried) {
+                return self.finish(start, advance, tip, opening);
+            }
+        }
         Err(TearRefusal::NoWay(tried))
     }
 
@@ -110,6 +114,53 @@ impl Cutter<'_, '_> {
         };
         tried.note(way.course, advance.smallest_angle);
         Some(advance)
+    }
+
+    /// The same where the smallest angle \[rad\] that is left is at least `least`; after `None` everything is as it was.
+    fn attempt_for(
+        &mut self,
+        least: f64,
+        tip: &TipChart,
+        way: &Way,
+        opening: &Opening<'_>,
+        tried: &mut Tried,
+    ) -> Option<Advance> {
+        let start = self.scratch.records.len();
+        let advance = self.attempt(tip, way, opening, tried)?;
+        if advance.smallest_angle < least {
+            self.roll_back(start);
+            return None;
+        }
+        Some(advance)
+    }
+
+    /// Takes the best attempt back if it stands, and keeps its edits, flips included: doing them again needs no search.
+    fn lay_aside(&mut self, start: usize) {
+        let TearScratch { records, best, .. } = &mut *self.scratch;
+        if records.len() > start {
+            best.clear();
+            best.extend(records[start..].iter().map(|record| record.edit.clone()));
+            self.roll_back(start);
+        }
+    }
+
+    /// Opens the way of the best attempt, which is done again if it was laid aside; after an error everything is as it was.
+    fn finish_best(
+        &mut self,
+        start: usize,
+        advance: Advance,
+        tip: &TipChart,
+        opening: &Opening<'_>,
+    ) -> Result<Advance, TearRefusal> {
+        let laid_aside = if self.scratch.records.len() > start { 0 } else { self.scratch.best.len() };
+        for place in 0..laid_aside {
+            let edit = self.scratch.best[place].clone();
+            if let Err(refusal) = self.edit(&edit) {
+                self.roll_back(start);
+                return Err(refusal.into());
+            }
+        }
+        self.finish(start, advance, tip, opening)
     }
 
     /// Opens the way that was taken, whose shaping began with record `start`; after an error everything is as it was.
