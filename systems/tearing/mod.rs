@@ -40,7 +40,7 @@ pub use tip_memory::TipMemory;
 pub use tip_stress::{DiscAverage, Surface, disc_average};
 
 use crate::event::Course;
-use crate::storage::{EditRecord, Mesh, Refusal};
+use crate::storage::{Edit, EditRecord, Mesh, Refusal};
 use glam::DVec3;
 use std::fmt;
 
@@ -196,6 +196,7 @@ pub struct End {
 pub struct TearScratch {
     /// The edits done, in order. The caller clears them after the followers have followed.
     pub records: Vec<EditRecord>,
+    best: Vec<Edit>,
     marks: Vec<u8>,
     queues: [Vec<u32>; 2],
 }
