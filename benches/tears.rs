@@ -14,7 +14,7 @@ use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{EditRecord, Mesh, Tips, Topology, Triangles, Vertices, undo};
 use rhexis::systems::kernels::failure::{Cone, Search, Sector, Strength, evaluate};
-use rhexis::systems::tearing::{Cutter, Disc, Quality, Surface, TearScratch, TipMemory, Walk, strength};
+use rhexis::systems::tearing::{Cutter, Disc, Quality, Surface, TearScratch, TipMemory, Walk, lay_at_tip, strength};
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
 
@@ -107,11 +107,9 @@ fn at_tip(edges_per_radius: f64, f: impl FnOnce(&Surface, u32, f64)) {
 fn disc_first_visit(bencher: Bencher, edges_per_radius: f64) {
     at_tip(edges_per_radius, |surface, tip, radius| {
         let (mut disc, mut walk) = (Disc::default(), Walk::default());
-        let axes = surface.chart(tip).expect("a fan").axes();
-        let centre = surface.vertices.rest_position[tip as usize];
+        let chart = surface.chart(tip).expect("a fan");
         let mut lay = || {
-            let start = surface.topology.incident[tip as usize].iter().map(|&entry| entry / 3);
-            disc.lay(surface, (centre, axes, radius), start, &mut walk);
+            lay_at_tip(&mut disc, surface, (tip, radius), &chart, &mut walk);
             disc.triangles().count()
         };
         let count = lay();
@@ -124,10 +122,8 @@ fn disc_first_visit(bencher: Bencher, edges_per_radius: f64) {
 fn disc_at_rest(bencher: Bencher, edges_per_radius: f64) {
     at_tip(edges_per_radius, |surface, tip, radius| {
         let mut disc = Disc::default();
-        let axes = surface.chart(tip).expect("a fan").axes();
-        let centre = surface.vertices.rest_position[tip as usize];
-        let start = surface.topology.incident[tip as usize].iter().map(|&entry| entry / 3);
-        disc.lay(surface, (centre, axes, radius), start, &mut Walk::default());
+        let chart = surface.chart(tip).expect("a fan");
+        lay_at_tip(&mut disc, surface, (tip, radius), &chart, &mut Walk::default());
         bencher.counter(ItemsCount::new(disc.triangles().count())).bench_local(|| disc.stress(black_box(surface)));
     });
 }

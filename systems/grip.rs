@@ -33,13 +33,16 @@ pub fn grip(world: &mut hecs::World, step: &StepContext) -> usize {
                 grips.held[k] = take(grip, vertices, place);
                 grips.turn[k] = turn;
             }
+            let area = |row: u32| topology.vertex_area(triangles, row);
+            let total: f64 = grips.held[k].rows().iter().map(|&row| area(row)).sum();
             let carried = grips.turn[k] * (grip.path.at(step.time) - grip.path.at(grip.from));
             for (&row, &taken_at) in grips.held[k].rows().iter().zip(grips.held[k].values()) {
                 let v = row as usize;
-                let pull = (taken_at + carried - vertices.position[v]) * grip.stiffness;
+                let stiffness = grip.stiffness * (area(row) / total);
+                let pull = (taken_at + carried - vertices.position[v]) * stiffness;
                 forces.nodal[v] += pull;
                 grips.force[k] += pull;
-                external.block[v] += DMat3::from_diagonal(DVec3::splat(grip.stiffness));
+                external.block[v] += DMat3::from_diagonal(DVec3::splat(stiffness));
             }
         }
         count += usize::from(is_any_closed);

@@ -131,7 +131,7 @@ fn decision(simulation: &Simulation, body: Entity) -> TearDecision {
 }
 
 #[test]
-fn from_one_edge_per_radius_refinement_brings_the_disc_average_within_a_tenth() {
+fn from_one_edge_per_radius_refinement_brings_the_disc_average_within_a_twentieth() {
     let text = std::fs::read_to_string("tests/reference/tip_disc_average.json").unwrap();
     let reference: serde_json::Value = serde_json::from_str(&text).unwrap();
     for (case, material, fibre) in [(0, Material::isotropic(3.0, 0.3, 0.1), 0.0), (1, Material::figure_2(), 45.0)] {
@@ -150,7 +150,6 @@ fn from_one_edge_per_radius_refinement_brings_the_disc_average_within_a_tenth() 
                 (errors.into_iter().fold(0.0, f64::max), decision.edges_per_radius, simulation, body)
             };
             let (coarse, few, ..) = found(None);
-            // The default's 4 edges and a budget of 1.6 leave 4.7 to 8.7 %, on the last mesh 10.4: the budget ends it there.
             let refinement = Refinement { edges_per_radius: 6.0, budget: 3.0, ..Refinement::default() };
             let (fine, many, simulation, body) = found(Some(refinement));
             let world = simulation.world();
@@ -161,7 +160,8 @@ fn from_one_edge_per_radius_refinement_brings_the_disc_average_within_a_tenth() 
             println!(
                 "{case} {name}: {from:.2} % at {few:.2} edges -> {to:.2} % at {many:.2}, angles {least:.1}° {percentile:.1}°"
             );
-            assert!(few < 1.2 && many >= 6.0 && fine < 0.1 && fine < coarse, "{case} {name}");
+            // The coarse mesh may be nearer by chance: errors of the disc and of the mesh around it have opposite signs.
+            assert!(few < 1.2 && many >= 6.0 && fine < 0.05, "{case} {name}");
             assert!(least >= 14.0 && percentile >= 18.0, "{case} {name}");
         }
     }
@@ -186,16 +186,17 @@ fn of(run: &Run) -> Refined {
 
 const COARSE: [usize; 2] = [30, 25];
 
-/// A whole tear from a mesh with 1.4 edges per radius goes as on a fine one: first tear at the load of M(120, 100), along the
+/// A whole tear from a mesh with 1.4 edges per radius goes as on a fine one: first tear at the load to which M(60, 50), M(120,
+/// 100) and M(240, 200) tend, along the
 /// fibre to its end, within the budget; behind the tip the triangles are joined again.
 #[test]
 fn a_coarse_square_tears_as_a_fine_one() {
     let tip = DVec2::new(15.0, 27.0);
     let slope = |degrees: f64| tip.y - tip.x * degrees.to_radians().tan();
     let cases = [
-        ("90°", Square::new(COARSE, 90.0), 90.0, 0.656, DVec2::new(15.0, 0.0)),
-        ("60°", Square::new(COARSE, 60.0), 60.0, 0.89, DVec2::new(0.0, slope(60.0))),
-        ("isotropic", Square::isotropic(COARSE), 90.0, 0.881, DVec2::new(15.0, 0.0)),
+        ("90°", Square::new(COARSE, 90.0), 90.0, 0.670, DVec2::new(15.0, 0.0)),
+        ("60°", Square::new(COARSE, 60.0), 60.0, 0.895, DVec2::new(0.0, slope(60.0))),
+        ("isotropic", Square::isotropic(COARSE), 90.0, 0.902, DVec2::new(15.0, 0.0)),
     ];
     for (name, square, line, load, end) in cases {
         let refinement = Refinement::default();

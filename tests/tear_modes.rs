@@ -220,12 +220,14 @@ fn a_tear_starts_with_two_tips_in_the_thin_part_of_a_sheet() {
     simulation.settle(0.7 / common::GRIP_SPEED, 1e-8).unwrap();
     let mut events: Vec<Event> = Vec::new();
     let advance_count = |s: &Simulation| s.world().get::<&TearLog>(body).unwrap().advance_count;
-    while advance_count(&simulation) < 4 && simulation.time() < 330.0 {
+    while advance_count(&simulation) < 2 && simulation.time() < 330.0 {
         // So slowly that the tear runs before the rest of the sheet is loaded beyond its strength.
         simulation.step(1.0).unwrap();
         events.extend(simulation.drain_events());
     }
-    assert_eq!(advance_count(&simulation), 4);
+    // Both tips, once: at the edge of the thin part they rest. The tear is then as long as the averaging radius, which is
+    // little of a stress concentration.
+    assert_eq!(advance_count(&simulation), 2);
     // Tips raise no other tears around them.
     let [one, other] = starts(&events)[..] else { panic!("{events:?}") };
     let middle = 0.5 * (one + other);

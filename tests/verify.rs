@@ -41,8 +41,13 @@ cases! {
     tear_mesh "tear-mesh",
     tear_mesh_stable "tear-mesh-stable",
     tear_mesh_edge "tear-mesh-edge",
+    tear_quality "tear-quality",
     tear_symmetry "tear-symmetry",
     tear_shape "tear-shape",
     tear_time_step "tear-time-step",
     tear_energy "tear-energy",
+    tear_tip_stress "tear-tip-stress",
+    tear_release "tear-release",
+    tear_load "tear-load",
+    tear_kink "tear-kink",
 }

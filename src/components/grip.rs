@@ -36,7 +36,8 @@ pub struct NearTip {
 }
 
 /// One grasp. Between `from` and `until` every vertex whose rest position lies within `radius` of `material_point` is drawn
-/// by a spring towards where the hand has carried it: its position at the grasp plus the hand's displacement since.
+/// by a spring towards where the hand has carried it: its position at the grasp plus the hand's displacement since. What edits
+/// add between the held vertices is held as well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grip {
     /// Name in reports.
@@ -51,7 +52,8 @@ pub struct Grip {
     pub near_tip: Option<NearTip>,
     /// Pinch radius \[mm\]; the nearest vertex is always taken.
     pub radius: f64,
-    /// Stiffness per vertex \[N/mm\].
+    /// Stiffness of the whole pinch \[N/mm\], shared by rest area (a third of a vertex's triangles'): a finer mesh, or a tear
+    /// between the jaws, does not make it stiffer.
     pub stiffness: f64,
     /// The hand's path.
     pub path: Path,

@@ -13,4 +13,4 @@ pub use element::{ElementState, Polar};
 pub use fracture::{CrackTip, Modes};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 pub use sym2::Sym2;
-pub use triangle::{RestTriangle, smallest_angle};
+pub use triangle::{RestTriangle, SmallestAngle, smallest_angle};

@@ -48,12 +48,67 @@ impl RestTriangle {
     }
 }
 
+/// Squared tangents nearer to each other than this part may stand for the same angle \[rad\].
+const TIE: f64 = 1e-12;
+
+/// The smallest interior angle of a triangle, before its root and arctangent are taken: those are wanted of one triangle
+/// among many only, and to compare angles needs neither. It is 60° at the most, so squared tangents order it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmallestAngle {
+    /// Square of the sine, times that of the product of the sides at the angle \[mm⁴\].
+    sine_sq: f64,
+    /// The cosine, times the product of the sides \[mm²\].
+    cosine: f64,
+}
+
+impl SmallestAngle {
+    /// That of the triangle with corners `x` \[mm\].
+    #[inline]
+    pub fn new(x: [DVec3; 3]) -> Self {
+        // It stands opposite to the shortest side.
+        let side_sq = |i: usize| x[(i + 1) % 3].distance_squared(x[(i + 2) % 3]);
+        let sides = [side_sq(0), side_sq(1), side_sq(2)];
+        let i = if sides[0] <= sides[1] && sides[0] <= sides[2] { 0 } else { 1 + usize::from(sides[2] < sides[1]) };
+        let (a, b) = (x[(i + 1) % 3] - x[i], x[(i + 2) % 3] - x[i]);
+        Self { sine_sq: a.cross(b).length_squared(), cosine: a.dot(b) }
+    }
+
+    /// The smallest of several triangles; `None` without any.
+    pub fn among(triangles: impl Iterator<Item = [DVec3; 3]>) -> Option<Self> {
+        triangles.map(Self::new).reduce(Self::or_smaller)
+    }
+
+    /// The other one where that is smaller.
+    #[inline]
+    pub fn or_smaller(self, other: Self) -> Self {
+        if other.is_smaller_than(&self) { other } else { self }
+    }
+
+    /// Whether it is smaller than another: by more than roundings, or in radians.
+    #[inline]
+    pub fn is_smaller_than(&self, other: &Self) -> bool {
+        let own = self.sine_sq * (other.cosine * other.cosine);
+        let others = other.sine_sq * (self.cosine * self.cosine);
+        if (own - others).abs() > TIE * others {
+            own < others
+        } else {
+            self != other && self.radians() < other.radians()
+        }
+    }
+
+    /// Whether it is smaller than the acute angle whose tangent has this square.
+    #[inline]
+    pub fn is_below_tangent_sq(&self, tangent_sq: f64) -> bool {
+        self.sine_sq < tangent_sq * (self.cosine * self.cosine)
+    }
+
+    /// The angle \[rad\]; zero where the triangle has no area.
+    pub fn radians(&self) -> f64 {
+        self.sine_sq.sqrt().atan2(self.cosine)
+    }
+}
+
 /// The smallest interior angle \[rad\] of a triangle; zero where it has no area.
 pub fn smallest_angle(x: [DVec3; 3]) -> f64 {
-    // It stands opposite to the shortest side, so one arctangent will do.
-    let side_sq = |i: usize| x[(i + 1) % 3].distance_squared(x[(i + 2) % 3]);
-    let sides = [side_sq(0), side_sq(1), side_sq(2)];
-    let i = if sides[0] <= sides[1] && sides[0] <= sides[2] { 0 } else { 1 + usize::from(sides[2] < sides[1]) };
-    let (a, b) = (x[(i + 1) % 3] - x[i], x[(i + 2) % 3] - x[i]);
-    a.cross(b).length().atan2(a.dot(b))
+    SmallestAngle::new(x).radians()
 }

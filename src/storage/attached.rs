@@ -85,16 +85,24 @@ impl<T: Attachment> Attached<T> {
         self.values.reserve(additional);
     }
 
-    /// After [`apply`](Follow::apply), for values that fill areas (prescriptions, foundations): a vertex put on an edge of a
-    /// triangle with members at all corners becomes a member with the interpolated value.
+    /// After [`apply`](Follow::apply), for values that fill areas (prescriptions, foundations, pinches): a vertex put into a
+    /// triangle with members at all corners, or on its edge, becomes a member with the interpolated value.
     pub fn fill_in(&mut self, record: &EditRecord) {
         for (row, parents) in record.created().filter(|_| !record.has_split_boundary()) {
-            let [from, to] = *parents.rows() else { continue };
             let is_member = |corner: u32| self.value(corner).is_some();
-            let is_filled =
-                record.changed_triangles.iter().any(|changed| changed.before.corners.into_iter().all(is_member));
-            if is_filled && let Some((a, b)) = self.value(from).zip(self.value(to)) {
-                self.insert(row, T::between(a, b, parents.weights()[1]));
+            let mut triangles = record.changed_triangles.iter();
+            let value = match (parents.rows(), parents.weights()) {
+                (&[from, to], &[_, weight]) if triangles.any(|t| t.before.corners.into_iter().all(is_member)) => {
+                    self.value(from).zip(self.value(to)).map(|(a, b)| T::between(a, b, weight))
+                }
+                (&[a, b, c], &[u, v, w]) => self.value(a).zip(self.value(b)).zip(self.value(c)).map(|((a, b), c)| {
+                    // Along the edge first, then from there to the third corner.
+                    T::between(T::between(a, b, v / (u + v)), c, w)
+                }),
+                _ => None,
+            };
+            if let Some(value) = value {
+                self.insert(row, value);
             }
         }
     }

@@ -14,8 +14,9 @@ pub fn triangle_mass(triangle: &TriangleRow) -> f64 {
 
 /// Lumped mass \[g\] of a vertex: a third of every triangle around it, in ascending order of rows.
 pub fn lumped_mass(triangles: &Triangles, topology: &Topology, vertex: u32) -> f64 {
-    let around = &topology.incident[vertex as usize];
-    around.iter().map(|&entry| triangle_mass(&triangles.at(entry / 3)) / 3.0).sum()
+    // As `triangle_mass`, of three columns only: an edit sums the masses of all vertices around it.
+    let mass = |t: usize| triangles.rest[t].area * triangles.thickness[t] * triangles.density[t];
+    topology.incident[vertex as usize].iter().map(|&entry| mass((entry / 3) as usize) / 3.0).sum()
 }
 
 /// Computes the rest data of all triangles and the masses of all vertices: for the start, and as the oracle of edits.

@@ -146,10 +146,15 @@ pub const CASES: &[Case] = &[
     tear("tear-mesh", "path and load of a tear on four kinds of mesh", tear::mesh::run),
     tear("tear-mesh-stable", "the same in equilibria, over the whole tear", tear::mesh::stable),
     tear("tear-mesh-edge", "the same along edges", tear::mesh::edge),
+    tear("tear-quality", "angles, triangles, area and mass of torn meshes", tear::quality::run),
     tear("tear-symmetry", "symmetric squares tear symmetrically", tear::symmetry::run),
     tear("tear-shape", "the hyperbola between two pulling points, forbidden directions", tear::shape::run),
     tear("tear-time-step", "path and load of a tear as the time step falls", tear::time_step::run),
     tear("tear-energy", "the energy balance of whole tears, dynamic and quasi-static", tear::energy::run),
+    tear("tear-tip-stress", "the mean stress over the disc at a crack's tip", tear::tip_stress::run),
+    tear("tear-release", "the energy that a crack releases, against its length", tear::release::run),
+    tear("tear-load", "the load at which edge and centre cracks tear", tear::load::run),
+    tear("tear-kink", "where slanted cracks turn", tear::kink::run),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;

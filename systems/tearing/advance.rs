@@ -1,8 +1,8 @@
 //! Carrying out an advance: each way is done, judged by the triangles it leaves, and taken back if another may be better.
 
-use super::{Advance, Cutter, End, TearRefusal, TipChart, Tried, Way, Ways, plan_free};
-use crate::math::smallest_angle;
-use crate::storage::{Edit, EditRecord, Refusal, measure::rest_corners};
+use super::{Advance, Cutter, End, TearRefusal, TearScratch, TipChart, Tried, Way, Ways, plan_free};
+use crate::math::{SmallestAngle, smallest_angle};
+use crate::storage::{Edit, EditRecord, NONE, Refusal, measure::rest_corners};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
@@ -56,26 +56,37 @@ impl Cutter<'_, '_> {
         let start = self.scratch.records.len();
         let before = self.smallest_around(tip);
         let mut tried = Tried::default();
-        let mut best: Option<(f64, &Way)> = None;
+        // The best attempt so far stands until another one is made.
+        let mut best: Option<Advance> = None;
         for way in &ways.exact {
+            self.lay_aside(start);
             let Some(advance) = self.attempt(tip, way, opening, &mut tried) else { continue };
             if advance.smallest_angle >= self.quality.good.min(before) {
                 return self.finish(start, advance, tip, opening);
             }
-            if best.is_none_or(|(angle, _)| advance.smallest_angle > angle) {
-                best = Some((advance.smallest_angle, way));
+            if best.is_none_or(|best| advance.smallest_angle > best.smallest_angle) {
+                best = Some(advance);
+            } else {
+                self.roll_back(start);
             }
-            self.roll_back(start);
         }
         let least = self.quality.least.min(before);
-        let exact = |limit: f64| best.filter(|&(angle, _)| angle >= limit).map(|(_, way)| way).into_iter();
-        let order = exact(self.quality.exact.min(before)).chain(&ways.snaps).chain(exact(least)).chain(&ways.detours);
-        for way in order {
-            let Some(advance) = self.attempt(tip, way, opening, &mut tried) else { continue };
-            if advance.smallest_angle >= least {
+        if let Some(advance) = best.filter(|best| best.smallest_angle >= self.quality.exact.min(before)) {
+            return self.finish_best(start, advance, tip, opening);
+        }
+        self.lay_aside(start);
+        for way in &ways.snaps {
+            if let Some(advance) = self.attempt_for(least, tip, way, opening, &mut tried) {
                 return self.finish(start, advance, tip, opening);
             }
-            self.roll_back(start);
+        }
+        if let Some(advance) = best.filter(|best| best.smallest_angle >= least) {
+            return self.finish_best(start, advance, tip, opening);
+        }
+        for way in &ways.detours {
+            if let Some(advance) = self.attempt_for(least, tip, way, opening, &mut tried) {
+                return self.finish(start, advance, tip, opening);
+            }
         }
         Err(TearRefusal::NoWay(tried))
     }
@@ -103,6 +114,53 @@ impl Cutter<'_, '_> {
         };
         tried.note(way.course, advance.smallest_angle);
         Some(advance)
+    }
+
+    /// The same where the smallest angle \[rad\] that is left is at least `least`; after `None` everything is as it was.
+    fn attempt_for(
+        &mut self,
+        least: f64,
+        tip: &TipChart,
+        way: &Way,
+        opening: &Opening<'_>,
+        tried: &mut Tried,
+    ) -> Option<Advance> {
+        let start = self.scratch.records.len();
+        let advance = self.attempt(tip, way, opening, tried)?;
+        if advance.smallest_angle < least {
+            self.roll_back(start);
+            return None;
+        }
+        Some(advance)
+    }
+
+    /// Takes the best attempt back if it stands, and keeps its edits, flips included: doing them again needs no search.
+    fn lay_aside(&mut self, start: usize) {
+        let TearScratch { records, best, .. } = &mut *self.scratch;
+        if records.len() > start {
+            best.clear();
+            best.extend(records[start..].iter().map(|record| record.edit.clone()));
+            self.roll_back(start);
+        }
+    }
+
+    /// Opens the way of the best attempt, which is done again if it was laid aside; after an error everything is as it was.
+    fn finish_best(
+        &mut self,
+        start: usize,
+        advance: Advance,
+        tip: &TipChart,
+        opening: &Opening<'_>,
+    ) -> Result<Advance, TearRefusal> {
+        let laid_aside = if self.scratch.records.len() > start { 0 } else { self.scratch.best.len() };
+        for place in 0..laid_aside {
+            let edit = self.scratch.best[place].clone();
+            if let Err(refusal) = self.edit(&edit) {
+                self.roll_back(start);
+                return Err(refusal.into());
+            }
+        }
+        self.finish(start, advance, tip, opening)
     }
 
     /// Opens the way that was taken, whose shaping began with record `start`; after an error everything is as it was.
@@ -134,25 +192,20 @@ impl Cutter<'_, '_> {
 
     /// Undoes the records from `start` on.
     pub(super) fn roll_back(&mut self, start: usize) {
-        while self.scratch.records.len() > start {
-            if let Some(record) = self.scratch.records.pop() {
-                // The records are this mesh's last edits, in order, so the undo cannot be refused.
-                let undone = crate::storage::undo(self.mesh, &record);
-                debug_assert_eq!(undone, Ok(()));
-            }
+        for record in self.scratch.records[start..].iter().rev() {
+            // The records are this mesh's last edits, in order, so the undo cannot be refused.
+            let undone = crate::storage::undo(self.mesh, record);
+            debug_assert_eq!(undone, Ok(()));
         }
+        self.scratch.records.truncate(start);
     }
 
     /// The smallest rest angle \[rad\] of the triangles shaped by the records from `start` on; π where there are none.
     pub(super) fn smallest_touched(&self, start: usize) -> f64 {
-        let mut smallest = std::f64::consts::PI;
-        for record in self.shaped(start) {
+        self.smallest_among(self.shaped(start).flat_map(|record| {
             let new = record.first_triangle..record.first_triangle + record.new_triangles.len() as u32;
-            for row in record.changed_triangles.iter().map(|c| c.row).chain(new) {
-                smallest = smallest.min(self.angle_of(row));
-            }
-        }
-        smallest
+            record.changed_triangles.iter().map(|c| c.row).chain(new)
+        }))
     }
 
     /// The records from `start` on that have changed the shape of triangles: an opening does not.
@@ -161,19 +214,25 @@ impl Cutter<'_, '_> {
     }
 
     pub(super) fn angle_of(&self, triangle: u32) -> f64 {
-        smallest_angle(rest_corners(self.mesh.vertices, self.mesh.triangles.corners[triangle as usize]))
+        smallest_angle(self.rest_of(triangle))
+    }
+
+    /// Rest positions \[mm\] of a triangle's corners.
+    pub(super) fn rest_of(&self, triangle: u32) -> [DVec3; 3] {
+        rest_corners(self.mesh.vertices, self.mesh.triangles.corners[triangle as usize])
+    }
+
+    /// The smallest rest angle \[rad\] of some triangles; π where there are none.
+    fn smallest_among(&self, triangles: impl Iterator<Item = u32>) -> f64 {
+        SmallestAngle::among(triangles.map(|row| self.rest_of(row)))
+            .map_or(std::f64::consts::PI, |angle| angle.radians())
     }
 
     /// The smallest rest angle \[rad\] around the tip, and across the edges opposite to it.
     fn smallest_around(&self, tip: &TipChart) -> f64 {
-        let mut smallest = std::f64::consts::PI;
-        for &(triangle, corner) in &tip.fan.sectors {
-            smallest = smallest.min(self.angle_of(triangle));
+        self.smallest_among(tip.fan.sectors.iter().flat_map(|&(triangle, corner)| {
             let across = self.mesh.topology.neighbours[triangle as usize][(corner + 1) % 3];
-            if across != crate::storage::NONE {
-                smallest = smallest.min(self.angle_of(across));
-            }
-        }
-        smallest
+            std::iter::once(triangle).chain((across != NONE).then_some(across))
+        }))
     }
 }

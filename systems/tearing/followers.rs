@@ -77,7 +77,10 @@ impl Followers<'_> {
                 springs.anchors.fill_in(record);
             }
             if let Some(grips) = &mut self.grips {
-                grips.held.iter_mut().for_each(|held| held.apply(record, tables));
+                for held in &mut grips.held {
+                    held.apply(record, tables);
+                    held.fill_in(record);
+                }
             }
             if let Some(loads) = &mut self.point_loads {
                 loads.follow(record);

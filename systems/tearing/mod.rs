@@ -11,6 +11,7 @@ mod blade;
 mod edge;
 mod followers;
 mod free;
+mod held_shut;
 mod locate;
 mod piece;
 mod place;
@@ -28,6 +29,7 @@ pub use blade::CutOutcome;
 pub use edge::{EdgeAdvance, EdgePlan, plan_edge};
 pub use followers::Followers;
 pub use free::{Way, Ways, plan_free};
+pub use held_shut::{field_tip, lay_at_tip};
 pub use locate::distance_to_triangle;
 pub use start::{NewTip, Slit};
 pub use thin_out::{ThinOut, plan_thin_out};
@@ -38,7 +40,7 @@ pub use tip_memory::TipMemory;
 pub use tip_stress::{DiscAverage, Surface, disc_average};
 
 use crate::event::Course;
-use crate::storage::{EditRecord, Mesh, Refusal};
+use crate::storage::{Edit, EditRecord, Mesh, Refusal};
 use glam::DVec3;
 use std::fmt;
 
@@ -194,6 +196,7 @@ pub struct End {
 pub struct TearScratch {
     /// The edits done, in order. The caller clears them after the followers have followed.
     pub records: Vec<EditRecord>,
+    best: Vec<Edit>,
     marks: Vec<u8>,
     queues: [Vec<u32>; 2],
 }

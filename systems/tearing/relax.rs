@@ -2,7 +2,7 @@
 //! interpolates the state anew, so good triangles are left alone.
 
 use super::Cutter;
-use crate::math::{Orthotropic, smallest_angle};
+use crate::math::{Orthotropic, SmallestAngle};
 use crate::storage::{Edit, NONE, TriangleRow};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -27,9 +27,19 @@ impl Cutter<'_, '_> {
         pending.sort_unstable();
         pending.dedup();
         let mut flips = 0;
+        let limit = self.quality.flip.tan().powi(2);
+        let is_poor = |cutter: &Self, triangle| SmallestAngle::new(cutter.rest_of(triangle)).is_below_tangent_sq(limit);
         while let Some(triangle) = pending.pop() {
+            let is_poor_itself = is_poor(self, triangle);
             for edge in 0..3 {
-                let Some(other) = self.useful_flip(triangle, edge, keep) else { continue };
+                // Most pairs are good, and found so without an arctangent.
+                let other = self.mesh.topology.neighbours[triangle as usize][edge];
+                if other == NONE
+                    || !(is_poor_itself || is_poor(self, other))
+                    || !self.is_useful_flip((triangle, edge), other, keep)
+                {
+                    continue;
+                }
                 if flips < MOST_FLIPS && self.edit(&Edit::Flip { triangle, edge }).is_ok() {
                     flips += 1;
                     pending.extend([triangle, other]);
@@ -39,32 +49,25 @@ impl Cutter<'_, '_> {
         }
     }
 
-    /// The triangle on the other side of an edge whose flip would raise the smallest angle of the two.
-    fn useful_flip(&self, triangle: u32, edge: usize, keep: &[u32]) -> Option<u32> {
+    /// Whether the flip of the edge between a triangle and another would raise the smallest angle of the two.
+    fn is_useful_flip(&self, (triangle, edge): (u32, usize), other: u32, keep: &[u32]) -> bool {
         let triangles = &*self.mesh.triangles;
-        let other = self.mesh.topology.neighbours[triangle as usize][edge];
-        if other == NONE {
-            return None;
-        }
         let corners = triangles.corners[triangle as usize];
         let (u, v, o) = (corners[edge], corners[(edge + 1) % 3], corners[(edge + 2) % 3]);
         if keep.windows(2).any(|edge| *edge == [u, v] || *edge == [v, u]) {
-            return None;
+            return false;
         }
-        let p = triangles.corners[other as usize].into_iter().find(|&c| c != u && c != v)?;
+        let Some(p) = triangles.corners[other as usize].into_iter().find(|&c| c != u && c != v) else { return false };
         let [u, v, o, p] = [u, v, o, p].map(|row| self.mesh.vertices.rest_position[row as usize]);
-        let old = smallest_angle([u, v, o]).min(smallest_angle([v, u, p]));
-        if old >= self.quality.flip {
-            return None;
-        }
-        let new = smallest_angle([u, p, o]).min(smallest_angle([v, o, p]));
-        if new <= old + GAIN {
-            return None;
+        let old = SmallestAngle::new([u, v, o]).or_smaller(SmallestAngle::new([v, u, p]));
+        let new = SmallestAngle::new([u, p, o]).or_smaller(SmallestAngle::new([v, o, p]));
+        if new.is_smaller_than(&old) || new.radians() <= old.radians() + GAIN {
+            return false;
         }
         let (n, m) = (normal(u, v, o), normal(v, u, p));
         let is_convex = normal(u, p, o).dot(n) > 0.0 && normal(v, o, p).dot(n) > 0.0;
         let is_coplanar = n.dot(m) >= COPLANAR * n.length() * m.length();
-        (is_convex && is_coplanar && are_alike(&triangles.at(triangle), &triangles.at(other))).then_some(other)
+        is_convex && is_coplanar && are_alike(&triangles.at(triangle), &triangles.at(other))
     }
 }
 

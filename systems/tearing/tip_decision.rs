@@ -1,6 +1,7 @@
 //! The criterion at a tip, from the mean stress around it.
 
-use super::{DiscAverage, Surface, TipMemory, disc_average};
+use super::held_shut::lay_at_tip;
+use super::{DiscAverage, Surface, TipMemory};
 use crate::components::{TearDecision, Tearing};
 use crate::systems::kernels::failure::{Cone, Decision, Origin, Search, Sector, Strength};
 use crate::systems::kernels::fan::FanChart;
@@ -32,10 +33,8 @@ pub fn vertex_decision(
     memory: &mut TipMemory,
 ) -> Option<TearDecision> {
     let chart = surface.chart(vertex)?;
-    let centre = surface.vertices.rest_position[vertex as usize];
-    let start = surface.topology.incident[vertex as usize].iter().map(|&entry| entry / 3);
-    let buffers = (&mut memory.passing, &mut memory.walk);
-    let average = disc_average(surface, centre, chart.axes(), tearing.radius, start, buffers)?;
+    lay_at_tip(&mut memory.passing, surface, (vertex, tearing.radius), &chart, &mut memory.walk);
+    let average = DiscAverage::over(&memory.passing, tearing.radius, surface)?;
     in_fan(tearing, (vertex, DVec3::ZERO), &chart, memory.search(strength(tearing)), &average)
 }
 

@@ -13,6 +13,10 @@ use crate::systems::kernels::polar::stretches;
 use crate::systems::kernels::simd::LANES;
 use glam::{DVec2, DVec3};
 
+/// Overlaps up to this part of R² are roundings of a triangle that touches the rim: counted as members, such triangles and
+/// their neighbours would tell mirror images apart.
+const LEAST_OVERLAP: f64 = 1e-13;
+
 /// A disc laid out on the surface.
 #[derive(Clone, Debug, Default)]
 pub struct Disc {
@@ -98,7 +102,7 @@ impl Disc {
             let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);
             let (placed, is_flat) = plane.place(x);
             let overlap = disc_triangle_overlap(DVec2::ZERO, radius, placed);
-            if !(overlap > 0.0) {
+            if !(overlap > LEAST_OVERLAP * radius * radius) {
                 self.rim.push(triangle);
                 continue;
             }

@@ -1,6 +1,7 @@
 //! What the criterion keeps between steps: the table of its search and, per tip, the chart and the disc, as long as no edit
 //! touches their triangles. A resting tip then costs the stress in its disc and one search.
 
+use super::held_shut::lay_at_tip;
 use super::tip_disc::{Disc, Walk};
 use super::tip_stress::{DiscAverage, Surface};
 use crate::storage::EditRecord;
@@ -56,9 +57,7 @@ impl TipMemory {
         if !self.is_up_to_date(tip, vertex, radius) {
             let mut disc = self.places[tip].take().map_or_else(Disc::default, |place| place.disc);
             let chart = surface.chart(vertex)?;
-            let centre = surface.vertices.rest_position[vertex as usize];
-            let start = surface.topology.incident[vertex as usize].iter().map(|&entry| entry / 3);
-            disc.lay(surface, (centre, chart.axes(), radius), start, &mut self.walk);
+            lay_at_tip(&mut disc, surface, (vertex, radius), &chart, &mut self.walk);
             self.places[tip] = Some(TipPlace { vertex, radius, edits: self.edits, chart, disc });
         }
         let place = self.places[tip].as_ref()?;

@@ -120,7 +120,7 @@ pub struct GripSpec {
     pub until: f64,
     /// Pinch radius \[mm\], ≥ 0; the nearest vertex is always taken.
     pub radius: f64,
-    /// Stiffness per vertex \[N/mm\], > 0.
+    /// Stiffness of the whole pinch \[N/mm\], > 0, shared by rest area.
     pub stiffness: f64,
     /// The hand's path from `at`: what is held moves by the hand's displacement.
     pub path: Vec<LegSpec>,

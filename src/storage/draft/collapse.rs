@@ -8,7 +8,7 @@
 //! The triangles that stay keep fibre, stiffness and thickness; the mass of those that vanish goes to them as density where
 //! it does not come along with the area. They are strained anew, so the elastic energy changes: the caller judges by how much.
 
-use super::{Draft, checked_rest, current_of, keep_mass, normal, rest_of, same_side, smallest_angle, triangle_mass};
+use super::{Draft, checked_rest, current_of, keep_mass, normal, rest_of, same_side, triangle_mass};
 use crate::storage::measure::rest_corners;
 use crate::storage::{Mesh, NONE, Refusal};
 
@@ -31,7 +31,7 @@ pub(super) fn collapse(mesh: &Mesh<'_>, vertex: u32, into: u32) -> Result<Draft,
     let mut draft = Draft { removed_vertex: Some((vertex, into)), shifts_momentum: true, ..Draft::default() };
     let mut mass = 0.0;
     let around = &mesh.topology.incident[vertex as usize];
-    let old_angle = around.iter().map(|&e| smallest_angle(rest_of(mesh, e / 3))).fold(f64::INFINITY, f64::min);
+    let old = around.iter().map(|&e| rest_of(mesh, e / 3));
     for &entry in around {
         let row = entry / 3;
         let mut triangle = mesh.triangles.at(row);
@@ -42,7 +42,7 @@ pub(super) fn collapse(mesh: &Mesh<'_>, vertex: u32, into: u32) -> Result<Draft,
         }
         triangle.corners[(entry % 3) as usize] = into;
         let rest = rest_corners(mesh.vertices, triangle.corners);
-        triangle.rest = checked_rest(row, rest, triangle.fibre, normal(rest_of(mesh, row)), old_angle)?;
+        triangle.rest = checked_rest(row, rest, triangle.fibre, normal(rest_of(mesh, row)), old.clone())?;
         let now = triangle.corners.map(|c| mesh.vertices.position[c as usize]);
         if !same_side(normal(now), normal(current_of(mesh, row))) {
             return Err(Refusal::WouldInvert { triangle: row });

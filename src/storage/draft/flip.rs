@@ -4,8 +4,7 @@
 //! the area-weighted mean; where they agree, the value is kept bit for bit.
 
 use super::{
-    Draft, SmallVec, checked_rest, current_of, edge_sides, keep_mass, normal, rest_of, same_side, smallest_angle,
-    triangle_mass,
+    Draft, SmallVec, checked_rest, current_of, edge_sides, keep_mass, normal, rest_of, same_side, triangle_mass,
 };
 use crate::math::Orthotropic;
 use crate::storage::measure::rest_corners;
@@ -32,11 +31,10 @@ pub(super) fn flip(mesh: &Mesh<'_>, triangle: u32, edge: usize) -> Result<Draft,
 
     let (rest_a, rest_b) = (rest_of(mesh, triangle), rest_of(mesh, other));
     let old_normal = normal(rest_a) + normal(rest_b);
-    let old_angle = smallest_angle(rest_a).min(smallest_angle(rest_b));
     let current_normal = normal(current_of(mesh, triangle)) + normal(current_of(mesh, other));
     for (row, part) in [(triangle, &mut first), (other, &mut second)] {
         let rest = rest_corners(mesh.vertices, part.corners);
-        part.rest = checked_rest(row, rest, part.fibre, old_normal, old_angle)?;
+        part.rest = checked_rest(row, rest, part.fibre, old_normal, [rest_a, rest_b].into_iter())?;
         let now = part.corners.map(|c| mesh.vertices.position[c as usize]);
         if !same_side(normal(now), current_normal) {
             return Err(Refusal::WouldInvert { triangle: row });

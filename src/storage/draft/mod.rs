@@ -8,12 +8,12 @@ mod split;
 
 use super::measure::{rest_corners, triangle_mass};
 use super::{Edit, Mesh, NONE, Parents, Refusal, TriangleRow, VertexRow};
-use crate::math::{RestTriangle, smallest_angle};
+use crate::math::{RestTriangle, SmallestAngle};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// An edit may leave an angle below this \[rad\] (1°) only where it replaces one that was no better.
-const SLIVER_ANGLE: f64 = 0.017_453_292_519_943_295;
+/// An edit may leave an angle below 1° only where it replaces one that was no better. This is the square of its tangent.
+const SLIVER_TANGENT_SQ: f64 = 3.046_792_916_482_916e-4;
 
 /// Mass that a flip, slide or collapse may gain or lose, relative to the triangles it touches, before their densities are corrected:
 /// rounding of a dozen triangle areas stays below, so that flat uniform sheets keep their densities bit for bit.
@@ -93,21 +93,23 @@ fn corner_positions(mesh: &Mesh<'_>, corners: [u32; 3], row: u32, special: &Vert
     (rest, now)
 }
 
-/// The rest triangle of new corner positions; refused where the triangle turns over or has become a sliver.
+/// The rest triangle of new corner positions; refused where the triangle turns over or has become a sliver with an angle
+/// below the smallest of the triangles `old`.
 fn checked_rest(
     row: u32,
     rest: [DVec3; 3],
     fibre: DVec3,
     old_normal: DVec3,
-    old_angle: f64,
+    old: impl Iterator<Item = [DVec3; 3]>,
 ) -> Result<RestTriangle, Refusal> {
     let shape = RestTriangle::new(rest, fibre).ok_or(Refusal::WouldInvert { triangle: row })?;
     if !same_side(normal(rest), old_normal) {
         return Err(Refusal::WouldInvert { triangle: row });
     }
-    let angle = smallest_angle(rest);
-    if angle < SLIVER_ANGLE.min(old_angle) {
-        return Err(Refusal::WouldMakeSliver { angle });
+    let angle = SmallestAngle::new(rest);
+    let is_worse = || SmallestAngle::among(old).is_none_or(|old| angle.is_smaller_than(&old));
+    if angle.is_below_tangent_sq(SLIVER_TANGENT_SQ) && is_worse() {
+        return Err(Refusal::WouldMakeSliver { angle: angle.radians() });
     }
     Ok(shape)
 }

@@ -2,7 +2,7 @@
 
 use super::{
     Draft, checked_rest, corner_positions, current_of, keep_mass, normal, open_interval, rest_of, same_side,
-    smallest_angle, triangle_mass,
+    triangle_mass,
 };
 use crate::storage::{Mesh, Parents, Refusal, VertexRow};
 
@@ -25,13 +25,13 @@ pub(super) fn slide(mesh: &Mesh<'_>, vertex: u32, towards: u32, weight: f64) -> 
     let mut draft = Draft { moved: Some((vertex, moved)), shifts_momentum: true, ..Draft::default() };
     let mut mass = 0.0;
     let around = &mesh.topology.incident[vertex as usize];
-    let old_angle = around.iter().map(|&e| smallest_angle(rest_of(mesh, e / 3))).fold(f64::INFINITY, f64::min);
+    let old = around.iter().map(|&e| rest_of(mesh, e / 3));
     for &entry in around {
         let row = entry / 3;
         let mut triangle = mesh.triangles.at(row);
         mass += triangle_mass(&triangle);
         let (rest, now) = corner_positions(mesh, triangle.corners, vertex, &moved);
-        triangle.rest = checked_rest(row, rest, triangle.fibre, normal(rest_of(mesh, row)), old_angle)?;
+        triangle.rest = checked_rest(row, rest, triangle.fibre, normal(rest_of(mesh, row)), old.clone())?;
         if !same_side(normal(now), normal(current_of(mesh, row))) {
             return Err(Refusal::WouldInvert { triangle: row });
         }

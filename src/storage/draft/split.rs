@@ -2,7 +2,6 @@
 //! mass, momentum nor elastic energy changes.
 
 use super::{Draft, checked_rest, corner_positions, edge_sides, new_vertex, normal, open_interval, rest_of};
-use crate::math::smallest_angle;
 use crate::storage::{Mesh, Parents, Refusal, TriangleRow, VertexRow};
 
 pub(super) fn edge(mesh: &Mesh<'_>, triangle: u32, edge: usize, weight: f64) -> Result<Draft, Refusal> {
@@ -49,6 +48,6 @@ fn part(mesh: &Mesh<'_>, t: u32, corner: usize, row: u32, vertex: &VertexRow) ->
     part.corners[corner] = row;
     let (rest, _) = corner_positions(mesh, part.corners, row, vertex);
     let old = rest_of(mesh, t);
-    part.rest = checked_rest(t, rest, part.fibre, normal(old), smallest_angle(old))?;
+    part.rest = checked_rest(t, rest, part.fibre, normal(old), [old].into_iter())?;
     Ok(part)
 }

@@ -1,11 +1,18 @@
 //! Tears: where they go and at which load, compared across meshes, time steps and modes, and with theory.
 
+mod contour;
+mod cracked;
 pub mod hausdorff;
 pub mod square;
 
 pub(super) mod energy;
 pub(super) mod fibre;
+pub(super) mod kink;
+pub(super) mod load;
 pub(super) mod mesh;
+pub(super) mod quality;
+pub(super) mod release;
 pub(super) mod shape;
 pub(super) mod symmetry;
 pub(super) mod time_step;
+pub(super) mod tip_stress;
