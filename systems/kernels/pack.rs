@@ -136,3 +136,99 @@ impl Pack {
         ([by_lane(k00), by_lane(k11), by_lane(k22)], [by_lane(k10), by_lane(k20), by_lane(k21)])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
+    use glam::DVec3;
+
+    /// Numbers in −1..1 without any pattern that matters: a linear congruential sequence.
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 7_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    struct Triangle {
+        state: ElementState,
+        rest: RestTriangle,
+        law: Orthotropic,
+        normal: Sym2,
+        shear: f64,
+    }
+
+    impl Triangle {
+        /// Any orientation, stretch, fibre and tension.
+        fn new(mut next: impl FnMut() -> f64) -> Self {
+            let mut vector = || DVec3::new(next(), next(), next());
+            let (a, b, fibre) = (vector() + DVec3::X * 2.0, vector() + DVec3::Y * 2.0, vector());
+            let rest = RestTriangle::new([DVec3::ZERO, a, b], fibre).unwrap();
+            let fibre_axis = vector().normalize();
+            let transverse_axis = fibre_axis.cross(vector()).normalize();
+            let stretch = Sym2::new(1.1 + 0.2 * next(), 1.0 + 0.2 * next(), 0.2 * next());
+            let law = Orthotropic::new(10.0, 1.0, 0.3, 0.5).unwrap();
+            let stress = law.stress(stretch - Sym2::IDENTITY);
+            let polar = Polar { fibre_axis, transverse_axis, stretch };
+            Self {
+                state: ElementState { polar, stress },
+                rest,
+                law,
+                normal: stress.positive_part(),
+                shear: next().abs(),
+            }
+        }
+
+        fn tangent(&self) -> ElementTangent<'_> {
+            ElementTangent {
+                state: &self.state,
+                rest: &self.rest,
+                stiffness: &self.law,
+                normal: self.normal,
+                shear: self.shear,
+                elastic: 0.3,
+                geometric: 0.2,
+                is_exact: false,
+            }
+        }
+    }
+
+    #[test]
+    fn a_pack_is_the_rotated_tangent_but_for_rounding() {
+        let mut next = numbers();
+        for _ in 0..100 {
+            let triangles: Vec<Triangle> = (0..3).map(|_| Triangle::new(&mut next)).collect();
+            let pack = Pack::new(|lane| triangles.get(lane).map(Triangle::tangent));
+            let u: Vec<Vec4> = (0..9).map(|_| Vec4::new(next() as f32, next() as f32, next() as f32, 0.0)).collect();
+            // The empty lane shares its vertices with the first: it must add nothing.
+            let places = [[0, 3, 6, 0], [1, 4, 7, 1], [2, 5, 8, 2]];
+            let mut out = vec![Vec4::ZERO; 9];
+            pack.apply(&places, &u, &mut out);
+            let (corners, edges) = pack.blocks();
+            for (t, triangle) in triangles.iter().enumerate() {
+                let tangent = triangle.tangent();
+                let u = [0, 1, 2].map(|c| u[3 * t + c].truncate().as_dvec3());
+                // Every entry is at most the trace, and is a sum of some thirty products, each rounded to half of 1.2e-7.
+                let size = (0..3).map(|c| tangent.diagonal_block(c)).map(|k| k.x_axis.x + k.y_axis.y + k.z_axis.z);
+                let bound = size.sum::<f64>() * 30.0 * f64::from(f32::EPSILON);
+                for (c, force) in tangent.apply(u).into_iter().enumerate() {
+                    let off = (force - out[3 * t + c].truncate().as_dvec3()).length();
+                    assert!(off < bound, "{off} over {bound}");
+                }
+                for (block, [row, column]) in
+                    corners.iter().zip([[0, 0], [1, 1], [2, 2]]).chain(edges.iter().zip([[1, 0], [2, 0], [2, 1]]))
+                {
+                    for axis in 0..3 {
+                        let mut unit = [DVec3::ZERO; 3];
+                        unit[column][axis] = 1.0;
+                        let off = tangent.apply(unit)[row] - block[axis].col(t).truncate().as_dvec3();
+                        assert!(off.length() < bound, "{off} over {bound}");
+                    }
+                }
+            }
+            assert!(out.iter().all(|f| f.w == 0.0));
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! Preconditioned conjugate gradients in single precision, scalar products in double, passes over the vectors fused with the
 //! preconditioner's.
 
+use super::empty;
 use super::matrix::Matrix;
 use super::partition::Partition;
 use crate::systems::linear::CgError;
@@ -46,7 +47,7 @@ pub fn solve(
 ) -> Result<u32, CgError> {
     let n = vectors.xr.len();
     for zero in [&mut vectors.p, &mut vectors.q, &mut vectors.z] {
-        zero.clear();
+        empty(zero, n);
         zero.resize(n, Vec4::ZERO);
     }
     let mut iteration = 0;

@@ -6,6 +6,7 @@
 //! works on several at a time.
 
 use super::cg::{Precondition, Vectors};
+use super::empty;
 use super::matrix::{Matrix, dot};
 use super::order::{Order, neighbours};
 use super::partition::{EMPTY, Partition};
@@ -38,10 +39,12 @@ pub struct Incomplete {
     row: Vec<Block>,
 }
 
-/// By this fraction of itself the diagonal of A is raised before it is factored (Manteuffel 1980). Chosen on the lens capsule
-/// half torn: without it one or two pivots in 2,600 are not positive, and a solve takes up to a fifth more iterations; where
-/// all are positive, 0.03 costs one in twenty.
-const SHIFT: f32 = 0.03;
+/// A pivot is to be at least this part of the body's own diagonal block, as quadratic forms: below, the fill that is left out
+/// has used it up. (A direction that is soft in the block itself may be as soft in the pivot.)
+const LEAST_PART: f32 = 0.1;
+
+/// Parts of its own block by which a pivot that has been used up is raised, the least that will do.
+const REPAIRS: [f32; 3] = [0.1, 0.3, 1.0];
 
 /// Corners of the edges of `target`.
 const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
@@ -50,9 +53,10 @@ impl Incomplete {
     /// Finds the pattern anew.
     pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]], topology: &Topology) {
         let n = order.vertex.len();
-        self.row_start.clear();
-        self.column.clear();
-        self.column_start.clear();
+        empty(&mut self.row_start, n + 1);
+        // Three edges for each vertex of a surface.
+        empty(&mut self.column, 3 * n);
+        empty(&mut self.column_start, n + 1);
         self.column_start.resize(n + 1, 0);
         for (row, &v) in order.vertex.iter().enumerate() {
             let start = self.column.len();
@@ -70,7 +74,7 @@ impl Incomplete {
         for column in 0..n {
             self.column_start[column + 1] += self.column_start[column];
         }
-        self.below.clear();
+        empty(&mut self.below, self.column.len());
         self.below.resize(self.column.len(), [0; 2]);
         for row in 0..n {
             for block in self.row_start[row]..self.row_start[row + 1] {
@@ -86,7 +90,7 @@ impl Incomplete {
     }
 
     fn find_targets(&mut self, partition: &Partition, row: &[u32], corners: &[[u32; 3]]) {
-        self.target.clear();
+        empty(&mut self.target, partition.triangle.len());
         for triangles in &partition.triangle {
             let mut target = [[0; LANES]; 3];
             for (target, [a, b]) in target.iter_mut().zip(EDGES) {
@@ -108,26 +112,24 @@ impl Incomplete {
         start + columns.iter().take_while(|&&c| c != column).count() as u32
     }
 
-    /// Factors the operator.
-    pub fn factor(&mut self, partition: &Partition, matrix: &Matrix) {
+    /// Factors the operator with its diagonal raised by a fraction `shift` of itself (Manteuffel 1980).
+    pub fn factor(&mut self, partition: &Partition, matrix: &Matrix, shift: f32) {
         wide(|| {
             self.gather(partition, matrix);
-            self.eliminate(matrix);
+            self.eliminate(matrix, shift);
         });
         wide(|| {
-            self.upper.resize(self.lower.len(), block::ZERO);
-            for (upper, entry) in self.upper.iter_mut().zip(&self.below) {
-                *upper = block::transpose(&self.lower[entry[1] as usize]);
-            }
+            empty(&mut self.upper, self.lower.len());
+            self.upper.extend(self.below.iter().map(|entry| block::transpose(&self.lower[entry[1] as usize])));
         });
     }
 
     /// Sums the triangles' blocks.
     #[inline(always)]
     fn gather(&mut self, partition: &Partition, matrix: &Matrix) {
-        self.lower.clear();
+        empty(&mut self.lower, self.column.len());
         self.lower.resize(self.column.len(), block::ZERO);
-        self.inverse.clear();
+        empty(&mut self.inverse, matrix.own.len());
         self.inverse.extend(matrix.own.iter().map(|[x, y, z, _]| [*x, *y, *z]));
         let (diagonal, lower, target) = (&mut self.inverse, &mut self.lower, &self.target);
         matrix.add_blocks(
@@ -142,11 +144,11 @@ impl Incomplete {
     }
 
     #[inline(always)]
-    fn eliminate(&mut self, matrix: &Matrix) {
+    fn eliminate(&mut self, matrix: &Matrix, shift: f32) {
         for i in 0..self.inverse.len() {
             let (start, end) = (self.row_start[i] as usize, self.row_start[i + 1] as usize);
             let free = matrix.own[i][3];
-            let own = block::mask(&self.inverse[i], free, free).map(|column| column * (1.0 + SHIFT));
+            let own = block::mask(&self.inverse[i], free, free).map(|column| column * (1.0 + shift));
             let mut diagonal = own;
             self.row.clear();
             for k in start..end {
@@ -168,8 +170,12 @@ impl Incomplete {
                 self.lower[k] = l;
                 self.row.push(w);
             }
-            // A pivot that the neglected fill has used up: its row is then solved as if alone, and M stays positive.
-            self.inverse[i] = block::invert(&diagonal, &own, free).unwrap_or_else(|| block::invert_alone(&own, free));
+            let is_sound = |d: &Block| block::is_positive(&block::sum(d, &own, -LEAST_PART), free);
+            if !is_sound(&diagonal) {
+                let mut repaired = REPAIRS.iter().map(|&part| block::sum(&diagonal, &own, part));
+                diagonal = repaired.find(is_sound).unwrap_or(own);
+            }
+            self.inverse[i] = block::invert(&diagonal, free).unwrap_or_else(|| block::invert_alone(&own, free));
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Block Jacobi: the inverse of each vertex' 3×3 diagonal block.
 
 use super::cg::{Precondition, Vectors};
+use super::empty;
 use super::matrix::{Matrix, dot};
 use super::partition::Partition;
 use crate::systems::kernels::block::{self, Block};
@@ -17,13 +18,13 @@ pub struct Jacobi {
 impl Jacobi {
     /// Inverts the diagonal blocks of the operator.
     pub fn factor(&mut self, partition: &Partition, matrix: &Matrix) {
-        self.inverse.clear();
+        empty(&mut self.inverse, matrix.own.len());
         self.inverse.extend(matrix.own.iter().map(|[x, y, z, _]| [*x, *y, *z]));
         wide(|| matrix.add_blocks(partition, |row, block| block::add(&mut self.inverse[row], block), |_, _, _, _| ()));
         parallel::for_rows(&mut self.inverse, |v, inverse| {
             let free = matrix.own[v][3];
             let own = block::mask(inverse, free, free);
-            *inverse = block::invert(&own, &own, free).unwrap_or_else(|| block::invert_alone(&own, free));
+            *inverse = block::invert(&own, free).unwrap_or_else(|| block::invert_alone(&own, free));
         });
     }
 }

@@ -1,5 +1,6 @@
 //! The operator in single precision: A = own blocks + Σ over triangles, as packs over blocks of triangles.
 
+use super::empty;
 use super::partition::{EMPTY, Partition};
 use crate::systems::kernels::block::Block;
 use crate::systems::kernels::pack::{LANES, Pack};
@@ -23,6 +24,7 @@ pub struct Matrix {
 impl Matrix {
     /// Takes the numbers from the double-precision operator.
     pub fn assemble(&mut self, operator: &Operator, partition: &Partition, vertex: &[u32], free: &[DVec3]) {
+        empty(&mut self.packs, partition.triangle.len());
         self.packs.resize(partition.triangle.len(), Pack::default());
         parallel::for_slices(&mut self.packs, |first, packs| {
             for (pack, triangles) in packs.iter_mut().zip(&partition.triangle[first..]) {
@@ -30,6 +32,7 @@ impl Matrix {
                     Pack::new(|lane| (triangles[lane] != EMPTY).then(|| operator.element(triangles[lane] as usize)));
             }
         });
+        empty(&mut self.own, vertex.len());
         self.own.resize(vertex.len(), [Vec4::ZERO; 4]);
         parallel::for_rows(&mut self.own, |row, own| {
             let v = vertex[row] as usize;
@@ -37,8 +40,9 @@ impl Matrix {
             let [x, y, z] = [block.x_axis, block.y_axis, block.z_axis].map(|c| c.as_vec3().extend(0.0));
             *own = [x, y, z, free[v].as_vec3().extend(0.0)];
         });
+        empty(&mut self.segments, 2 * partition.vertex.len());
         self.segments.resize(2 * partition.vertex.len(), Vec4::ZERO);
-        self.segment_start.clear();
+        empty(&mut self.segment_start, partition.vertex_start.len());
         self.segment_start.extend(partition.vertex_start.iter().map(|start| 2 * start));
     }
 

@@ -33,6 +33,13 @@ const AIM: f64 = 0.95;
 /// A round that leaves more of the residual than this has come to nothing: double precision goes on.
 const STALLED: f64 = 0.5;
 
+/// The diagonal is raised by this fraction of itself before it is factored. Chosen on the lens capsule as it tears: without it
+/// some solves do not converge, with 0.03 the fewest iterations are needed, with 0.2 a quarter more.
+const SHIFT: f32 = 0.03;
+
+/// A factor that needs more iterations than this for a round is a bad one: the next has its diagonal raised ten times as far.
+const MOST_WITH_FACTOR: u32 = 500;
+
 /// What makes the iterations few.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inner {
@@ -57,8 +64,9 @@ pub struct InnerSolver {
 }
 
 impl InnerSolver {
-    /// Solves A·x = b as [`cg::solve`](super::cg::solve) does, for the rotated tangent. Where single precision comes to
-    /// nothing `is_solved` is false: `x` is then as far as it has come, and `scratch.residual` holds b again.
+    /// Solves A·x = b for the rotated tangent, from the guess `x`, whose prescribed axes stay; `scratch` as in the solve in
+    /// double precision. The second answer is whether the tolerance or the limit of iterations was reached. Where single
+    /// precision has come to nothing instead, `x` is as far as it has come, and `scratch.residual` holds b again.
     ///
     /// # Errors
     /// [`CgError::NotFinite`] for a right-hand side or an operator that is not finite.
@@ -70,19 +78,21 @@ impl InnerSolver {
         corner: &mut [[DVec3; 3]],
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
-    ) -> Result<(CgInfo, IsSolved), CgError> {
+    ) -> Result<(CgInfo, bool), CgError> {
         let (reference_sq, mut residual_sq) = first_residual(operator, corner, x, scratch)?;
         let target_sq = params.tolerance * params.tolerance * reference_sq;
         let mut iterations = 0;
         let mut is_solved = true;
+        let mut shift = SHIFT;
         if residual_sq > target_sq {
-            self.prepare(operator, kind, &scratch.free);
+            self.prepare(operator, kind, &scratch.free, shift);
         }
         while residual_sq > target_sq && iterations < params.iterations {
             let norm = residual_sq.sqrt();
             let gain_sq = (AIM * AIM * target_sq / residual_sq).max(LEAST_GAIN * LEAST_GAIN);
             self.load(&scratch.residual, norm);
-            let most = params.iterations - iterations;
+            let left = params.iterations - iterations;
+            let most = if kind == Inner::IncompleteCholesky { left.min(MOST_WITH_FACTOR) } else { left };
             // A direction without curvature may be one that single precision has lost: double precision decides.
             let Ok(done) = self.iterate(kind, gain_sq, most) else {
                 is_solved = false;
@@ -96,6 +106,10 @@ impl InnerSolver {
                 is_solved = false;
                 break;
             }
+            if residual_sq > target_sq && done == MOST_WITH_FACTOR && kind == Inner::IncompleteCholesky {
+                shift *= 10.0;
+                self.incomplete.factor(&self.partition, &self.matrix, shift);
+            }
         }
         if !is_solved {
             scratch.residual.copy_from_slice(&scratch.preconditioned);
@@ -105,10 +119,10 @@ impl InnerSolver {
     }
 
     /// Takes the operator's numbers, and what depends on the triangles where they have changed.
-    fn prepare(&mut self, operator: &Operator, kind: Inner, free: &[DVec3]) {
+    fn prepare(&mut self, operator: &Operator, kind: Inner, free: &[DVec3], shift: f32) {
         let corners = &operator.triangles.corners;
         if self.corners != *corners {
-            self.corners.clear();
+            empty(&mut self.corners, corners.len());
             self.corners.extend_from_slice(corners);
             self.order.rebuild(corners, operator.topology);
             self.partition.rebuild(corners, &self.order.row);
@@ -122,7 +136,7 @@ impl InnerSolver {
                     self.incomplete.rebuild(&self.partition, &self.order, corners, operator.topology);
                     self.has_pattern = true;
                 }
-                self.incomplete.factor(&self.partition, &self.matrix);
+                self.incomplete.factor(&self.partition, &self.matrix, shift);
             }
         }
     }
@@ -130,6 +144,7 @@ impl InnerSolver {
     /// Takes the residual over its norm as right-hand side.
     fn load(&mut self, residual: &[DVec3], norm: f64) {
         let vertex = &self.order.vertex;
+        empty(&mut self.vectors.xr, vertex.len());
         self.vectors.xr.resize(vertex.len(), [Vec4::ZERO; 2]);
         parallel::for_rows(&mut self.vectors.xr, |row, xr| {
             *xr = [Vec4::ZERO, (residual[vertex[row] as usize] / norm).as_vec3().extend(0.0)];
@@ -164,8 +179,14 @@ impl InnerSolver {
     }
 }
 
-/// Whether the tolerance or the limit of iterations is reached.
-pub type IsSolved = bool;
+/// Empties a list and makes room for `count` entries, with an eighth to spare where it has to grow: as a tear adds some, the
+/// next steps find it large enough.
+fn empty<T>(list: &mut Vec<T>, count: usize) {
+    list.clear();
+    if list.capacity() < count {
+        list.reserve(count + count / 8);
+    }
+}
 
 /// Keeps b in `scratch.preconditioned` and forms the residual of the guess, which is dropped where none is better. Returns the
 /// squared norms of the residual of the prescribed motion alone, and of that of the guess.

@@ -5,6 +5,7 @@
 //! being one more than the highest among its neighbours that come before it, the factor stays the same number for number, but
 //! rows that follow each other do not wait for each other.
 
+use super::empty;
 use crate::storage::Topology;
 
 /// The vertices in order, and back.
@@ -24,9 +25,9 @@ impl Order {
     pub fn rebuild(&mut self, corners: &[[u32; 3]], topology: &Topology) {
         let n = topology.incident.len();
         // Here: how often a vertex has been met, once to find the end of its piece to begin at, once to be numbered.
-        self.level.clear();
+        empty(&mut self.level, n);
         self.level.resize(n, 0);
-        self.vertex.clear();
+        empty(&mut self.vertex, n);
         for seed in 0..n as u32 {
             if self.level[seed as usize] == 0 {
                 let first = self.vertex.len();
@@ -59,6 +60,7 @@ impl Order {
     }
 
     fn number(&mut self) {
+        empty(&mut self.row, self.vertex.len());
         self.row.resize(self.vertex.len(), 0);
         for (row, &v) in self.vertex.iter().enumerate() {
             self.row[v as usize] = row as u32;
@@ -66,7 +68,8 @@ impl Order {
     }
 
     fn sort_by_level(&mut self, corners: &[[u32; 3]], topology: &Topology) {
-        self.level_start.clear();
+        // No more levels than vertices.
+        empty(&mut self.level_start, self.vertex.len() + 1);
         self.level_start.push(0);
         for (row, &v) in self.vertex.iter().enumerate() {
             let before = neighbours(v, corners, topology).filter(|&w| self.row[w as usize] < row as u32);
@@ -81,7 +84,7 @@ impl Order {
         for level in 1..self.level_start.len() {
             self.level_start[level] += self.level_start[level - 1];
         }
-        self.sorted.clear();
+        empty(&mut self.sorted, self.vertex.len());
         self.sorted.resize(self.vertex.len(), 0);
         for &v in &self.vertex {
             let next = &mut self.level_start[self.level[v as usize] as usize];

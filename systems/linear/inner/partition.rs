@@ -4,6 +4,7 @@
 //! A block writes to its own segment of one buffer; afterwards every vertex sums what its blocks have for it, in their order.
 //! The cut depends on the triangles alone, never on the number of threads.
 
+use super::empty;
 use crate::systems::kernels::pack::{LANES, Places};
 
 /// Triangles of a block: its two local vectors (16 bytes for each of some 1,100 vertices) stay in the first cache, and a
@@ -38,12 +39,14 @@ pub struct Partition {
 impl Partition {
     /// Cuts the triangles anew. `number` gives the vertices their rows in the vectors.
     pub fn rebuild(&mut self, corners: &[[u32; 3]], number: &[u32]) {
-        self.triangle.clear();
-        self.places.clear();
-        self.vertex.clear();
-        self.pack_start.clear();
-        self.vertex_start.clear();
-        self.entry.clear();
+        let (block_count, pack_count) = (corners.len().div_ceil(BLOCK), corners.len().div_ceil(LANES));
+        empty(&mut self.triangle, pack_count);
+        empty(&mut self.places, pack_count);
+        // Some vertices are in several blocks.
+        empty(&mut self.vertex, number.len() + number.len() / 4);
+        empty(&mut self.pack_start, block_count + 1);
+        empty(&mut self.vertex_start, block_count + 1);
+        empty(&mut self.entry, number.len());
         self.entry.resize(number.len(), EMPTY);
         for (block, of_block) in corners.chunks(BLOCK).enumerate() {
             self.pack_start.push(self.triangle.len() as u32);
@@ -85,7 +88,7 @@ impl Partition {
 
     /// Sorts the entries of the blocks by vertices.
     fn find_sources(&mut self, vertex_count: usize) {
-        self.source_start.clear();
+        empty(&mut self.source_start, vertex_count + 1);
         self.source_start.resize(vertex_count + 1, 0);
         for &v in &self.vertex {
             self.source_start[v as usize + 1] += 1;
@@ -93,7 +96,7 @@ impl Partition {
         for v in 0..vertex_count {
             self.source_start[v + 1] += self.source_start[v];
         }
-        self.source.clear();
+        empty(&mut self.source, self.vertex.len());
         self.source.resize(self.vertex.len(), 0);
         self.entry.copy_from_slice(&self.source_start[..vertex_count]);
         for block in self.vertex_start.windows(2) {
