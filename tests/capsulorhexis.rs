@@ -15,6 +15,9 @@ fn the_tear_follows_the_circle_and_closes() {
     let mut document = Document::named("capsulorhexis").unwrap();
     document.set("bodies.0.mesh.cap.triangles=2500").unwrap();
     document.set("run.dt=20").unwrap();
+    // With 0.9 edges per averaging radius a tip reads some 10 % less stress than on the catalog's mesh; at the catalog's strength
+    // the tear follows the hand so far behind that it is at 348° when the script ends.
+    document.set("bodies.0.tearing.strength_transverse=1.4").unwrap();
     let mut instance = document.scene().unwrap().instantiate().unwrap();
     let body = instance.bodies[0];
     let mass = |s: &rhexis::simulation::Simulation| measure::total_mass(&s.world().get::<&Vertices>(body).unwrap());
