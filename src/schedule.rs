@@ -14,9 +14,11 @@ pub enum Stage {
     Resume,
     /// In every Newton iteration.
     Iterate,
-    /// Once, each time the iterations have ended.
+    /// On the state that the iterations have reached; once more where they are taken up again for the tips.
+    Decide,
+    /// Once, each time the iterations have ended for good.
     Account,
-    /// Once, at the end, on the state that the step has reached.
+    /// Once, at the end.
     Tear,
 }
 
@@ -58,8 +60,8 @@ pub const STEP: &[System] = &[
     system("energy: loads", Stage::Iterate, systems::energy::loads),
     system("solve", Stage::Iterate, systems::solve::solve),
     system("integrate", Stage::Iterate, systems::integrate::integrate),
+    system("criterion", Stage::Decide, systems::criterion::criterion),
     system("energy: account", Stage::Account, systems::energy::account),
-    system("criterion", Stage::Tear, systems::criterion::criterion),
     system("split", Stage::Tear, systems::split::split),
     system("energy: edits", Stage::Tear, systems::energy::edits),
 ];

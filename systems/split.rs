@@ -42,8 +42,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             StepContext { is_resumed: true, .. } => Reach::Left,
             _ => Reach::New(tearing.max_tear_speed * step.dt),
         };
-        let asks = |d: &&TearDecision| d.value > 1.0;
-        if decisions.start.is_none() && !decisions.tips.iter().flatten().any(|d| asks(&d)) {
+        if !decisions.ask() {
             (0..tips.len()).for_each(|tip| rest(tips, tip, reach));
             decisions.may_advance_further = false;
             continue;

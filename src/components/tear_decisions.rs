@@ -49,3 +49,10 @@ pub struct TearDecisions {
     /// Whether a tip has advanced by less than it may in this step: the step is then taken up again for this body.
     pub may_advance_further: bool,
 }
+
+impl TearDecisions {
+    /// Whether the criterion asks for an advance or a start anywhere.
+    pub fn ask(&self) -> bool {
+        self.start.is_some() || self.tips.iter().flatten().any(|decision| decision.value > 1.0)
+    }
+}

@@ -155,7 +155,7 @@ impl Simulation {
         let (time, preconditioner) = (self.report.time + dt, self.settings.preconditioner);
         let step = StepContext::of_static_solve(dt, time, tolerance, iterations, preconditioner);
         let Self { world, pool, report, .. } = self;
-        pool.run(|| iterate(world, &step, report));
+        pool.run(|| iterate_and_account(world, &step, report));
         self.finish_report();
         let is_finite = is_finite(&mut self.world);
         let failed = self.report.bodies.iter().filter(|b| !(b.is_converged && is_finite));
@@ -195,7 +195,7 @@ impl Simulation {
             newton_tolerance: 0.0,
         };
         let Self { world, pool, report, .. } = self;
-        pool.run(|| iterate(world, &step, report));
+        pool.run(|| iterate_and_account(world, &step, report));
         self.finish_report();
         let residual = self.report.bodies.iter().map(|b| b.residual).max_by(f64::total_cmp).unwrap_or(0.0);
         let has_failed = residual.is_nan() || residual > linear.tolerance;
@@ -330,6 +330,15 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &
         if !is_finite(world) {
             return false;
         }
+        schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
+        if step.newton_iterations == 1 && take_up_again_for_tips(world) {
+            run_iteration(world, &step, report);
+            if !is_finite(world) {
+                return false;
+            }
+            schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
+        }
+        schedule::run_stage(world, &step, Stage::Account, &mut report.systems);
         schedule::run_stage(world, &step, Stage::Tear, &mut report.systems);
         if !world.query_mut::<&TearDecisions>().into_iter().any(|decisions| decisions.may_advance_further) {
             break;
@@ -338,24 +347,47 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &
     true
 }
 
+/// A static solve.
+fn iterate_and_account(world: &mut World, step: &StepContext, report: &mut Report) {
+    iterate(world, step, report);
+    schedule::run_stage(world, step, Stage::Account, &mut report.systems);
+}
+
 /// Newton's iteration over all bodies, from the start of the step or taken up again.
 fn iterate(world: &mut World, step: &StepContext, report: &mut Report) {
     let first = if step.is_resumed { Stage::Resume } else { Stage::Begin };
     schedule::run_stage(world, step, first, &mut report.systems);
-    let limit = if step.newton_iterations == 1 { 1 } else { step.newton_iterations + 1 };
-    for _ in 0..limit {
+    if step.newton_iterations == 1 {
+        return run_iteration(world, step, report);
+    }
+    for _ in 0..=step.newton_iterations {
         schedule::run_stage(world, step, Stage::Iterate, &mut report.systems);
         let is_done = |s: &SolverScratch| s.is_converged || s.linear_residual.is_nan();
-        if step.newton_iterations > 1 && world.query_mut::<&SolverScratch>().into_iter().all(is_done) {
+        if world.query_mut::<&SolverScratch>().into_iter().all(is_done) {
             break;
         }
     }
-    schedule::run_stage(world, step, Stage::Account, &mut report.systems);
-    if step.newton_iterations == 1 {
-        for scratch in world.query_mut::<&mut SolverScratch>() {
-            scratch.is_converged = scratch.linear_residual.is_finite();
-        }
+}
+
+/// The one iteration of a linearly implicit step.
+fn run_iteration(world: &mut World, step: &StepContext, report: &mut Report) {
+    schedule::run_stage(world, step, Stage::Iterate, &mut report.systems);
+    for scratch in world.query_mut::<&mut SolverScratch>() {
+        scratch.is_converged = scratch.linear_residual.is_finite();
     }
+}
+
+/// Leaves only those bodies to be iterated whose tissue asks to tear. One linear solve leaves the error of a linearisation over
+/// the whole step, or over an advance that springs open: the path of `fig2-tear` then depends on the time step (0.83 mm
+/// between 10 and 5 ms); a second one, in the steps that tear, leaves 0.03 mm.
+fn take_up_again_for_tips(world: &mut World) -> bool {
+    let mut is_any = false;
+    for (scratch, decisions) in world.query_mut::<(&mut SolverScratch, Option<&TearDecisions>)>() {
+        let asks = decisions.is_some_and(TearDecisions::ask);
+        scratch.is_converged = !asks;
+        is_any |= asks;
+    }
+    is_any
 }
 
 fn is_finite(world: &mut World) -> bool {

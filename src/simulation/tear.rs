@@ -122,7 +122,10 @@ impl Simulation {
         for _ in 0..rounds {
             let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
             let Self { world, pool, report, .. } = self;
-            pool.run(|| schedule::run_stage(world, &step, Stage::Tear, &mut report.systems));
+            pool.run(|| {
+                schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
+                schedule::run_stage(world, &step, Stage::Tear, &mut report.systems);
+            });
             self.collect_events();
             if !self.may_tear_further() {
                 return Ok(&self.report);
