@@ -5,8 +5,8 @@
 //! (g₁, g₂) that moves by (w₁, w₂) in the triangle's own axes gives the strain rates ε₁₁: (g₁ − q·g₂, q·g₁),
 //! ε₂₂: (q·g₂, g₂ − q·g₁), γ: ((1+s)·g₂, (1−s)·g₁), whose transpose is the first Piola–Kirchhoff stress of [`super::membrane`].
 //!
-//! Layout: one [`Vec4`] per entry, a lane per triangle: 84 bytes a triangle. Four lanes are what every processor has; eight gain
-//! nothing here, because half of the work is to bring the corners of a triangle into its lane.
+//! Layout: one [`Vec4`] per entry, a lane per triangle: 84 bytes a triangle. Four lanes are what every processor has, and what a
+//! transposition brings four vertices into.
 
 use super::membrane::ElementTangent;
 use glam::{Mat4, Vec4};

@@ -8,6 +8,10 @@
 use super::empty;
 use crate::storage::Topology;
 
+/// Rows that are sorted by levels among themselves: enough that those of a level keep the processor busy, few enough that
+/// rows near each other stay near on large meshes (all sorted, a product takes up to twice as long at 1.5 million triangles).
+const WINDOW: usize = 1024;
+
 /// The vertices in order, and back.
 #[derive(Debug, Default)]
 pub struct Order {
@@ -15,9 +19,8 @@ pub struct Order {
     pub vertex: Vec<u32>,
     /// The row of every vertex.
     pub row: Vec<u32>,
+    /// Level of every vertex.
     level: Vec<u32>,
-    level_start: Vec<u32>,
-    sorted: Vec<u32>,
 }
 
 impl Order {
@@ -67,31 +70,16 @@ impl Order {
         }
     }
 
+    /// A row that comes before another and is its neighbour has a lower level: sorted by levels it still comes before.
     fn sort_by_level(&mut self, corners: &[[u32; 3]], topology: &Topology) {
-        // No more levels than vertices.
-        empty(&mut self.level_start, self.vertex.len() + 1);
-        self.level_start.push(0);
-        for (row, &v) in self.vertex.iter().enumerate() {
-            let before = neighbours(v, corners, topology).filter(|&w| self.row[w as usize] < row as u32);
-            let level = before.map(|w| self.level[w as usize] + 1).max().unwrap_or(0);
-            self.level[v as usize] = level;
-            // A level is at most one above those before it.
-            if level as usize + 1 == self.level_start.len() {
-                self.level_start.push(0);
-            }
-            self.level_start[level as usize + 1] += 1;
+        let Self { vertex, row, level } = self;
+        for (r, &v) in vertex.iter().enumerate() {
+            let before = neighbours(v, corners, topology).filter(|&w| row[w as usize] < r as u32);
+            level[v as usize] = before.map(|w| level[w as usize] + 1).max().unwrap_or(0);
         }
-        for level in 1..self.level_start.len() {
-            self.level_start[level] += self.level_start[level - 1];
+        for rows in vertex.chunks_mut(WINDOW) {
+            rows.sort_unstable_by_key(|&v| (level[v as usize], row[v as usize]));
         }
-        empty(&mut self.sorted, self.vertex.len());
-        self.sorted.resize(self.vertex.len(), 0);
-        for &v in &self.vertex {
-            let next = &mut self.level_start[self.level[v as usize] as usize];
-            self.sorted[*next as usize] = v;
-            *next += 1;
-        }
-        std::mem::swap(&mut self.vertex, &mut self.sorted);
     }
 }
 
