@@ -85,6 +85,8 @@ pub struct SolverScratch {
     pub free: Vec<DVec3>,
     /// Residual \[N\].
     pub residual: Vec<DVec3>,
+    /// Right-hand side \[N\] of a solve that may have to begin anew.
+    pub rhs: Vec<DVec3>,
     /// Preconditioned residual \[mm\].
     pub preconditioned: Vec<DVec3>,
     /// Search direction \[mm\].

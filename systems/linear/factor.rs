@@ -18,7 +18,7 @@ use glam::{DMat3, DVec3};
 const STALE: u32 = 4;
 /// An iteration with the factor costs about as much as so many without it.
 const COST: u32 = 3;
-/// What a solve without it is taken to need, in iterations, as long as there has been none: a sheet of 500 triangles.
+/// What a solve without it is taken to need at the least, in iterations: that of a sheet of 500 triangles.
 const WITHOUT: u32 = 60;
 /// So often in a row a factor may be stale before it has served for as long as it took to make, until there is none for a while.
 const STRIKES: u32 = 3;
@@ -129,12 +129,17 @@ impl Factor {
         self.pending = Some(Pending { job, bridge: Bridge::default(), left: delay(free) });
     }
 
+    /// Iterations with it in a dynamic solve at the most: with more it is worse than none.
+    pub fn most(&self) -> u32 {
+        self.without.max(WITHOUT) / COST
+    }
+
     /// After a dynamic solve with the factor.
     pub fn has_served(&mut self, iterations: u32, operator: &Operator, free: &[DVec3]) {
+        let most = self.most();
         let Some(current) = &mut self.current else { return };
         current.served += 1;
-        let without = if self.without == 0 { WITHOUT } else { self.without };
-        current.is_worse_than_none |= iterations * COST > without;
+        current.is_worse_than_none |= iterations >= most;
         if iterations <= STALE || self.pending.is_some() {
             return;
         }

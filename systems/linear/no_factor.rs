@@ -36,6 +36,11 @@ impl Factor {
         false
     }
 
+    /// None.
+    pub fn most(&self) -> u32 {
+        0
+    }
+
     /// Nothing.
     pub fn has_served(&mut self, _iterations: u32, _operator: &Operator, _free: &[DVec3]) {}
 

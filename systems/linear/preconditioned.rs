@@ -48,13 +48,13 @@ pub fn solve(
     let mut done = 0;
     if let Some((factor, Use::Wait)) = &mut means.factor {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
-            let rhs = scratch.residual.clone();
+            scratch.rhs.clone_from(&scratch.residual);
             let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, corner, x, scratch)?;
             if info.relative_residual <= params.tolerance {
                 return Ok(info);
             }
             done = info.iterations;
-            scratch.residual = rhs;
+            scratch.residual.copy_from_slice(&scratch.rhs);
         }
         match factor.renew(operator, &scratch.free) {
             Ok(()) => {
@@ -68,12 +68,20 @@ pub fn solve(
     if let Some((factor, Use::Aside)) = &mut means.factor
         && factor.is_ready(operator, &scratch.free)
     {
-        let info = solve_with_factor(operator, params, u32::MAX, factor, corner, x, scratch)?;
+        scratch.rhs.clone_from(&scratch.residual);
+        let info = solve_with_factor(operator, params, factor.most(), factor, corner, x, scratch)?;
         factor.has_served(info.iterations, operator, &scratch.free);
-        return Ok(info);
+        if info.relative_residual <= params.tolerance || info.iterations >= params.iterations {
+            return Ok(info);
+        }
+        done = info.iterations;
+        scratch.residual.copy_from_slice(&scratch.rhs);
     }
-    let info = solve_without_factor(operator, params, means, corner, x, scratch)?;
-    if let Some((factor, Use::Aside)) = &mut means.factor {
+    let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), ..*params };
+    let info = solve_without_factor(operator, &limited, means, corner, x, scratch)?;
+    if let Some((factor, Use::Aside)) = &mut means.factor
+        && done == 0
+    {
         factor.has_rested(info.iterations);
     }
     Ok(CgInfo { iterations: done + info.iterations, ..info })
