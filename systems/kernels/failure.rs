@@ -17,7 +17,7 @@ mod region;
 mod release;
 mod table;
 
-pub use release::{TipField, evaluate_release};
+pub use release::{TipField, evaluate_release, release_value};
 
 use crate::math::Sym2;
 use curve::{Curve, Peak};

@@ -10,6 +10,7 @@ use super::tip_disc::{TangentPlane, Walk};
 use crate::components::RingFault;
 use crate::math::{CrackTip, Orthotropic, Sym2};
 use crate::storage::NONE;
+use crate::systems::kernels::failure::TipField;
 use crate::systems::kernels::membrane;
 use crate::systems::kernels::polar::{self, LANES, stretches};
 use glam::{DVec2, DVec3};
@@ -65,16 +66,10 @@ struct Member {
 /// What a ring tells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contour {
-    /// Unit direction in which the crack points, in the axes in which the ring was laid.
-    pub ahead: DVec2,
-    /// Unit direction of the fibre there.
-    pub fibre: DVec2,
-    /// Elastic constants there.
-    pub law: Orthotropic,
+    /// The field at the tip, in the axes in which the ring was laid.
+    pub field: TipField,
     /// J \[N/mm\]: energy released per area of a crack that goes straight on.
     pub release: f64,
-    /// K_I, K_II \[MPa·√mm\].
-    pub intensities: [f64; 2],
 }
 
 impl Ring {
@@ -203,8 +198,8 @@ impl Ring {
                 let strain = u - unstretched;
                 let stress = member.turned(triangles.stiffness[member.triangle as usize].stress(strain));
                 let free = member.turned(unstretched);
-                let (strain, [ahead, _]) = (member.turned(strain), member.in_crack_axes((f1, f2)));
-                let slope = DVec2::new(r1.dot(ahead) - free.xx, r2.dot(ahead) - free.xy);
+                let (strain, [along, _]) = (member.turned(strain), member.in_crack_axes((f1, f2)));
+                let slope = DVec2::new(r1.dot(along) - free.xx, r2.dot(along) - free.xy);
                 // (σ·∂₁u − W·e₁)·∇q, and its mixed terms with the fields of each mode.
                 let (fall, volume) = (member.fall, member.area);
                 release += volume * (stress.apply(slope).dot(fall) - 0.5 * stress.contract(strain) * fall.x);
@@ -216,7 +211,8 @@ impl Ring {
         }
         let intensities = tip.intensities(interaction);
         let is_finite = release.is_finite() && intensities.iter().all(|k| k.is_finite());
-        is_finite.then_some(Contour { ahead, fibre, law, release, intensities }).ok_or(RingFault::NoRelease)
+        let field = TipField { law, fibre, ahead, intensities };
+        is_finite.then_some(Contour { field, release }).ok_or(RingFault::NoRelease)
     }
 }
 

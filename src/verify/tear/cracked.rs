@@ -13,7 +13,7 @@ use crate::scene::generate::{self, GenerateError};
 use crate::settings::{Preconditioner, Settings};
 use crate::simulation::{Simulation, SimulationError};
 use crate::storage::{Tips, Topology, TriangleMesh, Triangles, Vertices};
-use crate::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, strength, tip_decision};
+use crate::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, tip_decision};
 use glam::{DVec2, DVec3};
 use hecs::Entity;
 
@@ -225,9 +225,8 @@ impl Cracked {
             let decision = tip_decision(&surface, tearing, tip, (vertex, previous), &mut memory)?;
             let terms = EnergyTerms { tearing, energy: &energy };
             let by_energy = energy_decision(&surface, terms, tip, (vertex, previous), &mut memory)?;
-            let radii = (tearing.radius, energy.ring * tearing.radius);
-            let (.., ring) = memory.at_tip_with_ring(&surface, (tip, vertex), strength(tearing), radii)?;
-            let release = ring.contour(&surface).map_or(f64::NAN, |contour| contour.release);
+            let contour = terms.contour(&surface, (tip, vertex), &mut memory);
+            let release = contour.map_or(f64::NAN, |contour| contour.release);
             let at = vertices.rest_position[vertex as usize];
             Some(Tip { release, ..Tip::new(at, previous, &decision, &by_energy) })
         });

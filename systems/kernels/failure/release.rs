@@ -42,7 +42,12 @@ struct Release<'a> {
     toughness: &'a Strength,
 }
 
-impl Release<'_> {
+impl<'a> Release<'a> {
+    fn new(field: &'a TipField, toughness: &'a Strength) -> Self {
+        let fibre_to_crack = field.ahead.angle_to(field.fibre);
+        Self { tip: CrackTip::new(&field.law, fibre_to_crack), fibre_to_crack, field, toughness }
+    }
+
     /// √(G/G_c) of a kink at the angle `theta` \[rad\] from the crack, at the angle `delta` \[rad\] to the fibre.
     fn value_at(&self, theta: f64, delta: f64) -> f64 {
         let stress = self.tip.stress(theta);
@@ -67,6 +72,17 @@ impl Release<'_> {
     }
 }
 
+/// √(G/G_c) of one direction: what [`evaluate_release`] searches. Zero along the crack's lips.
+pub fn release_value(field: &TipField, toughness: &Strength, d: DVec2) -> f64 {
+    let theta = field.ahead.angle_to(d);
+    if is_off_lips(theta) { Release::new(field, toughness).value(theta) } else { 0.0 }
+}
+
+/// Whether the field can be asked at this angle \[rad\] and a little beside.
+fn is_off_lips(theta: f64) -> bool {
+    theta.abs() < PI - 2.0 * DIFFERENCE
+}
+
 /// The admissible direction of the largest √(G/G_c), with its runner-up, as [`evaluate`](super::evaluate) gives that of the
 /// largest c; `toughness` holds G_c \[N/mm\] across (`fibre`) and along (`transverse`) the fibres. `None` if no direction is
 /// admissible or an input is not finite.
@@ -78,18 +94,13 @@ pub fn evaluate_release(
 ) -> Option<Decision> {
     let (fibre, ahead) = (unit(field.fibre)?, unit(field.ahead)?);
     let field = &TipField { fibre, ahead, ..*field };
-    let fibre_to_crack = ahead.angle_to(fibre);
-    let tip = CrackTip::new(&field.law, fibre_to_crack);
-    let release = Release { tip, fibre_to_crack, field, toughness };
+    let release = Release::new(field, toughness);
     let region = Region::new(cone, sector)?;
     let limits = region.limits();
     let mut ranking = Ranking::new(fibre, region);
 
-    // Turned back into (−π, π), clear of the lips, whose own direction is that of the crack's two faces.
-    let within = |angle: f64| (angle + PI).rem_euclid(2.0 * PI) - PI;
-    let is_off_lips = |theta: f64| theta.abs() < PI - 2.0 * DIFFERENCE;
     let mut bends = [(fibre, 0.0), (fibre.perp(), 0.5 * PI), (-fibre, 0.0), (-fibre.perp(), 0.5 * PI)].map(|(d, delta)| {
-        let theta = within(ahead.angle_to(d));
+        let theta = ahead.angle_to(d);
         let value = if is_off_lips(theta) { release.value_at(theta, delta) } else { 0.0 };
         let rises = [DIFFERENCE, -DIFFERENCE].map(|step| is_off_lips(theta) && release.value(theta + step) > value);
         ranking.offer(d, value, Origin::Kink, rises);
@@ -123,7 +134,7 @@ pub fn evaluate_release(
         search(from, to);
     }
     for d in limits.into_iter().flatten() {
-        let theta = within(ahead.angle_to(d));
+        let theta = ahead.angle_to(d);
         if is_off_lips(theta) {
             let value = release.value(theta);
             let rises = [DIFFERENCE, -DIFFERENCE].map(|step| release.value(theta + step) > value);
