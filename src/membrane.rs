@@ -1,8 +1,8 @@
 //! A body before it is spawned: mesh, material, fibres and whatever else it carries.
 
 use crate::components::{
-    Body, Contact, Drag, EnergyCriterion, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment, Material, Planar,
-    Reactions, Refined, Refinement, SolverScratch, Springs, TearDecisions, TearLog, Tearing,
+    Body, Contact, Drag, EnergyCriterion, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment,
+    Material, Planar, Reactions, Refined, Refinement, SolverScratch, Springs, TearDecisions, TearLog, Tearing,
 };
 use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{

@@ -5,7 +5,9 @@ use super::kernels::failure;
 use super::tearing::{
     EnergyTerms, Surface, TipMemory, decision, disc_average, energy_decision, strength, tip_decision, vertex_decision,
 };
-use crate::components::{EnergyCriterion, Grips, Holds, Planar, PreStretch, TearDecision, TearDecisions, TearSite, Tearing};
+use crate::components::{
+    EnergyCriterion, Grips, Holds, Planar, PreStretch, TearDecision, TearDecisions, TearSite, Tearing,
+};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 
@@ -24,8 +26,11 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory),
         (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
     );
-    for ((vertices, triangles, topology, tearing), (tips, decisions, memory), (planar, pre_stretch, holds, grips, energy)) in
-        world.query_mut::<Query>()
+    for (
+        (vertices, triangles, topology, tearing),
+        (tips, decisions, memory),
+        (planar, pre_stretch, holds, grips, energy),
+    ) in world.query_mut::<Query>()
     {
         decisions.tips.clear();
         decisions.start = None;

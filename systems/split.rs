@@ -4,8 +4,8 @@
 use super::StepContext;
 use super::tearing::{Advance, Cutter, End, Followers, NewTip, Quality, TearRefusal, TearScratch, TipChart, TipMemory};
 use crate::components::{
-    DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog, TearMode,
-    TearSite, Tearing,
+    DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog,
+    TearMode, TearSite, Tearing,
 };
 use crate::event::{Course, EventKind, Verdict};
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};

@@ -80,9 +80,8 @@ impl CrackTip {
         });
         let (c2, s2) = (cos * cos, sin * sin);
         let mixed = (2.0 * s12 + s66) * s2 * c2;
-        let strain = |stress: Sym2| {
-            law.strain(stress.in_axes_turned_by(fibre_to_crack)).in_axes_turned_by(-fibre_to_crack)
-        };
+        let strain =
+            |stress: Sym2| law.strain(stress.in_axes_turned_by(fibre_to_crack)).in_axes_turned_by(-fibre_to_crack);
         let (across, shear) = (strain(Sym2::new(0.0, 1.0, 0.0)), strain(Sym2::new(0.0, 0.0, 1.0)));
         Self {
             roots,

@@ -126,10 +126,7 @@ fn slopes_release_the_energy_and_give_the_intensities_back() {
         let strain = |stress: Sym2| law.strain(stress.in_axes_turned_by(angle)).in_axes_turned_by(-angle);
         let field = |[opening, sliding]: [f64; 2], theta: f64| {
             let (stress, slope) = (tip.stress(theta), tip.slope(theta));
-            (
-                stress.opening * opening + stress.sliding * sliding,
-                slope.opening * opening + slope.sliding * sliding,
-            )
+            (stress.opening * opening + stress.sliding * sliding, slope.opening * opening + slope.sliding * sliding)
         };
         let interaction = |a: [f64; 2], b: [f64; 2]| {
             // The stress has a root's singularity in θ nowhere inside, so the midpoint rule converges at second order.

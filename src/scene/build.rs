@@ -2,11 +2,13 @@
 
 use super::error::{Fault, not_negative, positive};
 use super::region::Surface;
-use super::schema::{BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, TearModeSpec, TearingSpec};
+use super::schema::{
+    BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, TearModeSpec, TearingSpec,
+};
 use super::{grasp, mesh_file, shape};
 use crate::components::{
-    Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material, PointLoad, PointLoads,
-    PreStretch, Pressure, Refinement, Springs, TearMode, Tearing, Toughness,
+    Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
+    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};

@@ -31,7 +31,8 @@ impl Simulation {
             (Option<&'a Planar>, Option<&'a PreStretch>, Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>),
         );
         let mut query = self.world.query_one::<Query>(body);
-        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, tearing, energy)) = query.get().ok()?;
+        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, tearing, energy)) =
+            query.get().ok()?;
         let unstretched = PreStretch::unstretched(pre_stretch);
         let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched };
         let principal = |state: &ElementState| DVec2::from(state.stress.principal_values());

@@ -48,9 +48,7 @@ pub fn energy_decision(
         answer.filter(|answer| answer.best.value > 0.0).ok_or(RingFault::NoRelease)
     });
     match released {
-        Ok(answer) => {
-            Some(TearDecision { by: DecidedBy::Energy, ..decision_in_fan(vertex, &answer, chart, &average) })
-        }
+        Ok(answer) => Some(TearDecision { by: DecidedBy::Energy, ..decision_in_fan(vertex, &answer, chart, &average) }),
         Err(fault) => {
             let decision = in_fan(tearing, (vertex, previous), chart, search, &average)?;
             Some(TearDecision { by: DecidedBy::StressFor(fault), ..decision })

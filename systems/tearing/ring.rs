@@ -124,7 +124,13 @@ impl Ring {
                 let middle = (placed[0] + placed[1] + placed[2]) / 3.0;
                 // In the axes of the layout first; the place stands in for the fields until the crack's direction is known.
                 let modes = [(Sym2::ZERO, middle), (Sym2::ZERO, middle)];
-                self.members.push(Member { triangle, fibre, area: triangles.rest[t].area, fall: fibre.rotate(fall), modes });
+                self.members.push(Member {
+                    triangle,
+                    fibre,
+                    area: triangles.rest[t].area,
+                    fall: fibre.rotate(fall),
+                    modes,
+                });
             }
         }
         let edge = super::size(area / count);
@@ -224,8 +230,7 @@ impl Member {
         let (r, theta) = (place.length(), place.to_angle());
         let scale = 1.0 / (TAU * r).sqrt();
         let (stress, slope) = (tip.stress(theta), tip.slope(theta));
-        self.modes =
-            [(stress.opening * scale, slope.opening * scale), (stress.sliding * scale, slope.sliding * scale)];
+        self.modes = [(stress.opening * scale, slope.opening * scale), (stress.sliding * scale, slope.sliding * scale)];
         (self.fibre, self.fall) = (into(self.fibre), into(self.fall));
     }
 

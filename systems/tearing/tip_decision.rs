@@ -58,12 +58,7 @@ pub(super) fn admissible(tearing: &Tearing, previous: DVec3, chart: &FanChart) -
 }
 
 /// The answer of a criterion in the chart of a vertex.
-pub(super) fn decision_in_fan(
-    vertex: u32,
-    answer: &Decision,
-    chart: &FanChart,
-    average: &DiscAverage,
-) -> TearDecision {
+pub(super) fn decision_in_fan(vertex: u32, answer: &Decision, chart: &FanChart, average: &DiscAverage) -> TearDecision {
     let turned = along_curved_fibre(answer, average);
     let direction = if chart.sector(turned).is_some() { turned } else { answer.best.direction };
     decision(vertex, answer, average, chart.axes(), chart.to_surface(direction))

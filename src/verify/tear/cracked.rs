@@ -5,7 +5,8 @@
 use super::super::VerifyError;
 use super::super::bodies::{self, Linear};
 use crate::components::{
-    Curve, DecidedBy, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Material, Refinement, TearDecision, Tearing, Toughness,
+    Curve, DecidedBy, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Material, Refinement, TearDecision, Tearing,
+    Toughness,
 };
 use crate::math::Sym2;
 use crate::membrane::Membrane;

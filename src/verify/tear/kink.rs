@@ -138,8 +138,7 @@ fn one(
     let mut cracked = Cracked::new(sheet.with(refined(edges, MARGIN)), [middle - way, middle + way])?;
     cracked.solve()?;
     // Of an even toughness the direction does not depend on its size.
-    let kinks: Vec<[f64; 2]> =
-        cracked.tips(even(1.0))?.iter().map(|tip| [tip.kink(), tip.kink_by_energy()]).collect();
+    let kinks: Vec<[f64; 2]> = cracked.tips(even(1.0))?.iter().map(|tip| [tip.kink(), tip.kink_by_energy()]).collect();
     let off = |by: usize, wanted: f64| match kinks.len() {
         2 => largest(kinks.iter().map(|kink| (kink[by] - wanted).abs())),
         _ => f64::NAN,

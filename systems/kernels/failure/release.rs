@@ -99,13 +99,14 @@ pub fn evaluate_release(
     let limits = region.limits();
     let mut ranking = Ranking::new(fibre, region);
 
-    let mut bends = [(fibre, 0.0), (fibre.perp(), 0.5 * PI), (-fibre, 0.0), (-fibre.perp(), 0.5 * PI)].map(|(d, delta)| {
-        let theta = ahead.angle_to(d);
-        let value = if is_off_lips(theta) { release.value_at(theta, delta) } else { 0.0 };
-        let rises = [DIFFERENCE, -DIFFERENCE].map(|step| is_off_lips(theta) && release.value(theta + step) > value);
-        ranking.offer(d, value, Origin::Kink, rises);
-        theta
-    });
+    let mut bends =
+        [(fibre, 0.0), (fibre.perp(), 0.5 * PI), (-fibre, 0.0), (-fibre.perp(), 0.5 * PI)].map(|(d, delta)| {
+            let theta = ahead.angle_to(d);
+            let value = if is_off_lips(theta) { release.value_at(theta, delta) } else { 0.0 };
+            let rises = [DIFFERENCE, -DIFFERENCE].map(|step| is_off_lips(theta) && release.value(theta + step) > value);
+            ranking.offer(d, value, Origin::Kink, rises);
+            theta
+        });
     bends.sort_by(f64::total_cmp);
 
     let cell = 2.0 * PI / f64::from(CELLS);
