@@ -8,13 +8,15 @@ use divan::{Bencher, black_box, counter::ItemsCount};
 use fig2::{LARGE, SMALL, hand, square};
 use glam::{DVec2, DVec3};
 use hecs::Entity;
-use rhexis::components::Tearing;
+use rhexis::components::{DecidedBy, EnergyCriterion, Tearing, Toughness};
 use rhexis::math::Sym2;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{EditRecord, Mesh, Tips, Topology, Triangles, Vertices, undo};
 use rhexis::systems::kernels::failure::{Cone, Search, Sector, Strength, evaluate};
-use rhexis::systems::tearing::{Cutter, Disc, Quality, Surface, TearScratch, TipMemory, Walk, lay_at_tip, strength};
+use rhexis::systems::tearing::{
+    Cutter, Disc, EnergyTerms, Quality, Surface, TearScratch, TipMemory, Walk, energy_decision, lay_at_tip, strength,
+};
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
 
@@ -135,6 +137,19 @@ fn memory_at_rest(bencher: Bencher, edges_per_radius: f64) {
         let mut memory = TipMemory::default();
         let strength = strength(&Tearing::default());
         bencher.bench_local(|| memory.at_tip(surface, (0, tip), strength, radius).map(|(.., average)| average.stress));
+    });
+}
+
+/// A decision by energy at a resting tip: is the memory up to date, the integrals over the ring of 2R, the search of the direction.
+#[divan::bench(args = [3.0, 4.0])]
+fn energy_at_rest(bencher: Bencher, edges_per_radius: f64) {
+    at_tip(edges_per_radius, |surface, tip, radius| {
+        let tearing = &Tearing { radius, ..Tearing::default() };
+        let energy = &EnergyCriterion::new(Toughness { along: 0.02, across: 0.5 });
+        let (terms, mut memory) = (EnergyTerms { tearing, energy }, TipMemory::default());
+        let mut decide = || energy_decision(surface, terms, 0, (tip, DVec3::NEG_Y), &mut memory);
+        assert!(decide().is_some_and(|decision| decision.by == DecidedBy::Energy));
+        bencher.bench_local(decide);
     });
 }
 

@@ -1,5 +1,6 @@
 //! What happened to the tissue, in order.
 
+use crate::components::DecidedBy;
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
 use hecs::Entity;
@@ -86,6 +87,8 @@ pub enum EventKind {
         margin: f64,
         /// As in [`Verdict`].
         is_ambiguous: bool,
+        /// Which criterion that is.
+        by: DecidedBy,
         /// Whether it went there, or which other way.
         course: Course,
     },

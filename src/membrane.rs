@@ -1,8 +1,8 @@
 //! A body before it is spawned: mesh, material, fibres and whatever else it carries.
 
 use crate::components::{
-    Body, Contact, Drag, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment, Material, Planar,
-    Reactions, Refined, Refinement, SolverScratch, Springs, TearDecisions, TearLog, Tearing,
+    Body, Contact, Drag, EnergyCriterion, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment,
+    Material, Planar, Reactions, Refined, Refinement, SolverScratch, Springs, TearDecisions, TearLog, Tearing,
 };
 use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{
@@ -43,6 +43,9 @@ pub enum BodyError {
     /// Refinement around the tips of a body that has none.
     #[error("refinement goes with tear tips and their averaging radius: let the body tear, or leave refinement out")]
     RefinementWithoutTearing,
+    /// A criterion on energy for a body that does not tear.
+    #[error("the energy criterion decides at tear tips: let the body tear, or leave it out")]
+    EnergyCriterionWithoutTearing,
     /// A fibre list of the wrong length.
     #[error("{given} fibre directions for {needed} triangles: give one per triangle, in the mesh's order")]
     FibreCount {
@@ -249,6 +252,14 @@ impl Membrane {
             within("refinement edges_per_radius", edges, edges > 0.0, "it must be above 0 and at most 100")?;
             within("refinement budget", budget, budget >= 1.0, "it must be from 1 to 100")?;
             r.margin.map_or(Ok(()), |margin| not_negative("refinement margin", margin))?;
+        }
+        if let Some(e) = self.components.get::<&EnergyCriterion>() {
+            if !self.components.has::<Tearing>() {
+                return Err(BodyError::EnergyCriterionWithoutTearing);
+            }
+            positive("toughness along the fibres", e.toughness.along)?;
+            positive("toughness across the fibres", e.toughness.across)?;
+            within("energy criterion ring", e.ring, e.ring > 0.0, "it must be above 0 and at most 100")?;
         }
         if let Some(c) = self.components.get::<&Contact>() {
             positive("contact stiffness", c.stiffness)?;

@@ -2,8 +2,12 @@
 
 use super::StepContext;
 use super::kernels::failure;
-use super::tearing::{Surface, TipMemory, decision, disc_average, strength, tip_decision, vertex_decision};
-use crate::components::{Grips, Holds, Planar, PreStretch, TearDecision, TearDecisions, TearSite, Tearing};
+use super::tearing::{
+    EnergyTerms, Surface, TipMemory, decision, disc_average, energy_decision, strength, tip_decision, vertex_decision,
+};
+use crate::components::{
+    EnergyCriterion, Grips, Holds, Planar, PreStretch, TearDecision, TearDecisions, TearSite, Tearing,
+};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 
@@ -20,10 +24,13 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
         (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory),
-        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Holds>, Option<&'a Grips>),
+        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
     );
-    for ((vertices, triangles, topology, tearing), (tips, decisions, memory), (planar, pre_stretch, holds, grips)) in
-        world.query_mut::<Query>()
+    for (
+        (vertices, triangles, topology, tearing),
+        (tips, decisions, memory),
+        (planar, pre_stretch, holds, grips, energy),
+    ) in world.query_mut::<Query>()
     {
         decisions.tips.clear();
         decisions.start = None;
@@ -36,7 +43,10 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched };
         for tip in 0..tips.len() {
             let place = (tips.vertex[tip], tips.previous[tip]);
-            let decision = tip_decision(&surface, tearing, tip, place, memory);
+            let decision = match energy {
+                Some(energy) => energy_decision(&surface, EnergyTerms { tearing, energy }, tip, place, memory),
+                None => tip_decision(&surface, tearing, tip, place, memory),
+            };
             tips.criterion[tip] = decision.map_or(0.0, |d| d.value);
             decisions.tips.push(decision);
         }

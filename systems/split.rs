@@ -5,8 +5,8 @@ use super::StepContext;
 use super::linear::Factor;
 use super::tearing::{Advance, Cutter, End, Followers, NewTip, Quality, TearRefusal, TearScratch, TipChart, TipMemory};
 use crate::components::{
-    EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog, TearMode,
-    TearSite, Tearing,
+    DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog,
+    TearMode, TearSite, Tearing,
 };
 use crate::event::{Course, EventKind, Verdict};
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -177,6 +177,7 @@ impl Tearer<'_> {
         let wanted = if self.tearing.mode == TearMode::Edge { Course::Edge } else { Course::Exact };
         self.log.detour_count += u32::from(advance.course != wanted);
         self.log.ambiguous_count += u32::from(decision.is_ambiguous);
+        self.log.stress_instead_count += u32::from(matches!(decision.by, DecidedBy::StressFor(_)));
         self.log.note_angle(advance.smallest_angle);
         self.log.pending.push(EventKind::Advanced {
             tip: key,
@@ -186,6 +187,7 @@ impl Tearer<'_> {
             criterion: decision.value,
             margin: decision.margin,
             is_ambiguous: decision.is_ambiguous,
+            by: decision.by,
             course: advance.course,
         });
         self.finish_cut(advance.end.and_then(|End { freed }| freed));

@@ -3,7 +3,7 @@
 mod common;
 
 use common::Square;
-use rhexis::components::Tearing;
+use rhexis::components::{EnergyCriterion, Tearing, Toughness};
 use rhexis::settings::{Preconditioner, Settings};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
@@ -46,9 +46,18 @@ fn a_warm_step_allocates_nothing() {
         assert!(count <= if threads == 1 { 0 } else { 1000 / 63 + 2 }, "{threads} threads: {count}");
     }
 
+    for energy in [None, Some(EnergyCriterion::new(Toughness { along: 0.01, across: 10.0 }))] {
+        a_tear_seldom_allocates(energy);
+    }
+}
+
+fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {
     let settings = Settings { threads: 1, preconditioner: Preconditioner::BlockJacobi, ..Settings::default() };
     let mut run = Square::new([40, 34], 60.0).spawn(settings);
-    run.stretch_to(0.65);
+    if let Some(energy) = energy {
+        run.simulation.world_mut().insert_one(run.body, energy).unwrap();
+    }
+    run.stretch_to(if energy.is_some() { 0.4 } else { 0.65 });
     // The first dynamic step after static ones.
     run.simulation.step(2.0).unwrap();
     let mut advances: Vec<usize> = Vec::new();

@@ -20,6 +20,14 @@ fn average(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius:
     memory.at_tip(&surface(body, false), (tip, vertex), strength, radius).map(|(.., average)| average)
 }
 
+/// What the ring tells, and why not, as text: two that are no numbers are then the same.
+fn contour(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius: f64) -> Option<String> {
+    let strength = Strength::new(2.0, 1.0, 0.5).unwrap();
+    let (surface, radii) = (surface(body, false), (radius, 2.0 * radius));
+    let (.., ring) = memory.at_tip_with_ring(&surface, (tip, vertex), strength, radii)?;
+    Some(format!("{:?}", ring.contour(&surface)))
+}
+
 /// Without a walk, without a disc's own axes: every triangle of a flat sheet by its overlap and its full state.
 #[test]
 fn on_a_flat_whole_sheet_the_average_is_that_over_all_triangles() {
@@ -46,6 +54,17 @@ fn on_a_flat_whole_sheet_the_average_is_that_over_all_triangles() {
             (found.area / area - 1.0).abs() < 1e-13 && found.area <= std::f64::consts::PI * radius * radius * 1.0001
         );
     }
+}
+
+#[test]
+fn rings_are_laid_only_for_bodies_that_decide_by_energy() {
+    let body = Body::new(&meshes::jittered(14, 12, 7.0, 6.0, 2), DVec3::X);
+    let mut memory = TipMemory::default();
+    average(&mut memory, &body, 0, 20, 1.0).unwrap();
+    assert!(format!("{memory:?}").contains("rings: []"));
+    let strength = Strength::new(2.0, 1.0, 0.5).unwrap();
+    memory.at_tip_with_ring(&surface(&body, false), (0, 20), strength, (1.0, 2.0)).unwrap();
+    assert!(!format!("{memory:?}").contains("rings: []"));
 }
 
 /// An edit at a random place, not always a legal one.
@@ -91,6 +110,8 @@ fn what_is_remembered_follows_random_edits() {
                 for (tip, &vertex) in tips.iter().enumerate() {
                     let fresh = average(&mut TipMemory::default(), &body, 0, vertex, radius);
                     assert_eq!(average(&mut memory, &body, tip, vertex, radius), fresh, "{seed}: {done} {edit:?}");
+                    let fresh = contour(&mut TipMemory::default(), &body, 0, vertex, radius);
+                    assert_eq!(contour(&mut memory, &body, tip, vertex, radius), fresh, "{seed}: {done} {edit:?}");
                     asked += 1;
                 }
                 let moved = random.below(tips.len());

@@ -4,7 +4,7 @@ use super::progress::real_time_factor;
 use super::series::Observation;
 use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
-use crate::components::{Body, Refined, Refinement, TearLog, Tearing};
+use crate::components::{Body, EnergyCriterion, Refined, Refinement, TearLog, Tearing};
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
@@ -108,6 +108,8 @@ pub(super) struct TearFigures {
     pub detours: u32,
     /// Starts and advances.
     pub ambiguous: u32,
+    /// Advances that the stress decided although the body has an energy criterion; absent for a body without.
+    pub by_stress_instead: Option<u32>,
     pub ended: u32,
     pub pieces_freed: u32,
     /// Parted vertices that a hold or grip keeps shut.
@@ -285,6 +287,7 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         advances: log.advance_count,
         detours: log.detour_count,
         ambiguous: log.ambiguous_count,
+        by_stress_instead: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.stress_instead_count),
         ended: log.end_count,
         pieces_freed: log.piece_count,
         held_shut: log.held_shut_count,
@@ -344,6 +347,10 @@ fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         if tear.ambiguous > 0 {
             let what = "had a runner-up within 5 %: another run could have gone the other way (`ambiguous` lists them)";
             list.push(format!("{}: {} start(s) or advance(s) {what}", body.name, tear.ambiguous));
+        }
+        if let Some(count) = tear.by_stress_instead.filter(|&count| count > 0) {
+            let what = "advance(s) by stress, where the ring tells no energy (events.jsonl says why)";
+            list.push(format!("{}: {count} {what}", body.name));
         }
         if tear.held_shut > 0 {
             let what = "torn vertices are kept shut by a hold or grip that has hold of both lips";

@@ -2,6 +2,7 @@
 
 use crate::math::Sym2;
 use glam::DVec3;
+use std::fmt;
 
 /// Where a tear starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,6 +11,48 @@ pub enum TearSite {
     Triangle(u32),
     /// At the vertex in this row.
     Vertex(u32),
+}
+
+/// Which criterion a decision is of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DecidedBy {
+    /// The stress averaged over the disc.
+    #[default]
+    Stress,
+    /// The energy that a kink releases ([`EnergyCriterion`](super::EnergyCriterion)).
+    Energy,
+    /// The stress, because the ring around the tip has no energy to tell of.
+    StressFor(RingFault),
+}
+
+/// Why the ring around a tip does not have the field of one straight crack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RingFault {
+    /// No crack leads through the ring to the tip: the tip stands at an open corner, or its crack ends within the ring.
+    #[error("no crack leads through the ring")]
+    NoCrack,
+    /// The ring meets a boundary that is not the two lips of a straight crack: the rim, another tear, a bend of its own.
+    #[error("the ring meets another boundary than a straight crack's lips")]
+    OtherBoundary,
+    /// The ring is bent, at rest or now: a triangle's normal is off the ring's by more than 10°.
+    #[error("the ring is bent")]
+    Bent,
+    /// The ring has fewer than three edges to its radius.
+    #[error("the ring has too few edges")]
+    Coarse,
+    /// The field opens nothing: no energy is released in any direction.
+    #[error("the ring releases no energy")]
+    NoRelease,
+}
+
+impl fmt::Display for DecidedBy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stress => f.write_str("stress"),
+            Self::Energy => f.write_str("energy"),
+            Self::StressFor(fault) => write!(f, "stress: {fault}"),
+        }
+    }
 }
 
 /// The criterion's answer at a tip, a vertex of the boundary or inside a triangle. Directions are unit vectors of the rest shape.
@@ -25,6 +68,8 @@ pub struct TearDecision {
     pub margin: f64,
     /// Whether the margin is under 5 %.
     pub is_ambiguous: bool,
+    /// Which criterion this is.
+    pub by: DecidedBy,
     /// Mean Biot stress over the averaging disc \[MPa\], in `axes`.
     pub stress: Sym2,
     /// Mean fibre over the disc.

@@ -7,6 +7,7 @@
 //! D = −sin θ/(√ψ₁·√ψ₂·(√ψ₁ + √ψ₂)), in which nothing cancels: the double root of isotropic plates needs no case of its own.
 
 use super::{Orthotropic, Sym2};
+use glam::DVec2;
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
@@ -28,6 +29,19 @@ pub struct CrackTip {
     compliance_along: f64,
     /// s₂₂ \[1/MPa\].
     compliance_across: f64,
+    /// s₁₂ \[1/MPa\].
+    compliance_mixed: f64,
+    /// s₁₆, s₂₆ \[1/MPa\]: strains along and across the crack from the shear stress.
+    compliance_shear: [f64; 2],
+}
+
+/// How the displacements of the two modes change along the crack, in the crack's axes: ∂u/∂x of K_I and of K_II.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slopes {
+    /// Per K_I.
+    pub opening: DVec2,
+    /// Per K_II.
+    pub sliding: DVec2,
 }
 
 /// The stresses of the two modes, in the crack's axes: of K_I (opening) and of K_II (sliding).
@@ -66,8 +80,13 @@ impl CrackTip {
         });
         let (c2, s2) = (cos * cos, sin * sin);
         let mixed = (2.0 * s12 + s66) * s2 * c2;
+        let strain =
+            |stress: Sym2| law.strain(stress.in_axes_turned_by(fibre_to_crack)).in_axes_turned_by(-fibre_to_crack);
+        let (across, shear) = (strain(Sym2::new(0.0, 1.0, 0.0)), strain(Sym2::new(0.0, 0.0, 1.0)));
         Self {
             roots,
+            compliance_mixed: across.xx,
+            compliance_shear: [shear.xx, shear.yy],
             compliance_along: s11 * c2 * c2 + mixed + s22 * s2 * s2,
             compliance_across: s11 * s2 * s2 + mixed + s22 * c2 * c2,
         }
@@ -85,6 +104,37 @@ impl CrackTip {
             opening: Sym2::new(-(product * (g1 + mu2 * d)).re, (g2 - mu2 * d).re, (product * d).re),
             sliding: Sym2::new(-((mu1 + mu2) * g1 + mu2 * mu2 * d).re, -d.re, (g1 + mu2 * d).re),
         }
+    }
+
+    /// Change of the displacement along the crack, ∂u/∂x, at the angle `theta` \[rad\], in (−π, π), over K/√(2πr). With
+    /// q_k = s₁₂μ_k + s₂₂/μ_k − s₂₆ the part across the crack is Re (μ₁q₂g₂ − μ₂q₁g₁)/(μ₁ − μ₂) for K_I and
+    /// Re (q₂g₂ − q₁g₁)/(μ₁ − μ₂) for K_II, written with D as above; the part along it is the strain there.
+    pub fn slope(&self, theta: f64) -> Slopes {
+        let (sin, cos) = theta.sin_cos();
+        let [mu1, mu2] = self.roots;
+        let [a1, a2] = self.roots.map(|mu| (cos + mu * sin).sqrt());
+        let (g1, g2, product) = (a1.inv(), a2.inv(), mu1 * mu2);
+        let d = -sin * g1 * g2 / (a1 + a2);
+        let (s12, s22, [s16, s26]) = (self.compliance_mixed, self.compliance_across, self.compliance_shear);
+        let q1 = s12 * mu1 + s22 / mu1 - s26;
+        let sliding = -(q1 * d + g2 * (s12 - s22 / product)).re;
+        let opening = -(product * (q1 / mu1) * d + g2 * (s26 - s22 * (mu1 + mu2) / product)).re;
+        let stress = self.stress(theta);
+        let along = |s: Sym2| self.compliance_along * s.xx + s12 * s.yy + s16 * s.xy;
+        Slopes {
+            opening: DVec2::new(along(stress.opening), opening),
+            sliding: DVec2::new(along(stress.sliding), sliding),
+        }
+    }
+
+    /// K_I and K_II \[MPa·√mm\] of a field from its interaction integrals \[N/mm per MPa·√mm\] with the fields of K_I = 1 and
+    /// K_II = 1 (Yau, Wang, Corten 1980): these are the derivatives of the energy release by each, so a linear system.
+    pub fn intensities(&self, interaction: [f64; 2]) -> [f64; 2] {
+        let (opening, sliding) = (self.energy_release(1.0, 0.0), self.energy_release(0.0, 1.0));
+        let mixed = 0.5 * (self.energy_release(1.0, 1.0) - opening - sliding);
+        let scale = 0.5 / (opening * sliding - mixed * mixed);
+        let [first, second] = interaction;
+        [(sliding * first - mixed * second) * scale, (opening * second - mixed * first) * scale]
     }
 
     /// Average of the stress over the disc of radius R about the tip, over K/√(2πR). With f(θ)/√r the stress, it is

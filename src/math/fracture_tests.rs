@@ -115,3 +115,38 @@ fn strength_and_toughness_are_inverse_to_each_other() {
         }
     }
 }
+
+/// J over a circle about the tip: ∫ (W·cos θ − n·σ·∂₁u) r dθ, of the field alone and of pairs of fields.
+#[test]
+fn slopes_release_the_energy_and_give_the_intensities_back() {
+    let isotropic = Orthotropic::new(3.0, 3.0, 0.3, 3.0 / 2.6).unwrap();
+    let fibrous = Orthotropic::new(10.0, 1.0, 0.25, 0.8).unwrap();
+    for (law, angle) in [(isotropic, 0.0), (isotropic, 0.4), (fibrous, 0.0), (fibrous, 0.7), (fibrous, -1.2)] {
+        let tip = CrackTip::new(&law, angle);
+        let strain = |stress: Sym2| law.strain(stress.in_axes_turned_by(angle)).in_axes_turned_by(-angle);
+        let field = |[opening, sliding]: [f64; 2], theta: f64| {
+            let (stress, slope) = (tip.stress(theta), tip.slope(theta));
+            (stress.opening * opening + stress.sliding * sliding, slope.opening * opening + slope.sliding * sliding)
+        };
+        let interaction = |a: [f64; 2], b: [f64; 2]| {
+            // The stress has a root's singularity in θ nowhere inside, so the midpoint rule converges at second order.
+            let n = 40_000;
+            let step = TAU / f64::from(n);
+            let part = |i: i32| {
+                let theta = -PI + (f64::from(i) + 0.5) * step;
+                let ((s, u), (t, v)) = (field(a, theta), field(b, theta));
+                let normal = DVec2::from_angle(theta);
+                (s.contract(strain(t)) * normal.x - s.apply(normal).dot(v) - t.apply(normal).dot(u)) * step / TAU
+            };
+            (0..n).map(part).sum::<f64>()
+        };
+        for k in [[1.0, 0.0], [0.0, 1.0], [1.0, -0.6]] {
+            let release = 0.5 * interaction(k, k);
+            let wanted = tip.energy_release(k[0], k[1]);
+            // Second order of a step of 2e-4.
+            assert!((release / wanted - 1.0).abs() < 1e-6, "{angle}: {release} instead of {wanted}");
+            let back = tip.intensities([interaction(k, [1.0, 0.0]), interaction(k, [0.0, 1.0])]);
+            assert!((back[0] - k[0]).abs() < 1e-6 && (back[1] - k[1]).abs() < 1e-6, "{angle}: {back:?} {k:?}");
+        }
+    }
+}

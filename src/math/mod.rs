@@ -10,7 +10,7 @@ mod sym2;
 mod triangle;
 
 pub use element::{ElementState, Polar};
-pub use fracture::{CrackTip, Modes};
+pub use fracture::{CrackTip, Modes, Slopes};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 pub use sym2::Sym2;
 pub use triangle::{RestTriangle, SmallestAngle, smallest_angle};

@@ -94,6 +94,17 @@ impl Orthotropic {
         )
     }
 
+    /// Strain in the fibre's axes (tensor shear) from a stress \[MPa\] there: the inverse of [`stress`](Self::stress).
+    #[inline]
+    pub fn strain(&self, stress: Sym2) -> Sym2 {
+        let determinant = self.q11 * self.q22 - self.q12 * self.q12;
+        Sym2::new(
+            (self.q22 * stress.xx - self.q12 * stress.yy) / determinant,
+            (self.q11 * stress.yy - self.q12 * stress.xx) / determinant,
+            stress.xy / (2.0 * self.q66),
+        )
+    }
+
     /// The Voigt matrix (xx, yy, xy with engineering shear) \[MPa\] in axes from which the fibre stands at `angle` \[rad\]
     /// counter-clockwise. For checks and output: the engine itself works in the fibre's axes.
     pub fn voigt_matrix(&self, angle: f64) -> [[f64; 3]; 3] {

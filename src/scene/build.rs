@@ -2,11 +2,13 @@
 
 use super::error::{Fault, not_negative, positive};
 use super::region::Surface;
-use super::schema::{BodySpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, TearModeSpec, TearingSpec};
+use super::schema::{
+    BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, TearModeSpec, TearingSpec,
+};
 use super::{grasp, mesh_file, shape};
 use crate::components::{
-    Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, Fibres, Gravity, Grips, Hold, Material, PointLoad, PointLoads,
-    PreStretch, Pressure, Refinement, Springs, TearMode, Tearing, Toughness,
+    Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
+    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -35,6 +37,14 @@ pub(super) fn membrane(spec: &BodySpec, folder: &Path, key: &str) -> Result<Memb
     membrane = surroundings(membrane, spec, key)?;
     if let Some(spec) = &spec.tearing {
         membrane = membrane.with(tearing(spec, &material, &format!("{key}.tearing"))?);
+    }
+    if let Some(energy) = &spec.energy_criterion {
+        let key = format!("{key}.energy_criterion");
+        if spec.tearing.is_none() {
+            let what = "the criterion on energy decides at tear tips, and this body has none";
+            return Err(Fault::new(key, what, "add a `tearing` table, or remove this one"));
+        }
+        membrane = membrane.with(energy_criterion(energy, &key)?);
     }
     if let Some(refinement) = &spec.refinement {
         let key = format!("{key}.refinement");
@@ -220,6 +230,18 @@ fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -
             Err(Fault::new(key, "strengths and toughnesses are incomplete or mixed", hint))
         }
     }
+}
+
+fn energy_criterion(spec: &EnergyCriterionSpec, key: &str) -> Result<EnergyCriterion, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let along = positive(at("toughness_along"), spec.toughness_along, "N/mm")?;
+    let across = positive(at("toughness_across"), spec.toughness_across, "N/mm")?;
+    let ring = positive(at("ring"), spec.ring, "")?;
+    if ring > 100.0 {
+        let what = format!("a ring of {ring} averaging radii is too wide");
+        return Err(Fault::new(at("ring"), what, "give 100 at most; 2 serves"));
+    }
+    Ok(EnergyCriterion { toughness: Toughness { along, across }, ring })
 }
 
 fn refinement(spec: &RefinementSpec, radius: f64, key: &str) -> Result<Refinement, Fault> {

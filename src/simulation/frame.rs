@@ -1,12 +1,12 @@
 //! What an observer sees: the state of every body as plain arrays.
 
 use super::Simulation;
-use crate::components::{Body, Frames, Planar, PreStretch, TearDecision, Tearing};
+use crate::components::{Body, EnergyCriterion, Frames, Planar, PreStretch, TearDecision, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use crate::systems::kernels::failure::{self, Search};
-use crate::systems::tearing::{Surface, TipMemory, strength, tip_decision};
+use crate::systems::kernels::failure::{self, Search, Strength, TipField};
+use crate::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, strength, tip_decision};
 use glam::{DMat3, DVec2, DVec3};
 use hecs::Entity;
 
@@ -28,10 +28,11 @@ impl Simulation {
     fn body_frame(&self, body: Entity) -> Option<BodyFrame> {
         type Query<'a> = (
             (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<(&'a Tearing, &'a Tips)>),
+            (Option<&'a Planar>, Option<&'a PreStretch>, Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>),
         );
         let mut query = self.world.query_one::<Query>(body);
-        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, tearing)) = query.get().ok()?;
+        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, tearing, energy)) =
+            query.get().ok()?;
         let unstretched = PreStretch::unstretched(pre_stretch);
         let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched };
         let principal = |state: &ElementState| DVec2::from(state.stress.principal_values());
@@ -53,8 +54,15 @@ impl Simulation {
             frame.tips = (0..tips.len())
                 .filter_map(|tip| {
                     let (vertex, previous) = (tips.vertex[tip], tips.previous[tip]);
-                    let decision = tip_decision(&surface, tearing, tip, (vertex, previous), &mut memory)?;
-                    Some(tip_frame(&surface, frames, tearing, previous, &decision))
+                    let place = (vertex, previous);
+                    let Some(terms) = energy.map(|energy| EnergyTerms { tearing, energy }) else {
+                        let decision = tip_decision(&surface, tearing, tip, place, &mut memory)?;
+                        return Some(tip_frame(&surface, frames, tearing, previous, &decision, None));
+                    };
+                    let decision = energy_decision(&surface, terms, tip, place, &mut memory)?;
+                    let contour = terms.contour(&surface, (tip, vertex), &mut memory);
+                    let energy = contour.map(|contour| (contour.field, terms.toughness()));
+                    Some(tip_frame(&surface, frames, tearing, previous, &decision, energy))
                 })
                 .collect();
         }
@@ -81,6 +89,7 @@ fn tip_frame(
     tearing: &Tearing,
     previous: DVec3,
     decision: &TearDecision,
+    energy: Option<(TipField, Strength)>,
 ) -> TipFrame {
     let [e1, e2] = decision.axes;
     let fibre = DVec2::new(decision.fibre.dot(e1), decision.fibre.dot(e2));
@@ -95,7 +104,10 @@ fn tip_frame(
         .filter_map(|i| {
             let flat = DVec2::from_angle(std::f64::consts::TAU * i as f64 / CURVE_POINTS as f64);
             let rest = e1 * flat.x + e2 * flat.y;
-            let value = failure::direction_value(decision.stress, fibre, &strength, flat);
+            let value = match &energy {
+                Some((field, toughness)) => failure::release_value(field, toughness, flat),
+                None => failure::direction_value(decision.stress, fibre, &strength, flat),
+            };
             is_admissible(rest, flat).then(|| (turn.apply(rest), value))
         })
         .collect();

@@ -7,12 +7,17 @@
 //! The maximum is exact: `bends` lists every smooth maximum of c, or `table` does so with work shared between searches;
 //! `region` lists the limits of the admissible set; with the kinks d = ±f, ±f⊥ these are all the candidates there can be,
 //! and `ranking` chooses.
+//!
+//! `release` is the other criterion, on energy: it shares the admissible set and the choice.
 
 mod bends;
 mod curve;
 mod ranking;
 mod region;
+mod release;
 mod table;
+
+pub use release::{TipField, evaluate_release, release_value};
 
 use crate::math::Sym2;
 use curve::{Curve, Peak};

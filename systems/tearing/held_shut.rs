@@ -9,7 +9,7 @@
 use super::tip_disc::{Disc, Walk};
 use super::{Surface, size};
 use crate::systems::kernels::fan::FanChart;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// δ in edges, where the edge is the size of the triangles around ([`local_edge`]). Measured against `tip_disc_average.json`
@@ -42,11 +42,17 @@ pub fn field_tip(surface: &Surface, (vertex, radius): (u32, f64), chart: &FanCha
     back * (HELD_SHUT * edge * part).min(longest)
 }
 
+/// The centre of the field in the rest shape \[mm\], and its offset as [`field_tip`] gives it.
+pub(super) fn field_centre(surface: &Surface, at: (u32, f64), chart: &FanChart) -> (DVec3, DVec2) {
+    let axes = chart.axes();
+    let offset = field_tip(surface, at, chart);
+    (surface.vertices.rest_position[at.0 as usize] + axes[0] * offset.x + axes[1] * offset.y, offset)
+}
+
 /// Lays the disc of `radius` \[mm\] about the centre of the field at a vertex; its fibre is that at the vertex.
 pub fn lay_at_tip(disc: &mut Disc, surface: &Surface, (vertex, radius): (u32, f64), chart: &FanChart, walk: &mut Walk) {
     let axes = chart.axes();
-    let offset = field_tip(surface, (vertex, radius), chart);
-    let centre = surface.vertices.rest_position[vertex as usize] + axes[0] * offset.x + axes[1] * offset.y;
+    let (centre, offset) = field_centre(surface, (vertex, radius), chart);
     // The walk takes in all triangles by which the edge is measured, so that it depends on no others.
     disc.lay(surface, (centre, axes, radius), triangles_around(surface, vertex), walk);
     disc.fibre = DVec2::from_angle(-disc.fibre_turn.dot(offset)).rotate(disc.fibre);
@@ -64,7 +70,7 @@ fn local_edge(surface: &Surface, vertex: u32) -> f64 {
 }
 
 /// The triangles at the corners of a vertex' fan, each as often as there are ways to it.
-fn triangles_around<'s>(surface: &Surface<'s>, vertex: u32) -> impl Iterator<Item = u32> + 's {
+pub(super) fn triangles_around<'s>(surface: &Surface<'s>, vertex: u32) -> impl Iterator<Item = u32> + 's {
     let &Surface { triangles, topology, .. } = surface;
     let at = move |v: u32| topology.incident[v as usize].iter().map(|&entry| entry / 3);
     at(vertex).flat_map(move |t| triangles.corners[t as usize]).flat_map(at)

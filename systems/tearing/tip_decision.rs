@@ -2,7 +2,7 @@
 
 use super::held_shut::lay_at_tip;
 use super::{DiscAverage, Surface, TipMemory};
-use crate::components::{TearDecision, Tearing};
+use crate::components::{DecidedBy, TearDecision, Tearing};
 use crate::systems::kernels::failure::{Cone, Decision, Origin, Search, Sector, Strength};
 use crate::systems::kernels::fan::FanChart;
 use glam::{DVec2, DVec3};
@@ -38,20 +38,30 @@ pub fn vertex_decision(
     in_fan(tearing, (vertex, DVec3::ZERO), &chart, memory.search(strength(tearing)), &average)
 }
 
-fn in_fan(
+pub(super) fn in_fan(
     tearing: &Tearing,
     (vertex, previous): (u32, DVec3),
     chart: &FanChart,
     search: &Search,
     average: &DiscAverage,
 ) -> Option<TearDecision> {
+    let (cone, sector) = admissible(tearing, previous, chart);
+    let answer = search.evaluate(average.stress, average.fibre, cone, sector)?;
+    Some(decision_in_fan(vertex, &answer, chart, average))
+}
+
+/// The directions that a tip may take: within its cone and its fan.
+pub(super) fn admissible(tearing: &Tearing, previous: DVec3, chart: &FanChart) -> (Option<Cone>, Option<Sector>) {
     let cone = (previous != DVec3::ZERO).then(|| Cone { previous: chart.to_chart(previous), half_angle: tearing.cone });
     let (from, to) = chart.range();
-    let sector = (!chart.is_closed()).then_some(Sector { from, to });
-    let answer = search.evaluate(average.stress, average.fibre, cone, sector)?;
-    let turned = along_curved_fibre(&answer, average);
+    (cone, (!chart.is_closed()).then_some(Sector { from, to }))
+}
+
+/// The answer of a criterion in the chart of a vertex.
+pub(super) fn decision_in_fan(vertex: u32, answer: &Decision, chart: &FanChart, average: &DiscAverage) -> TearDecision {
+    let turned = along_curved_fibre(answer, average);
     let direction = if chart.sector(turned).is_some() { turned } else { answer.best.direction };
-    Some(decision(vertex, &answer, average, chart.axes(), chart.to_surface(direction)))
+    decision(vertex, answer, average, chart.axes(), chart.to_surface(direction))
 }
 
 /// The answer of the criterion with what it was found from.
@@ -68,6 +78,7 @@ pub fn decision(
         value: answer.best.value,
         margin: answer.margin(),
         is_ambiguous: answer.is_ambiguous(),
+        by: DecidedBy::Stress,
         stress: average.stress,
         fibre: axes[0] * average.fibre.x + axes[1] * average.fibre.y,
         axes,

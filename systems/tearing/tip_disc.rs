@@ -88,7 +88,7 @@ impl Disc {
         start: impl IntoIterator<Item = u32>,
         walk: &mut Walk,
     ) {
-        let plane = TangentPlane { centre, axes, normal: axes[0].cross(axes[1]) };
+        let plane = TangentPlane::new(centre, axes);
         self.members.clear();
         self.rim.clear();
         walk.begin(surface.triangles.len());
@@ -155,15 +155,21 @@ impl Disc {
     }
 }
 
-struct TangentPlane {
+/// The plane in which a disc or ring is laid out.
+pub(super) struct TangentPlane {
     centre: DVec3,
     axes: [DVec3; 2],
-    normal: DVec3,
+    pub normal: DVec3,
 }
 
 impl TangentPlane {
+    /// The plane through `centre` with the orthonormal `axes`.
+    pub fn new(centre: DVec3, axes: [DVec3; 2]) -> Self {
+        Self { centre, axes, normal: axes[0].cross(axes[1]) }
+    }
+
     /// A triangle in the plane, its corners at their true distances from the centre. Whether it lies in the plane anyhow.
-    fn place(&self, x: [DVec3; 3]) -> ([DVec2; 3], bool) {
+    pub fn place(&self, x: [DVec3; 3]) -> ([DVec2; 3], bool) {
         let x = x.map(|p| p - self.centre);
         let placed = x.map(|d| DVec2::new(d.dot(self.axes[0]), d.dot(self.axes[1])));
         let heights = x.map(|d| d.dot(self.normal));
@@ -175,7 +181,7 @@ impl TangentPlane {
     }
 
     /// A unit direction in a triangle, turned into the plane by the smallest rotation.
-    fn direction(&self, fibre: DVec3, x: [DVec3; 3], is_flat: bool) -> DVec2 {
+    pub fn direction(&self, fibre: DVec3, x: [DVec3; 3], is_flat: bool) -> DVec2 {
         let project = |v: DVec3| DVec2::new(v.dot(self.axes[0]), v.dot(self.axes[1]));
         if is_flat {
             return project(fibre).normalize_or(DVec2::X);

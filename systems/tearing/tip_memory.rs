@@ -1,7 +1,8 @@
 //! What the criterion keeps between steps: the table of its search and, per tip, the chart and the disc, as long as no edit
 //! touches their triangles. A resting tip then costs the stress in its disc and one search.
 
-use super::held_shut::lay_at_tip;
+use super::held_shut::{field_centre, lay_at_tip, triangles_around};
+use super::ring::Ring;
 use super::tip_disc::{Disc, Walk};
 use super::tip_stress::{DiscAverage, Surface};
 use crate::storage::EditRecord;
@@ -14,6 +15,8 @@ pub struct TipMemory {
     search: Option<Search>,
     /// By the rows of the tips.
     places: Vec<Option<TipPlace>>,
+    /// The same for bodies that decide by energy; empty otherwise.
+    rings: Vec<RingPlace>,
     /// Number of edits so far, and per triangle the last one that has touched it.
     edits: u32,
     touched: Vec<u32>,
@@ -34,6 +37,16 @@ struct TipPlace {
     disc: Disc,
 }
 
+/// The ring around a tip.
+#[derive(Clone, Debug, Default)]
+struct RingPlace {
+    vertex: Option<u32>,
+    radius: f64,
+    /// [`TipMemory::edits`] when this was last found up to date.
+    edits: u32,
+    ring: Ring,
+}
+
 impl TipMemory {
     /// The search for these strengths.
     pub fn search(&mut self, strength: Strength) -> &Search {
@@ -50,6 +63,41 @@ impl TipMemory {
         strength: Strength,
         radius: f64,
     ) -> Option<(&FanChart, &Search, DiscAverage)> {
+        self.look(surface, (tip, vertex), strength, radius)?;
+        let place = self.places[tip].as_ref()?;
+        Some((&place.chart, self.search.as_ref()?, DiscAverage::over(&place.disc, radius, surface)?))
+    }
+
+    /// The same with the ring of another radius \[mm\] about the same point.
+    pub fn at_tip_with_ring(
+        &mut self,
+        surface: &Surface,
+        (tip, vertex): (usize, u32),
+        strength: Strength,
+        (radius, ring_radius): (f64, f64),
+    ) -> Option<(&FanChart, &Search, DiscAverage, &Ring)> {
+        self.look(surface, (tip, vertex), strength, radius)?;
+        if self.rings.len() <= tip {
+            self.rings.resize_with(tip + 1, RingPlace::default);
+        }
+        let place = self.places[tip].as_ref()?;
+        let kept = &mut self.rings[tip];
+        let is_known = kept.vertex == Some(vertex) && kept.radius == ring_radius;
+        let is_touched = |t: u32| self.touched.get(t as usize).is_none_or(|&edit| edit > kept.edits);
+        if !is_known || (kept.edits != self.edits && kept.ring.triangles().any(is_touched)) {
+            // About the point at which the disc lies, so that both see one field.
+            let at = field_centre(surface, (vertex, radius), &place.chart).0;
+            let start = triangles_around(surface, vertex);
+            let frame = (at, place.chart.axes(), ring_radius);
+            kept.ring.lay(surface, frame, place.disc.fibre, start, &mut self.walk);
+        }
+        (kept.vertex, kept.radius, kept.edits) = (Some(vertex), ring_radius, self.edits);
+        let average = DiscAverage::over(&place.disc, radius, surface)?;
+        Some((&place.chart, self.search.as_ref()?, average, &self.rings[tip].ring))
+    }
+
+    /// Brings what is kept of a tip up to date; `None` where its fan has no area.
+    fn look(&mut self, surface: &Surface, (tip, vertex): (usize, u32), strength: Strength, radius: f64) -> Option<()> {
         self.search(strength);
         if self.places.len() <= tip {
             self.places.resize_with(tip + 1, || None);
@@ -60,8 +108,7 @@ impl TipMemory {
             lay_at_tip(&mut disc, surface, (vertex, radius), &chart, &mut self.walk);
             self.places[tip] = Some(TipPlace { vertex, radius, edits: self.edits, chart, disc });
         }
-        let place = self.places[tip].as_ref()?;
-        Some((&place.chart, self.search.as_ref()?, DiscAverage::over(&place.disc, radius, surface)?))
+        Some(())
     }
 
     fn is_up_to_date(&mut self, tip: usize, vertex: u32, radius: f64) -> bool {
@@ -81,7 +128,7 @@ impl TipMemory {
     /// Follows an edit.
     pub fn follow(&mut self, record: &EditRecord) {
         if self.edits == u32::MAX {
-            (self.edits, self.places) = (0, Vec::new());
+            (self.edits, self.places, self.rings) = (0, Vec::new(), Vec::new());
             self.touched.fill(0);
         }
         self.edits += 1;

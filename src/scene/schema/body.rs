@@ -36,6 +36,8 @@ pub struct BodySpec {
     pub contact: Option<ContactSpec>,
     /// Makes it tear.
     pub tearing: Option<TearingSpec>,
+    /// Lets its tear tips decide by energy.
+    pub energy_criterion: Option<EnergyCriterionSpec>,
     /// Keeps the mesh fine around its tear tips.
     pub refinement: Option<RefinementSpec>,
     /// State at time zero, if not at rest in the rest shape.
@@ -182,6 +184,21 @@ pub struct TearingSpec {
     pub may_initiate: bool,
 }
 
+/// `energy_criterion`: tips of a body with `tearing` advance where a small kink would release more energy than its toughness,
+/// and where that exceeds it most. Where the ring around a tip does not have the field of one straight crack, and for starts,
+/// the strengths of `tearing` decide; `events.jsonl` says which it was. To fit, give the same toughnesses there.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EnergyCriterionSpec {
+    /// Toughness G_c \[N/mm\], > 0, of a crack along the fibres; in between as strengths, with `exponent` of `tearing`.
+    pub toughness_along: f64,
+    /// Toughness G_c \[N/mm\], > 0, of a crack straight across the fibres.
+    pub toughness_across: f64,
+    /// Radius of the ring over `radius` of `tearing`, above 0, at most 100. Default 2.
+    #[serde(default = "ring")]
+    pub ring: f64,
+}
+
 /// `refinement`: triangles around tear tips are halved until they are small enough for the averaging radius R of `tearing`, and
 /// joined again where tips have gone. The size of a triangle is the edge of the equilateral one with its area.
 #[derive(Clone, Debug, Deserialize)]
@@ -238,6 +255,10 @@ fn cone_degrees() -> f64 {
 
 fn max_tear_speed() -> f64 {
     0.1
+}
+
+fn ring() -> f64 {
+    2.0
 }
 
 fn budget() -> f64 {

@@ -9,8 +9,8 @@ mod mesh;
 mod number;
 
 pub use body::{
-    BodySpec, ContactSpec, CutSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec, RefinementSpec, TearModeSpec,
-    TearingSpec,
+    BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec,
+    RefinementSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,

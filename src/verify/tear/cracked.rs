@@ -4,14 +4,17 @@
 
 use super::super::VerifyError;
 use super::super::bodies::{self, Linear};
-use crate::components::{Curve, EdgeLoad, EdgeLoads, Fibres, Material, Refinement, TearDecision, Tearing};
+use crate::components::{
+    Curve, DecidedBy, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Material, Refinement, TearDecision, Tearing,
+    Toughness,
+};
 use crate::math::Sym2;
 use crate::membrane::Membrane;
 use crate::scene::generate::{self, GenerateError};
 use crate::settings::{Preconditioner, Settings};
 use crate::simulation::{Simulation, SimulationError};
 use crate::storage::{Tips, Topology, TriangleMesh, Triangles, Vertices};
-use crate::systems::tearing::{Surface, TipMemory, tip_decision};
+use crate::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, tip_decision};
 use glam::{DVec2, DVec3};
 use hecs::Entity;
 
@@ -73,6 +76,11 @@ pub struct Tissue {
     pub fibre_degrees: f64,
     /// Strengths and averaging radius.
     pub tearing: Tearing,
+}
+
+/// One toughness in all directions \[N/mm\].
+pub fn even(toughness: f64) -> Toughness {
+    Toughness { along: toughness, across: toughness }
 }
 
 impl Tissue {
@@ -142,10 +150,14 @@ pub struct Tip {
     pub value: f64,
     /// Averaging radius over the mean edge in the disc.
     pub edges_per_radius: f64,
+    /// The direction that the criterion on energy chooses, and its value; `None` where it leaves the decision to the stress.
+    pub by_energy: Option<(DVec2, f64)>,
+    /// Energy released per area of a crack that goes straight on \[N/mm\], from the ring; no number where it tells none.
+    pub release: f64,
 }
 
 impl Tip {
-    fn new(at: DVec3, ahead: DVec3, decision: &TearDecision) -> Self {
+    fn new(at: DVec3, ahead: DVec3, decision: &TearDecision, energy: &TearDecision) -> Self {
         let axis = |a: DVec3| DVec2::new(a.dot(decision.axes[0]), a.dot(decision.axes[1]));
         Self {
             at: at.truncate(),
@@ -154,12 +166,19 @@ impl Tip {
             direction: decision.direction.truncate(),
             value: decision.value,
             edges_per_radius: decision.edges_per_radius,
+            by_energy: (energy.by == DecidedBy::Energy).then(|| (energy.direction.truncate(), energy.value)),
+            release: f64::NAN,
         }
     }
 
     /// Angle \[°\] by which the criterion turns from the crack's direction, counter-clockwise.
     pub fn kink(&self) -> f64 {
         self.ahead.angle_to(self.direction).to_degrees()
+    }
+
+    /// The same by energy; no number where there is none.
+    pub fn kink_by_energy(&self) -> f64 {
+        self.by_energy.map_or(f64::NAN, |(direction, _)| self.ahead.angle_to(direction).to_degrees())
     }
 }
 
@@ -191,21 +210,26 @@ impl Cracked {
         bodies::linear(&mut self.simulation, self.body)
     }
 
-    /// What the criterion sees at the tips now.
+    /// What the criteria see at the tips now, that on energy with this toughness.
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn tips(&self) -> Result<Vec<Tip>, VerifyError> {
+    pub fn tips(&self, toughness: Toughness) -> Result<Vec<Tip>, VerifyError> {
         type Query<'a> = ((&'a Vertices, &'a Triangles, &'a Topology), (&'a Tips, &'a Tearing));
         let mut query = self.simulation.world().query_one::<Query>(self.body);
         let ((vertices, triangles, topology), (tips, tearing)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let surface = Surface { vertices, triangles, topology, is_planar: true, unstretched: Sym2::IDENTITY };
-        let mut memory = TipMemory::default();
+        let (energy, mut memory) = (EnergyCriterion::new(toughness), TipMemory::default());
         let seen = (0..tips.len()).filter_map(|tip| {
             let (vertex, previous) = (tips.vertex[tip], tips.previous[tip]);
             let decision = tip_decision(&surface, tearing, tip, (vertex, previous), &mut memory)?;
-            Some(Tip::new(vertices.rest_position[vertex as usize], previous, &decision))
+            let terms = EnergyTerms { tearing, energy: &energy };
+            let by_energy = energy_decision(&surface, terms, tip, (vertex, previous), &mut memory)?;
+            let contour = terms.contour(&surface, (tip, vertex), &mut memory);
+            let release = contour.map_or(f64::NAN, |contour| contour.release);
+            let at = vertices.rest_position[vertex as usize];
+            Some(Tip { release, ..Tip::new(at, previous, &decision, &by_energy) })
         });
         Ok(seen.collect())
     }

@@ -1,6 +1,5 @@
 //! Tears: where they go and at which load, compared across meshes, time steps and modes, and with theory.
 
-mod contour;
 mod cracked;
 pub mod hausdorff;
 pub mod square;

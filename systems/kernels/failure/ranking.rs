@@ -60,7 +60,7 @@ impl Ranking {
     }
 
     /// Adds `d` if it is admissible. `rises`: whether c grows from there counter-clockwise, and clockwise.
-    fn offer(&mut self, direction: DVec2, value: f64, origin: Origin, rises: [bool; 2]) {
+    pub fn offer(&mut self, direction: DVec2, value: f64, origin: Origin, rises: [bool; 2]) {
         if value.is_nan() || self.entries.len() == CAPACITY || !self.region.admits(direction) {
             return;
         }
