@@ -12,7 +12,8 @@ use crate::math::{CrackTip, Orthotropic, Sym2};
 use crate::storage::NONE;
 use crate::systems::kernels::failure::TipField;
 use crate::systems::kernels::membrane;
-use crate::systems::kernels::polar::{self, LANES, stretches};
+use crate::systems::kernels::polar::{self, stretches};
+use crate::systems::kernels::simd::LANES;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
