@@ -151,6 +151,11 @@ impl Factor {
         }
     }
 
+    /// After a dynamic solve that has failed with it.
+    pub fn discard(&mut self) {
+        (self.current, self.pending, self.rest) = (None, None, REST);
+    }
+
     /// After a dynamic solve without it.
     pub fn has_rested(&mut self, iterations: u32) {
         self.without = iterations;

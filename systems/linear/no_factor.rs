@@ -45,6 +45,9 @@ impl Factor {
     pub fn has_served(&mut self, _iterations: u32, _operator: &Operator, _free: &[DVec3]) {}
 
     /// Nothing.
+    pub fn discard(&mut self) {}
+
+    /// Nothing.
     pub fn has_rested(&mut self, _iterations: u32) {}
 
     /// Nothing.

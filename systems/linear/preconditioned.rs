@@ -69,12 +69,17 @@ pub fn solve(
         && factor.is_ready(operator, &scratch.free)
     {
         scratch.rhs.clone_from(&scratch.residual);
-        let info = solve_with_factor(operator, params, factor.most(), factor, corner, x, scratch)?;
-        factor.has_served(info.iterations, operator, &scratch.free);
-        if info.relative_residual <= params.tolerance || info.iterations >= params.iterations {
-            return Ok(info);
+        match solve_with_factor(operator, params, factor.most(), factor, corner, x, scratch) {
+            Ok(info) => {
+                factor.has_served(info.iterations, operator, &scratch.free);
+                if info.relative_residual <= params.tolerance || info.iterations >= params.iterations {
+                    return Ok(info);
+                }
+                done = info.iterations;
+            }
+            // The operator's fault or the factor's: the solve without it will tell.
+            Err(_) => factor.discard(),
         }
-        done = info.iterations;
         scratch.residual.copy_from_slice(&scratch.rhs);
     }
     let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), ..*params };
