@@ -136,20 +136,7 @@ impl Saved {
 
 fn bench(bencher: Bencher, name: &str, cells: [usize; 2]) {
     let (mut simulation, body) = laden(cells);
-    let time = simulation.time() + 1.0;
-    let settings = *simulation.settings();
-    let step = StepContext {
-        dt: 1.0,
-        time,
-        is_static: false,
-        is_resumed: false,
-        tangent: settings.tangent,
-        linear: settings.linear,
-        preconditioner: settings.preconditioner,
-        precision: settings.precision,
-        newton_iterations: 1,
-        newton_tolerance: settings.newton_tolerance,
-    };
+    let step = StepContext::of_step(simulation.settings(), 1.0, simulation.time() + 1.0);
     let saved = Saved::of(simulation.world(), body);
     let systems = fresh_step();
     let (before, rest) = systems.split_at(systems.iter().position(|system| system.name == name).expect("a system"));

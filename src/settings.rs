@@ -88,7 +88,8 @@ pub struct Settings {
     pub resumes: u32,
     /// How often a step that would leave a non-finite state is retried with two steps of half the length each.
     pub halvings: u32,
-    /// Threads; 0 means one per core. The result has the same bits for any number.
+    /// Threads; 0 means one per core. The result has the same bits for any number. A Cholesky factor that is made aside has
+    /// one of its own for as long as that takes.
     pub threads: usize,
     /// Use only the instructions that every processor of the family has, instead of the best there are. The result has the
     /// same bits (but for solves with a Cholesky factor, whose library chooses its instructions itself); it takes longer.

@@ -1,6 +1,6 @@
 //! What every system of a step is told.
 
-use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
+use crate::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
 
 /// One step, or one Newton iteration of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,22 @@ pub struct StepContext {
 }
 
 impl StepContext {
+    /// A dynamic step of `dt` \[ms\] that ends at `time` \[ms\].
+    pub fn of_step(settings: &Settings, dt: f64, time: f64) -> Self {
+        Self {
+            dt,
+            time,
+            is_static: false,
+            is_resumed: false,
+            tangent: settings.tangent,
+            linear: settings.linear,
+            preconditioner: settings.preconditioner,
+            precision: settings.precision,
+            newton_iterations: settings.newton_iterations.max(1),
+            newton_tolerance: settings.newton_tolerance,
+        }
+    }
+
     /// A static solve by Newton's method with the exact tangent, under the loads of `time` \[ms\].
     pub fn of_static_solve(
         dt: f64,

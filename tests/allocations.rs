@@ -23,7 +23,7 @@ fn allocations(work: impl FnOnce()) -> usize {
 fn a_warm_step_allocates_nothing() {
     let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
     for (threads, preconditioner) in
-        [(1, Preconditioner::BlockJacobi), (2, Preconditioner::BlockJacobi), (1, Preconditioner::Auto)]
+        [(1, Preconditioner::IncompleteCholesky), (2, Preconditioner::IncompleteCholesky), (1, Preconditioner::Auto)]
     {
         let square = Square { tearing: strong, ..Square::new([40, 34], 60.0) };
         let mut run = square.spawn(Settings { threads, preconditioner, ..Settings::default() });
@@ -52,7 +52,7 @@ fn a_warm_step_allocates_nothing() {
 }
 
 fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {
-    let settings = Settings { threads: 1, preconditioner: Preconditioner::BlockJacobi, ..Settings::default() };
+    let settings = Settings { threads: 1, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::default() };
     let mut run = Square::new([40, 34], 60.0).spawn(settings);
     if let Some(energy) = energy {
         run.simulation.world_mut().insert_one(run.body, energy).unwrap();

@@ -125,6 +125,14 @@ fn the_exact_tangent_is_the_derivative_of_the_forces() {
                     );
                 }
                 assert!((block.col(axis) - k[corner]).length() < 1e-12 * (1.0 + k[corner].length()));
+                let [k11, k12, k22] = tangent.blocks();
+                let off = match corner {
+                    1 => (k11.col(axis) - k[1]).length() + (k12.transpose().col(axis) - k[2]).length(),
+                    2 => (k12.col(axis) - k[1]).length() + (k22.col(axis) - k[2]).length(),
+                    _ => 0.0,
+                };
+                // The same sums in another order.
+                assert!(off < 1e-12 * (1.0 + k[1].length() + k[2].length()), "{off:e}");
             }
         }
     }

@@ -19,18 +19,7 @@ pub(super) fn advance(
     halvings: u32,
     report: &mut Report,
 ) -> f64 {
-    let step = StepContext {
-        dt,
-        time: time + dt,
-        is_static: false,
-        is_resumed: false,
-        tangent: settings.tangent,
-        linear: settings.linear,
-        preconditioner: settings.preconditioner,
-        precision: settings.precision,
-        newton_iterations: settings.newton_iterations.max(1),
-        newton_tolerance: settings.newton_tolerance,
-    };
+    let step = StepContext::of_step(settings, dt, time + dt);
     if solve_and_tear(world, &step, settings.resumes, report) {
         return dt;
     }

@@ -36,6 +36,11 @@ impl Bridge {
         &self.link[v]
     }
 
+    /// Whether edits have touched a triangle at a vertex.
+    pub fn is_touched(&self, v: usize) -> bool {
+        self.is_touched[v]
+    }
+
     /// The vertices in the triangles that edits have touched.
     pub fn touched(&self) -> impl Iterator<Item = usize> + '_ {
         self.is_touched.iter().enumerate().filter(|&(_, &is_touched)| is_touched).map(|(v, _)| v)

@@ -72,11 +72,9 @@ impl InUse {
         if self.bridge.is_empty() {
             return known == free;
         }
-        let mut is_touched = vec![false; free.len()];
-        self.bridge.vertex_count() == free.len() && {
-            self.bridge.touched().for_each(|v| is_touched[v] = true);
-            (0..free.len()).all(|v| is_touched[v] || known[self.bridge.links(v)[0].0 as usize] == free[v])
-        }
+        let bridge = &self.bridge;
+        let is_same = |v: usize| bridge.is_touched(v) || known[bridge.links(v)[0].0 as usize] == free[v];
+        bridge.vertex_count() == free.len() && (0..free.len()).all(is_same)
     }
 }
 
@@ -105,9 +103,11 @@ impl Factor {
             if pending.left == 0
                 && let Some(Pending { job, bridge, .. }) = self.pending.take()
             {
-                let cholesky = job.finish().and_then(Result::ok);
-                self.strikes += u32::from(cholesky.is_none());
-                self.current = cholesky.map(|cholesky| InUse::new(cholesky, bridge));
+                match job.finish().and_then(Result::ok) {
+                    Some(cholesky) => self.current = Some(InUse::new(cholesky, bridge)),
+                    // What has no factor now will have none in the next solves either.
+                    None => self.discard(),
+                }
             }
         }
         if self.current.as_ref().is_some_and(|current| !current.fits(free)) {
@@ -151,7 +151,7 @@ impl Factor {
         }
     }
 
-    /// After a dynamic solve that has failed with it.
+    /// After a dynamic solve that has failed with it, or where there could be none: there is none for a while.
     pub fn discard(&mut self) {
         (self.current, self.pending, self.rest) = (None, None, REST);
     }

@@ -155,35 +155,33 @@ impl<T: Real> Panels<T> {
             *input = -x[i as usize];
         }
         let columns = &mut x[first..first + width];
-        const ABREAST: usize = 4;
         let mut start = 0;
-        while start < width {
-            let count = ABREAST.min(width - start);
-            let mut sums = [[T::default(); LANES]; ABREAST];
-            if count == ABREAST {
-                for (block, input) in blocks.chunks_exact(width).zip(&*input) {
-                    let block = &block[start..start + ABREAST];
-                    for k in 0..ABREAST {
-                        for l in 0..LANES {
-                            sums[k][l] += block[k][l] * input[l];
-                        }
-                    }
-                }
-            } else {
-                for (block, input) in blocks.chunks_exact(width).zip(&*input) {
-                    for (sum, lanes) in sums.iter_mut().zip(&block[start..start + count]) {
-                        for l in 0..LANES {
-                            sum[l] += lanes[l] * input[l];
-                        }
-                    }
-                }
-            }
-            for (x, s) in columns[start..start + count].iter_mut().zip(&sums) {
-                *x = sum(s);
-            }
-            start += count;
+        while start + ABREAST <= width {
+            columns[start..start + ABREAST].copy_from_slice(&dots::<T, ABREAST>(blocks, width, start, input));
+            start += ABREAST;
+        }
+        for column in start..width {
+            [columns[column]] = dots(blocks, width, column, input);
         }
     }
+}
+
+/// Columns of a panel that are multiplied side by side, so that their sums do not wait for each other.
+const ABREAST: usize = 4;
+
+/// Products of `K` columns of a panel, from `start` on, with a vector.
+#[inline]
+fn dots<T: Real, const K: usize>(blocks: &[[T; LANES]], width: usize, start: usize, input: &[[T; LANES]]) -> [T; K] {
+    let mut sums = [[T::default(); LANES]; K];
+    for (block, input) in blocks.chunks_exact(width).zip(input) {
+        let block = &block[start..start + K];
+        for k in 0..K {
+            for l in 0..LANES {
+                sums[k][l] += block[k][l] * input[l];
+            }
+        }
+    }
+    sums.map(|lanes| sum(&lanes))
 }
 
 /// The sum of the lanes, halves first.
@@ -203,12 +201,13 @@ fn sum<T: Real>(lanes: &[T; LANES]) -> T {
 fn times_inverse_of_triangle(panel: &mut [f64], height: usize, width: usize) {
     // From the last column to the first: column j of P·T = [I; B] gives P_j = ([e_j; B_j] − Σ_{k>j} P_k·T_kj)/T_jj, and the
     // columns k > j are done already.
+    let mut top = vec![0.0; width];
     for j in (0..width).rev() {
         let (before, done) = panel.split_at_mut((j + 1) * height);
         let column = &mut before[j * height..];
         let inverse = 1.0 / column[j];
         let (triangle, below) = column.split_at_mut(width);
-        let mut top = vec![0.0; width];
+        top.fill(0.0);
         top[j] = 1.0;
         for k in j + 1..width {
             let factor = triangle[k];
