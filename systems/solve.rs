@@ -203,8 +203,9 @@ fn solve_or_fall_back(
     increment.delta = first_guess;
     let frames = rotated.insert(operator.frames.clone());
     for (t, state) in operator.frames.state.iter().enumerate() {
-        frames.normal[t] = frames.normal[t].positive_part();
-        frames.shear[t] = shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t]);
+        let geometric = &mut frames.geometric[t];
+        geometric.normal = geometric.normal.positive_part();
+        geometric.shear = shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t]);
     }
     solve(&Operator { frames, is_exact: false, ..operator }, &mut increment.delta, scratch)
 }

@@ -9,10 +9,17 @@ use glam::{DMat3, DVec3};
 pub struct Frames {
     /// State at the positions of the last evaluation.
     pub state: Vec<ElementState>,
+    /// Geometric stiffness there.
+    pub geometric: Vec<GeometricStiffness>,
+}
+
+/// What the stress in a triangle adds to its tangent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GeometricStiffness {
     /// Out-of-plane stiffness \[MPa\]: second Piola–Kirchhoff stress, its tensile part for the rotated tangent.
-    pub normal: Vec<Sym2>,
+    pub normal: Sym2,
     /// In-plane stiffness \[MPa\] that stands for the geometric one in the rotated tangent.
-    pub shear: Vec<f64>,
+    pub shear: f64,
 }
 
 /// Nodal forces and the corner buffer they are gathered from.

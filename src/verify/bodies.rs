@@ -1,8 +1,7 @@
 //! What the cases share: settings, holds, looks into the world.
 
 use super::VerifyError;
-use crate::components::{Curve, Forces, Frames, Hold, Increment, Material, SolverScratch};
-use crate::math::Sym2;
+use crate::components::{Curve, Forces, Frames, GeometricStiffness, Hold, Increment, Material, SolverScratch};
 use crate::membrane::Membrane;
 use crate::settings::{LinearParams, Settings};
 use crate::simulation::{Simulation, SimulationError};
@@ -150,8 +149,8 @@ impl Snapshot {
         let (vertices, triangles, topology, frames) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let mut frames = frames.clone();
         let normal = |s: &crate::math::ElementState| second_piola(s.stress, s.polar.stretch);
-        frames.normal = frames.state.iter().map(normal).collect::<Vec<Sym2>>();
-        frames.shear = vec![0.0; frames.state.len()];
+        let geometric = |s| GeometricStiffness { normal: normal(s), shear: 0.0 };
+        frames.geometric = frames.state.iter().map(geometric).collect();
         Ok(Self { vertices: vertices.clone(), triangles: triangles.clone(), topology: topology.clone(), frames })
     }
 

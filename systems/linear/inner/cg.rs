@@ -33,7 +33,8 @@ pub trait Precondition {
     fn ascend(&mut self, beta: f32, vectors: &mut Vectors);
 }
 
-/// Solves A·x = r for the `r` in `vectors`, whose `x` is zero, until the squared norm of the residual is at most `target_sq`. Returns the iterations done.
+/// Solves A·x = r for the `r` in `vectors`, whose `x` is zero, until the squared norm of the residual is at most `target_sq`. Returns the iterations done and the
+/// squared norm reached.
 ///
 /// # Errors
 /// See [`CgError`].
@@ -44,7 +45,7 @@ pub fn solve(
     vectors: &mut Vectors,
     target_sq: f64,
     most: u32,
-) -> Result<u32, CgError> {
+) -> Result<(u32, f64), CgError> {
     let n = vectors.xr.len();
     for zero in [&mut vectors.p, &mut vectors.q, &mut vectors.z] {
         empty(zero, n);
@@ -66,5 +67,5 @@ pub fn solve(
         preconditioner.ascend((rz / before) as f32, vectors);
         iteration += 1;
     }
-    Ok(iteration)
+    Ok((iteration, rr))
 }
