@@ -104,12 +104,20 @@ pub struct SolverScratch {
     pub inverse_block: Vec<DMat3>,
     /// Sums per chunk of rows.
     pub partials: Vec<f64>,
+    /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
+    pub stored: f64,
+    /// Whether `residual` has to be exact after the solve: an energy balance counts it.
+    pub is_audited: bool,
     /// Linear iterations in this step.
     pub iterations: u32,
     /// Newton iterations in this step.
     pub newton_iterations: u32,
     /// Relative residual of the last linear solve.
     pub linear_residual: f64,
+    /// Estimated error of the stress after it, relative to the stress in the body; zero where it was not asked for.
+    pub stress_error: f64,
+    /// Whether a linear solve of this step stopped because time was up.
+    pub is_late: bool,
     /// Largest free nodal imbalance at the last evaluation \[N\].
     pub imbalance: f64,
     /// Whether this body needs no further iteration in this step.
