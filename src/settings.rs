@@ -54,7 +54,7 @@ pub enum Precision {
 /// Limits of the linear solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearParams {
-    /// Stop where the residual has fallen to this fraction of the right-hand side, 1e-2 by default,
+    /// Stop where the residual has fallen to this fraction of the right-hand side, 0.1 by default,
     pub tolerance: f64,
     /// and the estimated error of the stress, relative to the stress in the body as a whole, to this, 1e-3 by default: the root of
     /// the energy of the strains still missing over the stored energy. A residual tells the less of the stress the finer the mesh;
@@ -70,7 +70,7 @@ pub struct LinearParams {
 
 impl Default for LinearParams {
     fn default() -> Self {
-        Self { tolerance: 1e-2, stress_tolerance: 1e-3, iterations: 2000, time: None }
+        Self { tolerance: 0.1, stress_tolerance: 1e-3, iterations: 2000, time: None }
     }
 }
 

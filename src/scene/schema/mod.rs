@@ -123,7 +123,7 @@ pub struct RunSpec {
     /// Newton stops in a dynamic step at this fraction of the largest corner force. Default 1e-9.
     #[serde(default = "newton_tolerance")]
     pub newton_tolerance: f64,
-    /// Relative residual at which the linear solve of a dynamic step may stop. Default 1e-2.
+    /// Relative residual at which the linear solve of a dynamic step may stop. Default 0.1.
     #[serde(default = "linear_tolerance")]
     pub linear_tolerance: f64,
     /// Estimated error of the stress, relative to the stress in the body as a whole, at which the linear solve of a dynamic step
