@@ -12,8 +12,14 @@ pub enum Stage {
     Begin,
     /// Once, each time the step is taken up again after tears have advanced.
     Resume,
-    /// In every Newton iteration.
-    Iterate,
+    /// The forces and their derivatives, in every Newton iteration, and once at the start of a step of two stages.
+    Evaluate,
+    /// Once, on the forces at the start of a step of two stages.
+    Start,
+    /// Once, between the two stages of a step.
+    SecondStage,
+    /// In every Newton iteration, on what was evaluated.
+    Solve,
     /// On the state that the iterations have reached; once more where they are taken up again for the tips.
     Decide,
     /// Once, each time the iterations have ended for good.
@@ -46,20 +52,22 @@ pub const STEP: &[System] = &[
     system("refine further", Stage::Resume, systems::refine::refine),
     system("energy: refined further", Stage::Resume, systems::energy::edits),
     system("resume", Stage::Resume, systems::hold::resume),
-    system("corotation", Stage::Iterate, systems::corotation::corotation),
-    system("assembly", Stage::Iterate, systems::assembly::assembly),
-    system("energy: membrane", Stage::Iterate, systems::energy::membrane),
-    system("gravity", Stage::Iterate, systems::gravity::gravity),
-    system("pressure", Stage::Iterate, systems::pressure::pressure),
-    system("point loads", Stage::Iterate, systems::loads::point_loads),
-    system("edge loads", Stage::Iterate, systems::loads::edge_loads),
-    system("springs", Stage::Iterate, systems::springs::springs),
-    system("grip", Stage::Iterate, systems::grip::grip),
-    system("drag", Stage::Iterate, systems::drag::drag),
-    system("contact", Stage::Iterate, systems::contact::contact),
-    system("energy: loads", Stage::Iterate, systems::energy::loads),
-    system("solve", Stage::Iterate, systems::solve::solve),
-    system("integrate", Stage::Iterate, systems::integrate::integrate),
+    system("corotation", Stage::Evaluate, systems::corotation::corotation),
+    system("assembly", Stage::Evaluate, systems::assembly::assembly),
+    system("energy: membrane", Stage::Evaluate, systems::energy::membrane),
+    system("gravity", Stage::Evaluate, systems::gravity::gravity),
+    system("pressure", Stage::Evaluate, systems::pressure::pressure),
+    system("point loads", Stage::Evaluate, systems::loads::point_loads),
+    system("edge loads", Stage::Evaluate, systems::loads::edge_loads),
+    system("springs", Stage::Evaluate, systems::springs::springs),
+    system("grip", Stage::Evaluate, systems::grip::grip),
+    system("drag", Stage::Evaluate, systems::drag::drag),
+    system("contact", Stage::Evaluate, systems::contact::contact),
+    system("energy: loads", Stage::Evaluate, systems::energy::loads),
+    system("start", Stage::Start, systems::hold::start),
+    system("second stage", Stage::SecondStage, systems::hold::second_stage),
+    system("solve", Stage::Solve, systems::solve::solve),
+    system("integrate", Stage::Solve, systems::integrate::integrate),
     system("criterion", Stage::Decide, systems::criterion::criterion),
     system("energy: account", Stage::Account, systems::energy::account),
     system("split", Stage::Tear, systems::split::split),

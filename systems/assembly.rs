@@ -2,7 +2,7 @@
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::CornerForces;
-use super::{StepContext, parallel};
+use super::{Formula, StepContext, parallel};
 use crate::components::{Damping, ExternalStiffness, Forces, Frames, Increment, SolverScratch};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
@@ -27,31 +27,34 @@ pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
             external.block.clear();
             external.block.resize(vertices.len(), DMat3::ZERO);
         }
-        let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
-        membrane_forces(triangles, frames, &increment.displacement, viscosity, forces);
+        // At the start of a step by backward Euler nothing has moved yet: there is no rate.
+        let is_at_rest =
+            step.formula == Formula::BackwardEuler && increment.displacement.iter().all(|u| *u == DVec3::ZERO);
+        let viscosity = if is_at_rest { 0.0 } else { damping.map_or(0.0, |d| d.time) * step.rate() };
+        membrane_forces(triangles, frames, |v| step.travel(increment, v), viscosity, forces);
         gather(topology, forces, vertices.len());
     }
     count
 }
 
-/// Corner forces of every triangle. `viscosity` is β/dt, by which the stretch rate of `displacement` adds to the strain.
+/// Corner forces of every triangle. `viscosity` is β/s with the span s of the step's formula, by which the stretch rate of what
+/// the vertices `travel` in it adds to the strain.
 pub fn membrane_forces(
     triangles: &Triangles,
     frames: &Frames,
-    displacement: &[DVec3],
+    travel: impl Fn(usize) -> DVec3 + Sync,
     viscosity: f64,
     forces: &mut Forces,
 ) {
     forces.corner.resize(triangles.len(), [DVec3::ZERO; 3]);
-    // At the start of a step nothing has moved yet: there is no rate.
-    if viscosity == 0.0 || displacement.iter().all(|u| *u == DVec3::ZERO) {
+    if viscosity == 0.0 {
         let (state, Triangles { rest, thickness, .. }) = (&frames.state, triangles);
         return parallel::for_chunks(&mut forces.corner, &CornerForces { state, rest, thickness });
     }
     parallel::for_rows(&mut forces.corner, |t, corner| {
         let state = &frames.state[t];
         let rest = &triangles.rest[t];
-        let u = triangles.corners[t].map(|v| displacement[v as usize]);
+        let u = triangles.corners[t].map(|v| travel(v as usize));
         let rate = membrane::stretch_rate(&state.polar, rest, u);
         let stress = state.stress + triangles.stiffness[t].stress(rate * viscosity);
         *corner = membrane::nodal_forces(&state.polar, stress, rest, rest.area * triangles.thickness[t]);

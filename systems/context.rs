@@ -1,14 +1,50 @@
-//! What every system of a step is told.
+//! What every system of a step is told: its length, its limits, and the formula by which the displacement u since its start
+//! gives the velocity and what the masses bring along.
+//!
+//! Every formula has the form v = (u − a)/s and M·u/s² = f + M·b with a span s and knowns a, b of its own. Backward Euler: s = Δt.
+//! TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): both stages have s = (1 − 1/√2)·Δt, so that one matrix serves both. The
+//! first is the trapezoidal rule from 0 to γ·Δt, the second the backward difference formula through both and Δt.
 
-use crate::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
+use crate::components::{Increment, SolverScratch};
+use crate::settings::{Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
+use glam::DVec3;
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-/// One step, or one Newton iteration of it.
+/// Where the first stage of TR-BDF2 ends: γ = 2 − √2, for which both stages have one span.
+const GAMMA: f64 = 2.0 - SQRT_2;
+
+/// The span over Δt: γ/2 = (1 − γ)/(2 − γ).
+const SPAN: f64 = 1.0 - FRAC_1_SQRT_2;
+
+/// Weight 1/(γ·(2 − γ)) of the middle in the second stage; that of the start is one less, (1 − γ)²/(γ·(2 − γ)), and negative.
+const MIDDLE: f64 = 0.5 * (1.0 + SQRT_2);
+
+/// The second stage's length over the first's.
+pub const SECOND_STAGE: f64 = 1.0 / GAMMA - 1.0;
+
+/// The formula of time that an evaluation or a solve obeys.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Formula {
+    /// Backward Euler over the whole step.
+    #[default]
+    BackwardEuler,
+    /// None yet: the forces at the start of a step of two stages.
+    Start,
+    /// The first stage of TR-BDF2.
+    Trapezoidal,
+    /// The second stage of TR-BDF2, which ends the step.
+    SecondBackwardDifference,
+}
+
+/// One step, or a stage or one Newton iteration of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepContext {
-    /// Time step \[ms\], > 0; in a static solve the time by which the loads move on.
+    /// Time step \[ms\], > 0; in a static solve the time by which the loads move on. The whole step in its stages too.
     pub dt: f64,
-    /// Time at the end of the step \[ms\]: where prescribed motion and loads are taken.
+    /// Time at the end of the step or stage \[ms\]: where prescribed motion and loads are taken.
     pub time: f64,
+    /// Of what is evaluated or solved.
+    pub formula: Formula,
     /// Equilibrium without inertia, damping and drag.
     pub is_static: bool,
     /// Taken up again after tears have advanced: no new allowance for tips.
@@ -28,11 +64,15 @@ pub struct StepContext {
 }
 
 impl StepContext {
-    /// A dynamic step of `dt` \[ms\] that ends at `time` \[ms\].
+    /// A dynamic step of `dt` \[ms\] that ends at `time` \[ms\]; its last stage where it has two.
     pub fn of_step(settings: &Settings, dt: f64, time: f64) -> Self {
         Self {
             dt,
             time,
+            formula: match settings.integrator {
+                Integrator::BackwardEuler => Formula::BackwardEuler,
+                Integrator::TrBdf2 => Formula::SecondBackwardDifference,
+            },
             is_static: false,
             is_resumed: false,
             tangent: settings.tangent,
@@ -55,6 +95,7 @@ impl StepContext {
         Self {
             dt: if dt > 0.0 { dt } else { 1.0 },
             time,
+            formula: Formula::BackwardEuler,
             is_static: true,
             is_resumed: false,
             tangent: Tangent::Exact,
@@ -66,13 +107,71 @@ impl StepContext {
         }
     }
 
-    /// 1/dt² \[1/ms²\], the factor of the mass; zero in a static solve.
-    pub fn inertia(&self) -> f64 {
-        if self.is_static { 0.0 } else { 1.0 / (self.dt * self.dt) }
+    /// What comes before the last stage of a step of two: the evaluation at its start, and its first stage.
+    pub fn before_last(&self) -> Option<[Self; 2]> {
+        let start = self.time - self.dt;
+        let middle = start + GAMMA * self.dt;
+        (self.formula == Formula::SecondBackwardDifference).then_some([
+            Self { formula: Formula::Start, time: start, ..*self },
+            Self { formula: Formula::Trapezoidal, time: middle, ..*self },
+        ])
     }
 
-    /// 1/dt \[1/ms\], the factor of damping and drag; zero in a static solve.
+    /// From the start of the step to the end of this stage \[ms\].
+    pub fn reach(&self) -> f64 {
+        if self.formula == Formula::Trapezoidal { GAMMA * self.dt } else { self.dt }
+    }
+
+    /// The span s of the formula \[ms\].
+    fn span(&self) -> f64 {
+        if self.formula == Formula::BackwardEuler { self.dt } else { SPAN * self.dt }
+    }
+
+    /// 1/s² \[1/ms²\], the factor of the mass; zero in a static solve.
+    pub fn inertia(&self) -> f64 {
+        if self.is_static { 0.0 } else { 1.0 / (self.span() * self.span()) }
+    }
+
+    /// 1/s \[1/ms\], the factor of damping and drag; zero in a static solve.
     pub fn rate(&self) -> f64 {
-        if self.is_static { 0.0 } else { 1.0 / self.dt }
+        if self.is_static { 0.0 } else { 1.0 / self.span() }
+    }
+
+    /// What vertex `v` travels in the span at its velocity \[mm\]: times [`rate`](Self::rate) that velocity.
+    #[inline]
+    pub fn travel(&self, increment: &Increment, v: usize) -> DVec3 {
+        match self.formula {
+            Formula::BackwardEuler => increment.displacement[v],
+            Formula::Start => increment.start_velocity[v] * self.span(),
+            Formula::Trapezoidal => increment.displacement[v] - increment.start_velocity[v] * self.span(),
+            Formula::SecondBackwardDifference => increment.displacement[v] - increment.middle_displacement[v] * MIDDLE,
+        }
+    }
+
+    /// What the mass of vertex `v` brings along less what its displacement takes: its force over its mass \[mm/ms²\].
+    #[inline]
+    pub fn momentum(&self, increment: &Increment, v: usize) -> DVec3 {
+        let (inertia, rate) = (self.inertia(), self.rate());
+        let known = match self.formula {
+            Formula::BackwardEuler => increment.start_velocity[v] * rate,
+            Formula::Start => DVec3::ZERO,
+            Formula::Trapezoidal => increment.start_velocity[v] * (2.0 * rate) + increment.start_acceleration[v],
+            Formula::SecondBackwardDifference => {
+                let [start, middle] = [increment.start_velocity[v], increment.middle_velocity[v]];
+                increment.middle_displacement[v] * (MIDDLE * inertia)
+                    + (middle * MIDDLE - start * (MIDDLE - 1.0)) * rate
+            }
+        };
+        known - increment.displacement[v] * inertia
+    }
+
+    /// The tangent of a body's next solve. The projected one comes after a rotated one; and it goes on where an exact one was
+    /// indefinite.
+    pub fn tangent_of(&self, scratch: &SolverScratch) -> Tangent {
+        match self.tangent {
+            Tangent::Exact if scratch.fell_back => Tangent::Projected,
+            Tangent::Projected if scratch.newton_iterations == 0 => Tangent::Rotated,
+            tangent => tangent,
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
-use super::{StepContext, parallel};
+use super::{Formula, StepContext, parallel};
 use crate::components::{Frames, GeometricStiffness, Planar, PreStretch, SolverScratch};
 use crate::math::{ElementState, Sym2};
 use crate::settings::Tangent;
@@ -19,8 +19,10 @@ pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         count += 1;
         evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
-        let is_exact = step.tangent == Tangent::Exact && !scratch.fell_back;
-        geometric_stiffness(frames, triangles, planar.is_some(), is_exact);
+        // Nothing is solved for at the start of a step of two stages.
+        if step.formula != Formula::Start {
+            geometric_stiffness(frames, triangles, planar.is_some(), step.tangent_of(scratch));
+        }
     }
     count
 }
@@ -39,16 +41,22 @@ pub fn evaluate(
     parallel::for_chunks(&mut frames.state, &States { corners, position, rest, stiffness, is_planar, unstretched });
 }
 
-fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, is_planar: bool, is_exact: bool) {
+fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, is_planar: bool, tangent: Tangent) {
     let Frames { state, geometric } = frames;
     geometric.resize(state.len(), GeometricStiffness::default());
-    if !is_exact {
-        let stiffness = &triangles.stiffness;
+    let stiffness = &triangles.stiffness;
+    if tangent == Tangent::Rotated {
         return parallel::for_chunks(geometric, &Geometric { state, stiffness, is_planar });
     }
     parallel::for_rows(geometric, |t, geometric| {
         let ElementState { polar, stress } = state[t];
         let normal = if is_planar { Sym2::ZERO } else { membrane::second_piola(stress, polar.stretch) };
-        *geometric = GeometricStiffness { normal, shear: 0.0 };
+        *geometric = match tangent {
+            Tangent::Projected => GeometricStiffness {
+                normal: normal.positive_part(),
+                in_plane: membrane::spin_majorant(stress, polar.stretch, &stiffness[t]),
+            },
+            _ => GeometricStiffness { normal, in_plane: 0.0 },
+        };
     });
 }

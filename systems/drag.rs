@@ -23,7 +23,7 @@ pub fn drag(world: &mut hecs::World, step: &StepContext) -> usize {
         count += 1;
         let factor = drag.coefficient * step.rate();
         let per_vertex = |v: usize| factor * topology.vertex_area(triangles, v as u32);
-        parallel::for_rows(&mut forces.nodal, |v, f| *f -= increment.displacement[v] * per_vertex(v));
+        parallel::for_rows(&mut forces.nodal, |v, f| *f -= step.travel(increment, v) * per_vertex(v));
         parallel::for_rows(&mut external.block, |v, k| *k += DMat3::from_diagonal(DVec3::splat(per_vertex(v))));
     }
     count

@@ -5,7 +5,7 @@
 //! Reactions, residual and nodal forces are those of the step itself; what the scheme did with the membrane is computed anew,
 //! triangle by triangle, so that an error in either leaves an imbalance.
 //!
-//! A dynamic step ends with M·(v₁ − v₀)/dt = f(x_k) − K·δ + loads + reactions − residual, linearised at its last evaluation
+//! A dynamic step by backward Euler, the only formula that these terms are of, ends with M·(v₁ − v₀)/dt = f(x_k) − K·δ + loads + reactions − residual, linearised at its last evaluation
 //! x_k = x₁ − δ. It is multiplied by u = x₁ − x₀: what M gives is Δkinetic and ½·(v₁ − v₀)·M·(v₁ − v₀). A static solve only
 //! knows its two ends; its works are those of the mean of the forces there.
 
@@ -175,8 +175,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
             audit.step = body.static_terms(audit, is_relaxation);
             note_equilibrium(audit, log, step, scratch.is_converged);
         } else {
-            let is_fallback = step.tangent == Tangent::Exact && !scratch.is_exact;
-            body.sum_triangles(audit, |t, _, u, change| body.linearised(t, u, change, viscosity, is_fallback));
+            body.sum_triangles(audit, |t, _, u, change| body.linearised(t, u, change, viscosity));
             audit.step = body.dynamic_terms(audit, step);
             audit.equilibrium = None;
         }
@@ -244,18 +243,19 @@ impl Carried<'_> {
     }
 
     /// −(f(x_k) − K·δ) · u with the tangent that was used, and dt·v·C·v.
-    fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3], viscosity: f64, is_fallback: bool) -> [f64; 2] {
+    fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3], viscosity: f64) -> [f64; 2] {
         let Sheet { triangles, .. } = self.sheet;
         let (state, rest, stiffness) = (&self.frames.state[t], &triangles.rest[t], &triangles.stiffness[t]);
         let volume = rest.area * triangles.thickness[t];
-        let GeometricStiffness { mut normal, mut shear } = self.frames.geometric[t];
-        if is_fallback {
+        let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric[t];
+        let is_exact = self.scratch.tangent != Tangent::Rotated;
+        if !is_exact {
+            // The frames may hold what goes with another tangent, which was indefinite; what goes with this one stays.
             normal = normal.positive_part();
-            shear = shear_majorant(state.stress, state.polar.stretch, stiffness);
+            in_plane = shear_majorant(state.stress, state.polar.stretch, stiffness);
         }
-        let is_exact = self.scratch.is_exact;
         let tangent =
-            ElementTangent { state, rest, stiffness, normal, shear, elastic: volume, geometric: volume, is_exact };
+            ElementTangent { state, rest, stiffness, normal, in_plane, elastic: volume, geometric: volume, is_exact };
         let rate = stretch_rate(&state.polar, rest, u);
         let scheme = volume * state.stress.contract(rate) + dot(&tangent.apply(change), &u);
         [scheme, volume * viscosity * stiffness.stress(rate).contract(rate)]

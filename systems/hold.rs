@@ -1,7 +1,8 @@
-//! Start of a step: remembers where it began, marks prescribed axes and puts the prescribed motion into the first guess.
+//! Start of a step or stage: remembers where it began, marks prescribed axes and puts the prescribed motion into the first guess.
 
-use super::StepContext;
-use crate::components::{Holds, Increment, Planar, SolverScratch, TearDecisions};
+use super::context::SECOND_STAGE;
+use super::{StepContext, parallel};
+use crate::components::{Forces, Holds, Increment, Planar, SolverScratch, TearDecisions};
 use crate::storage::Vertices;
 use glam::DVec3;
 
@@ -16,7 +17,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         increment.start.clone_from(&vertices.position);
         increment.start_velocity.clone_from(&vertices.velocity);
         increment.displacement.resize(n, DVec3::ZERO);
-        let scale = if step.is_static || increment.dt <= 0.0 { 0.0 } else { step.dt / increment.dt };
+        let scale = if step.is_static || increment.dt <= 0.0 { 0.0 } else { step.reach() / increment.dt };
         increment.delta.clear();
         increment.delta.extend(increment.displacement.iter().map(|&u| u * scale));
         increment.displacement.fill(DVec3::ZERO);
@@ -33,8 +34,36 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
+/// Keeps the acceleration of every vertex at the start of a step of two stages, by the forces just evaluated there.
+pub fn start(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    for (vertices, forces, increment) in world.query_mut::<(&Vertices, &Forces, &mut Increment)>() {
+        count += 1;
+        increment.start_acceleration.resize(vertices.len(), DVec3::ZERO);
+        parallel::for_rows(&mut increment.start_acceleration, |v, a| *a = forces.nodal[v] / vertices.mass[v]);
+    }
+    count
+}
+
+/// Begins the second stage where the first has ended: the guess is that the body goes on as it did.
+pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
+    for (vertices, increment, scratch, holds, planar) in world.query_mut::<Query>() {
+        count += 1;
+        increment.middle_displacement.clone_from(&increment.displacement);
+        increment.middle_velocity.clone_from(&vertices.velocity);
+        let Increment { displacement, delta, .. } = &mut *increment;
+        parallel::for_rows(delta, |v, delta| *delta = displacement[v] * SECOND_STAGE);
+        mark_axes(vertices, increment, scratch, holds, planar, step.time);
+        scratch.newton_iterations = 0;
+        scratch.is_converged = false;
+    }
+    count
+}
+
 /// Takes the step up again on the bodies whose tears have advanced and may advance further: the same step from the same start
-/// and with what it has reached so far, on the mesh as it is now. The others are done.
+/// (the last stage of it where it has two) and with what it has reached so far, on the mesh as it is now. The others are done.
 pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (

@@ -1,4 +1,4 @@
-//! Moves the vertices by the solve's answer: x = x_start + u, and v = u/dt (backward Euler).
+//! Moves the vertices by the solve's answer: x = x_start + u, and v as the step's formula says, u/dt in backward Euler.
 
 use super::{StepContext, parallel};
 use crate::components::{Increment, SolverScratch};
@@ -14,13 +14,14 @@ pub fn integrate(world: &mut hecs::World, step: &StepContext) -> usize {
             continue;
         }
         count += 1;
-        let Increment { start, displacement, delta, .. } = increment;
+        let Increment { displacement, delta, .. } = &mut *increment;
         parallel::for_rows(displacement, |v, u| *u += delta[v]);
+        let Increment { start, displacement, .. } = &*increment;
         parallel::for_rows(&mut vertices.position, |v, x| *x = start[v] + displacement[v]);
         let rate = step.rate();
-        parallel::for_rows(&mut vertices.velocity, |v, x| *x = displacement[v] * rate);
+        parallel::for_rows(&mut vertices.velocity, |v, x| *x = step.travel(increment, v) * rate);
         if !step.is_static {
-            delta.fill(DVec3::ZERO);
+            increment.delta.fill(DVec3::ZERO);
         }
     }
     count

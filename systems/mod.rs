@@ -26,4 +26,4 @@ pub mod split;
 pub mod springs;
 pub mod tearing;
 
-pub use context::StepContext;
+pub use context::{Formula, StepContext};

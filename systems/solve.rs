@@ -20,7 +20,8 @@ const MOST_AXES_FACTORED: f64 = 2e5;
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;
 
-/// Solves (M/dt² + D/dt + K)·δ = f − M·(u/dt² − v/dt) for the change δ of the displacement u.
+/// Solves (M/s² + D/s + K)·δ = f − M·(u/s² − b) for the change δ of the displacement u, with the span s and the knowns b of the
+/// step's formula: Δt and v/Δt in backward Euler.
 pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
@@ -60,8 +61,12 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         if step.is_static && reject_increment(increment, scratch) {
             continue;
         }
+        // Solved as often as it may be: what was reached has been evaluated, and the change that is still to be made is none.
+        if !step.is_static && step.newton_iterations > 1 && scratch.newton_iterations == step.newton_iterations {
+            continue;
+        }
+        scratch.tangent = step.tangent_of(scratch);
         scratch.newton_iterations += 1;
-        scratch.is_exact = step.tangent == Tangent::Exact;
         let operator = Operator {
             vertices,
             triangles,
@@ -70,7 +75,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             external,
             inertia: step.inertia(),
             viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
-            is_exact: scratch.is_exact,
+            tangent: scratch.tangent,
         };
         if step.is_static && scratch.newton_iterations > 1 {
             increment.delta.fill(DVec3::ZERO);
@@ -99,7 +104,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             && let (Some(holds), Some(reactions)) = (holds, reactions)
         {
             let used =
-                rotated.as_ref().map_or(operator, |frames| Operator { frames, is_exact: scratch.is_exact, ..operator });
+                rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: scratch.tangent, ..operator });
             reactions_of_linear_step(&used, forces, increment, step, (holds, reactions));
         }
         if step.is_static {
@@ -125,7 +130,7 @@ fn twice_stored(
     parallel::sum(frames.state.len(), &mut scratch.partials, energy)
 }
 
-/// Fills `scratch.residual` with f − M·(u/dt² − v/dt), sets `scratch.imbalance` to its largest free component and returns the
+/// Fills `scratch.residual` with f − M·(u/s² − b), sets `scratch.imbalance` to its largest free component and returns the
 /// largest corner force, both \[N\].
 fn imbalance(
     vertices: &Vertices,
@@ -134,11 +139,9 @@ fn imbalance(
     scratch: &mut SolverScratch,
     step: &StepContext,
 ) -> f64 {
-    let (inertia, rate) = (step.inertia(), step.rate());
     scratch.residual.resize(vertices.len(), DVec3::ZERO);
     parallel::for_rows(&mut scratch.residual, |v, r| {
-        let momentum = increment.start_velocity[v] * rate - increment.displacement[v] * inertia;
-        *r = forces.nodal[v] + momentum * vertices.mass[v];
+        *r = forces.nodal[v] + step.momentum(increment, v) * vertices.mass[v];
     });
     if step.newton_iterations == 1 {
         return 0.0;
@@ -219,7 +222,7 @@ fn solve_or_fall_back(
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
         linear::solve(operator, params, &mut means, &mut forces.corner, delta, scratch)
     };
-    if !operator.is_exact {
+    if operator.tangent == Tangent::Rotated {
         return solve(&operator, &mut increment.delta, scratch);
     }
     let (rhs, first_guess) = (scratch.residual.clone(), increment.delta.clone());
@@ -228,16 +231,16 @@ fn solve_or_fall_back(
         return result;
     }
     scratch.fell_back = true;
-    scratch.is_exact = false;
+    scratch.tangent = Tangent::Rotated;
     scratch.residual = rhs;
     increment.delta = first_guess;
     let frames = rotated.insert(operator.frames.clone());
     for (t, state) in operator.frames.state.iter().enumerate() {
         let geometric = &mut frames.geometric[t];
         geometric.normal = geometric.normal.positive_part();
-        geometric.shear = shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t]);
+        geometric.in_plane = shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t]);
     }
-    solve(&Operator { frames, is_exact: false, ..operator }, &mut increment.delta, scratch)
+    solve(&Operator { frames, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
 }
 
 /// Constraint forces of a linearly implicit step: A·δ − b on the prescribed axes.
@@ -249,10 +252,8 @@ fn reactions_of_linear_step(
     (holds, reactions): (&Holds, &mut Reactions),
 ) {
     let vertices = operator.vertices;
-    let (inertia, rate) = (step.inertia(), step.rate());
     record_reactions(holds, reactions, |v| {
-        let momentum = increment.start_velocity[v] * rate - increment.displacement[v] * inertia;
-        operator.apply_at(v, &increment.delta) - forces.nodal[v] - momentum * vertices.mass[v]
+        operator.apply_at(v, &increment.delta) - forces.nodal[v] - step.momentum(increment, v) * vertices.mass[v]
     });
 }
 

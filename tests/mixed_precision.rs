@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use hecs::Entity;
 use rhexis::components::{ExternalStiffness, Frames, SolverScratch};
 use rhexis::scene::Document;
-use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings};
+use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::linear::{self, CgError, CgInfo, Inner, InnerSolver, Means, Operator};
@@ -63,7 +63,7 @@ impl Torn {
             external: Some(&self.external),
             inertia: 1e-2,
             viscosity: 0.1,
-            is_exact: false,
+            tangent: Tangent::Rotated,
         }
     }
 

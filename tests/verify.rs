@@ -36,6 +36,7 @@ cases! {
     dynamics "dynamics",
     membrane "membrane",
     motion "motion",
+    integrator "integrator",
     stability "stability",
     tear_fibre "tear-fibre",
     tear_mesh "tear-mesh",

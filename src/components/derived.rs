@@ -1,6 +1,7 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
 use crate::math::{ElementState, Sym2};
+use crate::settings::Tangent;
 use crate::storage::{Edit, EditRecord};
 use glam::{DMat3, DVec3};
 
@@ -16,10 +17,11 @@ pub struct Frames {
 /// What the stress in a triangle adds to its tangent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GeometricStiffness {
-    /// Out-of-plane stiffness \[MPa\]: second Piola–Kirchhoff stress, its tensile part for the rotated tangent.
+    /// Out-of-plane stiffness \[MPa\]: second Piola–Kirchhoff stress, its tensile part but for the exact tangent.
     pub normal: Sym2,
-    /// In-plane stiffness \[MPa\] that stands for the geometric one in the rotated tangent.
-    pub shear: f64,
+    /// In-plane stiffness \[MPa\] that stands for the geometric one in the rotated tangent, or keeps the projected one from being
+    /// negative; zero for the exact one.
+    pub in_plane: f64,
 }
 
 /// Nodal forces and the corner buffer they are gathered from.
@@ -49,6 +51,12 @@ pub struct Increment {
     pub displacement: Vec<DVec3>,
     /// The linear solve's answer: the change of `displacement` \[mm\].
     pub delta: Vec<DVec3>,
+    /// Acceleration by the forces at the start of the step \[mm/ms²\], along free axes; of TR-BDF2 only, as the next two.
+    pub start_acceleration: Vec<DVec3>,
+    /// Displacement since the start where the first stage has ended \[mm\].
+    pub middle_displacement: Vec<DVec3>,
+    /// Velocity there \[mm/ms\].
+    pub middle_velocity: Vec<DVec3>,
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
 }
@@ -57,7 +65,8 @@ impl Increment {
     /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and
     /// the one that a collapse removes is gone.
     pub fn follow(&mut self, record: &EditRecord) {
-        for values in [&mut self.start, &mut self.start_velocity, &mut self.displacement] {
+        let Self { start, start_velocity, displacement, middle_displacement, middle_velocity, .. } = self;
+        for values in [start, start_velocity, displacement, middle_displacement, middle_velocity] {
             for (row, parents) in record.created() {
                 if values.len() == row as usize {
                     let blended = parents.blend(|parent| values[parent as usize]);
@@ -110,7 +119,7 @@ pub struct SolverScratch {
     pub is_audited: bool,
     /// Linear iterations in this step.
     pub iterations: u32,
-    /// Newton iterations in this step.
+    /// Newton iterations in this step, or in its last stage.
     pub newton_iterations: u32,
     /// Relative residual of the last linear solve.
     pub linear_residual: f64,
@@ -124,8 +133,8 @@ pub struct SolverScratch {
     pub is_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: bool,
-    /// Whether the last linear solve used the exact tangent.
-    pub is_exact: bool,
+    /// The tangent that the last linear solve used.
+    pub tangent: Tangent,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,
 }

@@ -2,19 +2,16 @@
 
 use super::build::{self, direction, own_name};
 use super::error::{Fault, positive};
-use super::schema::{
-    CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, PrecisionSpec, PreconditionerSpec, RunSpec, TangentSpec,
-};
-use super::{Scene, SceneError};
+use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
+use super::{Scene, SceneError, settings};
 use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, Tearing, Toughness};
 use crate::report::Report;
-use crate::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
+use crate::settings::Integrator;
 use crate::simulation::{Simulation, SimulationError};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 use std::fmt;
-use std::time::Duration;
 
 /// The most steps of a run: a day's computing at 0.1 ms each.
 pub const MOST_STEPS: u64 = 1_000_000_000;
@@ -112,7 +109,15 @@ impl Scene {
         if self.file.bodies.is_empty() {
             return Err(Fault::new("bodies", "there is no body", "add a [[bodies]] table"));
         }
-        let settings = settings(&self.file.run)?;
+        let settings = settings::of_run(&self.file.run)?;
+        if self.file.output.energy
+            && self.file.run.mode == Mode::Dynamic
+            && settings.integrator != Integrator::BackwardEuler
+        {
+            let what = "the balance of energy is that of backward Euler";
+            let hint = "leave it out, or give integrator = \"backward_euler\" in [run]";
+            return Err(Fault::new("output.energy", what, hint));
+        }
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
         let mut bodies = Vec::new();
@@ -202,67 +207,6 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         until_torn: spec.until_torn,
         static_tolerance,
         static_advances: spec.static_advances,
-    })
-}
-
-fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
-    let counted = |name: &str, count: u32, most: u32| match count {
-        0 => Err(Fault::new(format!("run.{name}"), "there must be at least one", "give 1 or more")),
-        _ if count > most => {
-            Err(Fault::new(format!("run.{name}"), format!("{count} are too many"), format!("give {most} at most")))
-        }
-        _ => Ok(count),
-    };
-    if spec.threads > 1024 {
-        return Err(Fault::new(
-            "run.threads",
-            format!("{} threads are too many", spec.threads),
-            "give 0 for one per core",
-        ));
-    }
-    if spec.resumes > 1000 {
-        let hint = "give 1000 or less: each is one more solve";
-        return Err(Fault::new("run.resumes", format!("{} resumes are too many", spec.resumes), hint));
-    }
-    if spec.halvings > 20 {
-        let hint = "give 20 or less: a millionth of dt is the smallest part then";
-        return Err(Fault::new("run.halvings", format!("{} halvings are too many", spec.halvings), hint));
-    }
-    Ok(Settings {
-        linear: LinearParams {
-            tolerance: positive("run.linear_tolerance".to_owned(), spec.linear_tolerance, "")?,
-            stress_tolerance: positive("run.stress_tolerance".to_owned(), spec.stress_tolerance, "")?,
-            iterations: counted("linear_iterations", spec.linear_iterations, 1_000_000)?,
-            time: match spec.solve_milliseconds {
-                Some(ms) => {
-                    let seconds = 1e-3 * positive("run.solve_milliseconds".to_owned(), ms, "ms")?;
-                    // More than there can be is no limit.
-                    Duration::try_from_secs_f64(seconds).ok()
-                }
-                None => None,
-            },
-        },
-        tangent: match spec.tangent {
-            TangentSpec::Rotated => Tangent::Rotated,
-            TangentSpec::Exact => Tangent::Exact,
-        },
-        preconditioner: match spec.preconditioner {
-            PreconditionerSpec::Auto => Preconditioner::Auto,
-            PreconditionerSpec::BlockJacobi => Preconditioner::BlockJacobi,
-            PreconditionerSpec::IncompleteCholesky => Preconditioner::IncompleteCholesky,
-            PreconditionerSpec::Cholesky => Preconditioner::Cholesky,
-        },
-        precision: match spec.precision {
-            PrecisionSpec::Mixed => Precision::Mixed,
-            PrecisionSpec::Double => Precision::Double,
-        },
-        newton_iterations: counted("newton_iterations", spec.newton_iterations, 1_000)?,
-        newton_tolerance: positive("run.newton_tolerance".to_owned(), spec.newton_tolerance, "")?,
-        static_iterations: counted("static_iterations", spec.static_iterations, 10_000)?,
-        resumes: spec.resumes,
-        halvings: spec.halvings,
-        threads: spec.threads,
-        portable_instructions: spec.portable_instructions,
     })
 }
 

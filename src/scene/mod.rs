@@ -43,6 +43,7 @@ mod instance;
 pub mod mesh_file;
 mod region;
 pub mod schema;
+mod settings;
 mod shape;
 
 pub use document::Document;

@@ -77,15 +77,35 @@ pub(super) fn iterate_and_account(world: &mut World, step: &StepContext, report:
     schedule::run_stage(world, step, Stage::Account, &mut report.systems);
 }
 
-/// Newton's iteration over all bodies, from the start of the step or taken up again.
+/// Solves for all bodies, from the start of the step, stage by stage where it has two, or taken up again in its last stage. A first
+/// stage that leaves what is not finite ends it.
 pub(super) fn iterate(world: &mut World, step: &StepContext, report: &mut Report) {
-    let first = if step.is_resumed { Stage::Resume } else { Stage::Begin };
-    schedule::run_stage(world, step, first, &mut report.systems);
+    if step.is_resumed {
+        schedule::run_stage(world, step, Stage::Resume, &mut report.systems);
+    } else if let Some([start, first]) = step.before_last() {
+        schedule::run_stage(world, &first, Stage::Begin, &mut report.systems);
+        schedule::run_stage(world, &start, Stage::Evaluate, &mut report.systems);
+        schedule::run_stage(world, &start, Stage::Start, &mut report.systems);
+        solve_stage(world, &first, report);
+        if !is_finite(world) {
+            return;
+        }
+        schedule::run_stage(world, step, Stage::SecondStage, &mut report.systems);
+    } else {
+        schedule::run_stage(world, step, Stage::Begin, &mut report.systems);
+    }
+    solve_stage(world, step, report);
+}
+
+/// Newton's iteration of a step or a stage of it.
+fn solve_stage(world: &mut World, step: &StepContext, report: &mut Report) {
     if step.newton_iterations == 1 {
         return run_iteration(world, step, report);
     }
+    // The last one of a dynamic step only evaluates what the ones before have reached.
     for _ in 0..=step.newton_iterations {
-        schedule::run_stage(world, step, Stage::Iterate, &mut report.systems);
+        schedule::run_stage(world, step, Stage::Evaluate, &mut report.systems);
+        schedule::run_stage(world, step, Stage::Solve, &mut report.systems);
         let is_done = |s: &SolverScratch| s.is_converged || s.linear_residual.is_nan();
         if world.query_mut::<&SolverScratch>().into_iter().all(is_done) {
             break;
@@ -95,7 +115,8 @@ pub(super) fn iterate(world: &mut World, step: &StepContext, report: &mut Report
 
 /// The one iteration of a linearly implicit step.
 fn run_iteration(world: &mut World, step: &StepContext, report: &mut Report) {
-    schedule::run_stage(world, step, Stage::Iterate, &mut report.systems);
+    schedule::run_stage(world, step, Stage::Evaluate, &mut report.systems);
+    schedule::run_stage(world, step, Stage::Solve, &mut report.systems);
     for scratch in world.query_mut::<&mut SolverScratch>() {
         scratch.is_converged = scratch.linear_residual.is_finite();
     }

@@ -27,6 +27,15 @@ pub enum SimulationError {
     /// There is no such body.
     #[error("there is no such body")]
     NoSuchBody,
+    /// A dynamic step of a body whose energy is audited, by another formula than the audit's.
+    #[error(
+        "body `{body}` has an energy audit, whose terms are those of backward Euler: \
+         take the audit out, or let the integrator be backward Euler"
+    )]
+    AuditOfAnotherIntegrator {
+        /// The body's name.
+        body: String,
+    },
     /// No equilibrium was found; the last good state stands.
     #[error(
         "no equilibrium at time {time} ms: imbalance {imbalance:e} N after {iterations} iterations; \

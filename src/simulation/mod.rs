@@ -16,10 +16,10 @@ use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule;
-use crate::settings::{Precision, Settings, Tangent};
+use crate::settings::{Integrator, Precision, Settings, Tangent};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::parallel::Pool;
-use crate::systems::{StepContext, corotation};
+use crate::systems::{Formula, StepContext, corotation};
 use advance::{advance, is_finite, iterate_and_account, restore};
 use glam::DVec3;
 use hecs::{Entity, World};
@@ -112,15 +112,20 @@ impl Simulation {
         bodies.into_iter().map(|(_, entity)| entity).collect()
     }
 
-    /// Moves the world on by `dt` \[ms\]: linearly implicit backward Euler, or with more than one Newton iteration the
-    /// nonlinear step. A step that leaves a state which is not finite is undone and retried in halves; if that fails too,
+    /// Moves the world on by `dt` \[ms\] as the [settings](Settings) say: by default linearly implicit backward Euler. A step that leaves a state which is not finite is undone and retried in halves; if that fails too,
     /// the last good state stays and the report says so.
     ///
     /// # Errors
-    /// For a `dt` that is not a positive finite number; nothing has changed then.
+    /// For a `dt` that is not a positive finite number, and for a body with an [`EnergyAudit`] where the integrator is not backward
+    /// Euler; nothing has changed then.
     pub fn step(&mut self, dt: f64) -> Result<&Report, SimulationError> {
         if !(dt > 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
+        }
+        if self.settings.integrator != Integrator::BackwardEuler
+            && let Some((body, _)) = self.world.query_mut::<(&Body, &EnergyAudit)>().into_iter().next()
+        {
+            return Err(SimulationError::AuditOfAnotherIntegrator { body: body.name.clone() });
         }
         self.begin_report();
         let Self { world, settings, pool, report, .. } = self;
@@ -191,6 +196,7 @@ impl Simulation {
         let step = StepContext {
             dt: if dt > 0.0 { dt } else { 1.0 },
             time: self.report.time + dt,
+            formula: Formula::BackwardEuler,
             is_static: true,
             is_resumed: false,
             tangent: Tangent::Exact,

@@ -3,7 +3,7 @@
 use super::VerifyError;
 use crate::components::{Curve, Forces, Frames, GeometricStiffness, Hold, Increment, Material, SolverScratch};
 use crate::membrane::Membrane;
-use crate::settings::{LinearParams, Settings};
+use crate::settings::{LinearParams, Settings, Tangent};
 use crate::simulation::{Simulation, SimulationError};
 use crate::storage::{Attached, Topology, Triangles, Vertices};
 use crate::systems::assembly;
@@ -126,7 +126,16 @@ pub fn operator<'a>(
     topology: &'a Topology,
     frames: &'a Frames,
 ) -> Operator<'a> {
-    Operator { vertices, triangles, topology, frames, external: None, inertia: 0.0, viscosity: 0.0, is_exact: true }
+    Operator {
+        vertices,
+        triangles,
+        topology,
+        frames,
+        external: None,
+        inertia: 0.0,
+        viscosity: 0.0,
+        tangent: Tangent::Exact,
+    }
 }
 
 /// Copies of a body's tables with its frames brought up to the positions, ready for an [`operator`].
@@ -149,7 +158,7 @@ impl Snapshot {
         let (vertices, triangles, topology, frames) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let mut frames = frames.clone();
         let normal = |s: &crate::math::ElementState| second_piola(s.stress, s.polar.stretch);
-        let geometric = |s| GeometricStiffness { normal: normal(s), shear: 0.0 };
+        let geometric = |s| GeometricStiffness { normal: normal(s), in_plane: 0.0 };
         frames.geometric = frames.state.iter().map(geometric).collect();
         Ok(Self { vertices: vertices.clone(), triangles: triangles.clone(), topology: topology.clone(), frames })
     }
@@ -157,7 +166,7 @@ impl Snapshot {
     /// Elastic forces on the vertices \[N\].
     pub fn elastic_forces(&self) -> Vec<DVec3> {
         let mut forces = Forces::default();
-        assembly::membrane_forces(&self.triangles, &self.frames, &[], 0.0, &mut forces);
+        assembly::membrane_forces(&self.triangles, &self.frames, |_| DVec3::ZERO, 0.0, &mut forces);
         assembly::gather(&self.topology, &mut forces, self.vertices.len());
         forces.nodal
     }

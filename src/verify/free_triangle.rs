@@ -51,7 +51,7 @@ impl Flow {
         let Snapshot { vertices, triangles, topology, frames } = &mut self.body;
         vertices.position.copy_from_slice(x);
         corotation::evaluate(vertices, triangles, frames, false, None);
-        assembly::membrane_forces(triangles, frames, &[], 0.0, &mut self.forces);
+        assembly::membrane_forces(triangles, frames, |_| DVec3::ZERO, 0.0, &mut self.forces);
         assembly::gather(topology, &mut self.forces, vertices.len());
         [0, 1, 2].map(|v| self.forces.nodal[v] / vertices.mass[v])
     }

@@ -11,6 +11,7 @@ mod dynamics;
 mod fig2;
 mod free_triangle;
 mod hole;
+mod integrator;
 mod modes;
 mod motion;
 mod patch;
@@ -141,7 +142,8 @@ pub const CASES: &[Case] = &[
     mechanics("dynamics", "natural frequencies, decay of a mode, order in time", dynamics::run),
     mechanics("membrane", "vibration and deflection out of the plane", drum::run),
     mechanics("motion", "rigid motion, resultants, energy balance, spin", motion::run),
-    mechanics("stability", "the default step damps noise on a taut sheet", stability::run),
+    mechanics("integrator", "order in time of TR-BDF2 and of backward Euler", integrator::run),
+    mechanics("stability", "steps of any length damp noise on a taut sheet", stability::run),
     tear("tear-fibre", "the notched square tears along its fibres", tear::fibre::run),
     tear("tear-mesh", "path and load of a tear on four kinds of mesh", tear::mesh::run),
     tear("tear-mesh-stable", "the same in equilibria, over the whole tear", tear::mesh::stable),

@@ -161,6 +161,8 @@ fn spin(rows: &mut Rows) -> Result<(), VerifyError> {
             }
             rows.note(format!("sheet spinning {what}, dt {dt} ms: kept by one exact solve"), exact, "1");
             rows.note(format!("sheet spinning {what}, dt {dt} ms: kept by the converged step"), converged, "1");
+            let accurate = kept(Settings { threads: 1, ..Settings::accurate() }, axis, dt)?;
+            rows.note(format!("sheet spinning {what}, dt {dt} ms: kept by the accurate step"), accurate, "1");
         }
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! The co-rotational membrane element: force, rotated tangent and exact tangent of the energy ½·A·h·(U−I):C:(U−I).
+//! The co-rotational membrane element: force, rotated, exact and projected tangent of the energy ½·A·h·(U−I):C:(U−I).
 //!
 //! Everything in-plane is written in the triangle's own axes (fibre, transverse). A 2×2 matrix there is `[m11, m12, m21, m22]`.
 //! J = [[0, −1], [1, 0]]. For a change dF of the deformation gradient, a = RᵀdF gives the spin ω = (a₂₁ − a₁₂)/tr U and the
@@ -116,6 +116,37 @@ pub fn shear_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic) -> f64 {
     (geometric - 0.5 * own).max(0.0)
 }
 
+/// The functional ℓ \[MPa\] of the geometric part of the Hessian in the plane, ½·(ω⊗ℓ + ℓ⊗ω), for a gradient change a: the
+/// stress turns with the frame, and κ changes with the stretch. Without a spin there is none of it.
+#[inline]
+fn turning(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
+    let (t, u) = (stress, stretch);
+    let spin = spin_stress(t, u, inverse_trace);
+    let half = 0.5 * (t.yy - t.xx);
+    let own = -(half * (u.yy - u.xx) + 2.0 * t.xy * u.xy) * inverse_trace;
+    [2.0 * (spin - t.xy), -t.yy - half - own, t.xx - half + own, 2.0 * (spin + t.xy)]
+}
+
+/// Stiffness p \[MPa\] against spin that makes the Hessian of the energy positive semidefinite in the plane, p·ω² at the least.
+///
+/// With the stretch rate dU and the spin ω as unknowns the Hessian is dU:C:dU + ω·(l:dU) + k·ω². C is positive definite, so that
+/// only one direction can be negative, and it is where the Schur complement k − ¼·l:C⁻¹:l is: p is what that lacks. Where
+/// nothing lacks the Hessian stays as it is. Clamping the negative eigenvalue instead takes an iteration for four axes, and
+/// stiffens strains where this stiffens the turn alone.
+#[inline]
+pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic) -> f64 {
+    let inverse = inverse_trace(stretch);
+    let l = turning(stress, stretch, inverse);
+    // The gradient change of a unit of spin that strains nothing.
+    let (skew, half) = (0.5 * (stretch.xx - stretch.yy), 0.5 / inverse);
+    let turn = [-stretch.xy, skew - half, skew + half, stretch.xy];
+    let own: f64 = l.iter().zip(turn).map(|(l, turn)| l * turn).sum();
+    let (xx, yy, shear) = (l[0], l[3], l[1] + l[2]);
+    let direct =
+        (law.q22 * xx * xx - 2.0 * law.q12 * xx * yy + law.q11 * yy * yy) / (law.q11 * law.q22 - law.q12 * law.q12);
+    (0.25 * (direct + shear * shear / (4.0 * law.q66)) - own).max(0.0)
+}
+
 /// Spin ω and stretch rate dU for a gradient change `a` = RᵀdF.
 #[inline]
 fn rates(a: Mat, stretch: Sym2, inverse_trace: f64) -> (f64, Sym2) {
@@ -147,15 +178,17 @@ pub struct ElementTangent<'a> {
     pub rest: &'a RestTriangle,
     /// Elastic constants.
     pub stiffness: &'a Orthotropic,
-    /// Out-of-plane stiffness \[MPa\]: S⁺ for the rotated tangent, S for the exact one.
+    /// Out-of-plane stiffness \[MPa\]: S for the exact tangent, S⁺ for the others.
     pub normal: Sym2,
-    /// What [`shear_majorant`] gives \[MPa\] for the rotated tangent; the exact one does not use it.
-    pub shear: f64,
+    /// In-plane stiffness \[MPa\]: what [`shear_majorant`] gives for the rotated tangent, what [`spin_majorant`] gives for the
+    /// projected one, zero for the exact one.
+    pub in_plane: f64,
     /// A·h times the factor of the elastic part (1, or 1 + β/dt with strain-rate damping β) \[mm³\].
     pub elastic: f64,
     /// A·h times the factor of the geometric part \[mm³\].
     pub geometric: f64,
-    /// Whether this is the Hessian of the energy; else the rotated constant stiffness, always positive semidefinite.
+    /// Whether this is the Hessian of the energy, or that made positive semidefinite by `in_plane` and S⁺; else the rotated
+    /// constant stiffness, always positive semidefinite.
     pub is_exact: bool,
 }
 
@@ -166,7 +199,7 @@ impl ElementTangent<'_> {
         let polar = &self.state.polar;
         let (d1, d2) = gradient(u, self.rest);
         let n = polar.fibre_axis.cross(polar.transverse_axis);
-        let pi = self.in_plane(in_frame(polar, d1, d2));
+        let pi = self.first_piola_rate(in_frame(polar, d1, d2));
         let normal = self.normal.apply(DVec2::new(n.dot(d1), n.dot(d2))) * self.geometric;
         spread(polar, pi, normal, self.rest, -1.0)
     }
@@ -180,9 +213,20 @@ impl ElementTangent<'_> {
         [u.xy * inverse, (u.xx - u.yy) * inverse]
     }
 
+    /// How the Hessian turns: the spin is inverse·(a₂₁ − a₁₂), and ½·(ω⊗ℓ + ℓ⊗ω) its geometric part in the plane, what makes it
+    /// semidefinite included. The inverse of tr U and ℓ \[MPa\].
+    #[inline]
+    pub fn turning(&self) -> (f64, [f64; 4]) {
+        let u = self.state.polar.stretch;
+        let inverse = inverse_trace(u);
+        let [l11, l12, l21, l22] = turning(self.state.stress, u, inverse);
+        let more = self.in_plane * inverse;
+        (inverse, [l11, l12 - more, l21 + more, l22])
+    }
+
     /// V·dΠ for the in-plane gradient change `a`, in the co-rotated frame.
     #[inline]
-    fn in_plane(&self, a: Mat) -> Mat {
+    fn first_piola_rate(&self, a: Mat) -> Mat {
         if self.is_exact { self.exact(a) } else { self.rotated(a) }
     }
 
@@ -192,7 +236,7 @@ impl ElementTangent<'_> {
         let inverse = inverse_trace(u);
         let (_, du) = rates(a, u, inverse);
         let dt = self.stiffness.stress(du) * self.elastic;
-        let c = self.shear * self.geometric;
+        let c = self.in_plane * self.geometric;
         let deviator = c * (du.xx - du.yy);
         first_piola(dt + Sym2::new(deviator, -deviator, 2.0 * c * du.xy), u, inverse)
     }
@@ -200,21 +244,14 @@ impl ElementTangent<'_> {
     /// Out of line, so that the loop over the rotated tangent stays one straight piece of code.
     #[inline(never)]
     fn exact(&self, a: Mat) -> Mat {
-        let (u, t) = (self.state.polar.stretch, self.state.stress);
-        let inverse = inverse_trace(u);
+        let u = self.state.polar.stretch;
+        let (inverse, l) = self.turning();
         let (spin, du) = rates(a, u, inverse);
         let dpi = first_piola(self.stiffness.stress(du) * self.elastic, u, inverse);
-        // d(κ/tr U) at fixed T, and the turning of Π with the frame: ω·J·Π.
-        let dkappa = (t.yy - t.xx) * du.xy + t.xy * (du.xx - du.yy);
-        let skew = (dkappa - spin_stress(t, u, inverse) * du.trace()) * inverse;
-        let pi = first_piola(t, u, inverse);
-        let g = self.geometric;
-        [
-            dpi[0] - g * spin * pi[2],
-            dpi[1] + g * (skew - spin * pi[3]),
-            dpi[2] + g * (spin * pi[0] - skew),
-            dpi[3] + g * spin * pi[1],
-        ]
+        let half = 0.5 * self.geometric;
+        let turned = half * spin;
+        let along = half * inverse * (l[0] * a[0] + l[1] * a[1] + l[2] * a[2] + l[3] * a[3]);
+        [dpi[0] + turned * l[0], dpi[1] + turned * l[1] - along, dpi[2] + turned * l[2] + along, dpi[3] + turned * l[3]]
     }
 
     /// The blocks K₁₁, K₁₂, K₂₂ \[N/mm\] of the stiffness.
@@ -224,7 +261,7 @@ impl ElementTangent<'_> {
         let axes = DMat3::from_cols(r1, r2, r1.cross(r2));
         // Columns of V·∂Π/∂a.
         let unit = |k: usize| std::array::from_fn(|i| f64::from(u8::from(i == k)));
-        let law: [Mat; 4] = std::array::from_fn(|k| self.in_plane(unit(k)));
+        let law: [Mat; 4] = std::array::from_fn(|k| self.first_piola_rate(unit(k)));
         let [g1, g2] = self.rest.gradients.map(|g| g.to_array());
         let block = |gi: [f64; 2], gj: [f64; 2]| {
             let mut local = DMat3::ZERO;
@@ -244,8 +281,8 @@ impl ElementTangent<'_> {
     pub fn diagonal_block(&self, i: usize) -> DMat3 {
         let polar = &self.state.polar;
         let g = self.rest.all_gradients()[i];
-        let k1 = self.in_plane([g.x, g.y, 0.0, 0.0]);
-        let k2 = self.in_plane([0.0, 0.0, g.x, g.y]);
+        let k1 = self.first_piola_rate([g.x, g.y, 0.0, 0.0]);
+        let k2 = self.first_piola_rate([0.0, 0.0, g.x, g.y]);
         let (k11, k21) = (k1[0] * g.x + k1[1] * g.y, k1[2] * g.x + k1[3] * g.y);
         let (k12, k22) = (k2[0] * g.x + k2[1] * g.y, k2[2] * g.x + k2[3] * g.y);
         let off = 0.5 * (k12 + k21);

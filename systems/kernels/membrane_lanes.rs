@@ -202,7 +202,7 @@ impl Kernel<GeometricStiffness> for Geometric<'_> {
             let shear = (geometric - half * own).max(zero).to_array();
             if self.is_planar {
                 for (lane, out) in out.iter_mut().enumerate() {
-                    *out = GeometricStiffness { normal: Sym2::ZERO, shear: shear[lane] };
+                    *out = GeometricStiffness { normal: Sym2::ZERO, in_plane: shear[lane] };
                 }
                 continue;
             }
@@ -228,7 +228,7 @@ impl Kernel<GeometricStiffness> for Geometric<'_> {
                 } else {
                     Sym2::new(part[0][lane], part[1][lane], part[2][lane])
                 };
-                *out = GeometricStiffness { normal, shear: shear[lane] };
+                *out = GeometricStiffness { normal, in_plane: shear[lane] };
             }
         }
     }

@@ -1,9 +1,10 @@
-//! Eight triangles side by side in single precision: the rotated tangent as a symmetric 6×6 matrix, and its product.
+//! Eight triangles side by side in single precision: the tangent as a symmetric 6×6 matrix, and its product.
 //!
 //! A tangent that no translation strains is a matrix on the two differences u₁ − u₀ and u₂ − u₀ alone, in global axes:
 //! K = Σ bₖ·Ĉₖₗ·bₗᵀ + (n ⊗ n)·(gᵢ·N·gⱼ). With q = U₁₂/tr U and s = (U₁₁ − U₂₂)/tr U a corner with the shape gradient
 //! (g₁, g₂) that moves by (w₁, w₂) in the triangle's own axes gives the strain rates ε₁₁: (g₁ − q·g₂, q·g₁),
 //! ε₂₂: (q·g₂, g₂ − q·g₁), γ: ((1+s)·g₂, (1−s)·g₁), whose transpose is the first Piola–Kirchhoff stress of [`super::membrane`].
+//! An exact tangent has ½·(ω⊗ℓ + ℓ⊗ω) beside it, with the spin ω: (−g₂, g₁)/tr U.
 //!
 //! Layout: eight numbers per entry, a lane per triangle: 84 bytes a triangle.
 
@@ -32,16 +33,24 @@ pub struct Pack {
 pub type Places = [[u16; LANES]; 3];
 
 impl Pack {
-    /// The matrices of up to eight triangles; a lane without one stays empty.
+    /// The matrices of up to eight triangles, all of them of one kind of tangent; a lane without one stays empty.
     #[inline(always)]
-    pub fn new<'a, L: Lanes>(lanes: L, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
+    pub fn new<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
         let mut f = [[0.0_f32; LANES]; 21];
+        let mut turning = [[0.0_f32; LANES]; 5];
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
+            if is_exact {
+                let (inverse, l) = e.turning();
+                for (row, value) in turning.iter_mut().zip(l.map(|l| 0.5 * l * e.geometric).iter().chain([&inverse])) {
+                    row[lane] = *value as f32;
+                }
+            }
             let (polar, rest) = (&e.state.polar, e.rest);
             let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
             let [q, s] = e.skew();
-            let shear = e.shear * e.geometric;
+            // In an exact tangent this resists spin, and is part of ℓ.
+            let shear = if is_exact { 0.0 } else { e.in_plane * e.geometric };
             let [g1, g2] = rest.gradients;
             let values = [
                 [r1.x, r1.y, r1.z, r2.x, r2.y, r2.z, q],
@@ -69,6 +78,7 @@ impl Pack {
             b: [strain_rates(f[8], f[9], f[6], f[7], one), strain_rates(f[10], f[11], f[6], f[7], one)],
             law: [f[14], f[15], f[16], f[17]],
             normal: [f[18], f[19], f[20]],
+            turning: is_exact.then(|| singles(lanes, &turning)),
         };
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = element.block(0, 0);
         let k11 = [xx, xy, xz, yy, yz, zz];
@@ -182,6 +192,8 @@ struct Element<L: Lanes> {
     law: [Singles<L>; 4],
     /// Out-of-plane stiffness 11, 22, 12.
     normal: [Singles<L>; 3],
+    /// ½·ℓ and 1/tr U of an exact tangent.
+    turning: Option<[Singles<L>; 5]>,
 }
 
 impl<L: Lanes> Element<L> {
@@ -195,7 +207,17 @@ impl<L: Lanes> Element<L> {
         let t0 = [c11 * bj[0][0] + c12 * bj[0][1], c12 * bj[0][0] + c22 * bj[0][1], c66 * bj[0][2]];
         let t1 = [c11 * bj[1][0] + c12 * bj[1][1], c12 * bj[1][0] + c22 * bj[1][1], c66 * bj[1][2]];
         // In the triangle's axes; then the two halves of the turn into global ones.
-        let a = [[dot(bi[0], t0), dot(bi[0], t1)], [dot(bi[1], t0), dot(bi[1], t1)]];
+        let mut a = [[dot(bi[0], t0), dot(bi[0], t1)], [dot(bi[1], t0), dot(bi[1], t1)]];
+        if let Some([l11, l12, l21, l22, inverse]) = self.turning {
+            // The spin of a corner is that along the second axis less that along the first.
+            let spins = |g: [Singles<L>; 2]| [g[1] * inverse, g[0] * inverse];
+            let along = |g: [Singles<L>; 2]| [l11 * g[0] + l12 * g[1], l21 * g[0] + l22 * g[1]];
+            let (wi, wj, li, lj) = (spins(gi), spins(gj), along(gi), along(gj));
+            a[0][0] = a[0][0] - (wi[0] * lj[0] + li[0] * wj[0]);
+            a[0][1] = a[0][1] + (li[0] * wj[1] - wi[0] * lj[1]);
+            a[1][0] = a[1][0] + (wi[1] * lj[0] - li[1] * wj[0]);
+            a[1][1] = a[1][1] + (wi[1] * lj[1] + li[1] * wj[1]);
+        }
         let nn = gi[0] * (n11 * gj[0] + n12 * gj[1]) + gi[1] * (n12 * gj[0] + n22 * gj[1]);
         let mut block = [[[Vec4::ZERO; 2]; 3]; 3];
         for y in 0..3 {
@@ -229,11 +251,11 @@ mod tests {
         rest: RestTriangle,
         law: Orthotropic,
         normal: Sym2,
-        shear: f64,
+        in_plane: f64,
     }
 
     impl Triangle {
-        /// Any orientation, stretch, fibre and tension.
+        /// Any orientation, stretch, fibre and tension; the stiffness against spin is that of a projected tangent.
         fn new(mut next: impl FnMut() -> f64) -> Self {
             let mut vector = || DVec3::new(next(), next(), next());
             let (a, b, fibre) = (vector() + DVec3::X * 2.0, vector() + DVec3::Y * 2.0, vector());
@@ -249,30 +271,31 @@ mod tests {
                 rest,
                 law,
                 normal: stress.positive_part(),
-                shear: next().abs(),
+                in_plane: next().abs(),
             }
         }
 
-        fn tangent(&self) -> ElementTangent<'_> {
+        fn tangent(&self, is_exact: bool) -> ElementTangent<'_> {
             ElementTangent {
                 state: &self.state,
                 rest: &self.rest,
                 stiffness: &self.law,
                 normal: self.normal,
-                shear: self.shear,
+                in_plane: self.in_plane,
                 elastic: 0.3,
                 geometric: 0.2,
-                is_exact: false,
+                is_exact,
             }
         }
     }
 
     #[test]
-    fn a_pack_is_the_rotated_tangent_but_for_rounding() {
+    fn a_pack_is_the_tangent_but_for_rounding() {
         let mut next = numbers();
-        for _ in 0..100 {
+        for i in 0..200 {
+            let is_exact = i % 2 == 1;
             let triangles: Vec<Triangle> = (0..3).map(|_| Triangle::new(&mut next)).collect();
-            let pack = Pack::new(Portable, |lane| triangles.get(lane).map(Triangle::tangent));
+            let pack = Pack::new(Portable, is_exact, |lane| triangles.get(lane).map(|t| t.tangent(is_exact)));
             let u: Vec<Vec4> = (0..9).map(|_| Vec4::new(next() as f32, next() as f32, next() as f32, 0.0)).collect();
             // The empty lanes share its vertices with the first: they must add nothing.
             let places = [[0, 3, 6, 0, 0, 0, 0, 0], [1, 4, 7, 1, 1, 1, 1, 1], [2, 5, 8, 2, 2, 2, 2, 2]];
@@ -280,7 +303,7 @@ mod tests {
             pack.apply(Portable, &places, &u, &mut out);
             let (corners, edges) = pack.blocks(0);
             for (t, triangle) in triangles.iter().enumerate() {
-                let tangent = triangle.tangent();
+                let tangent = triangle.tangent(is_exact);
                 let u = [0, 1, 2].map(|c| u[3 * t + c].truncate().as_dvec3());
                 // Every entry is at most the trace, and is a sum of some thirty products, each rounded to half of 1.2e-7.
                 let size = (0..3).map(|c| tangent.diagonal_block(c)).map(|k| k.x_axis.x + k.y_axis.y + k.z_axis.z);

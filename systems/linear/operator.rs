@@ -5,6 +5,7 @@
 
 use crate::components::{ExternalStiffness, Frames};
 use crate::math::ElementState;
+use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::membrane::ElementTangent;
 use crate::systems::parallel;
@@ -27,8 +28,8 @@ pub struct Operator<'a> {
     pub inertia: f64,
     /// β/dt of strain-rate damping.
     pub viscosity: f64,
-    /// Hessian of the energy instead of the rotated tangent.
-    pub is_exact: bool,
+    /// Which derivative of the membrane's forces it is; `frames` holds the geometric stiffness that goes with it.
+    pub tangent: Tangent,
 }
 
 impl Operator<'_> {
@@ -42,10 +43,10 @@ impl Operator<'_> {
             rest: &self.triangles.rest[t],
             stiffness: &self.triangles.stiffness[t],
             normal: self.frames.geometric[t].normal,
-            shear: self.frames.geometric[t].shear,
+            in_plane: self.frames.geometric[t].in_plane,
             elastic: volume * (1.0 + self.viscosity),
             geometric: volume,
-            is_exact: self.is_exact,
+            is_exact: self.tangent != Tangent::Rotated,
         }
     }
 

@@ -4,7 +4,7 @@
 use super::factor::{Factor, NoFactor};
 use super::{CgError, CgInfo, Inner, InnerSolver, Operator, With, block_jacobi, cg};
 use crate::components::SolverScratch;
-use crate::settings::LinearParams;
+use crate::settings::{LinearParams, Tangent};
 use glam::DVec3;
 use std::time::Instant;
 
@@ -30,7 +30,7 @@ pub enum Use {
 pub struct Means<'a> {
     /// A Cholesky factor, where there can be one.
     pub factor: Option<(&'a mut Factor, Use)>,
-    /// Iterations in single precision, for the rotated tangent; and what they work with where there is no factor.
+    /// Iterations in single precision, for tangents that are never indefinite; and what they work with where there is no factor.
     pub inner: Option<(&'a mut InnerSolver, Inner)>,
 }
 
@@ -72,7 +72,7 @@ pub fn solve(
     {
         let most = factor.most();
         let result = match &mut means.inner {
-            Some((inner, _)) if !operator.is_exact => {
+            Some((inner, _)) if operator.tangent != Tangent::Exact => {
                 inner.solve(operator, params, With::Factor(factor, most), corner, x, scratch)
             }
             _ => {
@@ -124,7 +124,7 @@ fn solve_without_factor(
 ) -> Result<CgInfo, CgError> {
     let mut done = 0;
     if let Some((inner, kind)) = &mut means.inner
-        && !operator.is_exact
+        && operator.tangent != Tangent::Exact
     {
         let (info, is_solved) = inner.solve(operator, params, With::Own(*kind), corner, x, scratch)?;
         if is_solved {

@@ -65,14 +65,36 @@ pub enum Mode {
 }
 
 /// Which derivative of the forces a dynamic step uses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TangentSpec {
     /// Always positive semidefinite, keeps angular momentum.
-    #[default]
     Rotated,
     /// The Hessian of the energy.
     Exact,
+    /// The same made positive semidefinite; the first solve of a step takes the rotated one.
+    Projected,
+}
+
+/// The formula of a dynamic step in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IntegratorSpec {
+    /// First order, one solve per step.
+    BackwardEuler,
+    /// Second order, two solves per step.
+    TrBdf2,
+}
+
+/// What the settings are where the scene does not say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Accuracy {
+    /// One linear solve by backward Euler: for interaction.
+    #[default]
+    Fast,
+    /// [`Settings::accurate`](crate::settings::Settings::accurate): for references.
+    Accurate,
 }
 
 /// What makes the iterations of linear solves few.
@@ -117,27 +139,30 @@ pub struct RunSpec {
     /// End early as soon as a tear has begun and no tip is left: the sheet is torn through. Default false.
     #[serde(default)]
     pub until_torn: bool,
-    /// Newton iterations per dynamic step, at most 1000; 1 (default) is linearly implicit.
-    #[serde(default = "one")]
-    pub newton_iterations: u32,
+    /// `"fast"` (default) or `"accurate"`: what dynamic steps do where no other key says it. Accurate is `integrator = "tr_bdf2"`,
+    /// `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`, `stress_tolerance = inf`: some ten times the time per
+    /// step; for references, waves and spins.
+    #[serde(default)]
+    pub accuracy: Accuracy,
+    /// `"backward_euler"` (default) or `"tr_bdf2"`: the formula of a dynamic step in time, of first or second order. Without
+    /// `energy` in `[output]`.
+    pub integrator: Option<IntegratorSpec>,
+    /// Newton iterations per dynamic step or stage of it, at most 1000; 1 (default) is linearly implicit.
+    pub newton_iterations: Option<u32>,
     /// Newton stops in a dynamic step at this fraction of the largest corner force. Default 1e-9.
-    #[serde(default = "newton_tolerance")]
-    pub newton_tolerance: f64,
+    pub newton_tolerance: Option<f64>,
     /// Relative residual at which the linear solve of a dynamic step may stop. Default 0.1.
-    #[serde(default = "linear_tolerance")]
-    pub linear_tolerance: f64,
+    pub linear_tolerance: Option<f64>,
     /// Estimated error of the stress, relative to the stress in the body as a whole, at which the linear solve of a dynamic step
     /// stops, where its residual has reached `linear_tolerance` too. Default 1e-3; `inf` lets the residual decide alone.
-    #[serde(default = "stress_tolerance")]
-    pub stress_tolerance: f64,
+    pub stress_tolerance: Option<f64>,
     /// Time \[ms\] after which a linear solve stops however far it has come; the run is then not the same every time. Default none.
     pub solve_milliseconds: Option<f64>,
     /// Iterations of a linear solve at the most, 1 to 10⁶. Default 2000.
     #[serde(default = "linear_iterations")]
     pub linear_iterations: u32,
-    /// `"rotated"` (default) or `"exact"`.
-    #[serde(default)]
-    pub tangent: TangentSpec,
+    /// `"rotated"` (default), `"exact"` or `"projected"`.
+    pub tangent: Option<TangentSpec>,
     /// `"auto"` (default), `"block_jacobi"`, `"incomplete_cholesky"` or `"cholesky"`: the same answer within the tolerance, at
     /// other costs.
     #[serde(default)]
@@ -230,20 +255,8 @@ pub struct EllipsoidSpec {
     pub half_axes: Point,
 }
 
-fn one() -> u32 {
-    1
-}
-
 fn newton_tolerance() -> f64 {
     1e-9
-}
-
-fn stress_tolerance() -> f64 {
-    LinearParams::default().stress_tolerance
-}
-
-fn linear_tolerance() -> f64 {
-    LinearParams::default().tolerance
 }
 
 fn linear_iterations() -> u32 {

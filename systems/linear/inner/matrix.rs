@@ -2,6 +2,7 @@
 
 use super::empty;
 use super::partition::{EMPTY, Partition};
+use crate::settings::Tangent;
 use crate::systems::kernels::block::Block;
 use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::pack::{LANES, Pack};
@@ -96,7 +97,7 @@ impl Kernel<Pack> for Assembly<'_> {
         for (pack, triangles) in packs.iter_mut().zip(&self.partition.triangle[first..]) {
             let element =
                 |lane: usize| (triangles[lane] != EMPTY).then(|| self.operator.element(triangles[lane] as usize));
-            *pack = Pack::new(lanes, element);
+            *pack = Pack::new(lanes, self.operator.tangent != Tangent::Rotated, element);
         }
     }
 }

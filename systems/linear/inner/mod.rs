@@ -93,7 +93,7 @@ pub struct InnerSolver {
 }
 
 impl InnerSolver {
-    /// Solves A·x = b for the rotated tangent, from the guess `x`, whose prescribed axes stay; `scratch` as in the solve in
+    /// Solves A·x = b for a tangent that is never indefinite, from the guess `x`, whose prescribed axes stay; `scratch` as in the solve in
     /// double precision. The second answer is whether the tolerance or the limit of iterations was reached. Where single
     /// precision has come to nothing instead, `x` is as far as it has come, and `scratch.residual` holds b again.
     ///
