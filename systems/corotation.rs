@@ -21,7 +21,7 @@ pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
         evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
         // Nothing is solved for at the start of a step of two stages.
         if step.formula != Formula::Start {
-            geometric_stiffness(frames, triangles, planar.is_some(), step.tangent_of(scratch));
+            geometric_stiffness(frames, triangles, planar.is_some(), step.tangent_of(scratch), step.reserve());
         }
     }
     count
@@ -41,12 +41,12 @@ pub fn evaluate(
     parallel::for_chunks(&mut frames.state, &States { corners, position, rest, stiffness, is_planar, unstretched });
 }
 
-fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, is_planar: bool, tangent: Tangent) {
+fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, is_planar: bool, tangent: Tangent, reserve: f64) {
     let Frames { state, geometric } = frames;
     geometric.resize(state.len(), GeometricStiffness::default());
     let stiffness = &triangles.stiffness;
     if tangent == Tangent::Rotated {
-        return parallel::for_chunks(geometric, &Geometric { state, stiffness, is_planar });
+        return parallel::for_chunks(geometric, &Geometric { state, stiffness, is_planar, reserve });
     }
     parallel::for_rows(geometric, |t, geometric| {
         let ElementState { polar, stress } = state[t];

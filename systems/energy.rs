@@ -252,7 +252,7 @@ impl Carried<'_> {
         if !is_exact {
             // The frames may hold what goes with another tangent, which was indefinite; what goes with this one stays.
             normal = normal.positive_part();
-            in_plane = shear_majorant(state.stress, state.polar.stretch, stiffness);
+            in_plane = shear_majorant(state.stress, state.polar.stretch, stiffness, StepContext::RESERVE_OF_EULER);
         }
         let tangent =
             ElementTangent { state, rest, stiffness, normal, in_plane, elastic: volume, geometric: volume, is_exact };

@@ -89,7 +89,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             inner: inner_kind(step).map(|kind| (inner, kind)),
         };
         let mut rotated = None;
-        match solve_or_fall_back(operator, &params, means, forces, increment, scratch, &mut rotated) {
+        match solve_or_fall_back(operator, step, &params, means, forces, increment, scratch, &mut rotated) {
             Ok(info) => {
                 scratch.iterations += info.iterations;
                 scratch.linear_residual = info.relative_residual;
@@ -165,9 +165,10 @@ fn has_converged(increment: &Increment, scratch: &SolverScratch, step: &StepCont
     if step.newton_iterations == 1 || scratch.imbalance > least {
         return false;
     }
-    // Prescribed motion still to be made, or a dynamic step that has not been solved at all.
+    // Prescribed motion still to be made; and a dynamic step that has not been solved at all has not moved the body, which
+    // would rest in place with its velocity, however small that is.
     let is_moved = |(d, f): (&DVec3, &DVec3)| *d * (DVec3::ONE - *f) != DVec3::ZERO;
-    scratch.newton_iterations > 0 || !increment.delta.iter().zip(&scratch.free).any(is_moved)
+    scratch.newton_iterations > 0 || step.is_static && !increment.delta.iter().zip(&scratch.free).any(is_moved)
 }
 
 /// How far a Newton iteration solves its linear system: only so far as the step as a whole can use, and no further than the
@@ -212,6 +213,7 @@ fn inner_kind(step: &StepContext) -> Option<Inner> {
 /// The solve with the step's tangent or, where that is indefinite, with the rotated one, which is then left in `rotated`.
 fn solve_or_fall_back(
     operator: Operator,
+    step: &StepContext,
     params: &LinearParams,
     mut means: Means,
     forces: &mut Forces,
@@ -219,10 +221,12 @@ fn solve_or_fall_back(
     scratch: &mut SolverScratch,
     rotated: &mut Option<Frames>,
 ) -> Result<CgInfo, CgError> {
+    let reserve = step.reserve();
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
         linear::solve(operator, params, &mut means, &mut forces.corner, delta, scratch)
     };
-    if operator.tangent == Tangent::Rotated {
+    // The masses of a dynamic step make what is semidefinite definite.
+    if operator.tangent == Tangent::Rotated || operator.tangent == Tangent::Projected && !step.is_static {
         return solve(&operator, &mut increment.delta, scratch);
     }
     let (rhs, first_guess) = (scratch.residual.clone(), increment.delta.clone());
@@ -238,7 +242,8 @@ fn solve_or_fall_back(
     for (t, state) in operator.frames.state.iter().enumerate() {
         let geometric = &mut frames.geometric[t];
         geometric.normal = geometric.normal.positive_part();
-        geometric.in_plane = shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t]);
+        geometric.in_plane =
+            shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t], reserve);
     }
     solve(&Operator { frames, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
 }

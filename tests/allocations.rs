@@ -46,9 +46,25 @@ fn a_warm_step_allocates_nothing() {
         assert!(count <= if threads == 1 { 0 } else { 1000 / 63 + 2 }, "{threads} threads: {count}");
     }
 
+    accurate_steps_allocate_nothing();
     for energy in [None, Some(EnergyCriterion::new(Toughness { along: 0.01, across: 10.0 }))] {
         a_tear_seldom_allocates(energy);
     }
+}
+
+fn accurate_steps_allocate_nothing() {
+    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let settings = Settings { threads: 1, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::accurate() };
+    let mut run = Square { tearing: strong, ..Square::new([40, 34], 60.0) }.spawn(settings);
+    for _ in 0..4 {
+        run.simulation.step(1.0).unwrap();
+    }
+    let count = allocations(|| {
+        for _ in 0..50 {
+            run.simulation.step(1.0).unwrap();
+        }
+    });
+    assert_eq!(count, 0, "accurate steps");
 }
 
 fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {

@@ -4,10 +4,11 @@ mod common;
 
 use common::{DT, Square, state_bits};
 use glam::DVec3;
-use rhexis::components::{Curve, EnergyAudit, Holds, TearLog, Tearing};
+use rhexis::components::{Curve, EnergyAudit, Holds, Planar, TearLog, Tearing};
 use rhexis::scene::Document;
 use rhexis::settings::{Integrator, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::{Simulation, SimulationError};
+use rhexis::storage::Vertices;
 
 fn tr_bdf2() -> Settings {
     Settings { integrator: Integrator::TrBdf2, ..Settings::default() }
@@ -20,10 +21,9 @@ fn a_square_tears_through_along_the_same_way() {
         run.stretch_to(0.4);
         run.tear_through();
         run.assert_sound();
-        println!("ends at {} after {} ms", run.end(), run.simulation.time());
         run.end()
     });
-    // Nearly in equilibrium at every step: the formula of time says when a tip advances, hardly where to. Half an edge.
+    // Nearly in equilibrium at every step: the formula of time says when a tip advances, hardly where to. Half of an edge.
     assert!(ends[1].distance(ends[0]) < 0.6 && ends[2].distance(ends[0]) < 0.6, "{ends:?}");
 }
 
@@ -49,7 +49,7 @@ fn a_step_that_fails_is_undone_in_both_stages() {
     for settings in [tr_bdf2(), Settings::accurate()] {
         let mut run = Square::new([20, 16], 45.0).spawn(settings);
         run.step();
-        // The grip leaves within the first stage of the second half: the first half is done.
+        // The grip leaves within the second of two halves, which is halved until it is out of the parts that are done.
         let away = Curve::new(vec![(0.0, 0.0), (17.0, 0.05), (17.5, 1e200)]).unwrap();
         for hold in &mut run.simulation.world().get::<&mut Holds>(run.body).unwrap().groups {
             hold.curve = away.clone();
@@ -106,36 +106,40 @@ fn a_scene_says_how_accurate_it_is() {
     assert!(refused.to_string().contains("backward_euler"), "{refused}");
 }
 
-/// A plane square pressed together by 20 % within some steps.
-fn pressed(settings: Settings) -> (u32, bool, f64) {
+/// A square pressed together by 20 % within 20 steps, free to buckle: in how many of them a solve fell back, and whether all went
+/// well.
+fn pressed(settings: Settings) -> (u32, bool) {
     let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
     let mut run = Square { tearing: strong, ..Square::new([20, 16], 30.0) }.spawn(settings);
     for hold in &mut run.simulation.world().get::<&mut Holds>(run.body).unwrap().groups {
         hold.curve = Curve::ramp(20.0, -0.1 * common::SIDE).unwrap();
     }
-    let (mut fell_back, mut imbalance) = (0, 0.0_f64);
-    let mut is_finite = true;
+    run.simulation.world_mut().remove_one::<Planar>(run.body).unwrap();
+    for (v, velocity) in run.simulation.world().get::<&mut Vertices>(run.body).unwrap().velocity.iter_mut().enumerate()
+    {
+        velocity.z = 1e-2 * (12.9898 * v as f64).sin();
+    }
+    let (mut fell_back, mut is_well) = (0, true);
     for _ in 0..20 {
         let report = run.simulation.step(1.0).unwrap();
         fell_back += u32::from(report.bodies[0].fell_back);
-        imbalance = imbalance.max(report.bodies[0].imbalance);
-        is_finite &= report.rolled_back == 0;
+        is_well &= report.rolled_back == 0;
     }
-    is_finite &= run.vertices().position.iter().all(|x| x.is_finite());
-    (fell_back, is_finite, imbalance)
+    is_well &= run.vertices().position.iter().all(|x| x.is_finite());
+    (fell_back, is_well)
 }
 
 #[test]
 fn the_projected_tangent_never_falls_back_under_compression() {
     for precision in [Precision::Mixed, Precision::Double] {
         for preconditioner in [Preconditioner::Auto, Preconditioner::IncompleteCholesky, Preconditioner::Cholesky] {
-            let converged = Settings { newton_iterations: 10, precision, preconditioner, ..Settings::default() };
-            let exact = pressed(Settings { tangent: Tangent::Exact, ..converged });
-            let projected = pressed(Settings { tangent: Tangent::Projected, ..converged });
+            let twice = Settings { newton_iterations: 2, precision, preconditioner, ..Settings::default() };
+            let exact = pressed(Settings { tangent: Tangent::Exact, ..twice });
+            let projected = pressed(Settings { tangent: Tangent::Projected, ..twice });
             println!("{precision:?} {preconditioner:?}: exact {exact:?}, projected {projected:?}");
             assert!(projected.0 == 0 && projected.1, "{projected:?}");
             // Else this shows nothing.
-            assert!(exact.0 > 10, "{exact:?}");
+            assert!(exact.0 > 15, "{exact:?}");
         }
     }
 }

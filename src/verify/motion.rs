@@ -162,7 +162,12 @@ fn spin(rows: &mut Rows) -> Result<(), VerifyError> {
             rows.note(format!("sheet spinning {what}, dt {dt} ms: kept by one exact solve"), exact, "1");
             rows.note(format!("sheet spinning {what}, dt {dt} ms: kept by the converged step"), converged, "1");
             let accurate = kept(Settings { threads: 1, ..Settings::accurate() }, axis, dt)?;
-            rows.note(format!("sheet spinning {what}, dt {dt} ms: kept by the accurate step"), accurate, "1");
+            // Converged TR-BDF2 loses 0.002, backward Euler 0.083 however well it converges; in between is what two solves leave.
+            rows.ratio(
+                format!("sheet spinning {what}, dt {dt} ms: lost by the accurate step"),
+                (1.0 - accurate).abs(),
+                0.03,
+            );
         }
     }
     Ok(())

@@ -102,18 +102,18 @@ pub fn second_piola(stress: Sym2, stretch: Sym2) -> Sym2 {
 /// A shear wave that travels along the larger principal stress T₁ is stiffened by T₁ + (T₁ − T₂)·λ₂/t, over t = λ₁ + λ₂
 /// (exact tangent, U and T coaxial). Left out, a linearly implicit step makes that part of the force explicit, and the wave
 /// grows where it exceeds the elastic shear stiffness: from a fibre tension of 4/3·G on. The deviator of dU resists such a
-/// wave in any direction and no rotation, so the tangent stays semidefinite and exerts no torque. Half of the tissue's own
-/// least shear stiffness is taken off, because an implicit step is stable down to half of the true stiffness; small
+/// wave in any direction and no rotation, so the tangent stays semidefinite and exerts no torque. `reserve` times
+/// the tissue's own least shear stiffness is added: −0.5 where a step is stable down to half of the true stiffness; small
 /// tensions then add nothing.
 #[inline]
-pub fn shear_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic) -> f64 {
+pub fn shear_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, reserve: f64) -> f64 {
     let (t1, t2) = stress.principal_values();
     let trace = stretch.trace();
     // A collapsed triangle has no meaningful geometric stiffness: the bound keeps it finite.
     let low = stretch.principal_values().1.max(0.2 * trace).max(f64::MIN_POSITIVE);
     let geometric = (t1 + (t1 - t2) * (low / trace)) * trace / (4.0 * low * low);
     let own = law.q66.min(0.25 * (law.q11 + law.q22) - 0.5 * law.q12);
-    (geometric - 0.5 * own).max(0.0)
+    (geometric + reserve * own).max(0.0)
 }
 
 /// The functional ℓ \[MPa\] of the geometric part of the Hessian in the plane, ½·(ω⊗ℓ + ℓ⊗ω), for a gradient change a: the

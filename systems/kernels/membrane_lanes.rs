@@ -167,6 +167,8 @@ pub struct Geometric<'a> {
     pub stiffness: &'a [Orthotropic],
     /// Whether there is no way out of the plane.
     pub is_planar: bool,
+    /// How much of the tissue's own least shear stiffness there is to be beyond the geometric one.
+    pub reserve: f64,
 }
 
 impl Kernel<GeometricStiffness> for Geometric<'_> {
@@ -175,6 +177,7 @@ impl Kernel<GeometricStiffness> for Geometric<'_> {
         let zero = Doubles::splat(lanes, 0.0);
         let (half, quarter) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 0.25));
         let smallest = Doubles::splat(lanes, f64::MIN_POSITIVE);
+        let reserve = Doubles::splat(lanes, self.reserve);
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
             let first = first + group * DOUBLES;
             let (mut state, mut law) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4]);
@@ -199,7 +202,7 @@ impl Kernel<GeometricStiffness> for Geometric<'_> {
             let shear_law = quarter * (q11 + q22) - half * q12;
             // The smaller of two numbers.
             let own = zero - (zero - q66).max(zero - shear_law);
-            let shear = (geometric - half * own).max(zero).to_array();
+            let shear = (geometric + reserve * own).max(zero).to_array();
             if self.is_planar {
                 for (lane, out) in out.iter_mut().enumerate() {
                     *out = GeometricStiffness { normal: Sym2::ZERO, in_plane: shear[lane] };

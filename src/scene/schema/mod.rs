@@ -57,7 +57,7 @@ pub struct AboutSpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// Backward Euler steps with inertia, damping and drag.
+    /// Steps with inertia, damping and drag.
     #[default]
     Dynamic,
     /// Equilibrium at every step; time only moves the curves.
@@ -140,8 +140,8 @@ pub struct RunSpec {
     #[serde(default)]
     pub until_torn: bool,
     /// `"fast"` (default) or `"accurate"`: what dynamic steps do where no other key says it. Accurate is `integrator = "tr_bdf2"`,
-    /// `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`, `stress_tolerance = inf`: some ten times the time per
-    /// step; for references, waves and spins.
+    /// `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`, `stress_tolerance = inf`: three to
+    /// eight times the time per step; for references, waves and spins.
     #[serde(default)]
     pub accuracy: Accuracy,
     /// `"backward_euler"` (default) or `"tr_bdf2"`: the formula of a dynamic step in time, of first or second order. Without
