@@ -171,8 +171,7 @@ impl StepContext {
     /// shear stiffness covers the others (tuned on `rhexis verify stability`: half of it is just too little at 30 % stretch along
     /// fibres a hundred times as stiff).
     pub fn reserve(&self) -> f64 {
-        let is_one_solve = self.newton_iterations == 1;
-        if self.formula != Formula::BackwardEuler && is_one_solve { 1.0 } else { Self::RESERVE_OF_EULER }
+        if self.formula == Formula::BackwardEuler { Self::RESERVE_OF_EULER } else { 1.0 }
     }
 
     /// [`reserve`](Self::reserve) of backward Euler.
