@@ -3,8 +3,8 @@
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
 use super::{StepContext, parallel};
-use crate::components::{Frames, GeometricStiffness, Planar, PreStretch, SolverScratch};
-use crate::math::{ElementState, Sym2};
+use crate::components::{Frames, Planar, PreStretch, SolverScratch};
+use crate::math::{ElementState, GeometricStiffness, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Triangles, Vertices};
 

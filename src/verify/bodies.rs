@@ -1,7 +1,8 @@
 //! What the cases share: settings, holds, looks into the world.
 
 use super::VerifyError;
-use crate::components::{Curve, Forces, Frames, GeometricStiffness, Hold, Increment, Material, SolverScratch};
+use crate::components::{Curve, Forces, Frames, Hold, Increment, Material, SolverScratch};
+use crate::math::GeometricStiffness;
 use crate::membrane::Membrane;
 use crate::settings::{LinearParams, Settings};
 use crate::simulation::{Simulation, SimulationError};

@@ -105,3 +105,65 @@ impl EnergyError {
         if self.rz > 0.0 { self.rz * ratio } else { 0.0 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Conjugate gradients on the stiffness of a chain of springs held at one end, preconditioned by its diagonal: the energy of
+    /// the error is known in every iteration.
+    #[test]
+    fn the_estimate_stays_near_the_error() {
+        const N: usize = 60;
+        let apply = |x: &[f64; N]| -> [f64; N] {
+            std::array::from_fn(|i| {
+                let (left, right) = (if i > 0 { x[i - 1] } else { 0.0 }, if i + 1 < N { x[i + 1] } else { x[i] });
+                // One soft spring in ten.
+                let stiffness = |i: usize| if i % 10 == 0 { 0.1 } else { 1.0 };
+                stiffness(i) * (x[i] - left) + if i + 1 < N { stiffness(i + 1) * (x[i] - right) } else { 0.0 }
+            })
+        };
+        let dot = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let diagonal: [f64; N] = std::array::from_fn(|i| {
+            let mut unit = [0.0; N];
+            unit[i] = 1.0;
+            apply(&unit)[i]
+        });
+        let answer: [f64; N] = std::array::from_fn(|i| (0.2 * i as f64).sin());
+        let (mut x, mut r) = ([0.0; N], apply(&answer));
+        let precondition = |r: &[f64; N]| -> [f64; N] { std::array::from_fn(|i| r[i] / diagonal[i]) };
+        let mut p = precondition(&r);
+        let mut rz = dot(&r, &p);
+        let mut error = EnergyError::new(rz);
+        let first = rz;
+        for k in 1..=N {
+            let q = apply(&p);
+            let alpha = rz / dot(&p, &q);
+            (0..N).for_each(|i| (x[i], r[i]) = (x[i] + alpha * p[i], r[i] - alpha * q[i]));
+            let z = precondition(&r);
+            let next = dot(&r, &z);
+            (0..N).for_each(|i| p[i] = z[i] + next / rz * p[i]);
+            rz = next;
+            error.advance(alpha, rz);
+            let missing: [f64; N] = std::array::from_fn(|i| answer[i] - x[i]);
+            let true_error = dot(&missing, &apply(&missing));
+            if k < 4 || true_error < 1e-12 * first {
+                continue;
+            }
+            // It speaks of squares: within a factor of ten of the error itself, and hardly ever more than three above.
+            let ratio = (error.squared() / true_error).sqrt();
+            assert!((0.1..5.0).contains(&ratio), "iteration {k}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn next_to_nothing_stored_leaves_the_residual_to_decide() {
+        let params = LinearParams { tolerance: 0.1, stress_tolerance: 1e-3, iterations: 10, time: None };
+        let limits = Limits::new(&params, 4.0, 0.0);
+        assert!(!limits.are_met(0.03, 1e-30) && limits.are_met(3e-8, 1.0));
+        let alone = Limits::new(&LinearParams { stress_tolerance: f64::INFINITY, ..params }, 4.0, 0.0);
+        assert!(alone.are_met(0.03, 1e30) && !alone.is_late());
+        let late = Limits::new(&LinearParams { time: Some(std::time::Duration::ZERO), ..params }, 4.0, 1.0);
+        assert!(late.is_late());
+    }
+}
