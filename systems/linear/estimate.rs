@@ -110,17 +110,23 @@ impl EnergyError {
 mod tests {
     use super::*;
 
-    /// Conjugate gradients on the stiffness of a chain of springs held at one end, preconditioned by its diagonal: the energy of
-    /// the error is known in every iteration.
+    /// Conjugate gradients on the stiffness of a net of springs, held at its rim and preconditioned by its diagonal: the
+    /// energy of the error is known in every iteration.
     #[test]
     fn the_estimate_stays_near_the_error() {
-        const N: usize = 60;
+        const SIDE: usize = 12;
+        const N: usize = SIDE * SIDE;
         let apply = |x: &[f64; N]| -> [f64; N] {
             std::array::from_fn(|i| {
-                let (left, right) = (if i > 0 { x[i - 1] } else { 0.0 }, if i + 1 < N { x[i + 1] } else { x[i] });
-                // One soft spring in ten.
-                let stiffness = |i: usize| if i % 10 == 0 { 0.1 } else { 1.0 };
-                stiffness(i) * (x[i] - left) + if i + 1 < N { stiffness(i + 1) * (x[i] - right) } else { 0.0 }
+                let (row, column) = (i / SIDE, i % SIDE);
+                // Stiffer along the rows, as along fibres, but for one spring in five.
+                let along = |column: usize| if column % 5 == 0 { 1.0 } else { 10.0 };
+                let beside =
+                    |inside: bool, j: usize, stiffness: f64| stiffness * (x[i] - if inside { x[j] } else { 0.0 });
+                beside(column > 0, i.wrapping_sub(1), along(column))
+                    + beside(column + 1 < SIDE, i + 1, along(column + 1))
+                    + beside(row > 0, i.wrapping_sub(SIDE), 1.0)
+                    + beside(row + 1 < SIDE, i + SIDE, 1.0)
             })
         };
         let dot = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -129,7 +135,7 @@ mod tests {
             unit[i] = 1.0;
             apply(&unit)[i]
         });
-        let answer: [f64; N] = std::array::from_fn(|i| (0.2 * i as f64).sin());
+        let answer: [f64; N] = std::array::from_fn(|i| (0.07 * (i * i) as f64).sin());
         let (mut x, mut r) = ([0.0; N], apply(&answer));
         let precondition = |r: &[f64; N]| -> [f64; N] { std::array::from_fn(|i| r[i] / diagonal[i]) };
         let mut p = precondition(&r);
@@ -150,9 +156,9 @@ mod tests {
             if k < 4 || true_error < 1e-12 * first {
                 continue;
             }
-            // It speaks of squares: within a factor of ten of the error itself, and hardly ever more than three above.
+            // A stop is decided on it, not a digit: within a factor of three either way.
             let ratio = (error.squared() / true_error).sqrt();
-            assert!((0.1..5.0).contains(&ratio), "iteration {k}: {ratio}");
+            assert!((0.3..3.0).contains(&ratio), "iteration {k}: {ratio}");
         }
     }
 
