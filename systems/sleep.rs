@@ -24,7 +24,7 @@ const HORIZON: f64 = 1000.0;
 const TRIAL: LinearParams = LinearParams { tolerance: 1e-3, iterations: 1000 };
 
 /// Quiet steps between two trials at the most.
-const LONGEST_WAIT: u32 = 1024;
+const LONGEST_WAIT: u32 = 128;
 
 /// What drives a body from outside.
 type Drive<'a> =
@@ -66,7 +66,8 @@ pub fn wake(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
-/// Lets the bodies fall asleep that would hardly move any more: they are done with the step before it is solved.
+/// Lets the bodies fall asleep that would hardly move any more: they are done with the step before it is solved. Comes before
+/// the drag, which in the step's equations looks like a stiffness and is none.
 pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
     if step.is_static || step.is_resumed {
         return 0;

@@ -3,18 +3,40 @@
 use super::error::{Fault, not_negative, positive};
 use super::region::Surface;
 use super::schema::{
-    BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, TearModeSpec, TearingSpec,
+    BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec,
+    TearingSpec,
 };
 use super::{grasp, mesh_file, shape};
 use crate::components::{
     Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
-    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Springs, TearMode, Tearing, Toughness,
+    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// The most copies of a body.
+const MOST_COPIES: u32 = 10_000;
+
+/// The bodies, every copy by itself under a name of its own, each with its path in the file.
+pub(super) fn bodies(specs: &[BodySpec]) -> Result<Vec<(String, BodySpec)>, Fault> {
+    let mut bodies: Vec<(String, BodySpec)> = Vec::new();
+    for (i, spec) in specs.iter().enumerate() {
+        let key = format!("bodies.{i}");
+        if !(1..=MOST_COPIES).contains(&spec.copies) {
+            let what = format!("{} is no number of copies", spec.copies);
+            return Err(Fault::new(format!("{key}.copies"), what, format!("give 1 to {MOST_COPIES}")));
+        }
+        for copy in 1..=spec.copies {
+            let name = if spec.copies == 1 { spec.name.clone() } else { format!("{}-{copy}", spec.name) };
+            own_name(&name, bodies.iter().map(|(_, other)| other.name.as_str()), &key)?;
+            bodies.push((key.clone(), BodySpec { name, ..spec.clone() }));
+        }
+    }
+    Ok(bodies)
+}
 
 /// A membrane, not yet spawned. `key` is the body's path in the file.
 pub(super) fn membrane(spec: &BodySpec, folder: &Path, key: &str) -> Result<Membrane, Fault> {
@@ -174,6 +196,13 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     if let Some(contact) = &spec.contact {
         membrane =
             membrane.with(Contact { stiffness: positive(at("contact.stiffness"), contact.stiffness, "N/mm³")? });
+    }
+    if let Some(SleepSpec { strain, steps }) = spec.sleep {
+        if steps == 0 {
+            return Err(Fault::new(at("sleep.steps"), "0 steps are none", "give 1 or more"));
+        }
+        let strain = positive(at("sleep.strain"), strain, "")?;
+        membrane = membrane.with(Sleeping { strain, steps, ..Sleeping::default() });
     }
     Ok(membrane)
 }
