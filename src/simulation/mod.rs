@@ -3,6 +3,7 @@
 mod advance;
 mod error;
 mod frame;
+mod reorder;
 mod sleep;
 mod tear;
 
