@@ -33,7 +33,7 @@ type Drive<'a> =
 /// What the solves before sleep take.
 type Body<'a> = (
     (&'a mut Vertices, &'a Triangles, &'a Topology),
-    (&'a Frames, &'a Forces, Option<&'a ExternalStiffness>),
+    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>),
     (&'a mut Increment, &'a mut InnerSolver, &'a mut SolverScratch),
 );
 
@@ -171,7 +171,6 @@ fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
 fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f64 {
     let ((vertices, triangles, topology), (frames, forces, external), (increment, inner, scratch)) = body;
     slumber.first_guess.clone_from(&increment.delta);
-    slumber.corner.resize(triangles.len(), [DVec3::ZERO; 3]);
     slumber.left.clear();
     slumber.left.resize(vertices.len(), 0.0);
     scratch.residual.resize(vertices.len(), DVec3::ZERO);
@@ -186,6 +185,10 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
         viscosity: 0.0,
         is_exact: false,
     };
+    // The corner forces have been gathered; where Newton iterates, they also tell the scale of the forces.
+    let is_scale = step.newton_iterations > 1;
+    let corner = if is_scale { &mut slumber.corner } else { &mut forces.corner };
+    corner.resize(triangles.len(), [DVec3::ZERO; 3]);
     let mut is_told = true;
     for is_momentum in [false, true] {
         for (v, x) in increment.delta.iter_mut().enumerate() {
@@ -195,7 +198,7 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
             scratch.residual[v] = if is_momentum { momentum } else { forces.nodal[v] };
         }
         let mut means = Means { factor: None, inner: Some((inner, Inner::IncompleteCholesky)) };
-        let answer = linear::solve(&operator, &TRIAL, &mut means, &mut slumber.corner, &mut increment.delta, scratch);
+        let answer = linear::solve(&operator, &TRIAL, &mut means, corner, &mut increment.delta, scratch);
         is_told &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);
         slumber.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
     }
