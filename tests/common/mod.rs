@@ -60,6 +60,15 @@ impl Square {
 
     /// The same, free to leave its plane.
     pub fn out_of_plane(&self, curve: Curve) -> Membrane {
+        self.held(&curve).with(self.tearing).with(Damping { time: 0.1 })
+    }
+
+    /// A body that cannot tear, drawn out slowly.
+    pub fn elastic(&self) -> Membrane {
+        self.held(&Curve::ramp(1e4, 1e4 * GRIP_SPEED).unwrap()).planar()
+    }
+
+    fn held(&self, curve: &Curve) -> Membrane {
         let membrane = self.unheld();
         let hold = |name: &str, x: f64, to: f64| {
             let rows = membrane.select(|p| p.x == x).into_iter();
@@ -67,7 +76,7 @@ impl Square {
             Hold { name: name.into(), members, axes: [true; 3], curve: curve.clone() }
         };
         let (left, right) = (hold("left", 0.0, -1.0), hold("right", SIDE, 1.0));
-        membrane.hold(left).hold(right).with(self.tearing).with(Damping { time: 0.1 })
+        membrane.hold(left).hold(right)
     }
 
     /// A body that hangs from its top edge, free to leave its plane.
