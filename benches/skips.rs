@@ -67,8 +67,10 @@ fn criterion_above_the_bound(bencher: Bencher) {
 #[divan::bench]
 fn systems_without_a_body(bencher: Bencher) {
     let (mut simulation, _, step) = stretched(square(LARGE, Curve::constant(0.15)));
-    let idle: Vec<_> = STEP.iter().filter(|system| (system.run)(simulation.world_mut(), &step) == 0).collect();
     let world = simulation.world_mut();
+    // Those of a step that is taken up again would have told the others that the body is done.
+    let of_first_pass = STEP.iter().filter(|system| system.stage != Stage::Resume);
+    let idle: Vec<_> = of_first_pass.filter(|system| (system.run)(world, &step) == 0).collect();
     bencher
         .counter(ItemsCount::new(idle.len()))
         .bench_local(|| idle.iter().map(|system| (system.run)(world, &step)).sum::<usize>());

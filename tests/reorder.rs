@@ -14,12 +14,15 @@ fn settings() -> Settings {
     Settings { threads: 1, ..Settings::default() }
 }
 
+/// Of a held vertex.
+type OffsetAndForce = ([u64; 3], [u64; 3]);
+
 /// Everything of a body under keys, as bits.
 #[derive(Debug, PartialEq)]
 struct Meaning {
     vertices: BTreeMap<VertexKey, Vec<u64>>,
     triangles: BTreeMap<TriangleKey, ([VertexKey; 3], Vec<u64>)>,
-    holds: Vec<BTreeMap<VertexKey, ([u64; 3], [u64; 3])>>,
+    holds: Vec<BTreeMap<VertexKey, OffsetAndForce>>,
     springs: BTreeMap<VertexKey, u64>,
     loaded: Vec<VertexKey>,
     loaded_edges: Vec<[VertexKey; 2]>,

@@ -13,9 +13,11 @@ use glam::DVec3;
 ///
 /// It wakes when anything that acts on it changes: the motion of a hold or of closed forceps, forceps that close or open,
 /// a load, a pressure, an obstacle within its reach, a cut, a static solve, [`Simulation::entity_mut`] on it, and
-/// [`Simulation::world_mut`], which might change anything. [`Simulation::wake`] wakes it in any case.
+/// [`Simulation::world_mut`], which might change anything. [`Simulation::wake`] wakes it in any case; a component changed
+/// through [`Simulation::world`], which is there to be looked at, is not noticed.
 ///
 /// [`Simulation::entity_mut`]: crate::simulation::Simulation::entity_mut
+/// [`Simulation::world`]: crate::simulation::Simulation::world
 /// [`Simulation::world_mut`]: crate::simulation::Simulation::world_mut
 /// [`Simulation::wake`]: crate::simulation::Simulation::wake
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use super::error::{Fault, positive};
 use super::schema::{
     CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, PrecisionSpec, PreconditionerSpec, RunSpec, TangentSpec,
 };
-use super::{Scene, SceneError};
+use super::{Scene, SceneError, copies};
 use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, Tearing, Toughness};
 use crate::report::Report;
 use crate::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
@@ -115,7 +115,7 @@ impl Scene {
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
         let mut bodies = Vec::new();
-        for (key, spec) in &build::bodies(&self.file.bodies)? {
+        for (key, spec) in &copies::bodies(&self.file.bodies)? {
             let membrane = build::membrane(spec, self.document.folder(), key)?;
             let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, key, &error))?;
             if self.file.output.energy {
