@@ -121,6 +121,13 @@ pub struct SolverScratch {
     pub line_search: Option<LineSearch>,
 }
 
+impl SolverScratch {
+    /// How many of a body's rows are to be worked on in this iteration: all of them, or none.
+    pub fn rows_to_solve(&self, rows: usize) -> usize {
+        if self.is_converged { 0 } else { rows }
+    }
+}
+
 /// What a static increment is compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSearch {

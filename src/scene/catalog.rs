@@ -33,6 +33,7 @@ pub const CATALOG: &[Entry] = entries![
     "cook-fibre",
     "drum",
     "free-triangle",
+    "many",
 ];
 
 impl Entry {

@@ -3,6 +3,8 @@
 mod advance;
 mod error;
 mod frame;
+mod reorder;
+mod sleep;
 mod tear;
 
 pub use crate::components::Energies;
@@ -10,7 +12,7 @@ pub use error::SimulationError;
 pub use tear::{Cut, CutError};
 
 use crate::components::{
-    Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, SolverScratch,
+    Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
@@ -72,11 +74,6 @@ impl Simulation {
     /// The world, to look at.
     pub fn world(&self) -> &World {
         &self.world
-    }
-
-    /// The world, to change parameters or to add components of your own.
-    pub fn world_mut(&mut self) -> &mut World {
-        &mut self.world
     }
 
     /// The settings.
@@ -276,7 +273,9 @@ impl Simulation {
         self.report.step += 1;
         let Self { world, report, .. } = self;
         report.bodies.clear();
-        for (body, scratch) in &mut world.query::<(Entity, &SolverScratch)>().with::<&Body>() {
+        for (body, scratch, sleeping) in
+            &mut world.query::<(Entity, &SolverScratch, Option<&Sleeping>)>().with::<&Body>()
+        {
             report.bodies.push(BodyReport {
                 body,
                 iterations: scratch.iterations,
@@ -288,6 +287,7 @@ impl Simulation {
                 is_converged: scratch.is_converged,
                 fell_back: scratch.fell_back,
                 is_tear_cut_short: false,
+                is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
             });
         }
         report.bodies.sort_unstable_by_key(|report| order(world, report.body));

@@ -10,7 +10,7 @@ mod number;
 
 pub use body::{
     BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec,
-    RefinementSpec, TearModeSpec, TearingSpec,
+    RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
