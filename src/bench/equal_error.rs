@@ -23,7 +23,7 @@ pub struct Reached {
 /// The plan with a tolerance, and nothing that stops a solve before it.
 pub fn at_tolerance(plan: &Plan, tolerance: f64) -> Plan {
     let mut plan = plan.clone();
-    plan.sets.extend([format!("run.linear_tolerance={tolerance:e}"), "run.linear_iterations=100000".to_owned()]);
+    plan.solver.extend([format!("run.linear_tolerance={tolerance:e}"), "run.linear_iterations=100000".to_owned()]);
     plan
 }
 
@@ -33,10 +33,11 @@ pub fn loosest(plan: &Plan, exact: &Trace, level: f64, seconds: f64) -> Result<R
     let mut tolerance = LOOSEST;
     loop {
         let plan = at_tolerance(plan, tolerance);
-        let trace = Trace::record(&plan, 0.0)?;
+        let trace = Trace::record(&Plan { until: plan.compared_until, ..plan.clone() }, 0.0)?;
         let errors = Errors::against(&trace, exact);
         if errors.stress <= level || tolerance < 2.0 * TIGHTEST {
-            let trace = if seconds > 0.0 { Trace::record(&plan, seconds)? } else { trace };
+            let is_whole = seconds == 0.0 && plan.until == plan.compared_until;
+            let trace = if is_whole { trace } else { Trace::record(&plan, seconds)? };
             return Ok(Reached { tolerance, trace, errors });
         }
         tolerance *= LOOSEST;

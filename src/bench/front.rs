@@ -3,6 +3,9 @@
 /// How much faster another setting must be, at no larger error, to count as better: less is noise.
 pub const NOISE: f64 = 0.05;
 
+/// Rounding of a sum of squares.
+const LEAST_ERROR: f64 = 1e-15;
+
 /// A setting's time \[ms\] and error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
@@ -13,6 +16,11 @@ pub struct Point {
 }
 
 impl Point {
+    /// A point; no error counts as smaller than rounding, so that one without any has its place on a logarithmic axis.
+    pub fn new(ms: f64, error: f64) -> Self {
+        Self { ms, error: if error < LEAST_ERROR { LEAST_ERROR } else { error } }
+    }
+
     /// Whether it has a time and an error that can be drawn.
     pub fn is_known(self) -> bool {
         self.ms.is_finite() && self.error.is_finite() && self.ms > 0.0 && self.error > 0.0

@@ -8,7 +8,7 @@ use super::trace::{Plan, Trace};
 use super::work_precision::{Case, INTEGRATORS, Mesh, Setting};
 use super::{BenchError, Context, Depth, Table};
 
-const FIGURES: [&str; 14] = [
+const FIGURES: [&str; 12] = [
     "median_ms",
     "p999_ms",
     "worst_ms",
@@ -17,12 +17,10 @@ const FIGURES: [&str; 14] = [
     "iterations",
     "noise",
     "stress_error",
-    "mean_stress_error",
     "position_error_mm",
     "force_error",
     "path_error_mm",
     "compared",
-    "states",
 ];
 
 /// The tables of a case.
@@ -44,9 +42,12 @@ fn seconds(depth: Depth) -> f64 {
 fn plan(context: &Context, case: &Case, mesh: &[&str], dt: f64, more: &[String]) -> Plan {
     let mut sets: Vec<String> = case.sets.iter().chain(mesh).map(|&set| set.to_owned()).collect();
     sets.push(format!("run.dt={dt}"));
-    sets.extend_from_slice(more);
     let (from, until, every) = (case.window.from, case.until(context.depth), case.window.every);
-    Plan { scene: case.scene, sets, from, until, every }
+    // The tolerance of static solves belongs to the run, not to the solver.
+    if case.is_static() {
+        sets.extend_from_slice(more);
+    }
+    Plan { scene: case.scene, sets, solver: more.to_vec(), from, until, compared_until: until, every }
 }
 
 fn with_tolerance(case: &Case, tolerance: f64, sets: &[&str]) -> Vec<String> {
@@ -58,10 +59,10 @@ fn with_tolerance(case: &Case, tolerance: f64, sets: &[&str]) -> Vec<String> {
     sets
 }
 
-fn figures(trace: &Trace, dt: f64, errors: &Errors) -> [f64; 14] {
+fn figures(trace: &Trace, dt: f64, errors: &Errors) -> [f64; 12] {
     let times = &trace.step_ms;
     let middle = median(times);
-    let Errors { stress, mean_stress, position, force, path, compared } = *errors;
+    let Errors { stress, position, force, path, compared } = *errors;
     [
         middle,
         quantile(times, 0.999),
@@ -71,12 +72,10 @@ fn figures(trace: &Trace, dt: f64, errors: &Errors) -> [f64; 14] {
         trace.iterations,
         trace.noise,
         stress,
-        mean_stress,
         position,
         force,
         path,
         compared,
-        trace.states.len() as f64,
     ]
 }
 
@@ -115,12 +114,13 @@ fn solvers(context: &Context, case: &Case) -> Result<Table, BenchError> {
                         continue;
                     }
                 };
-                let figures = figures(&trace, dt, &Errors::against(&trace, &exact));
+                let errors = Errors::against(&trace, &exact);
+                let figures = figures(&trace, dt, &errors);
                 let is_default = place == 0 && tolerance == case.default_tolerance;
                 if is_default {
                     default = Some(points.len());
                 }
-                points.push(Point { ms: figures[0], error: figures[7] });
+                points.push(Point::new(figures[0], errors.stress));
                 names.push(format!("{} at {tolerance:e}", setting.name));
                 let (tolerance, is_default) = (format!("{tolerance:e}"), is_default.to_string());
                 table.add(&[case.name, &triangles, setting.name, &tolerance, &is_default], &figures);
@@ -174,6 +174,8 @@ fn discretisation(context: &Context, case: &Case) -> Result<Table, BenchError> {
     let tight = with_tolerance(case, case.tight.max(1e-6), &[]);
     let exact = Trace::record(&plan(context, case, finest, shortest, &tight), 0.0)?;
     context.done();
+    // Where there is a tear, its path is what counts.
+    let is_by_path = !exact.paths.is_empty();
     table.remark(format!(
         "errors against {} triangles at {shortest} ms, at the vertices that both meshes have",
         exact.triangle_count
@@ -187,15 +189,16 @@ fn discretisation(context: &Context, case: &Case) -> Result<Table, BenchError> {
                 context.now(format!("{}: mesh {m}, {}, {dt} ms", case.name, integrator.name));
                 let trace = Trace::record(&plan(context, case, mesh.sets, dt, &sets), seconds(context.depth))?;
                 context.done();
-                let figures = figures(&trace, dt, &Errors::against_finer(&trace, &exact));
+                let errors = Errors::against(&trace, &exact);
+                let (stress, path) = (errors.stress, errors.path);
+                let figures = figures(&trace, dt, &errors);
                 let is_default = i == 0 && dt == case.time_steps[0] && m == 0;
                 if is_default {
                     default = Some(points.len());
                 }
                 let triangles = trace.triangle_count.to_string();
-                // Where the meshes share no vertices there is the tear's path.
-                let error = if figures[7].is_nan() { figures[11] } else { figures[7] };
-                points.push(Point { ms: figures[4], error });
+                let error = if is_by_path { path } else { stress };
+                points.push(Point::new(figures[4], error));
                 names.push(format!("{triangles} triangles at {dt} ms, {},", integrator.name));
                 table
                     .add(&[case.name, &triangles, integrator.name, &dt.to_string(), &is_default.to_string()], &figures);
@@ -205,7 +208,6 @@ fn discretisation(context: &Context, case: &Case) -> Result<Table, BenchError> {
         }
     }
     table.remark(verdict("mesh and time step", default, &points, &names));
-    let is_by_path = table.rows.first().is_some_and(|row| row[keys.len() + 7].is_empty());
     let chart = Chart {
         title: format!("{}: error of mesh and time step", case.name),
         axes: [

@@ -106,9 +106,11 @@ impl Table {
         let lines = || std::iter::once(&self.columns).chain(&self.rows);
         let width = |column: usize| lines().map(|row| row[column].chars().count()).max().unwrap_or(0);
         let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
+        let is_empty = |column: usize| self.rows.iter().all(|row| row[column].is_empty());
+        let shown: Vec<bool> = (0..self.columns.len()).map(|column| !is_empty(column)).collect();
         let mut text = String::new();
         for row in lines() {
-            for (column, field) in row.iter().enumerate() {
+            for (column, field) in row.iter().enumerate().filter(|(column, _)| shown[*column]) {
                 let width = widths[column];
                 let _ = match column < self.key_count {
                     true => write!(text, "{field:width$}  "),

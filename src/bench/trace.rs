@@ -19,8 +19,13 @@ pub struct Plan {
     pub scene: &'static str,
     /// What is set in it, as with `rhexis run --set`.
     pub sets: Vec<String>,
+    /// What is set in it from `from` on, of how steps are solved: runs that are compared begin in the same state.
+    pub solver: Vec<String>,
     /// Steps up to this time are neither timed nor compared \[ms\].
     pub from: f64,
+    /// No state is kept after this time \[ms\]: slack tissue is chaotic, and after some hundred steps runs part whatever their
+    /// tolerance.
+    pub compared_until: f64,
     /// The run ends here \[ms\].
     pub until: f64,
     /// Time between states that are kept \[ms\].
@@ -94,10 +99,17 @@ fn run(plan: &Plan, keeps_states: bool) -> Result<Trace, BenchError> {
     let mut instance = instantiate(plan.scene, &plan.sets)?;
     let body = instance.bodies[0];
     let is_alone = instance.simulation.thread_count() == 1;
+    let both: Vec<String> = plan.sets.iter().chain(&plan.solver).cloned().collect();
+    let solver = *instantiate(plan.scene, &both)?.simulation.settings();
+    let mut is_switched = false;
     let mut trace = Trace { triangle_count: triangle_count(&instance.simulation, body), ..Trace::default() };
     let mut tips: Vec<TipKey> = Vec::new();
     let mut iterations = 0;
     while instance.simulation.time() < plan.until - 1e-6 && !instance.is_finished() {
+        if !is_switched && instance.simulation.time() >= plan.from - 1e-6 {
+            instance.simulation.set_settings(solver)?;
+            is_switched = true;
+        }
         let watch = Stopwatch::start();
         let report = instance.advance()?;
         let elapsed = watch.elapsed();
@@ -126,7 +138,7 @@ fn run(plan: &Plan, keeps_states: bool) -> Result<Trace, BenchError> {
         trace.has_torn.push(has_torn);
         iterations += of_step;
         let phase = (time / plan.every).round() * plan.every - time;
-        if keeps_states && phase.abs() < 1e-6 {
+        if keeps_states && phase.abs() < 1e-6 && time < plan.compared_until + 1e-6 {
             trace.states.extend(State::of(&mut instance, body));
         }
     }

@@ -166,7 +166,7 @@ pub const SCENES: &[Case] = &[
         tight: 1e-8,
         settings: DYNAMIC,
         time_steps: &[10.0, 20.0, 5.0],
-        window: Window { from: 1400.0, until: 2600.0, until_quick: 1600.0, every: 100.0 },
+        window: Window { from: 1600.0, until: 2200.0, until_quick: 1700.0, every: 20.0 },
     },
     Case {
         name: "cook",

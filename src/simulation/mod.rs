@@ -84,6 +84,17 @@ impl Simulation {
         &self.settings
     }
 
+    /// Changes how the next steps are solved: all settings but the threads and their instructions, which stay as they are.
+    ///
+    /// # Errors
+    /// For a tolerance below zero or not finite; nothing has changed then.
+    pub fn set_settings(&mut self, settings: Settings) -> Result<(), SimulationError> {
+        error::check_settings(&settings)?;
+        let Settings { threads, portable_instructions, .. } = self.settings;
+        self.settings = Settings { threads, portable_instructions, ..settings };
+        Ok(())
+    }
+
     /// Time reached \[ms\].
     pub fn time(&self) -> f64 {
         self.report.time
