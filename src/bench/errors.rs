@@ -1,9 +1,13 @@
 //! How far a run is from a reference.
 
+use super::solve::StepError;
 use super::trace::{State, Trace};
 use crate::math::Sym2;
 use crate::verify::tear::hausdorff::farthest;
 use std::collections::BTreeMap;
+
+/// Two meshes that have no more of their vertices in common than this part have them by chance.
+const LEAST_COMMON: f64 = 0.05;
 
 /// Errors of a run; NaN where there is nothing to compare.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,10 +25,20 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Errors of `found` at the vertices that the two have in common at the times that they have in common: all of them where
+    /// Errors of `found`: of its single steps where it has them, otherwise of its states.
+    pub fn against(found: &Trace, exact: &Trace) -> Self {
+        let of_states = Self::of_states(found, exact);
+        let worst = |of: fn(&StepError) -> f64| found.step_errors.iter().map(of).fold(0.0, larger);
+        match found.step_errors.is_empty() {
+            true => of_states,
+            false => Self { stress: worst(|step| step.stress), position: worst(|step| step.position), ..of_states },
+        }
+    }
+
+    /// Errors at the vertices that the two have in common at the times that they have in common: all of them where
     /// they have the same triangles, otherwise those with the same rest position. A vertex of a tear's lips, where two have one
     /// rest position, is left out.
-    pub fn against(found: &Trace, exact: &Trace) -> Self {
+    pub fn of_states(found: &Trace, exact: &Trace) -> Self {
         let of_force = |state: &State| state.forces.iter().map(|f| f.length_squared()).sum::<f64>().sqrt();
         let largest_force = exact.states.iter().map(of_force).fold(0.0, f64::max);
         let (mut stress, mut position, mut force, mut matched) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0);
@@ -35,16 +49,16 @@ impl Errors {
             let Some(other) = exact_states.peek().filter(|other| other.time < state.time + 1e-6) else { continue };
             common += 1;
             let forces = state.forces.iter().zip(&other.forces).map(|(a, b)| (*a - *b).length_squared());
-            force = force.max(forces.sum::<f64>().sqrt() / largest_force);
+            force = larger(force, forces.sum::<f64>().sqrt() / largest_force);
             let pairs = pairs(state, other);
             matched += pairs.len() as f64 / state.rest.len() as f64;
-            if pairs.is_empty() {
+            if pairs.len() as f64 <= LEAST_COMMON * state.rest.len() as f64 {
                 continue;
             }
             compared += 1;
-            stress = stress.max(stress_error(state, other, &pairs));
+            stress = larger(stress, stress_error(state, other, &pairs));
             let distance = pairs.iter().map(|&(v, w)| state.positions[v].distance(other.positions[w]));
-            position = distance.fold(position, f64::max);
+            position = distance.fold(position, larger);
         }
         let known = |value: f64, count: u32| if count > 0 { value } else { f64::NAN };
         Self {
@@ -55,6 +69,11 @@ impl Errors {
             compared: matched / f64::from(common),
         }
     }
+}
+
+/// The larger; NaN if one is, so that it cannot hide.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
 }
 
 /// The vertices of the two that belong together.

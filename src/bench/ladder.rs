@@ -98,18 +98,18 @@ fn measure(table: &mut Table, state: &str, (solve, triangles): &mut (Isolated, u
     let exact = {
         // The last of the list is the most exact where it can be had.
         let way = ways().next_back().ok_or_else(|| BenchError::State("no way to solve".to_owned()))?;
-        solve.solve(way, LinearParams { tolerance: TIGHT, iterations: MOST_ITERATIONS });
+        solve.solve(way, LinearParams { tolerance: TIGHT, iterations: MOST_ITERATIONS })?;
         solve.stress()
     };
     for way in ways() {
         let limited = LinearParams { tolerance: TIGHT, iterations: 0 };
         solve.forget();
-        let setup_first = solve.solve(way, limited).ms;
-        let again: Vec<f64> = (0..rounds(*triangles)).map(|_| solve.solve(way, limited).ms).collect();
+        let setup_first = solve.solve(way, limited)?.ms;
+        let again = times(solve, way, limited, *triangles)?;
         let setup_again = median(&again);
         for tolerance in TOLERANCES {
             let linear = LinearParams { tolerance, iterations: MOST_ITERATIONS };
-            let figures = figures(solve, way, linear, *triangles, (setup_first, setup_again), &exact);
+            let figures = figures(solve, way, linear, *triangles, (setup_first, setup_again), &exact)?;
             let (count, tolerance) = (triangles.to_string(), format!("{tolerance:e}"));
             table.add(&[state, &count, way.name, &tolerance], &figures);
         }
@@ -117,8 +117,10 @@ fn measure(table: &mut Table, state: &str, (solve, triangles): &mut (Isolated, u
     Ok(())
 }
 
-fn rounds(triangles: usize) -> usize {
-    if triangles <= 50_000 { 5 } else { 2 }
+/// Times of some solves \[ms\].
+fn times(solve: &mut Isolated, way: &Way, linear: LinearParams, triangles: usize) -> Result<Vec<f64>, BenchError> {
+    let rounds = if triangles <= 50_000 { 5 } else { 2 };
+    (0..rounds).map(|_| Ok(solve.solve(way, linear)?.ms)).collect()
 }
 
 /// The figures of [`FIGURES`].
@@ -129,16 +131,16 @@ fn figures(
     triangles: usize,
     (setup_first, setup_again): (f64, f64),
     exact: &[crate::math::Sym2],
-) -> [f64; 8] {
+) -> Result<[f64; 8], BenchError> {
     // The first makes the factor, where one is kept.
-    let solved = solve.solve(way, linear);
+    let solved = solve.solve(way, linear)?;
     let error = relative(&solve.stress(), exact);
-    let times: Vec<f64> = (0..rounds(triangles)).map(|_| solve.solve(way, linear).ms).collect();
+    let times = times(solve, way, linear, triangles)?;
     let total = median(&times);
     let (least, most) = times.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), x| (l.min(*x), m.max(*x)));
     let iterations = f64::from(solved.iterations);
     let is_kept = total < setup_again;
     let iterating = if is_kept { total } else { total - setup_again };
     let per_iteration = 1e6 * iterating / iterations.max(1.0) / triangles as f64;
-    [iterations, setup_first, setup_again, total, per_iteration, solved.residual, error, most / least - 1.0]
+    Ok([iterations, setup_first, setup_again, total, per_iteration, solved.residual, error, most / least - 1.0])
 }

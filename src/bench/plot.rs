@@ -11,6 +11,18 @@ use std::path::Path;
 /// Width and height \[px\].
 const SIZE: (u32, u32) = (1100, 800);
 
+/// Colours that are told apart on white, by colour-blind eyes too (Okabe, Ito 2008; their yellow is too light for lines).
+const COLOURS: [(u8, u8, u8); 8] = [
+    (213, 94, 0),
+    (0, 114, 178),
+    (0, 158, 115),
+    (204, 121, 167),
+    (86, 180, 233),
+    (230, 159, 0),
+    (90, 60, 30),
+    (120, 120, 120),
+];
+
 /// One setting over its tolerances, or one time step over meshes.
 #[derive(Clone, Debug)]
 pub struct Series {
@@ -61,8 +73,12 @@ fn try_draw<B: DrawingBackend>(
     let range = |value: fn(&Point) -> f64| {
         let least = known().map(value).fold(f64::INFINITY, f64::min);
         let most = known().map(value).fold(0.0, f64::max);
-        // Room for markers, and for the legend at the right.
-        (least / 1.6)..(most * 1.6).max(least * 4.0)
+        match most / least {
+            // Less than a decade would have hardly a tick.
+            span if span < 10.0 => 10_f64.powf(least.log10().floor())..10_f64.powf((most * 1.001).log10().ceil()),
+            // Room for markers.
+            _ => (least / 1.6)..(most * 1.6),
+        }
     };
     area.fill(&WHITE)?;
     let mut drawing = ChartBuilder::on(area)
@@ -88,7 +104,8 @@ fn try_draw<B: DrawingBackend>(
         .label("Pareto front")
         .legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], grey));
     for (index, series) in chart.series.iter().enumerate() {
-        let colour = Palette99::pick(index).to_rgba();
+        let (red, green, blue) = COLOURS[index % COLOURS.len()];
+        let colour = RGBColor(red, green, blue).to_rgba();
         let points = || series.points.iter().filter(|point| point.is_known()).map(|point| (point.ms, point.error));
         drawing
             .draw_series(LineSeries::new(points(), colour.stroke_width(2)))?

@@ -52,7 +52,6 @@ pub struct Solved {
 pub struct Isolated {
     simulation: Simulation,
     body: Entity,
-    pool: Pool,
     dt: f64,
     start: Vertices,
 }
@@ -60,10 +59,8 @@ pub struct Isolated {
 impl Isolated {
     /// The solve of a step of `dt` \[ms\] from the state that the simulation is in.
     pub fn new(simulation: Simulation, body: Entity, dt: f64) -> Result<Self, BenchError> {
-        let pool = Pool::new(1, false).map_err(BenchError::State)?;
-        let gone = |_| BenchError::State("the body is gone".to_owned());
-        let start = Vertices::clone(&*simulation.world().get::<&Vertices>(body).map_err(gone)?);
-        Ok(Self { simulation, body, pool, dt, start })
+        let start = one::<Vertices>(&simulation, body)?;
+        Ok(Self { simulation, body, dt, start })
     }
 
     /// Forgets what earlier solves have left to be used again.
@@ -73,54 +70,122 @@ impl Isolated {
     }
 
     /// Solves from a first guess of zero, with what earlier solves have left.
-    pub fn solve(&mut self, way: &Way, linear: LinearParams) -> Solved {
-        let Self { simulation, body, pool, dt, start } = self;
-        let settings =
-            Settings { linear, preconditioner: way.preconditioner, precision: way.precision, ..Settings::default() };
-        let step = StepContext::of_step(&settings, *dt, simulation.time() + *dt);
-        let world = simulation.world_mut();
-        if let Ok((vertices, increment)) = world.query_one_mut::<(&mut Vertices, &mut Increment)>(*body) {
+    pub fn solve(&mut self, way: &Way, linear: LinearParams) -> Result<Solved, BenchError> {
+        let Self { simulation, body, dt, start } = self;
+        if let Ok((vertices, increment)) =
+            simulation.world_mut().query_one_mut::<(&mut Vertices, &mut Increment)>(*body)
+        {
             vertices.position.copy_from_slice(&start.position);
             vertices.velocity.copy_from_slice(&start.velocity);
             increment.displacement.fill(DVec3::ZERO);
         }
-        let is_before = |system: &&System| {
-            matches!(system.stage, Stage::Begin | Stage::Iterate)
-                && system.name != "refine"
-                && !system.name.starts_with("energy: ")
-        };
-        let systems = || STEP.iter().filter(is_before);
-        let ms = pool.run(|| {
-            systems().take_while(|system| system.name != "solve").for_each(|system| {
-                (system.run)(world, &step);
-            });
-            let mut ms = 0.0;
-            for system in systems().skip_while(|system| system.name != "solve") {
-                let watch = Stopwatch::start();
-                (system.run)(world, &step);
-                ms += if system.name == "solve" { watch.elapsed().thread } else { 0.0 };
-            }
-            ms
-        });
-        let scratch = world.get::<&SolverScratch>(*body);
-        let (iterations, residual) = scratch.map_or((0, f64::NAN), |s| (s.iterations, s.linear_residual));
-        Solved { ms, iterations, residual }
+        solve(simulation, *body, *dt, &way.settings(linear))
     }
 
     /// Stress at the vertices inside after the last solve \[MPa\].
     pub fn stress(&mut self) -> Vec<Sym2> {
-        // The body lives.
-        let _ = self.simulation.refresh(self.body);
-        let mut query = self.simulation.world().query_one::<(&Triangles, &Topology, &Frames)>(self.body);
-        let Ok((triangles, topology, frames)) = query.get() else { return Vec::new() };
-        let mut stress = nodal_stress(triangles, topology, frames);
-        for (v, stress) in stress.iter_mut().enumerate() {
-            if topology.is_boundary_vertex(v as u32) {
-                *stress = Sym2::default();
+        stress(&mut self.simulation, self.body)
+    }
+}
+
+impl Way {
+    fn settings(&self, linear: LinearParams) -> Settings {
+        Settings { linear, preconditioner: self.preconditioner, precision: self.precision, ..Settings::default() }
+    }
+}
+
+/// Error of the solve of a simulation's next step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepError {
+    /// Of stress at interior vertices, relative.
+    pub stress: f64,
+    /// Largest distance of a vertex \[mm\].
+    pub position: f64,
+}
+
+impl StepError {
+    /// Solves the next step, from the same state and the same guess, as the simulation's settings say and as exactly as can be,
+    /// and puts everything back. A step that is nearly a static problem forgets what was before: what the steps so far have left
+    /// undone is in this error.
+    pub fn of(simulation: &mut Simulation, body: Entity, dt: f64) -> Result<Self, BenchError> {
+        let settings = *simulation.settings();
+        let (found, found_positions) = tried(simulation, body, dt, &settings)?;
+        let kept = simulation.world_mut().remove::<(Factor, InnerSolver)>(body).map_err(gone)?;
+        simulation.world_mut().insert(body, (Factor::default(), InnerSolver::default())).map_err(gone)?;
+        let tight = LinearParams { tolerance: 1e-10, iterations: 100_000 };
+        let exact = tried(
+            simulation,
+            body,
+            dt,
+            &Settings { preconditioner: Preconditioner::Cholesky, linear: tight, ..settings },
+        );
+        simulation.world_mut().insert(body, kept).map_err(gone)?;
+        let (exact, exact_positions) = exact?;
+        let distances = found_positions.iter().zip(&exact_positions).map(|(a, b)| a.distance(*b));
+        Ok(Self { stress: relative(&found, &exact), position: distances.fold(0.0, f64::max) })
+    }
+}
+
+/// Stress and positions after the solve of the next step; the state is then as it was.
+fn tried(
+    simulation: &mut Simulation,
+    body: Entity,
+    dt: f64,
+    settings: &Settings,
+) -> Result<(Vec<Sym2>, Vec<DVec3>), BenchError> {
+    let start = (one::<Vertices>(simulation, body)?, one::<Increment>(simulation, body)?);
+    solve(simulation, body, dt, settings)?;
+    let found = (stress(simulation, body), one::<Vertices>(simulation, body)?.position);
+    simulation.world_mut().insert(body, start).map_err(gone)?;
+    Ok(found)
+}
+
+/// The systems of a step up to the one that moves the body, on one thread; neither refines nor tears it.
+fn solve(simulation: &mut Simulation, body: Entity, dt: f64, settings: &Settings) -> Result<Solved, BenchError> {
+    let step = StepContext::of_step(settings, dt, simulation.time() + dt);
+    let pool = Pool::new(1, settings.portable_instructions).map_err(BenchError::State)?;
+    let world = simulation.world_mut();
+    let is_run = |system: &&System| {
+        matches!(system.stage, Stage::Begin | Stage::Iterate)
+            && system.name != "refine"
+            && !system.name.starts_with("energy: ")
+    };
+    let ms = pool.run(|| {
+        let mut ms = 0.0;
+        for system in STEP.iter().filter(is_run) {
+            let watch = Stopwatch::start();
+            (system.run)(world, &step);
+            if system.name == "solve" {
+                ms = watch.elapsed().thread;
             }
         }
-        stress
+        ms
+    });
+    let scratch = world.get::<&SolverScratch>(body).map_err(gone)?;
+    Ok(Solved { ms, iterations: scratch.iterations, residual: scratch.linear_residual })
+}
+
+/// Stress at the vertices inside \[MPa\], zero on the boundary.
+fn stress(simulation: &mut Simulation, body: Entity) -> Vec<Sym2> {
+    // The body lives: it was stepped just now.
+    let _ = simulation.refresh(body);
+    let mut query = simulation.world().query_one::<(&Triangles, &Topology, &Frames)>(body);
+    let Ok((triangles, topology, frames)) = query.get() else { return Vec::new() };
+    let mut stress = nodal_stress(triangles, topology, frames);
+    for (v, stress) in stress.iter_mut().enumerate() {
+        if topology.is_boundary_vertex(v as u32) {
+            *stress = Sym2::default();
+        }
     }
+    stress
+}
+
+fn one<T: hecs::Component + Clone>(simulation: &Simulation, body: Entity) -> Result<T, BenchError> {
+    simulation.world().get::<&T>(body).map(|component| T::clone(&component)).map_err(gone)
+}
+
+fn gone(error: impl std::fmt::Display) -> BenchError {
+    BenchError::State(format!("a body of the benchmark: {error}"))
 }
 
 /// Rms of the differences over rms of the reference.

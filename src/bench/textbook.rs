@@ -31,7 +31,8 @@ pub fn textbook(context: &Context) -> Result<Vec<Table>, BenchError> {
     for &([nx, ny], [from, until, every], wanted, _) in sizes {
         let sets = vec![format!("bodies.0.mesh.grid.nx={nx}"), format!("bodies.0.mesh.grid.ny={ny}")];
         let solver = Vec::new();
-        let plan = Plan { scene: "fig2-haptic", sets, solver, from, until, compared_until: until, every };
+        let (scene, compared_until, is_chaotic) = ("fig2-haptic", until, false);
+        let plan = Plan { scene, sets, solver, from, until, compared_until, every, is_chaotic };
         let triangles = (2 * nx * ny).to_string();
         context.now(format!("{triangles} triangles: reference"));
         let exact = Trace::record(&at_tolerance(&plan, 1e-9), 0.0)?;

@@ -2,6 +2,7 @@
 
 use super::BenchError;
 use super::clock::{Elapsed, Stopwatch, median};
+use super::solve::StepError;
 use crate::components::{Frames, Grips, Reactions};
 use crate::event::EventKind;
 use crate::math::Sym2;
@@ -30,6 +31,8 @@ pub struct Plan {
     pub until: f64,
     /// Time between states that are kept \[ms\].
     pub every: f64,
+    /// Whether single steps are judged, each against its own exact solution, because runs part whatever their tolerance.
+    pub is_chaotic: bool,
 }
 
 /// What a run came to.
@@ -37,6 +40,8 @@ pub struct Plan {
 pub struct Trace {
     /// States, by time.
     pub states: Vec<State>,
+    /// Errors of single steps, where the plan asks for them.
+    pub step_errors: Vec<StepError>,
     /// Ways of the tips, as seen along z, in the order in which they first moved \[mm\].
     pub paths: Vec<Vec<DVec2>>,
     /// Time of every step after the start: the least of all rounds. Rounds do the same work, bit for bit; what one took longer than
@@ -110,6 +115,14 @@ fn run(plan: &Plan, keeps_states: bool) -> Result<Trace, BenchError> {
             instance.simulation.set_settings(solver)?;
             is_switched = true;
         }
+        let is_kept = |time: f64| {
+            let phase = (time / plan.every).round() * plan.every - time;
+            keeps_states && phase.abs() < 1e-6 && time < plan.compared_until + 1e-6
+        };
+        let (now, dt) = (instance.simulation.time(), instance.run.dt);
+        if plan.is_chaotic && now >= plan.from - 1e-6 && is_kept(now + dt) {
+            trace.step_errors.push(StepError::of(&mut instance.simulation, body, dt)?);
+        }
         let watch = Stopwatch::start();
         let report = instance.advance()?;
         let elapsed = watch.elapsed();
@@ -137,8 +150,7 @@ fn run(plan: &Plan, keeps_states: bool) -> Result<Trace, BenchError> {
         trace.process_ms.push(process);
         trace.has_torn.push(has_torn);
         iterations += of_step;
-        let phase = (time / plan.every).round() * plan.every - time;
-        if keeps_states && phase.abs() < 1e-6 && time < plan.compared_until + 1e-6 {
+        if is_kept(time) {
             trace.states.extend(State::of(&mut instance, body));
         }
     }

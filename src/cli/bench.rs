@@ -44,7 +44,13 @@ pub(super) enum Bench {
     /// The two states that decide which solver is used: a flat taut sheet, a torn slack capsule.
     Ladder(How),
     /// The times that the engine aims at, scaled to a core of stated speed, with verdicts. A miss is no failure.
-    Targets(How),
+    Targets {
+        /// Only the cases with this in their names, as `haptic` [default: all].
+        #[arg(value_name = "NAME")]
+        names: Vec<String>,
+        #[command(flatten)]
+        how: How,
+    },
     /// Two results of one benchmark beside each other, scaled by the speed of their machines.
     Compare {
         /// The earlier result (.csv).
@@ -96,7 +102,7 @@ pub(super) fn bench(what: &Bench) -> Result<(), Stop> {
         }
         Bench::Textbook(how) => measure(how, bench::textbook),
         Bench::Ladder(how) => measure(how, bench::ladder),
-        Bench::Targets(how) => measure(how, bench::targets),
+        Bench::Targets { names, how } => measure(how, |context| bench::targets(context, names)),
         Bench::Compare { before, after } => say(bench::compare(before, after)?.printed().trim_end()),
     }
 }
