@@ -232,7 +232,11 @@ pub fn work_precision(context: &Context, names: &[String]) -> Result<Vec<Table>,
     let chosen = if chosen.is_empty() { SCENES.iter().collect() } else { chosen };
     let mut tables = Vec::new();
     for case in chosen {
-        tables.extend(sweep(context, case)?);
+        for table in sweep(context, case)? {
+            // The next case may take an hour.
+            table.write(&context.directory)?;
+            tables.push(table);
+        }
     }
     Ok(tables)
 }
