@@ -75,7 +75,7 @@ fn try_draw<B: DrawingBackend>(
         let most = known().map(value).fold(0.0, f64::max);
         match most / least {
             // Less than a decade would have hardly a tick.
-            span if span < 10.0 => 10_f64.powf(least.log10().floor())..10_f64.powf((most * 1.001).log10().ceil()),
+            span if span < 10.0 => 0.9 * 10_f64.powf(least.log10().floor())..1.1 * 10_f64.powf(most.log10().ceil()),
             // Room for markers.
             _ => (least / 1.6)..(most * 1.6),
         }
