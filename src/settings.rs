@@ -68,6 +68,13 @@ pub struct LinearParams {
     pub time: Option<Duration>,
 }
 
+impl LinearParams {
+    /// Limits that leave the residual to decide alone.
+    pub const fn by_residual(tolerance: f64, iterations: u32) -> Self {
+        Self { tolerance, stress_tolerance: f64::INFINITY, iterations, time: None }
+    }
+}
+
 impl Default for LinearParams {
     fn default() -> Self {
         Self { tolerance: 0.1, stress_tolerance: 1e-3, iterations: 2000, time: None }

@@ -21,8 +21,7 @@ use smallvec::SmallVec;
 const HORIZON: f64 = 1000.0;
 
 /// The solves before sleep. A bound needs no more digits than this.
-const TRIAL: LinearParams =
-    LinearParams { tolerance: 1e-3, stress_tolerance: f64::INFINITY, iterations: 1000, time: None };
+const TRIAL: LinearParams = LinearParams::by_residual(1e-3, 1000);
 
 /// Quiet steps between two trials at the most.
 const LONGEST_WAIT: u32 = 128;

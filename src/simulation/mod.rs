@@ -81,6 +81,17 @@ impl Simulation {
         &self.settings
     }
 
+    /// Changes how the next steps are solved: all settings but the threads and their instructions, which stay as they are.
+    ///
+    /// # Errors
+    /// For a tolerance below zero or not finite; nothing has changed then.
+    pub fn set_settings(&mut self, settings: Settings) -> Result<(), SimulationError> {
+        error::check_settings(&settings)?;
+        let Settings { threads, portable_instructions, .. } = self.settings;
+        self.settings = Settings { threads, portable_instructions, ..settings };
+        Ok(())
+    }
+
     /// Time reached \[ms\].
     pub fn time(&self) -> f64 {
         self.report.time
@@ -179,12 +190,7 @@ impl Simulation {
             return Err(SimulationError::TimeStep(dt));
         }
         self.begin_report();
-        let linear = crate::settings::LinearParams {
-            tolerance: 1e-13,
-            stress_tolerance: f64::INFINITY,
-            iterations: 50_000,
-            time: None,
-        };
+        let linear = crate::settings::LinearParams::by_residual(1e-13, 50_000);
         let step = StepContext {
             dt: if dt > 0.0 { dt } else { 1.0 },
             time: self.report.time + dt,

@@ -17,7 +17,7 @@ use hecs::Entity;
 /// about 2e-12 of the largest corner force where a ramp begins.
 pub fn exacting() -> Settings {
     Settings {
-        linear: LinearParams { tolerance: 1e-12, iterations: 20_000, ..LinearParams::default() },
+        linear: LinearParams::by_residual(1e-12, 20_000),
         newton_iterations: 30,
         newton_tolerance: 1e-11,
         threads: 1,

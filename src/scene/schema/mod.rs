@@ -1,10 +1,12 @@
 //! What a scene file may say: one struct per table, one field per key.
 //!
 //! Units are fixed: mm, g, ms, hence N, MPa = N/mm², mJ, kHz. A point is `[x, y, z]` or `[x, y]`; a quantity over time is a
-//! number or `[[time, value], …]`, linear between and constant outside. An unknown key is refused.
+//! number or `[[time, value], …]`, linear between and constant outside, or a trembling hand ([`HandSpec`]). An unknown key is
+//! refused.
 
 mod body;
 mod constraint;
+mod hand;
 mod mesh;
 mod number;
 
@@ -15,6 +17,7 @@ pub use body::{
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
 };
+pub use hand::HandSpec;
 pub use mesh::MeshSpec;
 pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve};
 
