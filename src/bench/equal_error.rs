@@ -1,4 +1,4 @@
-//! The loosest tolerance that still reaches an error: where two ways to solve are compared.
+//! The loosest tolerance of the stress that still reaches an error: where two ways to solve are compared.
 
 use super::BenchError;
 use super::errors::Errors;
@@ -23,7 +23,8 @@ pub struct Reached {
 /// The plan with a tolerance, and nothing that stops a solve before it.
 pub fn at_tolerance(plan: &Plan, tolerance: f64) -> Plan {
     let mut plan = plan.clone();
-    plan.solver.extend([format!("run.linear_tolerance={tolerance:e}"), "run.linear_iterations=100000".to_owned()]);
+    let sets = [format!("run.stress_tolerance={tolerance:e}"), "run.linear_tolerance=1".to_owned()];
+    plan.solver.extend(sets.into_iter().chain(["run.linear_iterations=100000".to_owned()]));
     plan
 }
 

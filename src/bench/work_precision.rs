@@ -97,7 +97,7 @@ pub const INTEGRATORS: &[Setting] = &[
     setting("Newton to 1e-6", &["run.newton_iterations=20", "run.newton_tolerance=1e-6"], Usual),
 ];
 
-const LINEAR: &str = "run.linear_tolerance";
+const LINEAR: &str = "run.stress_tolerance";
 const LINEAR_TOLERANCES: &[f64] = &[1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const STATIC_TOLERANCES: &[f64] = &[1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9];
 
@@ -134,7 +134,7 @@ pub const SCENES: &[Case] = &[
         finest: FINEST_SQUARE,
         tolerance: LINEAR,
         tolerances: LINEAR_TOLERANCES,
-        default_tolerance: 1e-4,
+        default_tolerance: 1e-3,
         tight: 1e-10,
         settings: DYNAMIC,
         time_steps: &[10.0, 50.0, 20.0, 5.0],
@@ -149,7 +149,7 @@ pub const SCENES: &[Case] = &[
         finest: &["bodies.0.mesh.grid.nx=120", "bodies.0.mesh.grid.ny=100"],
         tolerance: LINEAR,
         tolerances: LINEAR_TOLERANCES,
-        default_tolerance: 1e-4,
+        default_tolerance: 1e-3,
         tight: 1e-10,
         settings: DYNAMIC,
         time_steps: &[1.0, 5.0, 2.0, 0.5],
@@ -166,8 +166,8 @@ pub const SCENES: &[Case] = &[
         ],
         finest: &["bodies.0.mesh.cap.triangles=10000"],
         tolerance: LINEAR,
-        tolerances: &[1e-1, 1e-2, 1e-3, 1e-4, 1e-5],
-        default_tolerance: 1e-3,
+        tolerances: &[1e-1, 1e-2, 5e-3, 1e-3, 1e-4, 1e-5],
+        default_tolerance: 5e-3,
         tight: 1e-8,
         settings: DYNAMIC,
         time_steps: &[10.0, 20.0, 5.0],
@@ -202,7 +202,7 @@ pub const SCENES: &[Case] = &[
         finest: &["bodies.0.mesh.grid.nx=120", "bodies.0.mesh.grid.ny=100"],
         tolerance: LINEAR,
         tolerances: LINEAR_TOLERANCES,
-        default_tolerance: 1e-4,
+        default_tolerance: 1e-3,
         tight: 1e-10,
         settings: DYNAMIC,
         time_steps: &[10.0, 20.0, 5.0],

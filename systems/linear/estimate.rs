@@ -26,10 +26,8 @@ pub struct Limits {
     pub end: Option<Instant>,
 }
 
-/// A relative residual this far under its tolerance is small enough,
+/// A relative residual this far under the error allowed is small enough.
 const FAR_BELOW: f64 = 1e-3;
-/// and so is this, where the tolerance allows it.
-const SMALL: f64 = 1e-6;
 
 impl Limits {
     /// The limits of a solve that begins now. `reference_sq` is the squared norm of its right-hand side \[N²\], `stored` twice the
@@ -43,7 +41,7 @@ impl Limits {
                 f64::INFINITY
             },
             iterations: params.iterations,
-            least_sq: (FAR_BELOW * params.tolerance).max(SMALL.min(params.tolerance)).powi(2) * reference_sq,
+            least_sq: (FAR_BELOW * params.stress_tolerance).min(params.tolerance).powi(2) * reference_sq,
             end: params.time.map(|time| Instant::now() + time),
         }
     }
