@@ -9,8 +9,10 @@ mod cg;
 mod incomplete;
 mod jacobi;
 mod matrix;
+mod multigrid;
 mod order;
 mod partition;
+mod pattern;
 
 use super::{CgError, CgInfo, Operator};
 use crate::components::SolverScratch;
@@ -18,11 +20,13 @@ use crate::settings::LinearParams;
 use crate::systems::parallel;
 use cg::Vectors;
 use glam::{DVec3, Vec4};
-use incomplete::Incomplete;
+use incomplete::{Factored, Incomplete};
 use jacobi::Jacobi;
 use matrix::Matrix;
+use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
+use pattern::Pattern;
 
 /// No round goes further than this below its own residual: from about ten times less on, single precision only adds noise.
 const LEAST_GAIN: f64 = 1e-5;
@@ -47,6 +51,8 @@ pub enum Inner {
     BlockJacobi,
     /// An incomplete Cholesky factor.
     IncompleteCholesky,
+    /// A V-cycle over coarser levels.
+    Multigrid,
 }
 
 /// A body's operator in single precision and the vectors of its solves. What depends on the triangles alone is kept while
@@ -58,8 +64,11 @@ pub struct InnerSolver {
     partition: Partition,
     matrix: Matrix,
     jacobi: Jacobi,
+    pattern: Pattern,
     incomplete: Incomplete,
     has_pattern: bool,
+    multigrid: Multigrid,
+    has_levels: bool,
     vectors: Vectors,
 }
 
@@ -108,7 +117,7 @@ impl InnerSolver {
             }
             if residual_sq > target_sq && done == MOST_WITH_FACTOR && kind == Inner::IncompleteCholesky {
                 shift *= 10.0;
-                self.incomplete.factor(&self.partition, &self.matrix, shift);
+                self.incomplete.factor(&self.pattern, &self.partition, &self.matrix, shift);
             }
         }
         if !is_solved {
@@ -127,16 +136,25 @@ impl InnerSolver {
             self.order.rebuild(corners, operator.topology);
             self.partition.rebuild(corners, &self.order.row);
             self.has_pattern = false;
+            self.has_levels = false;
         }
         self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
         match kind {
             Inner::BlockJacobi => self.jacobi.factor(&self.partition, &self.matrix),
             Inner::IncompleteCholesky => {
                 if !self.has_pattern {
-                    self.incomplete.rebuild(&self.partition, &self.order, corners, operator.topology);
+                    self.pattern.rebuild(&self.partition, &self.order, corners, operator.topology);
                     self.has_pattern = true;
                 }
-                self.incomplete.factor(&self.partition, &self.matrix, shift);
+                self.incomplete.factor(&self.pattern, &self.partition, &self.matrix, shift);
+            }
+            Inner::Multigrid => {
+                if !self.has_levels {
+                    let mesh = (operator.vertices, operator.triangles, operator.topology);
+                    self.multigrid.rebuild(&self.partition, &self.order, mesh);
+                    self.has_levels = true;
+                }
+                self.multigrid.assemble(&self.partition, &self.matrix);
             }
         }
     }
@@ -152,10 +170,14 @@ impl InnerSolver {
     }
 
     fn iterate(&mut self, kind: Inner, target_sq: f64, most: u32) -> Result<u32, CgError> {
-        let Self { matrix, partition, vectors, .. } = self;
+        let Self { matrix, partition, pattern, vectors, .. } = self;
         match kind {
             Inner::BlockJacobi => cg::solve(matrix, partition, &mut self.jacobi, vectors, target_sq, most),
-            Inner::IncompleteCholesky => cg::solve(matrix, partition, &mut self.incomplete, vectors, target_sq, most),
+            Inner::IncompleteCholesky => {
+                let mut factored = Factored { factor: &self.incomplete, pattern };
+                cg::solve(matrix, partition, &mut factored, vectors, target_sq, most)
+            }
+            Inner::Multigrid => cg::solve(matrix, partition, &mut self.multigrid, vectors, target_sq, most),
         }
     }
 
