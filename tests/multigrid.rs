@@ -190,10 +190,12 @@ fn show(name: &str, system: &System) {
 fn figures() {
     let _ = std::any::type_name::<Factor>();
     let scenes = std::env::var("SCENES").unwrap_or("flat".into());
-    let sizes: &[[usize; 2]] = &[[30, 25], [95, 79], [300, 250], [950, 790]];
+    let sizes: &[[usize; 2]] = &[[30, 25], [50, 50], [95, 79], [300, 250], [950, 790]];
     let most: usize = std::env::var("MOST").ok().and_then(|m| m.parse().ok()).unwrap_or(2);
+    let least: usize = std::env::var("LEAST").ok().and_then(|m| m.parse().ok()).unwrap_or(0);
+    let steps: usize = std::env::var("STEPS").ok().and_then(|m| m.parse().ok()).unwrap_or(900);
     for scene in scenes.split(',') {
-        for cells in &sizes[..most] {
+        for cells in &sizes[least..most] {
             match scene {
                 "flat" => show(scene, &System::flat(*cells, true, &[])),
                 "taut" => show(scene, &System::flat(*cells, false, &[])),
@@ -205,7 +207,7 @@ fn figures() {
                     show(scene, &System::pulled(generate::unstructured(&corner, edge, 3).unwrap(), true, &[]));
                 }
                 "cap" => show(scene, &System::capsule(2 * cells[0] * cells[1], 1)),
-                "slack" => show(scene, &System::capsule(2 * cells[0] * cells[1], 900)),
+                "slack" => show(scene, &System::capsule(2 * cells[0] * cells[1], steps)),
                 _ => unreachable!(),
             }
         }
