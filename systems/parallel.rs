@@ -1,7 +1,7 @@
 //! The only file that names threads. Work is cut into chunks of rows that depend on the mesh alone, and sums add chunk by
 //! chunk in order, so that every result has the same bits for any number of threads. Every chunk is a [`wide`] loop.
 
-use super::kernels::simd::{force_portable, wide};
+use super::kernels::simd::{Kernel, force_portable, run, wide};
 use rayon::prelude::*;
 use std::cell::Cell;
 use std::iter::Sum;
@@ -38,6 +38,33 @@ pub fn for_slices<T: Send>(out: &mut [T], f: impl Fn(usize, &mut [T]) + Sync) {
     }
 }
 
+/// Runs a kernel on every chunk of rows; all chunks but the last have a multiple of eight rows.
+pub fn for_chunks<T: Send>(out: &mut [T], kernel: &impl Kernel<T>) {
+    let chunk = |(c, rows): (usize, &mut [T])| run(kernel, c * CHUNK, rows);
+    if is_worth_sharing(out.len()) {
+        out.par_chunks_mut(CHUNK).enumerate().for_each(chunk);
+    } else {
+        out.chunks_mut(CHUNK).enumerate().for_each(chunk);
+    }
+}
+
+/// Runs a kernel on every chunk of rows and sums what it returns. `partials` is scratch; it grows once.
+pub fn sum_chunks<T: Send, S: Copy + Default + Send + Sum>(
+    out: &mut [T],
+    partials: &mut Vec<S>,
+    kernel: &impl Kernel<T, S>,
+) -> S {
+    partials.clear();
+    partials.resize(out.len().div_ceil(CHUNK), S::default());
+    let chunk = |(c, (rows, partial)): (usize, (&mut [T], &mut S))| *partial = run(kernel, c * CHUNK, rows);
+    if is_worth_sharing(out.len()) {
+        out.par_chunks_mut(CHUNK).zip(partials.par_iter_mut()).enumerate().for_each(chunk);
+    } else {
+        out.chunks_mut(CHUNK).zip(partials.iter_mut()).enumerate().for_each(chunk);
+    }
+    partials.iter().copied().sum()
+}
+
 /// Calls `f(row, out)` for every row and sums what it returns, one number or several. `partials` is scratch; it grows once.
 pub fn sum_rows<T: Send, S: Copy + Default + Send + AddAssign + Sum>(
     out: &mut [T],
@@ -61,30 +88,24 @@ pub fn sum_rows<T: Send, S: Copy + Default + Send + AddAssign + Sum>(
     partials.iter().copied().sum()
 }
 
-/// Calls `f(part, rows)` for every part of `out`: part `p` has the rows from `starts[p]` up to `starts[p + 1]`.
-pub fn for_parts<T: Send>(out: &mut [T], starts: &[u32], f: impl Fn(usize, &mut [T]) + Sync) {
+/// Runs a kernel on every part of `out`, which is told its number: part `p` has the rows from `starts[p]` up to `starts[p + 1]`.
+pub fn for_parts<T: Send>(out: &mut [T], starts: &[u32], kernel: &impl Kernel<T>) {
     let is_shared = is_worth_sharing(out.len());
-    for_parts_from(0, out, starts, is_shared, &f);
+    for_parts_from(0, out, starts, is_shared, kernel);
 }
 
-fn for_parts_from<T: Send>(
-    first: usize,
-    out: &mut [T],
-    starts: &[u32],
-    is_shared: bool,
-    f: &(impl Fn(usize, &mut [T]) + Sync),
-) {
+fn for_parts_from<T: Send>(first: usize, out: &mut [T], starts: &[u32], is_shared: bool, kernel: &impl Kernel<T>) {
     let count = starts.len().saturating_sub(1);
     if count < 2 {
         if count == 1 {
-            wide(|| f(first, out));
+            run(kernel, first, out);
         }
         return;
     }
     let half = count / 2;
     let (left, right) = out.split_at_mut((starts[half] - starts[0]) as usize);
-    let mut left = || for_parts_from(first, left, &starts[..=half], is_shared, f);
-    let mut right = || for_parts_from(first + half, right, &starts[half..], is_shared, f);
+    let mut left = || for_parts_from(first, left, &starts[..=half], is_shared, kernel);
+    let mut right = || for_parts_from(first + half, right, &starts[half..], is_shared, kernel);
     if is_shared {
         rayon::join(left, right);
     } else {

@@ -1,37 +1,40 @@
-//! Four triangles side by side in single precision: the rotated tangent as a symmetric 6×6 matrix, and its product.
+//! Eight triangles side by side in single precision: the rotated tangent as a symmetric 6×6 matrix, and its product.
 //!
 //! A tangent that no translation strains is a matrix on the two differences u₁ − u₀ and u₂ − u₀ alone, in global axes:
 //! K = Σ bₖ·Ĉₖₗ·bₗᵀ + (n ⊗ n)·(gᵢ·N·gⱼ). With q = U₁₂/tr U and s = (U₁₁ − U₂₂)/tr U a corner with the shape gradient
 //! (g₁, g₂) that moves by (w₁, w₂) in the triangle's own axes gives the strain rates ε₁₁: (g₁ − q·g₂, q·g₁),
 //! ε₂₂: (q·g₂, g₂ − q·g₁), γ: ((1+s)·g₂, (1−s)·g₁), whose transpose is the first Piola–Kirchhoff stress of [`super::membrane`].
 //!
-//! Layout: one [`Vec4`] per entry, a lane per triangle: 84 bytes a triangle. Four lanes are what every processor has, and what a
-//! transposition brings four vertices into.
+//! Layout: eight numbers per entry, a lane per triangle: 84 bytes a triangle.
 
+use super::lanes::{Lanes, SINGLES, Singles};
 use super::membrane::ElementTangent;
 use glam::{Mat4, Vec4};
 
 /// Triangles in a pack.
-pub const LANES: usize = 4;
+pub const LANES: usize = SINGLES;
 
-/// The matrices \[N/mm\] of four triangles, entries by rows of their blocks.
+/// One number of each of eight triangles.
+type Entry = [Vec4; 2];
+
+/// The matrices \[N/mm\] of eight triangles, entries by rows of their blocks.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pack {
     /// Upper triangle of the block of corner 1: xx, xy, xz, yy, yz, zz.
-    pub k11: [Vec4; 6],
+    pub k11: [Entry; 6],
     /// Block of corner 1 (row) and corner 2 (column): xx, xy, xz, yx, yy, yz, zx, zy, zz.
-    pub k12: [Vec4; 9],
+    pub k12: [Entry; 9],
     /// Upper triangle of the block of corner 2.
-    pub k22: [Vec4; 6],
+    pub k22: [Entry; 6],
 }
 
-/// Where the corners of four triangles stand in the vectors: per corner one place for each lane.
+/// Where the corners of eight triangles stand in the vectors: per corner one place for each lane.
 pub type Places = [[u16; LANES]; 3];
 
 impl Pack {
-    /// The matrices of up to four triangles; a lane without one stays empty.
+    /// The matrices of up to eight triangles; a lane without one stays empty.
     #[inline(always)]
-    pub fn new<'a>(element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
+    pub fn new<'a, L: Lanes>(lanes: L, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
         let mut f = [[0.0_f32; LANES]; 21];
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
@@ -57,58 +60,41 @@ impl Pack {
                 row[lane] = *value as f32;
             }
         }
-        let f = f.map(Vec4::from_array);
-        let [r1, r2] = [[f[0], f[1], f[2]], [f[3], f[4], f[5]]];
-        let (q, s) = (f[6], f[7]);
-        let [c11, c12, c22, c66] = [f[14], f[15], f[16], f[17]];
-        let [n11, n22, n12] = [f[18], f[19], f[20]];
+        let f = singles(lanes, &f);
+        let (r1, r2, one) = ([f[0], f[1], f[2]], [f[3], f[4], f[5]], Singles::splat(lanes, 1.0));
         let n = [r1[1] * r2[2] - r1[2] * r2[1], r1[2] * r2[0] - r1[0] * r2[2], r1[0] * r2[1] - r1[1] * r2[0]];
-        // Strain rates of a corner per unit of motion along the first and the second axis.
-        let rows = |g1: Vec4, g2: Vec4| {
-            let first = [g1 - q * g2, q * g2, (Vec4::ONE + s) * g2];
-            let second = [q * g1, g2 - q * g1, (Vec4::ONE - s) * g1];
-            [first, second]
+        let element = Element {
+            axes: [r1, r2, n],
+            g: [[f[8], f[9]], [f[10], f[11]]],
+            b: [strain_rates(f[8], f[9], f[6], f[7], one), strain_rates(f[10], f[11], f[6], f[7], one)],
+            law: [f[14], f[15], f[16], f[17]],
+            normal: [f[18], f[19], f[20]],
         };
-        let law = |e: [Vec4; 3]| [c11 * e[0] + c12 * e[1], c12 * e[0] + c22 * e[1], c66 * e[2]];
-        let dot = |a: [Vec4; 3], b: [Vec4; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let g = [[f[8], f[9]], [f[10], f[11]]];
-        let b = g.map(|[g1, g2]| rows(g1, g2));
-        let block = |i: usize, j: usize| {
-            let t = b[j].map(law);
-            // In the triangle's axes; then the two halves of the turn into global ones.
-            let a = [[dot(b[i][0], t[0]), dot(b[i][0], t[1])], [dot(b[i][1], t[0]), dot(b[i][1], t[1])]];
-            let nn = g[i][0] * (n11 * g[j][0] + n12 * g[j][1]) + g[i][1] * (n12 * g[j][0] + n22 * g[j][1]);
-            let row = |y: usize| [a[0][0] * r1[y] + a[0][1] * r2[y], a[1][0] * r1[y] + a[1][1] * r2[y], nn * n[y]];
-            let half = [row(0), row(1), row(2)];
-            move |x: usize, y: usize| r1[x] * half[y][0] + r2[x] * half[y][1] + n[x] * half[y][2]
-        };
-        let upper = |k: &dyn Fn(usize, usize) -> Vec4| [k(0, 0), k(0, 1), k(0, 2), k(1, 1), k(1, 2), k(2, 2)];
-        let k = block(0, 1);
-        let k12 = [k(0, 0), k(0, 1), k(0, 2), k(1, 0), k(1, 1), k(1, 2), k(2, 0), k(2, 1), k(2, 2)];
-        Self { k11: upper(&block(0, 0)), k12, k22: upper(&block(1, 1)) }
+        let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = element.block(0, 0);
+        let k11 = [xx, xy, xz, yy, yz, zz];
+        let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = element.block(0, 1);
+        let k12 = [xx, xy, xz, yx, yy, yz, zx, zy, zz];
+        let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = element.block(1, 1);
+        Self { k11, k12, k22: [xx, xy, xz, yy, yz, zz] }
     }
 
     /// Adds the product with `u` to `out` \[N\].
     #[inline(always)]
-    pub fn apply(&self, places: &Places, u: &[Vec4], out: &mut [Vec4]) {
-        let corner = |c: usize| {
-            let p = places[c];
-            Mat4::from_cols(u[p[0] as usize], u[p[1] as usize], u[p[2] as usize], u[p[3] as usize]).transpose()
-        };
-        let (u0, u1, u2) = (corner(0), corner(1), corner(2));
-        let (ax, ay, az) = (u1.x_axis - u0.x_axis, u1.y_axis - u0.y_axis, u1.z_axis - u0.z_axis);
-        let (bx, by, bz) = (u2.x_axis - u0.x_axis, u2.y_axis - u0.y_axis, u2.z_axis - u0.z_axis);
-        let (k, m, l) = (&self.k11, &self.k12, &self.k22);
+    pub fn apply<L: Lanes>(&self, lanes: L, places: &Places, u: &[Vec4], out: &mut [Vec4]) {
+        let u0 = gather(lanes, &places[0], u);
+        let (u1, u2) = (gather(lanes, &places[1], u), gather(lanes, &places[2], u));
+        let (ax, ay, az) = (u1[0] - u0[0], u1[1] - u0[1], u1[2] - u0[2]);
+        let (bx, by, bz) = (u2[0] - u0[0], u2[1] - u0[1], u2[2] - u0[2]);
+        let (k, m, l) = (entries(lanes, &self.k11), entries(lanes, &self.k12), entries(lanes, &self.k22));
         let fx = (k[0] * ax + k[1] * ay + k[2] * az) + (m[0] * bx + m[1] * by + m[2] * bz);
         let fy = (k[1] * ax + k[3] * ay + k[4] * az) + (m[3] * bx + m[4] * by + m[5] * bz);
         let fz = (k[2] * ax + k[4] * ay + k[5] * az) + (m[6] * bx + m[7] * by + m[8] * bz);
         let hx = (m[0] * ax + m[3] * ay + m[6] * az) + (l[0] * bx + l[1] * by + l[2] * bz);
         let hy = (m[1] * ax + m[4] * ay + m[7] * az) + (l[1] * bx + l[3] * by + l[4] * bz);
         let hz = (m[2] * ax + m[5] * ay + m[8] * az) + (l[2] * bx + l[4] * by + l[5] * bz);
-        let f1 = Mat4::from_cols(fx, fy, fz, Vec4::ZERO).transpose();
-        let f2 = Mat4::from_cols(hx, hy, hz, Vec4::ZERO).transpose();
+        let (f1, f2) = (Singles::rows([fx, fy, fz]), Singles::rows([hx, hy, hz]));
         for lane in 0..LANES {
-            let (a, b) = (f1.col(lane), f2.col(lane));
+            let (a, b) = (f1[lane], f2[lane]);
             out[places[0][lane] as usize] -= a + b;
             out[places[1][lane] as usize] += a;
             out[places[2][lane] as usize] += b;
@@ -116,10 +102,10 @@ impl Pack {
     }
 
     /// The blocks \[N/mm\] of the three corners on the diagonal, and those of the edges 1–0, 2–0, 2–1 (row, column), as
-    /// columns: column `lane` of each matrix belongs to the triangle in that lane.
+    /// columns, of the triangles in the first (0) or last (1) four lanes: column `i` of each matrix belongs to the `i`-th of them.
     #[inline(always)]
-    pub fn blocks(&self) -> ([[Mat4; 3]; 3], [[Mat4; 3]; 3]) {
-        let (k, m, l) = (&self.k11, &self.k12, &self.k22);
+    pub fn blocks(&self, half: usize) -> ([[Mat4; 3]; 3], [[Mat4; 3]; 3]) {
+        let (k, m, l) = (self.k11.map(|e| e[half]), self.k12.map(|e| e[half]), self.k22.map(|e| e[half]));
         let k11 = [[k[0], k[1], k[2]], [k[1], k[3], k[4]], [k[2], k[4], k[5]]];
         let k22 = [[l[0], l[1], l[2]], [l[1], l[3], l[4]], [l[2], l[4], l[5]]];
         // Columns, as all of these.
@@ -137,8 +123,94 @@ impl Pack {
     }
 }
 
+/// Eight vertices' vectors by components.
+#[inline(always)]
+fn gather<L: Lanes>(lanes: L, place: &[u16; LANES], u: &[Vec4]) -> [Singles<L>; 3] {
+    let mut rows = [Vec4::ZERO; LANES];
+    for lane in 0..LANES {
+        rows[lane] = u[place[lane] as usize];
+    }
+    Singles::components(lanes, rows)
+}
+
+#[inline(always)]
+fn entries<L: Lanes, const N: usize>(lanes: L, k: &[Entry; N]) -> [Singles<L>; N] {
+    let mut values = [Singles::new(lanes, k[0]); N];
+    for i in 1..N {
+        values[i] = Singles::new(lanes, k[i]);
+    }
+    values
+}
+
+#[inline(always)]
+fn singles<L: Lanes, const N: usize>(lanes: L, x: &[[f32; LANES]; N]) -> [Singles<L>; N] {
+    let mut values = [Singles::splat(lanes, 0.0); N];
+    for i in 0..N {
+        let [a, b, c, d, e, f, g, h] = x[i];
+        values[i] = Singles::new(lanes, [Vec4::new(a, b, c, d), Vec4::new(e, f, g, h)]);
+    }
+    values
+}
+
+/// Strain rates ε₁₁, ε₂₂, γ of a corner with the shape gradient (g₁, g₂) per unit of motion along the triangle's first axis,
+/// and along its second.
+#[inline(always)]
+fn strain_rates<L: Lanes>(
+    g1: Singles<L>,
+    g2: Singles<L>,
+    q: Singles<L>,
+    s: Singles<L>,
+    one: Singles<L>,
+) -> [[Singles<L>; 3]; 2] {
+    [[g1 - q * g2, q * g2, (one + s) * g2], [q * g1, g2 - q * g1, (one - s) * g1]]
+}
+
+#[inline(always)]
+fn dot<L: Lanes>(a: [Singles<L>; 3], b: [Singles<L>; 3]) -> Singles<L> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// What the matrices of eight triangles are made of.
+struct Element<L: Lanes> {
+    /// r₁, r₂ and the normal in global axes.
+    axes: [[Singles<L>; 3]; 3],
+    /// Shape gradients of corners 1 and 2.
+    g: [[Singles<L>; 2]; 2],
+    /// Their [`strain_rates`].
+    b: [[[Singles<L>; 3]; 2]; 2],
+    /// Stiffness 11, 12, 22, 66.
+    law: [Singles<L>; 4],
+    /// Out-of-plane stiffness 11, 22, 12.
+    normal: [Singles<L>; 3],
+}
+
+impl<L: Lanes> Element<L> {
+    /// The block of corners `i` and `j` in global axes, by rows.
+    #[inline(always)]
+    fn block(&self, i: usize, j: usize) -> [[Entry; 3]; 3] {
+        let [c11, c12, c22, c66] = self.law;
+        let [n11, n22, n12] = self.normal;
+        let [r1, r2, n] = self.axes;
+        let (gi, gj, bi, bj) = (self.g[i], self.g[j], self.b[i], self.b[j]);
+        let t0 = [c11 * bj[0][0] + c12 * bj[0][1], c12 * bj[0][0] + c22 * bj[0][1], c66 * bj[0][2]];
+        let t1 = [c11 * bj[1][0] + c12 * bj[1][1], c12 * bj[1][0] + c22 * bj[1][1], c66 * bj[1][2]];
+        // In the triangle's axes; then the two halves of the turn into global ones.
+        let a = [[dot(bi[0], t0), dot(bi[0], t1)], [dot(bi[1], t0), dot(bi[1], t1)]];
+        let nn = gi[0] * (n11 * gj[0] + n12 * gj[1]) + gi[1] * (n12 * gj[0] + n22 * gj[1]);
+        let mut block = [[[Vec4::ZERO; 2]; 3]; 3];
+        for y in 0..3 {
+            let half = [a[0][0] * r1[y] + a[0][1] * r2[y], a[1][0] * r1[y] + a[1][1] * r2[y], nn * n[y]];
+            for x in 0..3 {
+                block[x][y] = (r1[x] * half[0] + r2[x] * half[1] + n[x] * half[2]).to_array();
+            }
+        }
+        block
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::lanes::Portable;
     use super::*;
     use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
     use glam::DVec3;
@@ -200,13 +272,13 @@ mod tests {
         let mut next = numbers();
         for _ in 0..100 {
             let triangles: Vec<Triangle> = (0..3).map(|_| Triangle::new(&mut next)).collect();
-            let pack = Pack::new(|lane| triangles.get(lane).map(Triangle::tangent));
+            let pack = Pack::new(Portable, |lane| triangles.get(lane).map(Triangle::tangent));
             let u: Vec<Vec4> = (0..9).map(|_| Vec4::new(next() as f32, next() as f32, next() as f32, 0.0)).collect();
-            // The empty lane shares its vertices with the first: it must add nothing.
-            let places = [[0, 3, 6, 0], [1, 4, 7, 1], [2, 5, 8, 2]];
+            // The empty lanes share its vertices with the first: they must add nothing.
+            let places = [[0, 3, 6, 0, 0, 0, 0, 0], [1, 4, 7, 1, 1, 1, 1, 1], [2, 5, 8, 2, 2, 2, 2, 2]];
             let mut out = vec![Vec4::ZERO; 9];
-            pack.apply(&places, &u, &mut out);
-            let (corners, edges) = pack.blocks();
+            pack.apply(Portable, &places, &u, &mut out);
+            let (corners, edges) = pack.blocks(0);
             for (t, triangle) in triangles.iter().enumerate() {
                 let tangent = triangle.tangent();
                 let u = [0, 1, 2].map(|c| u[3 * t + c].truncate().as_dvec3());

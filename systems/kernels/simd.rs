@@ -1,10 +1,14 @@
 //! The instruction set of the loops, chosen when the program runs: one binary for every processor of a family.
 //!
-//! A loop that runs inside [`wide`] is compiled once for the plain processor and once for the wide one (AVX2), and the compiler
-//! finds the lanes by itself: kernels are written as plain arithmetic on arrays of [`LANES`] numbers. Multiplications and
-//! additions are never contracted to one rounding, so every instruction set gives the same bits.
+//! What runs inside [`wide`] is compiled once for the plain processor and once for the wide one (AVX2), and the compiler finds
+//! the lanes by itself: kernels are written as plain arithmetic on arrays of [`LANES`] numbers. A closure is compiled so only
+//! where it is small enough to be inlined there; a loop that matters is a [`Kernel`], whose `run` always is. Multiplications
+//! and additions are never contracted to one rounding, so every instruction set gives the same bits.
 
+use super::lanes::{Lanes, Portable};
+pub use pulp::NullaryFnOnce;
 use std::cell::Cell;
+use std::marker::PhantomData;
 
 /// Triangles that a kernel takes at a time.
 pub const LANES: usize = 8;
@@ -19,9 +23,48 @@ pub fn force_portable(is_portable: bool) -> bool {
     IS_PORTABLE.replace(is_portable)
 }
 
-/// Runs a loop with the best instructions there are.
+/// Runs a loop with the best instructions there are: a closure, or what is too large to be inlined by itself and therefore
+/// implements [`NullaryFnOnce`], marked `#[inline(always)]`.
 #[inline]
-pub fn wide<R>(f: impl FnOnce() -> R) -> R {
-    let arch = if IS_PORTABLE.get() { pulp::Arch::Scalar } else { pulp::Arch::new() };
-    arch.dispatch(f)
+pub fn wide<F: NullaryFnOnce>(f: F) -> F::Output {
+    arch().dispatch(f)
+}
+
+/// The inner loop of a system: what a chunk of rows needs to be filled.
+pub trait Kernel<T, S = ()>: Sync {
+    /// Fills the rows from `first` on; returns their sum, or nothing. To be marked `#[inline(always)]`: a call that is not
+    /// inlined leaves the wide instructions behind.
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [T]) -> S;
+}
+
+/// Runs a kernel with the best instructions there are.
+#[inline]
+pub fn run<T, S, K: Kernel<T, S>>(kernel: &K, first: usize, rows: &mut [T]) -> S {
+    match arch() {
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V3(v3) => v3.vectorize(Chunk { lanes: v3, kernel, first, rows, sum: PhantomData }),
+        _ => kernel.run(Portable, first, rows),
+    }
+}
+
+fn arch() -> pulp::Arch {
+    if IS_PORTABLE.get() { pulp::Arch::Scalar } else { pulp::Arch::new() }
+}
+
+/// A kernel, what it is to fill and the kind of its sum.
+struct Chunk<'a, L, K, T, S> {
+    lanes: L,
+    kernel: &'a K,
+    first: usize,
+    rows: &'a mut [T],
+    sum: PhantomData<S>,
+}
+
+impl<L: Lanes, S, K: Kernel<T, S>, T> NullaryFnOnce for Chunk<'_, L, K, T, S> {
+    type Output = S;
+
+    #[inline(always)]
+    fn call(self) -> S {
+        self.kernel.run(self.lanes, self.first, self.rows)
+    }
 }

@@ -54,7 +54,7 @@ pub fn solve(
 
     // The reference norm: b with the prescribed motion moved to the right, the residual of a zero guess.
     parallel::for_rows(direction, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
-    operator.apply(direction, free, corner, product, partials);
+    operator.apply_sparse(direction, product);
     let reference_sq = parallel::sum_rows(direction, partials, |v, p| {
         *p = (residual[v] - product[v]) * free[v];
         p.length_squared()

@@ -99,11 +99,6 @@ impl Cholesky {
         Ok(())
     }
 
-    /// Number of free axes.
-    pub fn column_count(&self) -> usize {
-        self.pattern.column_count()
-    }
-
     /// Whether it is a factor for these triangles and free axes.
     pub fn fits(&self, corners: &[[u32; 3]], free: &[DVec3]) -> bool {
         self.pattern.fits(corners, free)
@@ -114,17 +109,54 @@ impl Cholesky {
         self.pattern.free()
     }
 
-    /// The columns of a vertex' free axes, each with its axis.
-    #[inline]
-    pub fn columns(&self, v: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.pattern.columns(v)
+    /// Sets all forces to zero.
+    pub fn clear(&mut self) {
+        match &mut self.panels {
+            Either::Single(panels) => panels.column.fill(0.0),
+            Either::Double(panels) => panels.column.fill(0.0),
+        }
     }
 
-    /// Replaces `x`, one number per column, by the factor's answer to it.
-    pub fn solve(&mut self, x: &mut [f64]) {
+    /// Sets the force on a vertex along its free axes.
+    #[inline]
+    pub fn put(&mut self, v: usize, force: DVec3) {
         match &mut self.panels {
-            Either::Single(panels) => panels.solve(x),
-            Either::Double(panels) => panels.solve(x),
+            Either::Single(panels) => {
+                self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] = force[axis] as f32)
+            }
+            Either::Double(panels) => self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] = force[axis]),
         }
+    }
+
+    /// Adds to the force on a vertex along its free axes.
+    #[inline]
+    pub fn add(&mut self, v: usize, force: DVec3) {
+        match &mut self.panels {
+            Either::Single(panels) => {
+                self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] += force[axis] as f32)
+            }
+            Either::Double(panels) => self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] += force[axis]),
+        }
+    }
+
+    /// Replaces the forces by the displacements that answer them.
+    pub fn solve(&mut self) {
+        match &mut self.panels {
+            Either::Single(panels) => panels.solve(),
+            Either::Double(panels) => panels.solve(),
+        }
+    }
+
+    /// The displacement of a vertex, zero along its prescribed axes.
+    #[inline]
+    pub fn part(&self, v: usize) -> DVec3 {
+        let mut part = DVec3::ZERO;
+        match &self.panels {
+            Either::Single(panels) => {
+                self.pattern.columns(v).for_each(|(c, axis)| part[axis] = panels.column[c].into())
+            }
+            Either::Double(panels) => self.pattern.columns(v).for_each(|(c, axis)| part[axis] = panels.column[c]),
+        }
+        part
     }
 }

@@ -12,7 +12,7 @@ use super::cholesky::{Cholesky, Precision};
 use super::snapshot::Snapshot;
 use crate::storage::EditRecord;
 use crate::systems::parallel::{self, Aside};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec4};
 
 /// Iterations of a dynamic solve from which on a new factor is made: with a present one it takes one or two.
 const STALE: u32 = 4;
@@ -48,9 +48,8 @@ struct InUse {
     /// Solves it has served.
     served: u32,
     is_worse_than_none: bool,
-    columns: Vec<f64>,
-    /// Inverse blocks of the vertices that edits have touched.
-    touched: Vec<(usize, DMat3)>,
+    /// The vertices that edits have touched: inverse block and free axes.
+    touched: Vec<(usize, DMat3, DVec3)>,
 }
 
 struct Pending {
@@ -62,8 +61,27 @@ struct Pending {
 
 impl InUse {
     fn new(cholesky: Cholesky, bridge: Bridge) -> Box<Self> {
-        let columns = vec![0.0; cholesky.column_count()];
-        Box::new(Self { cholesky, bridge, served: 0, is_worse_than_none: false, columns, touched: Vec::new() })
+        Box::new(Self { cholesky, bridge, served: 0, is_worse_than_none: false, touched: Vec::new() })
+    }
+
+    /// Takes the residual `r`, given by vertex, and hands the answer of the old mesh for every vertex to `z`.
+    #[inline]
+    fn solve(&mut self, r: impl Fn(usize) -> DVec3, vertex_count: usize, mut z: impl FnMut(usize, DVec3)) {
+        let Self { cholesky, bridge, .. } = self;
+        if bridge.is_empty() {
+            (0..vertex_count).for_each(|v| cholesky.put(v, r(v)));
+            cholesky.solve();
+            return (0..vertex_count).for_each(|v| z(v, cholesky.part(v)));
+        }
+        cholesky.clear();
+        for v in 0..vertex_count {
+            let r = r(v);
+            bridge.links(v).iter().for_each(|&(old, weight)| cholesky.add(old as usize, r * weight));
+        }
+        cholesky.solve();
+        for v in 0..vertex_count {
+            z(v, bridge.links(v).iter().map(|&(old, weight)| cholesky.part(old as usize) * weight).sum());
+        }
     }
 
     /// Whether it belongs to a body with these free axes: away from edits they are those it was made for.
@@ -175,45 +193,35 @@ impl Factor {
     pub fn begin(&mut self, operator: &Operator, free: &[DVec3]) {
         if let Some(InUse { bridge, touched, .. }) = self.current.as_deref_mut() {
             touched.clear();
-            touched.extend(bridge.touched().map(|v| (v, invert(operator.diagonal_block(v), free[v]))));
+            touched.extend(bridge.touched().map(|v| (v, invert(operator.diagonal_block(v), free[v]), free[v])));
         }
     }
 
     /// The factor's answer z \[mm\] to a residual r \[N\], zero along prescribed axes (`free` 0); returns r·z. Without a
     /// factor all of it is zero.
     pub fn apply(&mut self, r: &[DVec3], free: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
-        let Some(InUse { cholesky, bridge, columns, touched, .. }) = self.current.as_deref_mut() else {
+        let Some(current) = self.current.as_deref_mut() else {
             z.fill(DVec3::ZERO);
             return 0.0;
         };
         // Scaled by a power of two, so that single precision neither over- nor underflows.
         let largest = r.iter().map(|r| r.abs().max_element()).fold(0.0, f64::max);
         let scale = if largest.is_normal() { (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2() } else { 1.0 };
-        columns.fill(0.0);
-        for (v, r) in r.iter().enumerate() {
-            let own = [(v as u32, 1.0)];
-            for &(old, weight) in if bridge.is_empty() { &own } else { bridge.links(v) } {
-                for (column, axis) in cholesky.columns(old as usize) {
-                    columns[column] += weight * r[axis] * scale;
-                }
-            }
-        }
-        cholesky.solve(columns);
-        let cholesky = &*cholesky;
-        let old_part = |v: usize| {
-            let mut part = DVec3::ZERO;
-            cholesky.columns(v).for_each(|(column, axis)| part[axis] = columns[column]);
-            part
-        };
-        parallel::for_rows(z, |v, z| {
-            let sum = match bridge.is_empty() {
-                true => old_part(v),
-                false => bridge.links(v).iter().map(|&(old, w)| old_part(old as usize) * w).sum(),
-            };
-            *z = sum * free[v] / scale;
-        });
-        touched.iter().for_each(|&(v, inverse)| z[v] += inverse * r[v]);
+        current.solve(|v| r[v] * scale, r.len(), |v, answer| z[v] = answer * free[v] / scale);
+        current.touched.iter().for_each(|&(v, inverse, _)| z[v] += inverse * r[v]);
         parallel::sum_rows(z, partials, |v, z| r[v].dot(*z))
+    }
+
+    /// The same in single precision: `xr` has r as second entry, and is numbered by `row`, which gives the row of a vertex, as
+    /// is `z`. Entries of r are neither near the largest nor near the smallest numbers.
+    pub fn apply_single(&mut self, xr: &[[Vec4; 2]], row: &[u32], z: &mut [Vec4]) {
+        let Some(current) = self.current.as_deref_mut() else { return z.fill(Vec4::ZERO) };
+        let r = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3();
+        current.solve(r, row.len(), |v, answer| z[row[v] as usize] = answer.as_vec3().extend(0.0));
+        for &(v, inverse, free) in &current.touched {
+            let z = &mut z[row[v] as usize];
+            *z = ((z.truncate().as_dvec3() + inverse * r(v)) * free).as_vec3().extend(0.0);
+        }
     }
 }
 

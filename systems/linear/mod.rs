@@ -21,6 +21,6 @@ mod snapshot;
 
 pub use cg::{CgError, CgInfo};
 pub use factor::Factor;
-pub use inner::{Inner, InnerSolver};
+pub use inner::{Inner, InnerSolver, With};
 pub use operator::Operator;
 pub use preconditioned::{Means, Use, solve};

@@ -2,7 +2,7 @@
 
 use super::Operator;
 use crate::storage::EditRecord;
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
 /// No factor.
 #[derive(Debug, Default)]
@@ -60,5 +60,10 @@ impl Factor {
     pub fn apply(&mut self, _r: &[DVec3], _free: &[DVec3], z: &mut [DVec3], _partials: &mut Vec<f64>) -> f64 {
         z.fill(DVec3::ZERO);
         0.0
+    }
+
+    /// Zero.
+    pub fn apply_single(&mut self, _xr: &[[Vec4; 2]], _row: &[u32], z: &mut [Vec4]) {
+        z.fill(Vec4::ZERO);
     }
 }

@@ -82,6 +82,24 @@ impl Operator<'_> {
         })
     }
 
+    /// `out` = A·u \[N\] for a u \[mm\] that is zero but at a few vertices, as prescribed motion is.
+    pub fn apply_sparse(&self, u: &[DVec3], out: &mut [DVec3]) {
+        out.fill(DVec3::ZERO);
+        for (v, moved) in u.iter().enumerate().filter(|(_, u)| **u != DVec3::ZERO) {
+            out[v] += self.own_block(v) * *moved;
+            for &c in &self.topology.incident[v] {
+                let (t, corner) = (c as usize / 3, c as usize % 3);
+                let corners = self.triangles.corners[t];
+                let u = corners.map(|v| u[v as usize]);
+                // Each triangle once, for the first of its corners that moves.
+                if u.iter().position(|u| *u != DVec3::ZERO) == Some(corner) {
+                    let forces = self.element(t).apply(u);
+                    corners.iter().zip(forces).for_each(|(&v, force)| out[v as usize] += force);
+                }
+            }
+        }
+    }
+
     /// A·u \[N\] at the vertex `v` alone.
     pub fn apply_at(&self, v: usize, u: &[DVec3]) -> DVec3 {
         self.topology.incident[v].iter().fold(self.own_block(v) * u[v], |sum, &c| {

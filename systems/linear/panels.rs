@@ -9,7 +9,7 @@
 //! vertex. Where nothing may hold a piece of the body, its free motion takes double precision: a rounding error in the forces
 //! on it is answered with the inverse of next to nothing.
 
-use crate::systems::kernels::simd::{LANES, wide};
+use crate::systems::kernels::simd::{LANES, NullaryFnOnce, wide};
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
 use std::ops::{AddAssign, Mul, Neg, SubAssign};
 
@@ -17,27 +17,17 @@ use std::ops::{AddAssign, Mul, Neg, SubAssign};
 pub trait Real: Copy + Default + AddAssign + SubAssign + Mul<Output = Self> + Neg<Output = Self> {
     /// The nearest number.
     fn nearest(x: f64) -> Self;
-    /// The same number.
-    fn to_f64(self) -> f64;
 }
 
 impl Real for f32 {
     fn nearest(x: f64) -> Self {
         x as Self
     }
-
-    fn to_f64(self) -> f64 {
-        self.into()
-    }
 }
 
 impl Real for f64 {
     fn nearest(x: f64) -> Self {
         x
-    }
-
-    fn to_f64(self) -> f64 {
-        self
     }
 }
 
@@ -54,8 +44,8 @@ pub struct Panels<T> {
     block: Vec<[T; LANES]>,
     /// A panel's input or output.
     work: Vec<[T; LANES]>,
-    /// One number per column.
-    column: Vec<T>,
+    /// One number per column: what to solve for, then the answer.
+    pub column: Vec<T>,
     /// The panel at hand, by columns.
     panel: Vec<f64>,
 }
@@ -96,24 +86,15 @@ impl<T: Real> Panels<T> {
         self.column.resize(symbolic.ncols(), T::default());
     }
 
-    /// Replaces `x`, one number per column, by (L·Lᵀ)⁻¹·x.
-    pub fn solve(&mut self, x: &mut [f64]) {
+    /// Replaces `column` by (L·Lᵀ)⁻¹ times it.
+    pub fn solve(&mut self) {
         let (mut work, mut column) = (std::mem::take(&mut self.work), std::mem::take(&mut self.column));
-        wide(|| {
-            column.iter_mut().zip(&*x).for_each(|(column, x)| *column = T::nearest(*x));
-            for s in 0..self.first.len() - 1 {
-                self.down(s, &mut column, &mut work);
-            }
-            for s in (0..self.first.len() - 1).rev() {
-                self.up(s, &mut column, &mut work);
-            }
-            x.iter_mut().zip(&column).for_each(|(x, column)| *x = column.to_f64());
-        });
+        wide(Sweeps { panels: self, column: &mut column, work: &mut work });
         (self.work, self.column) = (work, column);
     }
 
     /// First column and width of a supernode, its rows below and its panel.
-    #[inline]
+    #[inline(always)]
     fn panel(&self, s: usize) -> (usize, usize, &[u32], &[[T; LANES]]) {
         let (first, end) = (self.first[s] as usize, self.first[s + 1] as usize);
         let row = &self.row[self.row_start[s] as usize..self.row_start[s + 1] as usize];
@@ -121,7 +102,7 @@ impl<T: Real> Panels<T> {
     }
 
     /// x ← T⁻¹·x in the supernode's columns, x ← x − B·T⁻¹·x in its rows below.
-    #[inline]
+    #[inline(always)]
     fn down(&self, s: usize, x: &mut [T], work: &mut [[T; LANES]]) {
         let (first, width, row, blocks) = self.panel(s);
         let (columns, out) = (&x[first..first + width], &mut work[..blocks.len() / width]);
@@ -142,7 +123,7 @@ impl<T: Real> Panels<T> {
     }
 
     /// The transpose of [`down`](Self::down).
-    #[inline]
+    #[inline(always)]
     fn up(&self, s: usize, x: &mut [T], work: &mut [[T; LANES]]) {
         let (first, width, row, blocks) = self.panel(s);
         let input = &mut work[..blocks.len() / width];
@@ -166,11 +147,34 @@ impl<T: Real> Panels<T> {
     }
 }
 
+/// Both sweeps over all panels.
+struct Sweeps<'a, T> {
+    panels: &'a Panels<T>,
+    column: &'a mut [T],
+    work: &'a mut [[T; LANES]],
+}
+
+impl<T: Real> NullaryFnOnce for Sweeps<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { panels, column, work } = self;
+        let count = panels.first.len() - 1;
+        for s in 0..count {
+            panels.down(s, column, work);
+        }
+        for s in (0..count).rev() {
+            panels.up(s, column, work);
+        }
+    }
+}
+
 /// Columns of a panel that are multiplied side by side, so that their sums do not wait for each other.
 const ABREAST: usize = 4;
 
 /// Products of `K` columns of a panel, from `start` on, with a vector.
-#[inline]
+#[inline(always)]
 fn dots<T: Real, const K: usize>(blocks: &[[T; LANES]], width: usize, start: usize, input: &[[T; LANES]]) -> [T; K] {
     let mut sums = [[T::default(); LANES]; K];
     for (block, input) in blocks.chunks_exact(width).zip(input) {
@@ -181,11 +185,15 @@ fn dots<T: Real, const K: usize>(blocks: &[[T; LANES]], width: usize, start: usi
             }
         }
     }
-    sums.map(|lanes| sum(&lanes))
+    let mut dots = [T::default(); K];
+    for (dot, lanes) in dots.iter_mut().zip(&sums) {
+        *dot = sum(lanes);
+    }
+    dots
 }
 
 /// The sum of the lanes, halves first.
-#[inline]
+#[inline(always)]
 fn sum<T: Real>(lanes: &[T; LANES]) -> T {
     let mut lanes = *lanes;
     for half in [4, 2, 1] {

@@ -2,7 +2,7 @@
 //! precision, or double precision with block Jacobi.
 
 use super::factor::{Factor, NoFactor};
-use super::{CgError, CgInfo, Inner, InnerSolver, Operator, block_jacobi, cg};
+use super::{CgError, CgInfo, Inner, InnerSolver, Operator, With, block_jacobi, cg};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use glam::DVec3;
@@ -29,7 +29,7 @@ pub enum Use {
 pub struct Means<'a> {
     /// A Cholesky factor, where there can be one.
     pub factor: Option<(&'a mut Factor, Use)>,
-    /// Iterations in single precision, for the rotated tangent.
+    /// Iterations in single precision, for the rotated tangent; and what they work with where there is no factor.
     pub inner: Option<(&'a mut InnerSolver, Inner)>,
 }
 
@@ -68,19 +68,33 @@ pub fn solve(
     if let Some((factor, Use::Aside)) = &mut means.factor
         && factor.is_ready(operator, &scratch.free)
     {
-        scratch.rhs.clone_from(&scratch.residual);
-        match solve_with_factor(operator, params, factor.most(), factor, corner, x, scratch) {
-            Ok(info) => {
+        let most = factor.most();
+        let result = match &mut means.inner {
+            Some((inner, _)) if !operator.is_exact => {
+                inner.solve(operator, params, With::Factor(factor, most), corner, x, scratch)
+            }
+            _ => {
+                scratch.rhs.clone_from(&scratch.residual);
+                let result = solve_with_factor(operator, params, most, factor, corner, x, scratch);
+                scratch.residual.copy_from_slice(&scratch.rhs);
+                let is_done = |i: &CgInfo| i.relative_residual <= params.tolerance || i.iterations >= params.iterations;
+                result.map(|info| (info, is_done(&info)))
+            }
+        };
+        match result {
+            Ok((info, is_solved)) => {
                 factor.has_served(info.iterations, operator, &scratch.free);
-                if info.relative_residual <= params.tolerance || info.iterations >= params.iterations {
+                if is_solved {
                     return Ok(info);
                 }
                 done = info.iterations;
             }
             // The operator's fault or the factor's: the solve without it will tell.
-            Err(_) => factor.discard(),
+            Err(_) => {
+                factor.discard();
+                scratch.residual.copy_from_slice(&scratch.rhs);
+            }
         }
-        scratch.residual.copy_from_slice(&scratch.rhs);
     }
     let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), ..*params };
     let info = solve_without_factor(operator, &limited, means, corner, x, scratch)?;
@@ -104,7 +118,7 @@ fn solve_without_factor(
     if let Some((inner, kind)) = &mut means.inner
         && !operator.is_exact
     {
-        let (info, is_solved) = inner.solve(operator, params, *kind, corner, x, scratch)?;
+        let (info, is_solved) = inner.solve(operator, params, With::Own(*kind), corner, x, scratch)?;
         if is_solved {
             return Ok(info);
         }

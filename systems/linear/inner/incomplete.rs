@@ -7,15 +7,19 @@
 
 use super::cg::{Precondition, Vectors};
 use super::matrix::{Matrix, dot};
+use super::order::Order;
 use super::partition::Partition;
 use super::pattern::Pattern;
+use crate::storage::Topology;
 use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::simd::wide;
 use glam::DVec2;
 
-/// The factor; where its blocks stand is its [`Pattern`].
+/// The factor.
 #[derive(Debug, Default)]
 pub struct Incomplete {
+    /// Where the blocks stand.
+    pattern: Pattern,
     /// Blocks of L.
     lower: Vec<Block>,
     /// Their transposes, by columns.
@@ -34,32 +38,37 @@ const LEAST_PART: f32 = 0.1;
 const REPAIRS: [f32; 3] = [0.1, 0.3, 1.0];
 
 impl Incomplete {
+    /// Finds the pattern anew.
+    pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]], topology: &Topology) {
+        self.pattern.rebuild(partition, order, corners, topology);
+    }
+
     /// Factors the operator with its diagonal raised by a fraction `shift` of itself (Manteuffel 1980).
-    pub fn factor(&mut self, pattern: &Pattern, partition: &Partition, matrix: &Matrix, shift: f32) {
-        pattern.gather(partition, matrix, &mut self.inverse, &mut self.lower);
-        wide(|| self.eliminate(pattern, matrix, shift));
-        pattern.mirror(&self.lower, &mut self.upper);
+    pub fn factor(&mut self, partition: &Partition, matrix: &Matrix, shift: f32) {
+        self.pattern.gather(partition, matrix, &mut self.inverse, &mut self.lower);
+        wide(|| self.eliminate(matrix, shift));
+        self.pattern.mirror(&self.lower, &mut self.upper);
     }
 
     #[inline(always)]
-    fn eliminate(&mut self, pattern: &Pattern, matrix: &Matrix, shift: f32) {
+    fn eliminate(&mut self, matrix: &Matrix, shift: f32) {
         for i in 0..self.inverse.len() {
-            let (start, end) = (pattern.row_start[i] as usize, pattern.row_start[i + 1] as usize);
+            let (start, end) = (self.pattern.row_start[i] as usize, self.pattern.row_start[i + 1] as usize);
             let free = matrix.own[i][3];
             let own = block::mask(&self.inverse[i], free, free).map(|column| column * (1.0 + shift));
             let mut diagonal = own;
             self.row.clear();
             for k in start..end {
-                let column = pattern.column[k] as usize;
+                let column = self.pattern.column[k] as usize;
                 let mut w = block::mask(&self.lower[k], free, matrix.own[column][3]);
-                let mut other = pattern.row_start[column] as usize;
-                let other_end = pattern.row_start[column + 1] as usize;
+                let mut other = self.pattern.row_start[column] as usize;
+                let other_end = self.pattern.row_start[column + 1] as usize;
                 // Both rows ascend.
                 for j in start..k {
-                    while other < other_end && pattern.column[other] < pattern.column[j] {
+                    while other < other_end && self.pattern.column[other] < self.pattern.column[j] {
                         other += 1;
                     }
-                    if other < other_end && pattern.column[other] == pattern.column[j] {
+                    if other < other_end && self.pattern.column[other] == self.pattern.column[j] {
                         block::subtract_product_transposed(&mut w, &self.row[j - start], &self.lower[other]);
                     }
                 }
@@ -78,15 +87,7 @@ impl Incomplete {
     }
 }
 
-/// A factor with its pattern.
-pub struct Factored<'a> {
-    /// The factor.
-    pub factor: &'a Incomplete,
-    /// Its pattern.
-    pub pattern: &'a Pattern,
-}
-
-impl Precondition for Factored<'_> {
+impl Precondition for Incomplete {
     fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
         let Vectors { xr, p, q, z, .. } = vectors;
         let mut sums = DVec2::ZERO;
@@ -96,11 +97,11 @@ impl Precondition for Factored<'_> {
                 *r -= q[i] * alpha;
                 let mut y = *r;
                 let row = self.pattern.row_start[i] as usize..self.pattern.row_start[i + 1] as usize;
-                for (l, &j) in self.factor.lower[row.clone()].iter().zip(&self.pattern.column[row]) {
+                for (l, &j) in self.lower[row.clone()].iter().zip(&self.pattern.column[row]) {
                     y -= block::apply(l, z[j as usize]);
                 }
                 z[i] = y;
-                sums += DVec2::new(dot(*r, *r), dot(y, block::apply(&self.factor.inverse[i], y)));
+                sums += DVec2::new(dot(*r, *r), dot(y, block::apply(&self.inverse[i], y)));
             }
         });
         sums
@@ -110,9 +111,9 @@ impl Precondition for Factored<'_> {
         let Vectors { p, z: all, .. } = vectors;
         wide(|| {
             for i in (0..p.len()).rev() {
-                let mut z = block::apply(&self.factor.inverse[i], all[i]);
+                let mut z = block::apply(&self.inverse[i], all[i]);
                 let column = self.pattern.column_start[i] as usize..self.pattern.column_start[i + 1] as usize;
-                for (u, &[row, _]) in self.factor.upper[column.clone()].iter().zip(&self.pattern.below[column]) {
+                for (u, &[row, _]) in self.upper[column.clone()].iter().zip(&self.pattern.below[column]) {
                     z -= block::apply(u, all[row as usize]);
                 }
                 all[i] = z;

@@ -3,7 +3,9 @@
 use super::empty;
 use super::partition::{EMPTY, Partition};
 use crate::systems::kernels::block::Block;
+use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::pack::{LANES, Pack};
+use crate::systems::kernels::simd::Kernel;
 use crate::systems::linear::Operator;
 use crate::systems::parallel;
 use glam::{DVec3, Vec4, Vec4Swizzles};
@@ -26,12 +28,7 @@ impl Matrix {
     pub fn assemble(&mut self, operator: &Operator, partition: &Partition, vertex: &[u32], free: &[DVec3]) {
         empty(&mut self.packs, partition.triangle.len());
         self.packs.resize(partition.triangle.len(), Pack::default());
-        parallel::for_slices(&mut self.packs, |first, packs| {
-            for (pack, triangles) in packs.iter_mut().zip(&partition.triangle[first..]) {
-                *pack =
-                    Pack::new(|lane| (triangles[lane] != EMPTY).then(|| operator.element(triangles[lane] as usize)));
-            }
-        });
+        parallel::for_chunks(&mut self.packs, &Assembly { operator, partition });
         empty(&mut self.own, vertex.len());
         self.own.resize(vertex.len(), [Vec4::ZERO; 4]);
         parallel::for_rows(&mut self.own, |row, own| {
@@ -58,15 +55,21 @@ impl Matrix {
         for block in 0..partition.pack_start.len() - 1 {
             let vertices = &partition.vertex[partition.vertex_start[block] as usize..];
             for pack in partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize {
-                let (corners, edges) = self.packs[pack].blocks();
                 let places = &partition.places[pack];
-                for lane in (0..LANES).filter(|&lane| partition.triangle[pack][lane] != EMPTY) {
-                    for (corner, block) in corners.iter().enumerate() {
-                        let row = vertices[places[corner][lane] as usize] as usize;
-                        diagonal(row, &block.map(|column| column.col(lane)));
-                    }
-                    for (e, block) in edges.iter().enumerate() {
-                        edge(pack, e, lane, &block.map(|column| column.col(lane)));
+                for half in 0..2 {
+                    let (corners, edges) = self.packs[pack].blocks(half);
+                    for i in 0..LANES / 2 {
+                        let lane = half * (LANES / 2) + i;
+                        if partition.triangle[pack][lane] == EMPTY {
+                            continue;
+                        }
+                        for (corner, block) in corners.iter().enumerate() {
+                            let row = vertices[places[corner][lane] as usize] as usize;
+                            diagonal(row, &block.map(|column| column.col(i)));
+                        }
+                        for (e, block) in edges.iter().enumerate() {
+                            edge(pack, e, lane, &block.map(|column| column.col(i)));
+                        }
                     }
                 }
             }
@@ -75,30 +78,78 @@ impl Matrix {
 
     /// `out` = A·u along free axes; returns u·(A·u). `u` is zero along prescribed axes.
     pub fn apply(&mut self, partition: &Partition, u: &[Vec4], out: &mut [Vec4], partials: &mut Vec<f64>) -> f64 {
-        let packs = &self.packs;
-        parallel::for_parts(&mut self.segments, &self.segment_start, |block, segment| {
-            let (out, local) = segment.split_at_mut(segment.len() / 2);
-            let start = partition.vertex_start[block] as usize;
-            for ((out, local), &v) in out.iter_mut().zip(local.iter_mut()).zip(&partition.vertex[start..]) {
-                *out = Vec4::ZERO;
-                *local = u[v as usize];
-            }
-            let packs_of = partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize;
-            for (pack, places) in packs[packs_of.clone()].iter().zip(&partition.places[packs_of]) {
-                pack.apply(places, local, out);
-            }
-        });
-        let (segments, own) = (&self.segments, &self.own);
-        parallel::sum_rows(out, partials, |v, out| {
+        let Self { packs, own, segments, segment_start } = self;
+        parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u });
+        parallel::sum_chunks(out, partials, &Rows { own, segments, partition, u })
+    }
+}
+
+/// The packs of the operator's triangles.
+struct Assembly<'a> {
+    operator: &'a Operator<'a>,
+    partition: &'a Partition,
+}
+
+impl Kernel<Pack> for Assembly<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [Pack]) {
+        for (pack, triangles) in packs.iter_mut().zip(&self.partition.triangle[first..]) {
+            let element =
+                |lane: usize| (triangles[lane] != EMPTY).then(|| self.operator.element(triangles[lane] as usize));
+            *pack = Pack::new(lanes, element);
+        }
+    }
+}
+
+/// The product of each block of triangles with its vertices.
+struct Blocks<'a> {
+    packs: &'a [Pack],
+    partition: &'a Partition,
+    u: &'a [Vec4],
+}
+
+impl Kernel<Vec4> for Blocks<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, block: usize, segment: &mut [Vec4]) {
+        let Self { packs, partition, u } = self;
+        let (out, local) = segment.split_at_mut(segment.len() / 2);
+        let start = partition.vertex_start[block] as usize;
+        for ((out, local), &v) in out.iter_mut().zip(local.iter_mut()).zip(&partition.vertex[start..]) {
+            *out = Vec4::ZERO;
+            *local = u[v as usize];
+        }
+        let packs_of = partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize;
+        for (pack, places) in packs[packs_of.clone()].iter().zip(&partition.places[packs_of]) {
+            pack.apply(lanes, places, local, out);
+        }
+    }
+}
+
+/// The sums of what vertices have by themselves and what the blocks have for them.
+struct Rows<'a> {
+    own: &'a [[Vec4; 4]],
+    segments: &'a [Vec4],
+    partition: &'a Partition,
+    u: &'a [Vec4],
+}
+
+impl Kernel<Vec4, f64> for Rows<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [Vec4]) -> f64 {
+        let Self { own, segments, partition, u } = self;
+        let mut product = 0.0;
+        for (i, out) in rows.iter_mut().enumerate() {
+            let v = first + i;
             let (u, [x, y, z, free]) = (u[v], &own[v]);
             let mut sum = *x * u.xxxx() + *y * u.yyyy() + *z * u.zzzz();
-            for &source in &partition.source[partition.source_start[v] as usize..partition.source_start[v + 1] as usize]
-            {
+            let sources = partition.source_start[v] as usize..partition.source_start[v + 1] as usize;
+            for &source in &partition.source[sources] {
                 sum += segments[source as usize];
             }
             *out = sum * *free;
-            dot(u, *out)
-        })
+            product += dot(u, *out);
+        }
+        product
     }
 }
 

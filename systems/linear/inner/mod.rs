@@ -6,6 +6,7 @@
 //! that a step is usually solved to; a tighter one takes several.
 
 mod cg;
+mod factored;
 mod incomplete;
 mod jacobi;
 mod matrix;
@@ -14,19 +15,19 @@ mod order;
 mod partition;
 mod pattern;
 
-use super::{CgError, CgInfo, Operator};
+use super::{CgError, CgInfo, Factor, Operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::systems::parallel;
 use cg::Vectors;
+use factored::Factored;
 use glam::{DVec3, Vec4};
-use incomplete::{Factored, Incomplete};
+use incomplete::Incomplete;
 use jacobi::Jacobi;
 use matrix::Matrix;
 use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
-use pattern::Pattern;
 
 /// No round goes further than this below its own residual: from about ten times less on, single precision only adds noise.
 const LEAST_GAIN: f64 = 1e-5;
@@ -37,6 +38,9 @@ const AIM: f64 = 0.95;
 /// A round that leaves more of the residual than this has come to nothing: double precision goes on.
 const STALLED: f64 = 0.5;
 
+/// From this tolerance on the guess is multiplied in single precision: it errs by some 1e-6 of the residual asked for.
+const SINGLE: f64 = 1e-5;
+
 /// The diagonal is raised by this fraction of itself before it is factored. Chosen on the lens capsule as it tears: without it
 /// some solves do not converge, with 0.03 the fewest iterations are needed, with 0.2 a quarter more.
 const SHIFT: f32 = 0.03;
@@ -44,15 +48,24 @@ const SHIFT: f32 = 0.03;
 /// A factor that needs more iterations than this for a round is a bad one: the next has its diagonal raised ten times as far.
 const MOST_WITH_FACTOR: u32 = 500;
 
-/// What makes the iterations few.
+/// What the inner solver can make by itself for the iterations to be few.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inner {
     /// The inverse of each vertex' own block.
     BlockJacobi,
     /// An incomplete Cholesky factor.
     IncompleteCholesky,
-    /// A V-cycle over coarser levels.
+    /// A cycle over coarser and coarser levels.
     Multigrid,
+}
+
+/// What makes the iterations few.
+#[derive(Debug)]
+pub enum With<'a> {
+    /// Made of the operator as it is.
+    Own(Inner),
+    /// A Cholesky factor of an earlier operator, and the iterations with it at the most.
+    Factor(&'a mut Factor, u32),
 }
 
 /// A body's operator in single precision and the vectors of its solves. What depends on the triangles alone is kept while
@@ -64,11 +77,9 @@ pub struct InnerSolver {
     partition: Partition,
     matrix: Matrix,
     jacobi: Jacobi,
-    pattern: Pattern,
     incomplete: Incomplete,
     has_pattern: bool,
     multigrid: Multigrid,
-    has_levels: bool,
     vectors: Vectors,
 }
 
@@ -83,52 +94,67 @@ impl InnerSolver {
         &mut self,
         operator: &Operator,
         params: &LinearParams,
-        kind: Inner,
+        mut with: With,
         corner: &mut [[DVec3; 3]],
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(CgInfo, bool), CgError> {
-        let (reference_sq, mut residual_sq) = first_residual(operator, corner, x, scratch)?;
-        let target_sq = params.tolerance * params.tolerance * reference_sq;
-        let mut iterations = 0;
-        let mut is_solved = true;
         let mut shift = SHIFT;
-        if residual_sq > target_sq {
-            self.prepare(operator, kind, &scratch.free, shift);
-        }
+        self.prepare(operator, &mut with, &scratch.free, shift);
+        let (reference_sq, mut residual_sq) = self.first_residual(operator, params, corner, x, scratch)?;
+        let target_sq = params.tolerance * params.tolerance * reference_sq;
+        let (mut iterations, mut is_solved) = (0, true);
         while residual_sq > target_sq && iterations < params.iterations {
             let norm = residual_sq.sqrt();
             let gain_sq = (AIM * AIM * target_sq / residual_sq).max(LEAST_GAIN * LEAST_GAIN);
             self.load(&scratch.residual, norm);
-            let left = params.iterations - iterations;
-            let most = if kind == Inner::IncompleteCholesky { left.min(MOST_WITH_FACTOR) } else { left };
+            let most = match with {
+                With::Own(Inner::BlockJacobi) => u32::MAX,
+                With::Own(Inner::IncompleteCholesky) => MOST_WITH_FACTOR,
+                With::Own(Inner::Multigrid) => self.multigrid.most(),
+                With::Factor(_, most) => most - iterations,
+            };
+            let most = most.min(params.iterations - iterations);
             // A direction without curvature may be one that single precision has lost: double precision decides.
-            let Ok(done) = self.iterate(kind, gain_sq, most) else {
+            let Ok(done) = self.iterate(&mut with, gain_sq, most) else {
                 is_solved = false;
                 break;
             };
             iterations += done;
             let before_sq = residual_sq;
             residual_sq = self.correct(operator, norm, corner, x, scratch);
+            if residual_sq <= target_sq {
+                break;
+            }
             let has_stalled = !(residual_sq <= STALLED * STALLED * before_sq) && done < most;
-            if !(residual_sq <= target_sq) && has_stalled {
+            let has_used_up = matches!(with, With::Factor(_, most) if iterations >= most);
+            if has_stalled || has_used_up {
                 is_solved = false;
                 break;
             }
-            if residual_sq > target_sq && done == MOST_WITH_FACTOR && kind == Inner::IncompleteCholesky {
-                shift *= 10.0;
-                self.incomplete.factor(&self.pattern, &self.partition, &self.matrix, shift);
+            if done == most {
+                match with {
+                    With::Own(Inner::IncompleteCholesky) => {
+                        shift *= 10.0;
+                        self.incomplete.factor(&self.partition, &self.matrix, shift);
+                    }
+                    With::Own(Inner::Multigrid) => self.multigrid.assemble(&self.partition, &self.matrix),
+                    With::Own(Inner::BlockJacobi) | With::Factor(..) => {}
+                }
             }
         }
+        if matches!(with, With::Own(Inner::Multigrid)) {
+            self.multigrid.has_served(iterations);
+        }
         if !is_solved {
-            scratch.residual.copy_from_slice(&scratch.preconditioned);
+            scratch.residual.copy_from_slice(&scratch.rhs);
         }
         let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
         Ok((CgInfo { iterations, relative_residual }, is_solved))
     }
 
     /// Takes the operator's numbers, and what depends on the triangles where they have changed.
-    fn prepare(&mut self, operator: &Operator, kind: Inner, free: &[DVec3], shift: f32) {
+    fn prepare(&mut self, operator: &Operator, with: &mut With, free: &[DVec3], shift: f32) {
         let corners = &operator.triangles.corners;
         if self.corners != *corners {
             empty(&mut self.corners, corners.len());
@@ -136,27 +162,98 @@ impl InnerSolver {
             self.order.rebuild(corners, operator.topology);
             self.partition.rebuild(corners, &self.order.row);
             self.has_pattern = false;
-            self.has_levels = false;
+            self.multigrid.forget();
         }
         self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
-        match kind {
-            Inner::BlockJacobi => self.jacobi.factor(&self.partition, &self.matrix),
-            Inner::IncompleteCholesky => {
+        match with {
+            With::Own(Inner::BlockJacobi) => self.jacobi.factor(&self.partition, &self.matrix),
+            With::Own(Inner::IncompleteCholesky) => {
                 if !self.has_pattern {
-                    self.pattern.rebuild(&self.partition, &self.order, corners, operator.topology);
+                    self.incomplete.rebuild(&self.partition, &self.order, corners, operator.topology);
                     self.has_pattern = true;
                 }
-                self.incomplete.factor(&self.pattern, &self.partition, &self.matrix, shift);
+                self.incomplete.factor(&self.partition, &self.matrix, shift);
             }
-            Inner::Multigrid => {
-                if !self.has_levels {
-                    let mesh = (operator.vertices, operator.triangles, operator.topology);
-                    self.multigrid.rebuild(&self.partition, &self.order, mesh);
-                    self.has_levels = true;
-                }
-                self.multigrid.assemble(&self.partition, &self.matrix);
+            With::Own(Inner::Multigrid) => {
+                let mesh = (operator.vertices, operator.triangles, operator.topology);
+                self.multigrid.prepare(&self.partition, &self.order, mesh, &self.matrix);
             }
+            With::Factor(factor, _) => factor.begin(operator, free),
         }
+    }
+
+    /// Keeps b in `scratch.rhs` and forms the residual of the guess, which is dropped where none is better. Returns the squared
+    /// norms of the residual of the prescribed motion alone, and of that of the guess.
+    fn first_residual(
+        &mut self,
+        operator: &Operator,
+        params: &LinearParams,
+        corner: &mut [[DVec3; 3]],
+        x: &mut [DVec3],
+        scratch: &mut SolverScratch,
+    ) -> Result<(f64, f64), CgError> {
+        let SolverScratch { free, residual, rhs, direction, product, partials, .. } = scratch;
+        for vector in [&mut *rhs, direction, product] {
+            vector.resize(x.len(), DVec3::ZERO);
+        }
+        rhs.copy_from_slice(residual);
+        parallel::for_rows(direction, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
+        operator.apply_sparse(direction, product);
+        let reference_sq = parallel::sum_rows(direction, partials, |v, p| {
+            *p = (residual[v] - product[v]) * free[v];
+            p.length_squared()
+        });
+        let residual_sq = if params.tolerance < SINGLE {
+            operator.apply(x, free, corner, product, partials);
+            parallel::sum_rows(residual, partials, |v, r| {
+                *r = (rhs[v] - product[v]) * free[v];
+                r.length_squared()
+            })
+        } else {
+            self.residual_of_rounded(x, free, direction, residual, partials)
+        };
+        if !reference_sq.is_finite() || residual_sq.is_nan() {
+            return Err(CgError::NotFinite { iteration: 0 });
+        }
+        if residual_sq <= reference_sq {
+            return Ok((reference_sq, residual_sq));
+        }
+        // A guess that is worse than none: start from the prescribed motion alone.
+        parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
+        residual.copy_from_slice(direction);
+        Ok((reference_sq, reference_sq))
+    }
+
+    /// Rounds the free part of the guess `x` to single precision and multiplies it there: what is left of `b`.
+    fn residual_of_rounded(
+        &mut self,
+        x: &mut [DVec3],
+        free: &[DVec3],
+        b: &[DVec3],
+        residual: &mut [DVec3],
+        partials: &mut Vec<f64>,
+    ) -> f64 {
+        let Self { matrix, partition, order, vectors, .. } = self;
+        let Vectors { p, q, partials: sums, .. } = vectors;
+        let largest = x.iter().zip(free).map(|(x, free)| (*x * *free).abs().max_element()).fold(0.0, f64::max);
+        let scale = if largest.is_normal() { largest } else { 1.0 };
+        for vector in [&mut *p, q] {
+            empty(vector, x.len());
+            vector.resize(x.len(), Vec4::ZERO);
+        }
+        parallel::for_rows(p, |row, p| {
+            let v = order.vertex[row] as usize;
+            *p = (x[v] * free[v] / scale).as_vec3().extend(0.0);
+        });
+        matrix.apply(partition, p, q, sums);
+        parallel::for_rows(x, |v, x| {
+            let rounded = p[order.row[v] as usize].truncate().as_dvec3() * scale;
+            *x = rounded * free[v] + *x * (DVec3::ONE - free[v]);
+        });
+        parallel::sum_rows(residual, partials, |v, r| {
+            *r = b[v] - q[order.row[v] as usize].truncate().as_dvec3() * scale;
+            r.length_squared()
+        })
     }
 
     /// Takes the residual over its norm as right-hand side.
@@ -169,15 +266,17 @@ impl InnerSolver {
         });
     }
 
-    fn iterate(&mut self, kind: Inner, target_sq: f64, most: u32) -> Result<u32, CgError> {
-        let Self { matrix, partition, pattern, vectors, .. } = self;
-        match kind {
-            Inner::BlockJacobi => cg::solve(matrix, partition, &mut self.jacobi, vectors, target_sq, most),
-            Inner::IncompleteCholesky => {
-                let mut factored = Factored { factor: &self.incomplete, pattern };
-                cg::solve(matrix, partition, &mut factored, vectors, target_sq, most)
+    fn iterate(&mut self, with: &mut With, target_sq: f64, most: u32) -> Result<u32, CgError> {
+        let Self { matrix, partition, order, vectors, .. } = self;
+        match with {
+            With::Own(Inner::BlockJacobi) => cg::solve(matrix, partition, &mut self.jacobi, vectors, target_sq, most),
+            With::Own(Inner::IncompleteCholesky) => {
+                cg::solve(matrix, partition, &mut self.incomplete, vectors, target_sq, most)
             }
-            Inner::Multigrid => cg::solve(matrix, partition, &mut self.multigrid, vectors, target_sq, most),
+            With::Own(Inner::Multigrid) => cg::solve(matrix, partition, &mut self.multigrid, vectors, target_sq, most),
+            With::Factor(factor, _) => {
+                cg::solve(matrix, partition, &mut Factored { factor, order }, vectors, target_sq, most)
+            }
         }
     }
 
@@ -190,12 +289,12 @@ impl InnerSolver {
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> f64 {
-        let SolverScratch { free, residual, preconditioned, product, partials, .. } = scratch;
+        let SolverScratch { free, residual, rhs, product, partials, .. } = scratch;
         let (row, xr) = (&self.order.row, &self.vectors.xr);
         parallel::for_rows(x, |v, x| *x += xr[row[v] as usize][0].truncate().as_dvec3() * norm);
         operator.apply(x, free, corner, product, partials);
         parallel::sum_rows(residual, partials, |v, r| {
-            *r = (preconditioned[v] - product[v]) * free[v];
+            *r = (rhs[v] - product[v]) * free[v];
             r.length_squared()
         })
     }
@@ -208,45 +307,4 @@ fn empty<T>(list: &mut Vec<T>, count: usize) {
     if list.capacity() < count {
         list.reserve(count + count / 8);
     }
-}
-
-/// Keeps b in `scratch.preconditioned` and forms the residual of the guess, which is dropped where none is better. Returns the
-/// squared norms of the residual of the prescribed motion alone, and of that of the guess.
-fn first_residual(
-    operator: &Operator,
-    corner: &mut [[DVec3; 3]],
-    x: &mut [DVec3],
-    scratch: &mut SolverScratch,
-) -> Result<(f64, f64), CgError> {
-    let SolverScratch { free, residual, preconditioned, direction, product, partials, .. } = scratch;
-    for vector in [&mut *preconditioned, direction, product] {
-        vector.resize(x.len(), DVec3::ZERO);
-    }
-    preconditioned.copy_from_slice(residual);
-    parallel::for_rows(direction, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
-    // Most bodies have no prescribed motion: its product is zero.
-    if direction.iter().any(|p| *p != DVec3::ZERO) {
-        operator.apply(direction, free, corner, product, partials);
-    } else {
-        product.fill(DVec3::ZERO);
-    }
-    let reference_sq = parallel::sum_rows(direction, partials, |v, p| {
-        *p = (residual[v] - product[v]) * free[v];
-        p.length_squared()
-    });
-    operator.apply(x, free, corner, product, partials);
-    let residual_sq = parallel::sum_rows(residual, partials, |v, r| {
-        *r = (*r - product[v]) * free[v];
-        r.length_squared()
-    });
-    if !reference_sq.is_finite() || residual_sq.is_nan() {
-        return Err(CgError::NotFinite { iteration: 0 });
-    }
-    if residual_sq <= reference_sq {
-        return Ok((reference_sq, residual_sq));
-    }
-    // A guess that is worse than none: start from the prescribed motion alone.
-    parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
-    residual.copy_from_slice(direction);
-    Ok((reference_sq, reference_sq))
 }

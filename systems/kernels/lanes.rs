@@ -1,0 +1,336 @@
+//! Numbers side by side, one lane per triangle: eight in single precision, four in double.
+//!
+//! Kernels are written once, over [`Lanes`]; the wide processor's are registers of 256 bits, the plain one's are halves of
+//! that or plain numbers. Every operation rounds each lane by itself, so that both give the same bits.
+//!
+//! What is generic over lanes is marked `#[inline(always)]` down to the last function and calls no closure: a function that is not
+//! inlined into the wide one cannot take the wide instructions in, and calls each of them instead.
+
+use glam::{Mat4, Vec4};
+use std::ops::{Add, Div, Mul, Sub};
+
+/// Lanes in single precision.
+pub const SINGLES: usize = 8;
+
+/// Lanes in double precision.
+pub const DOUBLES: usize = 4;
+
+/// An instruction set.
+pub trait Lanes: Copy {
+    /// Eight numbers in single precision.
+    type Singles: Copy;
+    /// Four numbers in double precision.
+    type Doubles: Copy;
+
+    /// Takes eight numbers.
+    fn singles(self, x: [Vec4; 2]) -> Self::Singles;
+    /// Gives eight numbers.
+    fn single_array(self, x: Self::Singles) -> [Vec4; 2];
+    /// a + b.
+    fn add_singles(self, a: Self::Singles, b: Self::Singles) -> Self::Singles;
+    /// a − b.
+    fn sub_singles(self, a: Self::Singles, b: Self::Singles) -> Self::Singles;
+    /// a·b.
+    fn mul_singles(self, a: Self::Singles, b: Self::Singles) -> Self::Singles;
+    /// The first three components of eight vectors.
+    fn components(self, rows: [Vec4; 8]) -> [Self::Singles; 3];
+    /// The eight vectors with these components and a last one of zero.
+    fn rows(self, components: [Self::Singles; 3]) -> [Vec4; 8];
+
+    /// Takes four numbers.
+    fn doubles(self, x: [f64; 4]) -> Self::Doubles;
+    /// Gives four numbers.
+    fn double_array(self, x: Self::Doubles) -> [f64; 4];
+    /// a + b.
+    fn add_doubles(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    /// a − b.
+    fn sub_doubles(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    /// a·b.
+    fn mul_doubles(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    /// a/b.
+    fn div_doubles(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    /// √a.
+    fn sqrt_doubles(self, a: Self::Doubles) -> Self::Doubles;
+    /// a where it is larger, else b.
+    fn max_doubles(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+}
+
+/// What every processor has.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable;
+
+#[inline(always)]
+fn columns(a: Vec4, b: Vec4, c: Vec4, d: Vec4) -> [Vec4; 4] {
+    let t = Mat4::from_cols(a, b, c, d).transpose();
+    [t.x_axis, t.y_axis, t.z_axis, t.w_axis]
+}
+
+impl Lanes for Portable {
+    type Singles = [Vec4; 2];
+    type Doubles = [f64; 4];
+
+    #[inline(always)]
+    fn singles(self, x: [Vec4; 2]) -> [Vec4; 2] {
+        x
+    }
+    #[inline(always)]
+    fn single_array(self, x: [Vec4; 2]) -> [Vec4; 2] {
+        x
+    }
+    #[inline(always)]
+    fn add_singles(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
+        [a[0] + b[0], a[1] + b[1]]
+    }
+    #[inline(always)]
+    fn sub_singles(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
+        [a[0] - b[0], a[1] - b[1]]
+    }
+    #[inline(always)]
+    fn mul_singles(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
+        [a[0] * b[0], a[1] * b[1]]
+    }
+    #[inline(always)]
+    fn components(self, rows: [Vec4; 8]) -> [[Vec4; 2]; 3] {
+        let [x, y, z, _] = columns(rows[0], rows[1], rows[2], rows[3]);
+        let [x_high, y_high, z_high, _] = columns(rows[4], rows[5], rows[6], rows[7]);
+        [[x, x_high], [y, y_high], [z, z_high]]
+    }
+    #[inline(always)]
+    fn rows(self, [x, y, z]: [[Vec4; 2]; 3]) -> [Vec4; 8] {
+        let [a, b, c, d] = columns(x[0], y[0], z[0], Vec4::ZERO);
+        let [e, f, g, h] = columns(x[1], y[1], z[1], Vec4::ZERO);
+        [a, b, c, d, e, f, g, h]
+    }
+
+    #[inline(always)]
+    fn doubles(self, x: [f64; 4]) -> [f64; 4] {
+        x
+    }
+    #[inline(always)]
+    fn double_array(self, x: [f64; 4]) -> [f64; 4] {
+        x
+    }
+    #[inline(always)]
+    fn add_doubles(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]]
+    }
+    #[inline(always)]
+    fn sub_doubles(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]]
+    }
+    #[inline(always)]
+    fn mul_doubles(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        [a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]]
+    }
+    #[inline(always)]
+    fn div_doubles(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        [a[0] / b[0], a[1] / b[1], a[2] / b[2], a[3] / b[3]]
+    }
+    #[inline(always)]
+    fn sqrt_doubles(self, a: [f64; 4]) -> [f64; 4] {
+        [a[0].sqrt(), a[1].sqrt(), a[2].sqrt(), a[3].sqrt()]
+    }
+    #[inline(always)]
+    fn max_doubles(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        let mut larger = b;
+        for (larger, a) in larger.iter_mut().zip(a) {
+            *larger = if a > *larger { a } else { *larger };
+        }
+        larger
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod wide {
+    use super::Lanes;
+    use glam::Vec4;
+    use pulp::x86::V3;
+    use std::arch::x86_64::{__m128, __m256, __m256d};
+
+    /// Transposes the 4×4 matrix in either half.
+    #[inline(always)]
+    fn transpose(v3: V3, [a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
+        let avx = v3.avx;
+        let (ab, cd) = (avx._mm256_unpacklo_ps(a, b), avx._mm256_unpacklo_ps(c, d));
+        let (ab_high, cd_high) = (avx._mm256_unpackhi_ps(a, b), avx._mm256_unpackhi_ps(c, d));
+        [
+            avx._mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
+            avx._mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
+            avx._mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+            avx._mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+        ]
+    }
+
+    impl Lanes for V3 {
+        type Singles = __m256;
+        type Doubles = __m256d;
+
+        #[inline(always)]
+        fn singles(self, [low, high]: [Vec4; 2]) -> __m256 {
+            self.avx._mm256_set_m128(high.into(), low.into())
+        }
+        #[inline(always)]
+        fn single_array(self, x: __m256) -> [Vec4; 2] {
+            let high: __m128 = self.avx._mm256_extractf128_ps::<1>(x);
+            [self.avx._mm256_castps256_ps128(x).into(), high.into()]
+        }
+        #[inline(always)]
+        fn add_singles(self, a: __m256, b: __m256) -> __m256 {
+            self.avx._mm256_add_ps(a, b)
+        }
+        #[inline(always)]
+        fn sub_singles(self, a: __m256, b: __m256) -> __m256 {
+            self.avx._mm256_sub_ps(a, b)
+        }
+        #[inline(always)]
+        fn mul_singles(self, a: __m256, b: __m256) -> __m256 {
+            self.avx._mm256_mul_ps(a, b)
+        }
+        #[inline(always)]
+        fn components(self, rows: [Vec4; 8]) -> [__m256; 3] {
+            let (a, b) = (self.singles([rows[0], rows[4]]), self.singles([rows[1], rows[5]]));
+            let (c, d) = (self.singles([rows[2], rows[6]]), self.singles([rows[3], rows[7]]));
+            let [x, y, z, _] = transpose(self, [a, b, c, d]);
+            [x, y, z]
+        }
+        #[inline(always)]
+        fn rows(self, [x, y, z]: [__m256; 3]) -> [Vec4; 8] {
+            let [a, b, c, d] = transpose(self, [x, y, z, self.avx._mm256_setzero_ps()]);
+            let [a, e] = self.single_array(a);
+            let [b, f] = self.single_array(b);
+            let [c, g] = self.single_array(c);
+            let [d, h] = self.single_array(d);
+            [a, b, c, d, e, f, g, h]
+        }
+
+        #[inline(always)]
+        fn doubles(self, x: [f64; 4]) -> __m256d {
+            self.avx._mm256_setr_pd(x[0], x[1], x[2], x[3])
+        }
+        #[inline(always)]
+        fn double_array(self, x: __m256d) -> [f64; 4] {
+            let [low, high] = [self.avx._mm256_castpd256_pd128(x), self.avx._mm256_extractf128_pd::<1>(x)];
+            let sse2 = self.sse2;
+            let (b, d) = (sse2._mm_unpackhi_pd(low, low), sse2._mm_unpackhi_pd(high, high));
+            [sse2._mm_cvtsd_f64(low), sse2._mm_cvtsd_f64(b), sse2._mm_cvtsd_f64(high), sse2._mm_cvtsd_f64(d)]
+        }
+        #[inline(always)]
+        fn add_doubles(self, a: __m256d, b: __m256d) -> __m256d {
+            self.avx._mm256_add_pd(a, b)
+        }
+        #[inline(always)]
+        fn sub_doubles(self, a: __m256d, b: __m256d) -> __m256d {
+            self.avx._mm256_sub_pd(a, b)
+        }
+        #[inline(always)]
+        fn mul_doubles(self, a: __m256d, b: __m256d) -> __m256d {
+            self.avx._mm256_mul_pd(a, b)
+        }
+        #[inline(always)]
+        fn div_doubles(self, a: __m256d, b: __m256d) -> __m256d {
+            self.avx._mm256_div_pd(a, b)
+        }
+        #[inline(always)]
+        fn sqrt_doubles(self, a: __m256d) -> __m256d {
+            self.avx._mm256_sqrt_pd(a)
+        }
+        #[inline(always)]
+        fn max_doubles(self, a: __m256d, b: __m256d) -> __m256d {
+            self.avx._mm256_max_pd(a, b)
+        }
+    }
+}
+
+/// Eight numbers in single precision, with their arithmetic.
+#[derive(Clone, Copy)]
+pub struct Singles<L: Lanes>(pub L, pub L::Singles);
+
+/// Four numbers in double precision, with their arithmetic.
+#[derive(Clone, Copy)]
+pub struct Doubles<L: Lanes>(pub L, pub L::Doubles);
+
+macro_rules! operator {
+    ($numbers:ident, $operator:ident, $method:ident, $of_lanes:ident) => {
+        impl<L: Lanes> $operator for $numbers<L> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0, self.0.$of_lanes(self.1, other.1))
+            }
+        }
+    };
+}
+
+operator!(Singles, Add, add, add_singles);
+operator!(Singles, Sub, sub, sub_singles);
+operator!(Singles, Mul, mul, mul_singles);
+operator!(Doubles, Add, add, add_doubles);
+operator!(Doubles, Sub, sub, sub_doubles);
+operator!(Doubles, Mul, mul, mul_doubles);
+operator!(Doubles, Div, div, div_doubles);
+
+impl<L: Lanes> Singles<L> {
+    /// Takes eight numbers.
+    #[inline(always)]
+    pub fn new(lanes: L, x: [Vec4; 2]) -> Self {
+        Self(lanes, lanes.singles(x))
+    }
+
+    /// The same number in every lane.
+    #[inline(always)]
+    pub fn splat(lanes: L, x: f32) -> Self {
+        Self::new(lanes, [Vec4::splat(x); 2])
+    }
+
+    /// Gives eight numbers.
+    #[inline(always)]
+    pub fn to_array(self) -> [Vec4; 2] {
+        self.0.single_array(self.1)
+    }
+
+    /// The first three components of eight vectors.
+    #[inline(always)]
+    pub fn components(lanes: L, rows: [Vec4; 8]) -> [Self; 3] {
+        let [x, y, z] = lanes.components(rows);
+        [Self(lanes, x), Self(lanes, y), Self(lanes, z)]
+    }
+
+    /// The eight vectors with these components and a last one of zero.
+    #[inline(always)]
+    pub fn rows([x, y, z]: [Self; 3]) -> [Vec4; 8] {
+        x.0.rows([x.1, y.1, z.1])
+    }
+}
+
+impl<L: Lanes> Doubles<L> {
+    /// Takes four numbers.
+    #[inline(always)]
+    pub fn new(lanes: L, x: [f64; 4]) -> Self {
+        Self(lanes, lanes.doubles(x))
+    }
+
+    /// The same number in every lane.
+    #[inline(always)]
+    pub fn splat(lanes: L, x: f64) -> Self {
+        Self::new(lanes, [x; 4])
+    }
+
+    /// Gives four numbers.
+    #[inline(always)]
+    pub fn to_array(self) -> [f64; 4] {
+        self.0.double_array(self.1)
+    }
+
+    /// The square root.
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        Self(self.0, self.0.sqrt_doubles(self.1))
+    }
+
+    /// The larger of two numbers.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        Self(self.0, self.0.max_doubles(self.1, other.1))
+    }
+}
