@@ -72,7 +72,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         let params = linear_params(step, scratch, imbalance_before, force_scale);
         let means = Means {
             factor: use_of_factor(step, &scratch.free).map(|how| (factor, how)),
-            inner: inner_kind(step).map(|kind| (inner, kind)),
+            inner: inner_kind(step, &scratch.free).map(|kind| (inner, kind)),
         };
         let mut rotated = None;
         match solve_or_fall_back(operator, &params, means, forces, increment, scratch, &mut rotated) {
@@ -153,27 +153,35 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(step.linear.tolerance), ..step.linear }
 }
 
+/// Whether a body is small enough for a Cholesky factor.
+fn is_small(free: &[DVec3]) -> bool {
+    free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED
+}
+
 fn use_of_factor(step: &StepContext, free: &[DVec3]) -> Option<Use> {
-    let is_small = || free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED;
     match step.preconditioner {
-        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky => None,
-        Preconditioner::Auto if !is_small() => None,
+        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
+        Preconditioner::Auto if !is_small(free) => None,
         Preconditioner::Auto if !step.is_static => Some(Use::Aside),
         Preconditioner::Auto | Preconditioner::Cholesky => Some(Use::Wait),
     }
 }
 
-/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision reaches.
-fn inner_kind(step: &StepContext) -> Option<Inner> {
-    if step.is_static || step.precision == Precision::Double {
-        return None;
+/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
+/// reaches: there it is multigrid or nothing.
+fn inner_kind(step: &StepContext, free: &[DVec3]) -> Option<Inner> {
+    let is_multigrid = match step.preconditioner {
+        Preconditioner::Multigrid => true,
+        Preconditioner::Auto => !is_small(free),
+        _ => false,
+    };
+    match step.preconditioner {
+        _ if step.precision == Precision::Double && !step.is_static => None,
+        _ if is_multigrid => Some(Inner::Multigrid),
+        _ if step.is_static => None,
+        Preconditioner::BlockJacobi => Some(Inner::BlockJacobi),
+        _ => Some(Inner::IncompleteCholesky),
     }
-    Some(match step.preconditioner {
-        Preconditioner::BlockJacobi => Inner::BlockJacobi,
-        Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
-            Inner::IncompleteCholesky
-        }
-    })
 }
 
 /// The solve with the step's tangent or, where that is indefinite, with the rotated one, which is then left in `rotated`.

@@ -6,6 +6,7 @@
 //! that a step is usually solved to; a tighter one takes several.
 
 mod cg;
+mod cycle;
 mod factored;
 mod incomplete;
 mod jacobi;
@@ -153,17 +154,10 @@ impl InnerSolver {
         Ok((CgInfo { iterations, relative_residual }, is_solved))
     }
 
-    /// Takes the operator's numbers, and what depends on the triangles where they have changed.
+    /// Takes the operator's numbers.
     fn prepare(&mut self, operator: &Operator, with: &mut With, free: &[DVec3], shift: f32) {
+        self.follow(operator);
         let corners = &operator.triangles.corners;
-        if self.corners != *corners {
-            empty(&mut self.corners, corners.len());
-            self.corners.extend_from_slice(corners);
-            self.order.rebuild(corners, operator.topology);
-            self.partition.rebuild(corners, &self.order.row);
-            self.has_pattern = false;
-            self.multigrid.forget();
-        }
         self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
         match with {
             With::Own(Inner::BlockJacobi) => self.jacobi.factor(&self.partition, &self.matrix),
@@ -179,6 +173,19 @@ impl InnerSolver {
                 self.multigrid.prepare(&self.partition, &self.order, mesh, &self.matrix);
             }
             With::Factor(factor, _) => factor.begin(operator, free),
+        }
+    }
+
+    /// Finds anew what depends on the triangles where they have changed.
+    fn follow(&mut self, operator: &Operator) {
+        let corners = &operator.triangles.corners;
+        if self.corners != *corners {
+            empty(&mut self.corners, corners.len());
+            self.corners.extend_from_slice(corners);
+            self.order.rebuild(corners, operator.topology);
+            self.partition.rebuild(corners, &self.order.row);
+            self.has_pattern = false;
+            self.multigrid.forget();
         }
     }
 

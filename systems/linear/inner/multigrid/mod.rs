@@ -110,6 +110,11 @@ impl Multigrid {
         self.fewest = self.fewest.min(iterations);
     }
 
+    /// The next solve takes the operator's numbers anew.
+    pub fn expire(&mut self) {
+        self.excess = RENEWAL;
+    }
+
     /// Finds levels, weights and patterns anew.
     fn rebuild(
         &mut self,
