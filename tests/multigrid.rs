@@ -206,6 +206,19 @@ fn figures() {
                     let edge = 30.0 / cells[0] as f64;
                     show(scene, &System::pulled(generate::unstructured(&corner, edge, 3).unwrap(), true, &[]));
                 }
+                "run" => {
+                    let mut document = Document::named("capsulorhexis").unwrap();
+                    document.set(&format!("bodies.0.mesh.cap.triangles={}", 2 * cells[0] * cells[1])).unwrap();
+                    document.set("run.dt=5").unwrap();
+                    document.set(&format!("run.preconditioner=\"{}\"", std::env::var("KIND").unwrap())).unwrap();
+                    let mut instance = document.scene().unwrap().instantiate().unwrap();
+                    let mut sums = vec![0; steps / 50 + 1];
+                    for i in 0..steps {
+                        instance.advance().unwrap();
+                        sums[i / 50] += instance.simulation.report().bodies[0].iterations;
+                    }
+                    println!("its {:?}", sums.iter().map(|s| s / 50).collect::<Vec<_>>());
+                }
                 "cap" => show(scene, &System::capsule(2 * cells[0] * cells[1], 1)),
                 "slack" => show(scene, &System::capsule(2 * cells[0] * cells[1], steps)),
                 _ => unreachable!(),

@@ -156,24 +156,22 @@ fn solve_with_cycles(
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     scratch.rhs.clone_from(&scratch.residual);
+    inner.begin_cycles(operator, &scratch.free);
     let mut done = 0;
     loop {
-        inner.begin_cycles(operator, &scratch.free);
-        let most = inner.most_cycles().min(MOST_CYCLES).min(params.iterations - done);
-        let limited = LinearParams { iterations: most, ..*params };
+        let most = inner.most_cycles(params.tolerance);
+        let limited = LinearParams { iterations: most.unwrap_or(MOST_CYCLES).min(params.iterations - done), ..*params };
         let cycle = |r: &[DVec3], _: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| inner.cycle(r, z, partials);
         let info = cg::solve(operator, &limited, corner, x, scratch, cycle)?;
         let is_solved = info.relative_residual <= params.tolerance;
-        let is_present = inner.most_cycles() > most;
-        inner.end_cycles(info.iterations, is_solved);
+        inner.end_cycles(info.iterations, info.relative_residual, is_solved);
         done += info.iterations;
-        if is_solved || is_present || done >= params.iterations {
-            if !is_solved {
-                scratch.residual.copy_from_slice(&scratch.rhs);
-            }
+        if !is_solved {
+            scratch.residual.copy_from_slice(&scratch.rhs);
+        }
+        if is_solved || most.is_none() || done >= params.iterations {
             return Ok(CgInfo { iterations: done, ..info });
         }
-        scratch.residual.copy_from_slice(&scratch.rhs);
     }
 }
 

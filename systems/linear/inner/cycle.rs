@@ -23,16 +23,17 @@ impl InnerSolver {
         }
     }
 
-    /// Iterations with it at the most: with more, one of the present operator is better.
-    pub fn most_cycles(&self) -> u32 {
-        self.multigrid.most()
+    /// Iterations with the cycle at the most that are to reduce the residual to the part `gain` of itself: with more, one of the
+    /// present operator is better. `None` where it is of the present one.
+    pub fn most_cycles(&self, gain: f64) -> Option<u32> {
+        self.multigrid.is_earlier().then(|| self.multigrid.most(gain))
     }
 
-    /// After iterations with [`InnerSolver::cycle`] that have sufficed, or not.
-    pub fn end_cycles(&mut self, iterations: u32, is_solved: bool) {
-        self.multigrid.has_served(iterations);
+    /// After iterations with the cycle that have reduced the residual to the part `gain` of itself.
+    pub fn end_cycles(&mut self, iterations: u32, gain: f64, is_solved: bool) {
+        self.multigrid.has_served(iterations, gain);
         if !is_solved {
-            self.multigrid.expire();
+            self.multigrid.renew(&self.partition, &self.matrix);
         }
     }
 

@@ -40,12 +40,12 @@ const REPAIRS: [f32; 3] = [0.1, 0.3, 1.0];
 impl Incomplete {
     /// Finds the pattern anew.
     pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]], topology: &Topology) {
-        self.pattern.rebuild(partition, order, corners, topology);
+        self.pattern.rebuild(partition, (&order.vertex, &order.row), corners, topology);
     }
 
     /// Factors the operator with its diagonal raised by a fraction `shift` of itself (Manteuffel 1980).
     pub fn factor(&mut self, partition: &Partition, matrix: &Matrix, shift: f32) {
-        self.pattern.gather(partition, matrix, &mut self.inverse, &mut self.lower);
+        self.pattern.gather(partition, matrix, |row| row, &mut self.inverse, &mut self.lower);
         wide(|| self.eliminate(matrix, shift));
         self.pattern.mirror(&self.lower, &mut self.upper);
     }

@@ -112,7 +112,7 @@ impl InnerSolver {
             let most = match with {
                 With::Own(Inner::BlockJacobi) => u32::MAX,
                 With::Own(Inner::IncompleteCholesky) => MOST_WITH_FACTOR,
-                With::Own(Inner::Multigrid) => self.multigrid.most(),
+                With::Own(Inner::Multigrid) => self.multigrid.most(gain_sq.sqrt()),
                 With::Factor(_, most) => most - iterations,
             };
             let most = most.min(params.iterations - iterations);
@@ -124,6 +124,9 @@ impl InnerSolver {
             iterations += done;
             let before_sq = residual_sq;
             residual_sq = self.correct(operator, norm, corner, x, scratch);
+            if matches!(with, With::Own(Inner::Multigrid)) {
+                self.multigrid.has_served(done, (residual_sq / before_sq).sqrt());
+            }
             if residual_sq <= target_sq {
                 break;
             }
@@ -139,13 +142,10 @@ impl InnerSolver {
                         shift *= 10.0;
                         self.incomplete.factor(&self.partition, &self.matrix, shift);
                     }
-                    With::Own(Inner::Multigrid) => self.multigrid.assemble(&self.partition, &self.matrix),
+                    With::Own(Inner::Multigrid) => self.multigrid.renew(&self.partition, &self.matrix),
                     With::Own(Inner::BlockJacobi) | With::Factor(..) => {}
                 }
             }
-        }
-        if matches!(with, With::Own(Inner::Multigrid)) {
-            self.multigrid.has_served(iterations);
         }
         if !is_solved {
             scratch.residual.copy_from_slice(&scratch.rhs);

@@ -3,13 +3,14 @@
 
 use super::empty;
 use super::matrix::Matrix;
-use super::order::{Order, neighbours};
+use super::order::neighbours;
 use super::partition::{EMPTY, Partition};
 use crate::storage::Topology;
 use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::pack::LANES;
 use crate::systems::kernels::simd::wide;
 use crate::systems::parallel;
+use std::ops::Range;
 
 /// The pattern of a symmetric matrix.
 #[derive(Debug, Default)]
@@ -30,16 +31,32 @@ pub struct Pattern {
 const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
 
 impl Pattern {
-    /// Finds the pattern of the triangles anew.
-    pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]], topology: &Topology) {
-        let n = order.vertex.len();
+    /// Finds the pattern of the triangles anew; `vertex` has the vertices in their order, `row` the row of each.
+    pub fn rebuild(
+        &mut self,
+        partition: &Partition,
+        (vertex, row): (&[u32], &[u32]),
+        corners: &[[u32; 3]],
+        topology: &Topology,
+    ) {
         // Three edges for each vertex of a surface.
-        self.begin(n, 3 * n);
-        for (row, &v) in order.vertex.iter().enumerate() {
-            self.push_row(neighbours(v, corners, topology).map(|w| order.row[w as usize]).filter(|&c| c < row as u32));
+        self.begin(vertex.len(), 3 * vertex.len());
+        for (i, &v) in vertex.iter().enumerate() {
+            self.push_row(neighbours(v, corners, topology).map(|w| row[w as usize]).filter(|&c| c < i as u32));
         }
         self.finish();
-        self.find_targets(partition, &order.row, corners);
+        self.find_targets(partition, row, corners);
+    }
+
+    /// This pattern with its rows in another order: `new` gives a row its new place, `old` the other way round.
+    pub fn reordered(&self, new: impl Fn(u32) -> u32, old: impl Fn(u32) -> u32) -> Self {
+        let mut other = Self::default();
+        other.begin(self.row_count(), self.column.len());
+        for row in 0..self.row_count() as u32 {
+            other.push_row(self.neighbours(old(row) as usize).map(&new).filter(|&column| column < row));
+        }
+        other.finish();
+        other
     }
 
     /// Begins a pattern of so many rows and about so many blocks.
@@ -114,29 +131,50 @@ impl Pattern {
         self.row_start.len() - 1
     }
 
+    /// Blocks of a row before the diagonal.
+    #[inline(always)]
+    pub fn before(&self, row: usize) -> Range<usize> {
+        self.row_start[row] as usize..self.row_start[row + 1] as usize
+    }
+
+    /// Entries of `below` for a row, which are its blocks after the diagonal.
+    #[inline(always)]
+    pub fn after(&self, row: usize) -> Range<usize> {
+        self.column_start[row] as usize..self.column_start[row + 1] as usize
+    }
+
+    /// Largest difference of row and column of a block.
+    pub fn width(&self) -> u32 {
+        let of_row = |row: usize| self.column[self.before(row)].first().map_or(0, |&column| row as u32 - column);
+        (0..self.row_count()).map(of_row).max().unwrap_or(0)
+    }
+
     /// The rows that a row has a block with, but for itself: those before it, then those after it.
     pub fn neighbours(&self, row: usize) -> impl Iterator<Item = u32> + '_ {
-        let before = &self.column[self.row_start[row] as usize..self.row_start[row + 1] as usize];
-        let after = &self.below[self.column_start[row] as usize..self.column_start[row + 1] as usize];
+        let (before, after) = (&self.column[self.before(row)], &self.below[self.after(row)]);
         before.iter().copied().chain(after.iter().map(|entry| entry[0]))
     }
 
-    /// Sums the triangles' blocks and those that the vertices have by themselves.
+    /// Sums the triangles' blocks and those that the vertices have by themselves. `place` is where a row of the matrix stands here.
     pub fn gather(
         &self,
         partition: &Partition,
         matrix: &Matrix,
+        place: impl Fn(usize) -> usize,
         diagonal: &mut Vec<Block>,
         lower: &mut Vec<Block>,
     ) {
         empty(lower, self.column.len());
         lower.resize(self.column.len(), block::ZERO);
         empty(diagonal, matrix.own.len());
-        diagonal.extend(matrix.own.iter().map(|[x, y, z, _]| [*x, *y, *z]));
+        diagonal.resize(matrix.own.len(), block::ZERO);
+        for (row, [x, y, z, _]) in matrix.own.iter().enumerate() {
+            diagonal[place(row)] = [*x, *y, *z];
+        }
         wide(|| {
             matrix.add_blocks(
                 partition,
-                |row, value| block::add(&mut diagonal[row], value),
+                |row, value| block::add(&mut diagonal[place(row)], value),
                 |pack, edge, lane, value| {
                     let target = self.target[pack][edge][lane];
                     let block = &mut lower[target as usize / 2];

@@ -6,6 +6,7 @@
 
 use super::super::empty;
 use super::super::pattern::Pattern;
+use super::numbering::Numbering;
 
 /// No node of the coarser level.
 pub const NONE: u32 = u32::MAX;
@@ -19,9 +20,9 @@ const MOST: usize = 15;
 /// Scratch of the choice.
 #[derive(Debug, Default)]
 pub struct Coarsening {
-    /// Per row its node on the coarser level, or [`NONE`].
+    /// Per row its node on the coarser level, by places, or [`NONE`].
     pub node: Vec<u32>,
-    /// Per node its row, ascending.
+    /// Per node its row.
     pub row: Vec<u32>,
     passed: Vec<u8>,
     queue: [Vec<u32>; MOST + 1],
@@ -29,25 +30,28 @@ pub struct Coarsening {
 
 impl Coarsening {
     /// Chooses anew.
-    pub fn rebuild(&mut self, pattern: &Pattern, is_boundary: &[bool]) {
+    pub fn rebuild(&mut self, pattern: &Pattern, numbering: Numbering, is_boundary: &[bool]) {
         let n = pattern.row_count();
         empty(&mut self.node, n);
         self.node.resize(n, NONE);
         empty(&mut self.passed, n);
         self.passed.resize(n, 0);
         for of_boundary in [true, false] {
-            // Those without passed neighbours in the order of rows: the queues are stacks.
-            for row in (0..n).rev().filter(|&row| is_boundary[row] == of_boundary) {
-                self.queue[usize::from(self.passed[row]).min(MOST)].push(row as u32);
+            // Those without passed neighbours in the order of places: the queues are stacks.
+            for row in (0..n as u32).rev().map(|place| numbering.row(place)) {
+                if is_boundary[row as usize] == of_boundary {
+                    self.queue[usize::from(self.passed[row as usize]).min(MOST)].push(row);
+                }
             }
             self.choose(pattern, is_boundary, of_boundary);
         }
         self.row.clear();
-        for (row, node) in self.node.iter_mut().enumerate() {
+        for row in (0..n as u32).map(|place| numbering.row(place)) {
+            let node = &mut self.node[row as usize];
             *node = if *node == PASSED {
                 NONE
             } else {
-                self.row.push(row as u32);
+                self.row.push(row);
                 self.row.len() as u32 - 1
             };
         }

@@ -26,7 +26,7 @@ impl Coarsest {
         self.b.resize(n, 0.0);
         for row in 0..count {
             self.put(n, row, row, &level.diagonal[row]);
-            for k in level.pattern.row_start[row] as usize..level.pattern.row_start[row + 1] as usize {
+            for k in level.pattern.before(row) {
                 self.put(n, row, level.pattern.column[k] as usize, &level.lower[k]);
             }
         }

@@ -6,15 +6,21 @@
 
 use super::super::empty;
 use super::super::pattern::Pattern;
-use super::interpolation::Parts;
+use super::numbering::Numbering;
 use crate::systems::kernels::block::{self, Block};
-use crate::systems::kernels::simd::wide;
+use crate::systems::kernels::lanes::Lanes;
+use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
 use glam::Vec4;
+
+/// No axis prescribed.
+pub const FREE: Vec4 = Vec4::new(1.0, 1.0, 1.0, 0.0);
 
 /// The numbers of a level. Rows and columns of prescribed axes are zero.
 #[derive(Debug, Default)]
 pub struct Level {
+    /// The order of the rows.
+    pub numbering: Numbering,
     /// Where the blocks stand.
     pub pattern: Pattern,
     /// Blocks on the diagonal \[N/mm\].
@@ -27,10 +33,17 @@ pub struct Level {
     pub inverse: Vec<Block>,
     /// Free axes (1) of every row.
     pub free: Vec<Vec4>,
+}
+
+/// Vectors of a level.
+#[derive(Debug, Default)]
+pub struct Vectors {
     /// Right-hand side, where it is not the solver's \[N\].
     pub r: Vec<Vec4>,
     /// Answer \[mm\].
     pub x: Vec<Vec4>,
+    /// What the forward sweep leaves of the right-hand side \[N\].
+    pub left: Vec<Vec4>,
 }
 
 /// Parts of its trace by which a block is raised that is not positive, the least that will do.
@@ -40,100 +53,133 @@ impl Level {
     /// Zeroes prescribed rows and columns, makes the diagonal invertible and inverts it, mirrors the rest.
     pub fn finish(&mut self) {
         let Self { pattern, diagonal, lower, upper, inverse, free, .. } = self;
-        let n = diagonal.len();
         parallel::for_rows(diagonal, |row, diagonal| {
             let own = block::mask(diagonal, free[row], free[row]);
             let trace = own[0].x + own[1].y + own[2].z;
             let unit = block::mask(&[Vec4::X, Vec4::Y, Vec4::Z], free[row], free[row]);
             let mut raised = RAISES.iter().map(|part| block::sum(&own, &unit, part * trace));
-            *diagonal = if block::invert(&own, free[row]).is_some() {
-                own
-            } else {
-                raised.find(|raised| block::invert(raised, free[row]).is_some()).unwrap_or(block::ZERO)
-            };
+            let is_positive = |block: &Block| block::invert(block, free[row]).is_some();
+            // All of the cycle takes the raised block for the operator's: its levels are still those of one operator.
+            *diagonal = if is_positive(&own) { own } else { raised.find(is_positive).unwrap_or(block::ZERO) };
         });
-        empty(inverse, n);
-        inverse.resize(n, block::ZERO);
+        empty(inverse, diagonal.len());
+        inverse.resize(diagonal.len(), block::ZERO);
         parallel::for_rows(inverse, |row, inverse| {
             *inverse = block::invert(&diagonal[row], free[row]).unwrap_or(block::ZERO);
         });
         if free.iter().any(|free| *free != FREE) {
-            for row in 0..n {
-                for k in pattern.row_start[row] as usize..pattern.row_start[row + 1] as usize {
+            for row in 0..diagonal.len() {
+                for k in pattern.before(row) {
                     lower[k] = block::mask(&lower[k], free[row], free[pattern.column[k] as usize]);
                 }
             }
         }
         pattern.mirror(lower, upper);
-        for vector in [&mut self.r, &mut self.x] {
-            empty(vector, n);
-            vector.resize(n, Vec4::ZERO);
-        }
     }
 
     /// x = (D + L)⁻¹·r.
-    #[inline(always)]
-    pub fn forward(&self, x: &mut [Vec4], mut r: impl FnMut(usize, Vec4) -> Vec4) {
-        let pattern = &self.pattern;
-        wide(|| {
-            for row in 0..x.len() {
-                let mut y = r(row, x[row]);
-                let blocks = pattern.row_start[row] as usize..pattern.row_start[row + 1] as usize;
-                for (l, &column) in self.lower[blocks.clone()].iter().zip(&pattern.column[blocks]) {
-                    y -= block::apply(l, x[column as usize]);
-                }
-                x[row] = block::apply(&self.inverse[row], y);
-            }
-        });
+    pub fn forward(&self, x: &mut [Vec4], r: impl Fn(usize) -> Vec4 + Sync) {
+        let (first, second) = x.split_at_mut(self.numbering.first as usize);
+        let size = self.numbering.size();
+        parallel::for_pieces(first, size, &Forward { level: self, offset: 0, other: &[], r: &r });
+        parallel::for_pieces(second, size, &Forward { level: self, offset: first.len(), other: first, r: &r });
     }
 
-    /// `coarse` = Pᵀ·(r − A·x) after [`Level::forward`].
-    pub fn restrict(&self, x: &[Vec4], parts: &[Parts], coarse: &mut [Vec4]) {
-        let pattern = &self.pattern;
-        coarse.fill(Vec4::ZERO);
-        wide(|| {
-            for (row, parts) in parts.iter().enumerate() {
-                let mut y = Vec4::ZERO;
-                let blocks = pattern.column_start[row] as usize..pattern.column_start[row + 1] as usize;
-                for (u, &[column, _]) in self.upper[blocks.clone()].iter().zip(&pattern.below[blocks]) {
-                    y -= block::apply(u, x[column as usize]);
-                }
-                for (node, weight) in parts.node.into_iter().zip(parts.weight) {
-                    coarse[node as usize] += y * weight;
-                }
-            }
-        });
+    /// `left` = r − A·x after [`Level::forward`].
+    pub fn subtract(&self, x: &[Vec4], left: &mut [Vec4]) {
+        parallel::for_chunks(left, &Subtract { level: self, x });
     }
 
-    /// x = (D + U)⁻¹·(r − L·x), calling `each(row, x)`.
-    #[inline(always)]
-    pub fn backward(&self, x: &mut [Vec4], r: impl Fn(usize) -> Vec4, mut each: impl FnMut(usize, Vec4)) {
-        let pattern = &self.pattern;
-        wide(|| {
-            for row in (0..x.len()).rev() {
-                let mut y = r(row);
-                let blocks = pattern.row_start[row] as usize..pattern.row_start[row + 1] as usize;
-                for (l, &column) in self.lower[blocks.clone()].iter().zip(&pattern.column[blocks]) {
-                    y -= block::apply(l, x[column as usize]);
-                }
-                let blocks = pattern.column_start[row] as usize..pattern.column_start[row + 1] as usize;
-                for (u, &[column, _]) in self.upper[blocks.clone()].iter().zip(&pattern.below[blocks]) {
-                    y -= block::apply(u, x[column as usize]);
-                }
-                x[row] = block::apply(&self.inverse[row], y);
-                each(row, x[row]);
-            }
-        });
+    /// x = (D + U)⁻¹·(r − L·x).
+    pub fn backward(&self, x: &mut [Vec4], r: impl Fn(usize) -> Vec4 + Sync) {
+        let (first, second) = x.split_at_mut(self.numbering.first as usize);
+        let size = self.numbering.size();
+        parallel::for_pieces(second, size, &Backward { level: self, offset: first.len(), other: first, r: &r });
+        let second = &*second;
+        parallel::for_pieces(first, size, &Backward { level: self, offset: 0, other: second, r: &r });
     }
 }
 
-/// No axis prescribed.
-pub const FREE: Vec4 = Vec4::new(1.0, 1.0, 1.0, 0.0);
+/// A forward sweep over a chunk.
+struct Forward<'a, R> {
+    level: &'a Level,
+    /// First row of the colour.
+    offset: usize,
+    /// The colour before this one.
+    other: &'a [Vec4],
+    r: &'a R,
+}
 
-/// x += P·coarse.
-pub fn prolong(x: &mut [Vec4], parts: &[Parts], coarse: &[Vec4]) {
-    parallel::for_rows(x, |row, x| {
-        let Parts { node: [a, b, c], weight: [u, v, w] } = parts[row];
-        *x += coarse[a as usize] * u + coarse[b as usize] * v + coarse[c as usize] * w;
-    });
+impl<R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4> for Forward<'_, R> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, _: L, first: usize, x: &mut [Vec4]) {
+        let Self { level: Level { pattern, lower, inverse, .. }, offset, other, r } = self;
+        let start = offset + first;
+        for i in 0..x.len() {
+            let row = start + i;
+            let mut y = r(row);
+            let blocks = pattern.before(row);
+            for (l, &column) in lower[blocks.clone()].iter().zip(&pattern.column[blocks]) {
+                let column = column as usize;
+                y -= block::apply(l, if column < start { other[column] } else { x[column - start] });
+            }
+            x[i] = block::apply(&inverse[row], y);
+        }
+    }
+}
+
+/// What a forward sweep leaves.
+struct Subtract<'a> {
+    level: &'a Level,
+    x: &'a [Vec4],
+}
+
+impl Kernel<Vec4> for Subtract<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, _: L, first: usize, left: &mut [Vec4]) {
+        let Level { pattern, upper, .. } = self.level;
+        for (i, left) in left.iter_mut().enumerate() {
+            let blocks = pattern.after(first + i);
+            let mut y = Vec4::ZERO;
+            for (u, &[column, _]) in upper[blocks.clone()].iter().zip(&pattern.below[blocks]) {
+                y -= block::apply(u, self.x[column as usize]);
+            }
+            *left = y;
+        }
+    }
+}
+
+/// A backward sweep over a chunk.
+struct Backward<'a, R> {
+    level: &'a Level,
+    /// First row of the colour.
+    offset: usize,
+    /// The other colour.
+    other: &'a [Vec4],
+    r: &'a R,
+}
+
+impl<R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4> for Backward<'_, R> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, _: L, first: usize, x: &mut [Vec4]) {
+        let Self { level: Level { pattern, lower, upper, inverse, numbering, .. }, offset, other, r } = self;
+        let start = offset + first;
+        for i in (0..x.len()).rev() {
+            let row = start + i;
+            let mut y = r(row);
+            let blocks = pattern.before(row);
+            for (l, &column) in lower[blocks.clone()].iter().zip(&pattern.column[blocks]) {
+                let column = column as usize;
+                y -= block::apply(l, if column < start { other[column] } else { x[column - start] });
+            }
+            let blocks = pattern.after(row);
+            let end = start + x.len();
+            for (u, &[column, _]) in upper[blocks.clone()].iter().zip(&pattern.below[blocks]) {
+                let column = column as usize;
+                let value = if column < end { x[column - start] } else { other[column - numbering.first as usize] };
+                y -= block::apply(u, value);
+            }
+            x[i] = block::apply(&inverse[row], y);
+        }
+    }
 }

@@ -11,71 +11,47 @@
 mod coarsen;
 mod coarsest;
 mod galerkin;
+mod hierarchy;
 mod interpolation;
 mod level;
+mod numbering;
+mod transfer;
 
 use super::cg::{Precondition, Vectors};
-use super::empty;
 use super::matrix::{Matrix, dot};
 use super::order::Order;
 use super::partition::Partition;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
-use coarsen::Coarsening;
-use coarsest::Coarsest;
-use galerkin::Support;
-use glam::{DVec2, DVec3};
-use interpolation::{Parts, Place};
-use level::Level;
-
-/// Nodes of the coarsest level at the most: its dense factor then takes less than a millisecond.
-const MOST_COARSEST: usize = 40;
-
-/// A coarser level with more than this part of its nodes is not worth having: pieces that hang together by themselves.
-const LEAST_GAIN: f64 = 0.7;
-
-/// What one level hands to the next.
-#[derive(Debug, Default)]
-struct Transfer {
-    coarsening: Coarsening,
-    parts: Vec<Parts>,
-    support: Support,
-}
-
-/// The levels, the finest first.
-#[derive(Debug, Default)]
-pub struct Multigrid {
-    levels: Vec<Level>,
-    /// From every level to the next.
-    transfers: Vec<Transfer>,
-    coarsest: Coarsest,
-    places: Vec<Place>,
-    is_boundary: Vec<bool>,
-    state: State,
-    /// Fewest iterations that a solve has taken since the numbers were taken, and by how many all others have exceeded it.
-    fewest: u32,
-    excess: u32,
-}
-
-/// What there is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum State {
-    /// Nothing that could be used.
-    #[default]
-    Empty,
-    /// Numbers of an earlier operator.
-    Earlier,
-    /// Those of the present one.
-    Present,
-}
+use glam::DVec2;
+use hierarchy::Hierarchy;
 
 /// To take the operator's numbers anew costs as much as so many iterations (5 to 8 from 5,000 to 150,000 triangles).
-const RENEWAL: u32 = 8;
+const RENEWAL: f64 = 6.0;
+
+/// For so many solves at the most the numbers are taken anew at each, before older ones are tried again.
+const MOST_STRICT: u32 = 64;
+
+/// The levels and how old their numbers are.
+#[derive(Debug, Default)]
+pub struct Multigrid {
+    hierarchy: Hierarchy,
+    has_levels: bool,
+    /// Solves with these numbers.
+    served: u32,
+    /// Iterations of the first of them, per power of ten that it took off the residual.
+    rate: f64,
+    /// By how many iterations the others have exceeded that.
+    excess: f64,
+    /// Solves that are still to have numbers of their own; and for how many it was decided the last time.
+    strict: u32,
+    strictness: u32,
+}
 
 impl Multigrid {
     /// The triangles have changed.
     pub fn forget(&mut self) {
-        self.state = State::Empty;
+        self.has_levels = false;
     }
 
     /// Before a solve: levels where there are none, and numbers where those of an earlier operator no longer serve.
@@ -86,172 +62,84 @@ impl Multigrid {
         mesh: (&Vertices, &Triangles, &Topology),
         matrix: &Matrix,
     ) {
-        if self.state == State::Empty {
-            self.rebuild(partition, order, mesh);
+        if !self.has_levels {
+            self.hierarchy.rebuild(partition, order, mesh);
+            self.has_levels = true;
             self.assemble(partition, matrix);
-        } else if self.excess >= RENEWAL || self.levels[0].free.iter().zip(&matrix.own).any(|(f, own)| *f != own[3]) {
+            return;
+        }
+        let finest = self.hierarchy.finest();
+        let is_freed = |(place, own): (usize, &[glam::Vec4; 4])| {
+            finest.free[finest.numbering.row(place as u32) as usize] != own[3]
+        };
+        if self.excess >= RENEWAL {
+            self.renew(partition, matrix);
+        } else if self.strict > 0 || matrix.own.iter().enumerate().any(is_freed) {
+            self.strict = self.strict.saturating_sub(1);
             self.assemble(partition, matrix);
         }
     }
 
-    /// Iterations of a round at the most: with more, numbers of an earlier operator are worse than new ones.
-    pub fn most(&self) -> u32 {
-        if self.state == State::Present { u32::MAX } else { 2 * self.fewest + RENEWAL }
+    /// Takes the operator's numbers because those of an earlier one no longer serve.
+    pub fn renew(&mut self, partition: &Partition, matrix: &Matrix) {
+        // Where they were hardly worth keeping they are not kept for a while.
+        self.strictness = if self.served <= 2 { (2 * self.strictness).clamp(4, MOST_STRICT) } else { 0 };
+        self.strict = self.strictness;
+        self.assemble(partition, matrix);
     }
 
-    /// After a solve.
-    pub fn has_served(&mut self, iterations: u32) {
-        // What is served from a good guess takes none: it tells nothing.
+    fn assemble(&mut self, partition: &Partition, matrix: &Matrix) {
+        self.hierarchy.assemble(partition, matrix);
+        (self.served, self.excess) = (0, 0.0);
+    }
+
+    /// Whether the numbers are those of an earlier operator.
+    pub fn is_earlier(&self) -> bool {
+        self.served > 0
+    }
+
+    /// Iterations at the most of a solve that is to reduce the residual to the part `gain` of itself: with more, numbers of an
+    /// earlier operator are worse than new ones.
+    pub fn most(&self, gain: f64) -> u32 {
+        if self.served == 0 { u32::MAX } else { (self.rate * powers_of_ten(gain) + 2.0 * RENEWAL) as u32 }
+    }
+
+    /// After a solve that has reduced the residual to the part `gain` of itself.
+    pub fn has_served(&mut self, iterations: u32, gain: f64) {
+        // What is solved by its guess tells nothing.
         if iterations == 0 {
             return;
         }
-        self.state = State::Earlier;
-        self.excess += iterations.saturating_sub(self.fewest);
-        self.fewest = self.fewest.min(iterations);
-    }
-
-    /// The next solve takes the operator's numbers anew.
-    pub fn expire(&mut self) {
-        self.excess = RENEWAL;
-    }
-
-    /// Finds levels, weights and patterns anew.
-    fn rebuild(
-        &mut self,
-        partition: &Partition,
-        order: &Order,
-        (vertices, triangles, topology): (&Vertices, &Triangles, &Topology),
-    ) {
-        let corners = &triangles.corners;
-        let n = order.vertex.len();
-        if self.levels.is_empty() {
-            self.levels.push(Level::default());
+        let (iterations, powers) = (f64::from(iterations), powers_of_ten(gain));
+        if self.served == 0 {
+            self.rate = iterations / powers;
         }
-        self.levels[0].pattern.rebuild(partition, order, corners, topology);
-        empty(&mut self.places, n);
-        self.places.resize(n, Place::default());
-        parallel::for_rows(&mut self.places, |row, place| {
-            let v = order.vertex[row];
-            let normal = |&entry: &u32| {
-                let [a, b, c] = corners[entry as usize / 3].map(|v| vertices.rest_position[v as usize]);
-                (b - a).cross(c - a)
-            };
-            let normal: DVec3 = topology.incident[v as usize].iter().map(normal).sum();
-            *place = Place { position: vertices.rest_position[v as usize], normal: normal.normalize_or(DVec3::Z) };
-        });
-        empty(&mut self.is_boundary, n);
-        self.is_boundary.extend(order.vertex.iter().map(|&v| topology.is_boundary_vertex(v)));
-        let mut count = 1;
-        loop {
-            let fine = &self.levels[count - 1];
-            let rows = fine.pattern.row_count();
-            if rows <= MOST_COARSEST {
-                break;
-            }
-            if self.transfers.len() < count {
-                self.transfers.push(Transfer::default());
-                self.levels.push(Level::default());
-            }
-            let Transfer { coarsening, parts, support } = &mut self.transfers[count - 1];
-            let (fine, coarse) = self.levels.split_at_mut(count);
-            let fine = &fine[count - 1].pattern;
-            coarsening.rebuild(fine, &self.is_boundary);
-            let nodes = coarsening.row.len();
-            if nodes as f64 > LEAST_GAIN * rows as f64 {
-                break;
-            }
-            interpolation::rebuild(parts, fine, &self.places, &coarsening.node);
-            support.rebuild(parts, nodes);
-            galerkin::rebuild_pattern(&mut coarse[0].pattern, fine, parts, support, nodes);
-            for (node, &row) in coarsening.row.iter().enumerate() {
-                self.places[node] = self.places[row as usize];
-                self.is_boundary[node] = self.is_boundary[row as usize];
-            }
-            self.places.truncate(nodes);
-            self.is_boundary.truncate(nodes);
-            count += 1;
-        }
-        self.levels.truncate(count);
-        self.transfers.truncate(count - 1);
-    }
-
-    /// Takes the operator's numbers.
-    pub fn assemble(&mut self, partition: &Partition, matrix: &Matrix) {
-        let Level { pattern, diagonal, lower, free, .. } = &mut self.levels[0];
-        pattern.gather(partition, matrix, diagonal, lower);
-        empty(free, matrix.own.len());
-        free.extend(matrix.own.iter().map(|own| own[3]));
-        self.levels[0].finish();
-        for (i, Transfer { coarsening, parts, support }) in self.transfers.iter().enumerate() {
-            let (fine, coarse) = self.levels.split_at_mut(i + 1);
-            let (fine, coarse) = (&fine[i], &mut coarse[0]);
-            galerkin::free_axes(&mut coarse.free, &fine.free, &coarsening.row);
-            galerkin::assemble(coarse, fine, parts, support);
-            coarse.finish();
-        }
-        (self.state, self.fewest, self.excess) = (State::Present, u32::MAX, 0);
-        if let Some(last) = self.levels.last()
-            && last.pattern.row_count() <= MOST_COARSEST
-        {
-            self.coarsest.factor(last);
-        }
-    }
-
-    /// The answer of the levels from `first` on.
-    fn descend_from(&mut self, first: usize) {
-        let last = self.levels.len() - 1;
-        for i in first..last {
-            let (fine, coarse) = self.levels.split_at_mut(i + 1);
-            smooth_down(&mut fine[i]);
-            fine[i].restrict(&fine[i].x, &self.transfers[i].parts, &mut coarse[0].r);
-        }
-        let coarsest = &mut self.levels[last];
-        if coarsest.pattern.row_count() <= MOST_COARSEST {
-            self.coarsest.solve(&coarsest.r, &mut coarsest.x);
-        } else {
-            // Many pieces: no level is coarser. A symmetric sweep.
-            smooth_down(coarsest);
-            smooth_up(coarsest);
-        }
-        for i in (first..last).rev() {
-            let (fine, coarse) = self.levels.split_at_mut(i + 1);
-            level::prolong(&mut fine[i].x, &self.transfers[i].parts, &coarse[0].x);
-            smooth_up(&mut fine[i]);
-        }
+        self.excess += (iterations - self.rate * powers).max(0.0);
+        self.served += 1;
     }
 }
 
-fn smooth_down(level: &mut Level) {
-    let (mut x, r) = (std::mem::take(&mut level.x), std::mem::take(&mut level.r));
-    level.forward(&mut x, |row, _| r[row]);
-    (level.x, level.r) = (x, r);
-}
-
-fn smooth_up(level: &mut Level) {
-    let (mut x, r) = (std::mem::take(&mut level.x), std::mem::take(&mut level.r));
-    level.backward(&mut x, |row| r[row], |_, _| ());
-    (level.x, level.r) = (x, r);
+/// How many powers of ten a residual has come down; what has not come down counts as having done so a little.
+fn powers_of_ten(gain: f64) -> f64 {
+    if gain > 0.0 { (-gain.log10()).clamp(0.1, 16.0) } else { 16.0 }
 }
 
 impl Precondition for Multigrid {
     fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
-        let Vectors { xr, p, q, z, .. } = vectors;
-        let mut rr = 0.0;
-        let mut rz = 0.0;
-        self.levels[0].forward(z, |row, _| {
-            let [x, r] = &mut xr[row];
+        let Vectors { xr, p, q, partials, .. } = vectors;
+        let rr = parallel::sum_rows(xr, partials, |row, [x, r]| {
             *x += p[row] * alpha;
             *r -= q[row] * alpha;
-            rr += dot(*r, *r);
-            *r
+            dot(*r, *r)
         });
-        if self.levels.len() > 1 {
-            let (fine, coarse) = self.levels.split_at_mut(1);
-            fine[0].restrict(z, &self.transfers[0].parts, &mut coarse[0].r);
-            self.descend_from(1);
-            level::prolong(z, &self.transfers[0].parts, &self.levels[1].x);
-        }
-        self.levels[0].backward(z, |row| xr[row][1], |row, z| rz += dot(xr[row][1], z));
+        let numbering = self.hierarchy.finest().numbering;
+        let xr = &vectors.xr;
+        self.hierarchy.cycle(|row| xr[numbering.place(row as u32) as usize][1]);
+        let answer = self.hierarchy.answer();
+        let rz = parallel::sum_rows(&mut vectors.z, &mut vectors.partials, |place, z| {
+            *z = answer[numbering.row(place as u32) as usize];
+            dot(xr[place][1], *z)
+        });
         DVec2::new(rr, rz)
     }
 
