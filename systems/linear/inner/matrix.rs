@@ -94,8 +94,9 @@ impl Kernel<Pack> for Assembly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [Pack]) {
         for (pack, triangles) in packs.iter_mut().zip(&self.partition.triangle[first..]) {
-            let element =
-                |lane: usize| (triangles[lane] != EMPTY).then(|| self.operator.rotated_element(triangles[lane] as usize));
+            let element = |lane: usize| {
+                (triangles[lane] != EMPTY).then(|| self.operator.rotated_element(triangles[lane] as usize))
+            };
             *pack = Pack::new(lanes, element);
         }
     }

@@ -48,15 +48,13 @@ impl Pattern {
         self.find_targets(partition, row, corners);
     }
 
-    /// This pattern with its rows in another order: `new` gives a row its new place, `old` the other way round.
-    pub fn reordered(&self, new: impl Fn(u32) -> u32, old: impl Fn(u32) -> u32) -> Self {
-        let mut other = Self::default();
-        other.begin(self.row_count(), self.column.len());
-        for row in 0..self.row_count() as u32 {
-            other.push_row(self.neighbours(old(row) as usize).map(&new).filter(|&column| column < row));
+    /// Becomes another pattern with its rows in another order: `new` gives a row its new place, `old` the other way round.
+    pub fn reorder(&mut self, other: &Self, new: impl Fn(u32) -> u32, old: impl Fn(u32) -> u32) {
+        self.begin(other.row_count(), other.column.len());
+        for row in 0..other.row_count() as u32 {
+            self.push_row(other.neighbours(old(row) as usize).map(&new).filter(|&column| column < row));
         }
-        other.finish();
-        other
+        self.finish();
     }
 
     /// Begins a pattern of so many rows and about so many blocks.

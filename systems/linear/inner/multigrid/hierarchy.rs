@@ -4,6 +4,7 @@ use super::super::empty;
 use super::super::matrix::Matrix;
 use super::super::order::Order;
 use super::super::partition::Partition;
+use super::super::pattern::Pattern;
 use super::coarsest::Coarsest;
 use super::galerkin;
 use super::interpolation::{self, Place};
@@ -31,8 +32,13 @@ pub struct Hierarchy {
     /// Vertex of every row of the finest level, and row of every vertex.
     vertex: Vec<u32>,
     row: Vec<u32>,
+    /// Of the level at hand, and room for those of the next.
     places: Vec<Place>,
+    next_places: Vec<Place>,
     is_boundary: Vec<bool>,
+    next_boundary: Vec<bool>,
+    /// Room for the pattern of a level before it is numbered.
+    by_place: Pattern,
 }
 
 impl Hierarchy {
@@ -109,12 +115,17 @@ impl Hierarchy {
         coarse.numbering = Numbering::of_width(nodes, coarse.pattern.width());
         let numbering = coarse.numbering;
         if numbering != Numbering::single(nodes) {
-            coarse.pattern = coarse.pattern.reordered(|place| numbering.row(place), |row| numbering.place(row));
+            self.by_place.reorder(&coarse.pattern, |place| numbering.row(place), |row| numbering.place(row));
+            std::mem::swap(&mut coarse.pattern, &mut self.by_place);
             transfer.renumber(numbering);
         }
-        let rows = &transfer.coarsening.row;
-        self.places = rows.iter().map(|&row| self.places[row as usize]).collect();
-        self.is_boundary = rows.iter().map(|&row| self.is_boundary[row as usize]).collect();
+        let Self { places, next_places, is_boundary, next_boundary, .. } = self;
+        empty(next_places, nodes);
+        next_places.extend(transfer.coarsening.row.iter().map(|&row| places[row as usize]));
+        std::mem::swap(places, next_places);
+        empty(next_boundary, nodes);
+        next_boundary.extend(transfer.coarsening.row.iter().map(|&row| is_boundary[row as usize]));
+        std::mem::swap(is_boundary, next_boundary);
         true
     }
 
@@ -165,7 +176,11 @@ impl Hierarchy {
                 coarsest.solve(own, x);
                 continue;
             }
-            if i == 0 { level.forward(x, &r) } else { level.forward(x, |row| own[row]) }
+            if i == 0 {
+                level.forward(x, &r)
+            } else {
+                level.forward(x, |row| own[row])
+            }
             if i < last {
                 level.subtract(x, left);
                 transfers[i].restrict(left, &mut coarse[0].r);

@@ -66,7 +66,9 @@ mod tests {
     #[test]
     fn places_and_rows_are_each_others_inverse() {
         for count in [0, 1, 100, 4096, 4097, 5000, 8192, 9217, 20_000] {
-            for numbering in [Numbering::single(count), Numbering::of_width(count, 700), Numbering::of_width(count, 1500)] {
+            for numbering in
+                [Numbering::single(count), Numbering::of_width(count, 700), Numbering::of_width(count, 1500)]
+            {
                 let mut is_met = vec![false; count];
                 for place in 0..count as u32 {
                     let row = numbering.row(place);

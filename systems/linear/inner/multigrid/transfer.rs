@@ -18,6 +18,8 @@ pub struct Transfer {
     start: Vec<u32>,
     /// Rows that hang on every node, and their weights: ascending rows.
     support: Vec<(u32, f32)>,
+    /// Room for the rows of the nodes in another order.
+    by_row: Vec<u32>,
 }
 
 impl Transfer {
@@ -48,8 +50,10 @@ impl Transfer {
 
     /// Gives the nodes, which stand in the order of their places, their rows in a numbering.
     pub fn renumber(&mut self, numbering: Numbering) {
-        let by_place = std::mem::take(&mut self.coarsening.row);
-        self.coarsening.row.extend((0..by_place.len() as u32).map(|row| by_place[numbering.place(row) as usize]));
+        let by_place = &self.coarsening.row;
+        empty(&mut self.by_row, by_place.len());
+        self.by_row.extend((0..by_place.len() as u32).map(|row| by_place[numbering.place(row) as usize]));
+        std::mem::swap(&mut self.coarsening.row, &mut self.by_row);
         parallel::for_rows(&mut self.parts, |_, parts| parts.node = parts.node.map(|place| numbering.row(place)));
         self.sort();
     }
