@@ -19,8 +19,7 @@ pub enum Tangent {
 pub enum Preconditioner {
     /// For bodies with up to 200,000 free axes a Cholesky factor: in static solves renewed on the spot, in dynamic steps
     /// made aside on a thread of its own, taking effect a fixed number of solves later and kept while it is better than none,
-    /// edits of the mesh included. Otherwise, and meanwhile, an incomplete Cholesky factor in dynamic steps and block Jacobi in
-    /// static solves.
+    /// edits of the mesh included; meanwhile an incomplete Cholesky factor in dynamic steps. For larger bodies multigrid.
     #[default]
     Auto,
     /// The inverse of each vertex' own block: no memory and no time to set up, but hundreds of iterations per solve, more the
