@@ -17,9 +17,10 @@ pub enum Tangent {
 /// solve's tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preconditioner {
-    /// For bodies with up to 200,000 free axes a Cholesky factor: in static solves renewed on the spot, in dynamic steps
-    /// made aside on a thread of its own, taking effect a fixed number of solves later and kept while it is better than none,
-    /// edits of the mesh included; meanwhile an incomplete Cholesky factor in dynamic steps. For larger bodies multigrid.
+    /// A Cholesky factor, multigrid or an incomplete factor, by size. In static solves a factor renewed on the spot, over 200,000
+    /// free axes multigrid. In dynamic steps up to 40,000 free axes a factor made aside on a thread of its own, taking effect
+    /// a fixed number of solves later and kept while it is better than none, edits of the mesh included; over that, and
+    /// meanwhile, multigrid, up to 20,000 free axes an incomplete factor.
     #[default]
     Auto,
     /// The inverse of each vertex' own block: no memory and no time to set up, but hundreds of iterations per solve, more the

@@ -16,6 +16,13 @@ const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
 /// the mesh, and are about 0.3 GB and 2 s there.
 const MOST_AXES_FACTORED: f64 = 2e5;
 
+/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless told otherwise. A sheet under a trembling hand
+/// takes 4 iterations with it and 8 with multigrid: as long at 30,000 axes, and an iteration with the factor grows faster.
+const MOST_AXES_ASIDE: f64 = 4e4;
+
+/// From so many free axes on a dynamic step without a factor takes multigrid: there a third of the incomplete factor's time.
+const LEAST_AXES_MULTIGRID: f64 = 2e4;
+
 /// Solves (M/dt² + D/dt + K)·δ = f − M·(u/dt² − v/dt) for the change δ of the displacement u.
 pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
@@ -153,35 +160,42 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(step.linear.tolerance), ..step.linear }
 }
 
-/// Whether a body is small enough for a Cholesky factor.
-fn is_small(free: &[DVec3]) -> bool {
-    free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED
+/// Number of free axes.
+fn axes(free: &[DVec3]) -> f64 {
+    free.iter().map(|f| f.element_sum()).sum()
 }
 
 fn use_of_factor(step: &StepContext, free: &[DVec3]) -> Option<Use> {
     match step.preconditioner {
         Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
-        Preconditioner::Auto if !is_small(free) => None,
-        Preconditioner::Auto if !step.is_static => Some(Use::Aside),
-        Preconditioner::Auto | Preconditioner::Cholesky => Some(Use::Wait),
+        Preconditioner::Auto if step.is_static => (axes(free) <= MOST_AXES_FACTORED).then_some(Use::Wait),
+        Preconditioner::Auto => (axes(free) <= MOST_AXES_ASIDE).then_some(Use::Aside),
+        Preconditioner::Cholesky => Some(Use::Wait),
     }
 }
 
 /// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
 /// reaches: there it is multigrid or nothing.
 fn inner_kind(step: &StepContext, free: &[DVec3]) -> Option<Inner> {
-    let is_multigrid = match step.preconditioner {
-        Preconditioner::Multigrid => true,
-        Preconditioner::Auto => !is_small(free),
-        _ => false,
-    };
-    match step.preconditioner {
-        _ if step.precision == Precision::Double && !step.is_static => None,
-        _ if is_multigrid => Some(Inner::Multigrid),
-        _ if step.is_static => None,
-        Preconditioner::BlockJacobi => Some(Inner::BlockJacobi),
-        _ => Some(Inner::IncompleteCholesky),
+    if step.is_static {
+        let is_multigrid = match step.preconditioner {
+            Preconditioner::Multigrid => true,
+            Preconditioner::Auto => axes(free) > MOST_AXES_FACTORED,
+            _ => false,
+        };
+        return is_multigrid.then_some(Inner::Multigrid);
     }
+    if step.precision == Precision::Double {
+        return None;
+    }
+    Some(match step.preconditioner {
+        Preconditioner::BlockJacobi => Inner::BlockJacobi,
+        Preconditioner::Multigrid => Inner::Multigrid,
+        Preconditioner::Auto if axes(free) >= LEAST_AXES_MULTIGRID => Inner::Multigrid,
+        Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
+            Inner::IncompleteCholesky
+        }
+    })
 }
 
 /// The solve with the step's tangent or, where that is indefinite, with the rotated one, which is then left in `rotated`.

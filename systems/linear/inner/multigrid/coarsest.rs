@@ -35,11 +35,10 @@ impl Coarsest {
             let of_i = &mut from_i[..=i];
             for j in 0..i {
                 let of_j = &before[j * n..=j * n + j];
-                let sum: f64 = of_i[..j].iter().zip(of_j).map(|(a, b)| a * b).sum();
-                of_i[j] = (of_i[j] - sum) / of_j[j];
+                of_i[j] = (of_i[j] - dot(&of_i[..j], &of_j[..j])) / of_j[j];
             }
             let own = of_i[i];
-            let pivot = own - of_i[..i].iter().map(|a| a * a).sum::<f64>();
+            let pivot = own - dot(&of_i[..i], &of_i[..i]);
             // A prescribed axis, or one without any stiffness: it stays where it is.
             let pivot = if own > 0.0 { pivot.max(own * LEAST_PIVOT) } else { f64::INFINITY };
             of_i[i] = pivot.sqrt();
@@ -63,8 +62,7 @@ impl Coarsest {
         }
         for i in 0..n {
             let of_i = &factor[i * n..=i * n + i];
-            let sum: f64 = of_i[..i].iter().zip(&*b).map(|(a, b)| a * b).sum();
-            b[i] = (b[i] - sum) / of_i[i];
+            b[i] = (b[i] - dot(&of_i[..i], &b[..i])) / of_i[i];
         }
         for i in (0..n).rev() {
             let of_i = &factor[i * n..=i * n + i];
@@ -76,4 +74,16 @@ impl Coarsest {
             *x = Vec4::new(b[0] as f32, b[1] as f32, b[2] as f32, 0.0);
         }
     }
+}
+
+/// The scalar product, in eight sums side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (a, b) in a.iter().zip(b) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
 }
