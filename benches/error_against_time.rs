@@ -53,7 +53,7 @@ fn settled(cells: [usize; 2], tolerance: f64) -> Outcome {
 }
 
 fn stepped(cells: [usize; 2], tolerance: f64) -> Outcome {
-    let linear = LinearParams { tolerance, iterations: 100_000 };
+    let linear = LinearParams { tolerance, iterations: 100_000, ..LinearParams::default() };
     let mut simulation = Simulation::new(Settings { threads: 1, linear, ..Settings::default() }).expect("threads");
     simulation.spawn(square(cells, hand())).expect("an admissible body");
     let (mut times, mut iterations) = (Vec::new(), 0);

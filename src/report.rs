@@ -25,6 +25,10 @@ pub struct BodyReport {
     pub newton_iterations: u32,
     /// Relative residual of the last linear solve.
     pub residual: f64,
+    /// Estimated error of the stress after it, relative to the stress in the body as a whole; zero where the settings do not ask.
+    pub stress_error: f64,
+    /// Whether a linear solve stopped because its time was up: the step would not be the same on every run.
+    pub is_late: bool,
     /// Largest free nodal imbalance at the last evaluation \[N\]; only where Newton iterates.
     pub imbalance: f64,
     /// Whether Newton's iteration reached its tolerance; true for a linearly implicit step.

@@ -1,6 +1,8 @@
 //! Force assembly: elastic and viscous membrane forces, gathered per vertex.
 
-use super::{StepContext, kernels::membrane, parallel};
+use super::kernels::membrane;
+use super::kernels::membrane_lanes::CornerForces;
+use super::{StepContext, parallel};
 use crate::components::{Damping, ExternalStiffness, Forces, Frames, Increment, SolverScratch};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
@@ -41,15 +43,17 @@ pub fn membrane_forces(
     forces: &mut Forces,
 ) {
     forces.corner.resize(triangles.len(), [DVec3::ZERO; 3]);
+    // At the start of a step nothing has moved yet: there is no rate.
+    if viscosity == 0.0 || displacement.iter().all(|u| *u == DVec3::ZERO) {
+        let (state, Triangles { rest, thickness, .. }) = (&frames.state, triangles);
+        return parallel::for_chunks(&mut forces.corner, &CornerForces { state, rest, thickness });
+    }
     parallel::for_rows(&mut forces.corner, |t, corner| {
         let state = &frames.state[t];
         let rest = &triangles.rest[t];
-        let mut stress = state.stress;
-        if viscosity > 0.0 {
-            let u = triangles.corners[t].map(|v| displacement[v as usize]);
-            let rate = membrane::stretch_rate(&state.polar, rest, u);
-            stress += triangles.stiffness[t].stress(rate * viscosity);
-        }
+        let u = triangles.corners[t].map(|v| displacement[v as usize]);
+        let rate = membrane::stretch_rate(&state.polar, rest, u);
+        let stress = state.stress + triangles.stiffness[t].stress(rate * viscosity);
         *corner = membrane::nodal_forces(&state.polar, stress, rest, rest.area * triangles.thickness[t]);
     });
 }

@@ -58,7 +58,7 @@ impl StepContext {
             is_static: true,
             is_resumed: false,
             tangent: Tangent::Exact,
-            linear: LinearParams { tolerance: 1e-12, iterations: 20_000 },
+            linear: LinearParams { tolerance: 1e-12, iterations: 20_000, ..LinearParams::default() },
             preconditioner,
             precision: Precision::Double,
             newton_iterations: iterations,

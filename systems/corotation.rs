@@ -1,7 +1,9 @@
 //! Rotation, stretch and stress of every triangle at the current positions.
 
-use super::{StepContext, kernels::membrane, parallel};
-use crate::components::{Frames, Planar, PreStretch, SolverScratch};
+use super::kernels::membrane;
+use super::kernels::membrane_lanes::{Geometric, States};
+use super::{StepContext, parallel};
+use crate::components::{Frames, GeometricStiffness, Planar, PreStretch, SolverScratch};
 use crate::math::{ElementState, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Triangles, Vertices};
@@ -33,26 +35,20 @@ pub fn evaluate(
 ) {
     let unstretched = PreStretch::unstretched(pre_stretch);
     frames.state.resize(triangles.len(), ElementState::REST);
-    parallel::for_rows(&mut frames.state, |t, state| {
-        let x = triangles.corners[t].map(|v| vertices.position[v as usize]);
-        *state = membrane::state(x, &triangles.rest[t], &triangles.stiffness[t], is_planar, unstretched);
-    });
+    let (Triangles { corners, rest, stiffness, .. }, position) = (triangles, &vertices.position);
+    parallel::for_chunks(&mut frames.state, &States { corners, position, rest, stiffness, is_planar, unstretched });
 }
 
 fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, is_planar: bool, is_exact: bool) {
-    let state = &frames.state;
-    frames.shear.resize(state.len(), 0.0);
-    parallel::for_rows(&mut frames.shear, |t, shear| {
-        let ElementState { polar, stress } = state[t];
-        *shear = if is_exact { 0.0 } else { membrane::shear_majorant(stress, polar.stretch, &triangles.stiffness[t]) };
-    });
-    frames.normal.resize(state.len(), Sym2::ZERO);
-    if is_planar {
-        frames.normal.fill(Sym2::ZERO);
-        return;
+    let Frames { state, geometric } = frames;
+    geometric.resize(state.len(), GeometricStiffness::default());
+    if !is_exact {
+        let stiffness = &triangles.stiffness;
+        return parallel::for_chunks(geometric, &Geometric { state, stiffness, is_planar });
     }
-    parallel::for_rows(&mut frames.normal, |t, normal| {
-        let s = membrane::second_piola(state[t].stress, state[t].polar.stretch);
-        *normal = if is_exact { s } else { s.positive_part() };
+    parallel::for_rows(geometric, |t, geometric| {
+        let ElementState { polar, stress } = state[t];
+        let normal = if is_planar { Sym2::ZERO } else { membrane::second_piola(stress, polar.stretch) };
+        *geometric = GeometricStiffness { normal, shear: 0.0 };
     });
 }

@@ -13,8 +13,9 @@ use super::kernels::membrane::{ElementTangent, shear_majorant, stretch_rate};
 use super::kernels::path_work::Element;
 use super::{StepContext, parallel};
 use crate::components::{
-    Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames, Holds,
-    Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog,
+    Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames,
+    GeometricStiffness, Holds, Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions,
+    TearLog,
 };
 use crate::event::EventKind;
 use crate::settings::Tangent;
@@ -247,7 +248,7 @@ impl Carried<'_> {
         let Sheet { triangles, .. } = self.sheet;
         let (state, rest, stiffness) = (&self.frames.state[t], &triangles.rest[t], &triangles.stiffness[t]);
         let volume = rest.area * triangles.thickness[t];
-        let (mut normal, mut shear) = (self.frames.normal[t], self.frames.shear[t]);
+        let GeometricStiffness { mut normal, mut shear } = self.frames.geometric[t];
         if is_fallback {
             normal = normal.positive_part();
             shear = shear_majorant(state.stress, state.polar.stretch, stiffness);

@@ -24,6 +24,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
 
         mark_axes(vertices, increment, scratch, holds, planar, step.time);
         scratch.iterations = 0;
+        scratch.is_late = false;
         scratch.newton_iterations = 0;
         scratch.is_converged = false;
         scratch.fell_back = false;

@@ -2,7 +2,8 @@
 
 use super::{StepContext, kernels::membrane::shear_majorant, linear, parallel};
 use crate::components::{
-    Damping, ExternalStiffness, Forces, Frames, Holds, Increment, LineSearch, Reactions, SolverScratch,
+    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Holds, Increment, LineSearch, PreStretch, Reactions,
+    SolverScratch,
 };
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::{Topology, Triangles, Vertices};
@@ -23,6 +24,9 @@ const MOST_AXES_ASIDE: f64 = 4e4;
 /// From so many free axes on a dynamic step without a factor takes multigrid: there a third of the incomplete factor's time.
 const LEAST_AXES_MULTIGRID: f64 = 2e4;
 
+/// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
+const FIRST_NEWTON: f64 = 1e-4;
+
 /// Solves (M/dt² + D/dt + K)·δ = f − M·(u/dt² − v/dt) for the change δ of the displacement u.
 pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
@@ -32,6 +36,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut Factor, &'a mut InnerSolver),
         (Option<&'a ExternalStiffness>, Option<&'a Damping>),
         (Option<&'a Holds>, Option<&'a mut Reactions>),
+        (Option<&'a PreStretch>, Option<&'a EnergyAudit>),
     );
     for (
         (vertices, triangles, topology, frames),
@@ -39,6 +44,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         (factor, inner),
         (external, damping),
         (holds, mut reactions),
+        (pre_stretch, audit),
     ) in world.query_mut::<Query>()
     {
         if scratch.is_converged {
@@ -77,6 +83,9 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.delta.fill(DVec3::ZERO);
         }
         let params = linear_params(step, scratch, imbalance_before, force_scale);
+        scratch.is_audited = audit.is_some();
+        let asks_for_stress = !step.is_static && step.newton_iterations == 1 && params.stress_tolerance.is_finite();
+        scratch.stored = if asks_for_stress { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
         let means = Means {
             factor: use_of_factor(step, &scratch.free).map(|how| (factor, how)),
             inner: inner_kind(step, &scratch.free).map(|kind| (inner, kind)),
@@ -86,6 +95,9 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
             Ok(info) => {
                 scratch.iterations += info.iterations;
                 scratch.linear_residual = info.relative_residual;
+                let stored = scratch.stored;
+                scratch.stress_error = if stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
+                scratch.is_late |= info.is_late;
             }
             // No answer: what is not finite is caught after the step, which is then rolled back.
             Err(_) => scratch.linear_residual = f64::NAN,
@@ -102,6 +114,22 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
         }
     }
     count
+}
+
+/// Σ V·T:(U − U₀) \[mJ\] at the start of the step.
+fn twice_stored(
+    triangles: &Triangles,
+    frames: &Frames,
+    pre_stretch: Option<&PreStretch>,
+    scratch: &mut SolverScratch,
+) -> f64 {
+    let unstretched = PreStretch::unstretched(pre_stretch);
+    let energy = |t: usize| {
+        let state = &frames.state[t];
+        let volume = triangles.rest[t].area * triangles.thickness[t];
+        volume * state.stress.contract(state.polar.stretch - unstretched)
+    };
+    parallel::sum(frames.state.len(), &mut scratch.partials, energy)
 }
 
 /// Fills `scratch.residual` with f − M·(u/dt² − v/dt), sets `scratch.imbalance` to its largest free component and returns the
@@ -152,12 +180,14 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     if step.newton_iterations == 1 {
         return step.linear;
     }
+    let linear = LinearParams { tolerance: FIRST_NEWTON, stress_tolerance: f64::INFINITY, ..step.linear };
     if scratch.newton_iterations == 1 {
-        return LinearParams { tolerance: step.linear.tolerance.max(1e-4), ..step.linear };
+        return linear;
     }
     let needed = 0.1 * step.newton_tolerance * force_scale / scratch.imbalance.max(f64::MIN_POSITIVE);
     let gain = scratch.imbalance / imbalance_before.max(f64::MIN_POSITIVE);
-    LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(step.linear.tolerance), ..step.linear }
+    let least = step.linear.tolerance.min(FIRST_NEWTON);
+    LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(least), ..linear }
 }
 
 /// Number of free axes.
@@ -225,8 +255,9 @@ fn solve_or_fall_back(
     increment.delta = first_guess;
     let frames = rotated.insert(operator.frames.clone());
     for (t, state) in operator.frames.state.iter().enumerate() {
-        frames.normal[t] = frames.normal[t].positive_part();
-        frames.shear[t] = shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t]);
+        let geometric = &mut frames.geometric[t];
+        geometric.normal = geometric.normal.positive_part();
+        geometric.shear = shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t]);
     }
     solve(&Operator { frames, is_exact: false, ..operator }, &mut increment.delta, scratch)
 }

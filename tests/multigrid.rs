@@ -5,7 +5,7 @@ mod common;
 
 use common::{Square, state_bits};
 use glam::DVec3;
-use rhexis::components::{ExternalStiffness, Fibres, Frames, Material, PreStretch, SolverScratch};
+use rhexis::components::{ExternalStiffness, Fibres, Frames, GeometricStiffness, Material, PreStretch, SolverScratch};
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
 use rhexis::scene::{Document, generate};
@@ -116,7 +116,7 @@ impl System {
         let mut corner = vec![[DVec3::ZERO; 3]; self.triangles.len()];
         let mut x = self.guess.clone();
         let mut means = Means { factor: None, inner: Some((inner, Inner::Multigrid)) };
-        let params = LinearParams { tolerance, iterations: 1000 };
+        let params = LinearParams { tolerance, stress_tolerance: f64::INFINITY, iterations: 1000, time: None };
         let info = linear::solve(&self.operator(), &params, &mut means, &mut corner, &mut x, &mut scratch).unwrap();
         assert!(info.relative_residual <= tolerance, "{}", info.relative_residual);
         info.iterations
@@ -140,9 +140,10 @@ fn frames(vertices: &Vertices, triangles: &Triangles, is_planar: bool, pre_stret
     corotation::evaluate(vertices, triangles, &mut frames, is_planar, pre_stretch);
     for (t, state) in frames.state.iter().enumerate() {
         let stretch = state.polar.stretch;
-        frames.shear.push(membrane::shear_majorant(state.stress, stretch, &triangles.stiffness[t]));
+        let shear = membrane::shear_majorant(state.stress, stretch, &triangles.stiffness[t]);
         let s = membrane::second_piola(state.stress, stretch).positive_part();
-        frames.normal.push(if is_planar { Sym2::ZERO } else { s });
+        let normal = if is_planar { Sym2::ZERO } else { s };
+        frames.geometric.push(GeometricStiffness { normal, shear });
     }
     frames
 }

@@ -9,10 +9,17 @@ use glam::{DMat3, DVec3};
 pub struct Frames {
     /// State at the positions of the last evaluation.
     pub state: Vec<ElementState>,
+    /// Geometric stiffness there.
+    pub geometric: Vec<GeometricStiffness>,
+}
+
+/// What the stress in a triangle adds to its tangent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GeometricStiffness {
     /// Out-of-plane stiffness \[MPa\]: second Piola–Kirchhoff stress, its tensile part for the rotated tangent.
-    pub normal: Vec<Sym2>,
+    pub normal: Sym2,
     /// In-plane stiffness \[MPa\] that stands for the geometric one in the rotated tangent.
-    pub shear: Vec<f64>,
+    pub shear: f64,
 }
 
 /// Nodal forces and the corner buffer they are gathered from.
@@ -97,12 +104,20 @@ pub struct SolverScratch {
     pub inverse_block: Vec<DMat3>,
     /// Sums per chunk of rows.
     pub partials: Vec<f64>,
+    /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
+    pub stored: f64,
+    /// Whether `residual` has to be exact after the solve: an energy balance counts it.
+    pub is_audited: bool,
     /// Linear iterations in this step.
     pub iterations: u32,
     /// Newton iterations in this step.
     pub newton_iterations: u32,
     /// Relative residual of the last linear solve.
     pub linear_residual: f64,
+    /// Estimated error of the stress after it, relative to the stress in the body; zero where it was not asked for.
+    pub stress_error: f64,
+    /// Whether a linear solve of this step stopped because time was up.
+    pub is_late: bool,
     /// Largest free nodal imbalance at the last evaluation \[N\].
     pub imbalance: f64,
     /// Whether this body needs no further iteration in this step.

@@ -22,7 +22,9 @@ mod tearing;
 
 pub use body::{Body, Planar};
 pub use curve::{BadCurve, Curve};
-pub use derived::{ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch};
+pub use derived::{
+    ExternalStiffness, Forces, Frames, GeometricStiffness, Increment, LineSearch, Reactions, SolverScratch,
+};
 pub(crate) use energy_audit::Equilibrium;
 pub use energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub use energy_criterion::EnergyCriterion;

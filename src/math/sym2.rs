@@ -68,8 +68,8 @@ impl Sym2 {
 
     /// The principal values, larger first.
     pub fn principal_values(self) -> (f64, f64) {
-        let mean = 0.5 * (self.xx + self.yy);
-        let radius = (0.5 * (self.xx - self.yy)).hypot(self.xy);
+        let (mean, half) = (0.5 * (self.xx + self.yy), 0.5 * (self.xx - self.yy));
+        let radius = (half * half + self.xy * self.xy).sqrt();
         (mean + radius, mean - radius)
     }
 

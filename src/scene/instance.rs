@@ -14,6 +14,7 @@ use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 use std::fmt;
+use std::time::Duration;
 
 /// The most steps of a run: a day's computing at 0.1 ms each.
 pub const MOST_STEPS: u64 = 1_000_000_000;
@@ -230,7 +231,16 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
     Ok(Settings {
         linear: LinearParams {
             tolerance: positive("run.linear_tolerance".to_owned(), spec.linear_tolerance, "")?,
+            stress_tolerance: positive("run.stress_tolerance".to_owned(), spec.stress_tolerance, "")?,
             iterations: counted("linear_iterations", spec.linear_iterations, 1_000_000)?,
+            time: match spec.solve_milliseconds {
+                Some(ms) => {
+                    let seconds = 1e-3 * positive("run.solve_milliseconds".to_owned(), ms, "ms")?;
+                    // More than there can be is no limit.
+                    Duration::try_from_secs_f64(seconds).ok()
+                }
+                None => None,
+            },
         },
         tangent: match spec.tangent {
             TangentSpec::Rotated => Tangent::Rotated,

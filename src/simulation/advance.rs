@@ -3,11 +3,15 @@
 use crate::components::{EnergyAudit, Increment, SolverScratch, TearDecisions};
 use crate::report::Report;
 use crate::schedule::{self, Stage};
-use crate::settings::Settings;
+use crate::settings::{LinearParams, Settings};
 use crate::storage::Vertices;
 use crate::systems::StepContext;
 use glam::DVec3;
 use hecs::World;
+
+/// The error of the stress before a tear advances, as part of that allowed in passing: an advance cannot be taken back, and
+/// the error at a tip may be some times that in the body as a whole.
+const DECISIVE: f64 = 0.1;
 
 /// One dynamic step, in halves where the whole leaves a state that is not finite. Returns the time \[ms\] that was done: all
 /// of `dt`, or less where even the smallest part failed.
@@ -46,7 +50,7 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &
         }
         schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
         if step.newton_iterations == 1 && take_up_again_for_tips(world) {
-            run_iteration(world, &step, report);
+            run_iteration(world, &decisive(step), report);
             if !is_finite(world) {
                 return false;
             }
@@ -59,6 +63,12 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &
         }
     }
     true
+}
+
+/// The step whose solve a tear's advance stands on.
+fn decisive(step: StepContext) -> StepContext {
+    let stress_tolerance = DECISIVE * step.linear.stress_tolerance;
+    StepContext { linear: LinearParams { stress_tolerance, ..step.linear }, ..step }
 }
 
 /// A static solve.

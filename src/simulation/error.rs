@@ -55,6 +55,10 @@ pub enum SimulationError {
 /// Judges the settings; counts are taken as they are.
 pub(super) fn check_settings(settings: &Settings) -> Result<(), SimulationError> {
     check_tolerance("linear.tolerance", settings.linear.tolerance)?;
+    if !(settings.linear.stress_tolerance >= 0.0) {
+        let (what, value) = ("linear.stress_tolerance", settings.linear.stress_tolerance);
+        return Err(SimulationError::OutOfRange { what, value, must: "it must be zero or more, or infinite" });
+    }
     check_tolerance("newton_tolerance", settings.newton_tolerance)?;
     if settings.threads > MOST_THREADS {
         let (value, must) = (settings.threads as f64, "it must be at most 1024, or 0 for one per core");

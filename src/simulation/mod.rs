@@ -182,7 +182,12 @@ impl Simulation {
             return Err(SimulationError::TimeStep(dt));
         }
         self.begin_report();
-        let linear = crate::settings::LinearParams { tolerance: 1e-13, iterations: 50_000 };
+        let linear = crate::settings::LinearParams {
+            tolerance: 1e-13,
+            stress_tolerance: f64::INFINITY,
+            iterations: 50_000,
+            time: None,
+        };
         let step = StepContext {
             dt: if dt > 0.0 { dt } else { 1.0 },
             time: self.report.time + dt,
@@ -277,6 +282,8 @@ impl Simulation {
                 iterations: scratch.iterations,
                 newton_iterations: scratch.newton_iterations,
                 residual: scratch.linear_residual,
+                stress_error: scratch.stress_error,
+                is_late: scratch.is_late,
                 imbalance: scratch.imbalance,
                 is_converged: scratch.is_converged,
                 fell_back: scratch.fell_back,

@@ -1,8 +1,7 @@
 //! What the cases share: settings, holds, looks into the world.
 
 use super::VerifyError;
-use crate::components::{Curve, Forces, Frames, Hold, Increment, Material, SolverScratch};
-use crate::math::Sym2;
+use crate::components::{Curve, Forces, Frames, GeometricStiffness, Hold, Increment, Material, SolverScratch};
 use crate::membrane::Membrane;
 use crate::settings::{LinearParams, Settings};
 use crate::simulation::{Simulation, SimulationError};
@@ -17,7 +16,7 @@ use hecs::Entity;
 /// about 2e-12 of the largest corner force where a ramp begins.
 pub fn exacting() -> Settings {
     Settings {
-        linear: LinearParams { tolerance: 1e-12, iterations: 20_000 },
+        linear: LinearParams { tolerance: 1e-12, iterations: 20_000, ..LinearParams::default() },
         newton_iterations: 30,
         newton_tolerance: 1e-11,
         threads: 1,
@@ -150,8 +149,8 @@ impl Snapshot {
         let (vertices, triangles, topology, frames) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let mut frames = frames.clone();
         let normal = |s: &crate::math::ElementState| second_piola(s.stress, s.polar.stretch);
-        frames.normal = frames.state.iter().map(normal).collect::<Vec<Sym2>>();
-        frames.shear = vec![0.0; frames.state.len()];
+        let geometric = |s| GeometricStiffness { normal: normal(s), shear: 0.0 };
+        frames.geometric = frames.state.iter().map(geometric).collect();
         Ok(Self { vertices: vertices.clone(), triangles: triangles.clone(), topology: topology.clone(), frames })
     }
 

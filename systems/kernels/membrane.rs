@@ -15,7 +15,7 @@ type Mat = [f64; 4];
 
 /// Below this tr U the spin term is held bounded. Reached by mirrored triangles of planar bodies only: in space tr U is at
 /// least the norm of F, and the term is bounded by the stress.
-const LEAST_TRACE: f64 = 1e-2;
+pub(super) const LEAST_TRACE: f64 = 1e-2;
 
 /// The columns f₁, f₂ of the deformation gradient (or of any gradient, given nodal values) in the fibre's rest frame.
 #[inline]

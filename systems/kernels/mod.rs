@@ -6,6 +6,7 @@ pub mod failure;
 pub mod fan;
 pub mod lanes;
 pub mod membrane;
+pub mod membrane_lanes;
 pub mod pack;
 pub mod path_work;
 pub mod polar;

@@ -1,6 +1,7 @@
 //! Preconditioned conjugate gradients on the free axes, warm started, with scratch owned by the caller.
 
 use super::Operator;
+use super::estimate::{EnergyError, Limits};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::systems::parallel;
@@ -13,6 +14,10 @@ pub struct CgInfo {
     pub iterations: u32,
     /// Norm of the residual over the norm of the right-hand side (with the prescribed motion on its right side).
     pub relative_residual: f64,
+    /// Squared energy norm of the error, as estimated \[mJ\].
+    pub error_energy: f64,
+    /// Whether it stopped because time was up.
+    pub is_late: bool,
 }
 
 /// Why a solve stopped without an answer. The first guess is then as it was.
@@ -47,6 +52,7 @@ pub fn solve(
     mut precondition: impl FnMut(&[DVec3], &[DVec3], &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
+    let stored = scratch.stored;
     let SolverScratch { free, residual, preconditioned, direction, product, partials, .. } = scratch;
     for vector in [&mut *preconditioned, direction, product] {
         vector.resize(n, DVec3::ZERO);
@@ -80,11 +86,11 @@ pub fn solve(
         residual_sq = reference_sq;
     }
 
-    let target_sq = params.tolerance * params.tolerance * reference_sq;
+    let limits = Limits::new(params, reference_sq, stored);
     let mut rz = precondition(residual, free, preconditioned, partials);
     direction.copy_from_slice(preconditioned);
-    let mut iteration = 0;
-    while residual_sq > target_sq && iteration < params.iterations {
+    let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);
+    while !limits.are_met(residual_sq, error.squared()) && iteration < limits.iterations && !is_late {
         let curvature = operator.apply(direction, free, corner, product, partials);
         if !(curvature.is_finite() && rz.is_finite()) {
             return Err(CgError::NotFinite { iteration });
@@ -99,11 +105,13 @@ pub fn solve(
             r.length_squared()
         });
         let next = precondition(residual, free, preconditioned, partials);
+        error.advance(alpha, next);
         let beta = next / rz;
         rz = next;
         parallel::for_rows(direction, |v, p| *p = preconditioned[v] + *p * beta);
         iteration += 1;
+        is_late = limits.is_late();
     }
     let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-    Ok(CgInfo { iterations: iteration, relative_residual })
+    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_late })
 }

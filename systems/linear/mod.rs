@@ -7,6 +7,7 @@ mod bridge;
 mod cg;
 #[cfg(feature = "direct")]
 mod cholesky;
+mod estimate;
 #[cfg_attr(not(feature = "direct"), path = "no_factor.rs")]
 mod factor;
 mod inner;

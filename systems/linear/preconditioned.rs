@@ -6,6 +6,7 @@ use super::{CgError, CgInfo, Inner, InnerSolver, Operator, With, block_jacobi, c
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use glam::DVec3;
+use std::time::Instant;
 
 /// Iterations after which a factor of an earlier state is replaced by one of the present: a new one costs about as much as
 /// seven iterations with it at 24,000 triangles, and more on larger bodies.
@@ -49,12 +50,13 @@ pub fn solve(
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
+    let start = Instant::now();
     let mut done = 0;
     if let Some((factor, Use::Wait)) = &mut means.factor {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
             scratch.rhs.clone_from(&scratch.residual);
             let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, corner, x, scratch)?;
-            if info.relative_residual <= params.tolerance {
+            if info.relative_residual <= params.tolerance || info.is_late {
                 return Ok(info);
             }
             done = info.iterations;
@@ -80,9 +82,14 @@ pub fn solve(
             _ => {
                 scratch.rhs.clone_from(&scratch.residual);
                 let result = solve_with_factor(operator, params, most, factor, corner, x, scratch);
-                scratch.residual.copy_from_slice(&scratch.rhs);
-                let is_done = |i: &CgInfo| i.relative_residual <= params.tolerance || i.iterations >= params.iterations;
-                result.map(|info| (info, is_done(&info)))
+                let is_done = |info: &CgInfo| {
+                    info.relative_residual <= params.tolerance || info.iterations >= params.iterations || info.is_late
+                };
+                let result = result.map(|info| (info, is_done(&info)));
+                if !matches!(result, Ok((_, true))) {
+                    scratch.residual.copy_from_slice(&scratch.rhs);
+                }
+                result
             }
         };
         match result {
@@ -100,7 +107,8 @@ pub fn solve(
             }
         }
     }
-    let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), ..*params };
+    let time = params.time.map(|time| time.saturating_sub(start.elapsed()));
+    let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), time, ..*params };
     let info = solve_without_factor(operator, &limited, means, corner, x, scratch)?;
     if let Some((factor, Use::Aside)) = &mut means.factor
         && done == 0
@@ -122,7 +130,7 @@ fn solve_without_factor(
     match &mut means.inner {
         Some((inner, Inner::Multigrid)) if operator.is_exact => {
             let info = solve_with_cycles(operator, params, inner, corner, x, scratch)?;
-            if info.relative_residual <= params.tolerance || info.iterations >= params.iterations {
+            if info.relative_residual <= params.tolerance || info.iterations >= params.iterations || info.is_late {
                 return Ok(info);
             }
             done = info.iterations;
@@ -169,7 +177,7 @@ fn solve_with_cycles(
         if !is_solved {
             scratch.residual.copy_from_slice(&scratch.rhs);
         }
-        if is_solved || most.is_none() || done >= params.iterations {
+        if is_solved || most.is_none() || done >= params.iterations || info.is_late {
             return Ok(CgInfo { iterations: done, ..info });
         }
     }

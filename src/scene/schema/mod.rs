@@ -18,6 +18,7 @@ pub use constraint::{
 pub use mesh::MeshSpec;
 pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve};
 
+use crate::settings::LinearParams;
 use serde::Deserialize;
 
 /// The whole file.
@@ -124,9 +125,15 @@ pub struct RunSpec {
     /// Newton stops in a dynamic step at this fraction of the largest corner force. Default 1e-9.
     #[serde(default = "newton_tolerance")]
     pub newton_tolerance: f64,
-    /// Relative residual at which the linear solve of a dynamic step stops. Default 1e-4.
+    /// Relative residual at which the linear solve of a dynamic step may stop. Default 1e-2.
     #[serde(default = "linear_tolerance")]
     pub linear_tolerance: f64,
+    /// Estimated error of the stress, relative to the stress in the body as a whole, at which the linear solve of a dynamic step
+    /// stops, where its residual has reached `linear_tolerance` too. Default 1e-3; `inf` lets the residual decide alone.
+    #[serde(default = "stress_tolerance")]
+    pub stress_tolerance: f64,
+    /// Time \[ms\] after which a linear solve stops however far it has come; the run is then not the same every time. Default none.
+    pub solve_milliseconds: Option<f64>,
     /// Iterations of a linear solve at the most, 1 to 10⁶. Default 2000.
     #[serde(default = "linear_iterations")]
     pub linear_iterations: u32,
@@ -233,12 +240,16 @@ fn newton_tolerance() -> f64 {
     1e-9
 }
 
+fn stress_tolerance() -> f64 {
+    LinearParams::default().stress_tolerance
+}
+
 fn linear_tolerance() -> f64 {
-    1e-4
+    LinearParams::default().tolerance
 }
 
 fn linear_iterations() -> u32 {
-    2000
+    LinearParams::default().iterations
 }
 
 fn static_iterations() -> u32 {

@@ -5,6 +5,7 @@ use super::empty;
 use super::matrix::Matrix;
 use super::partition::Partition;
 use crate::systems::linear::CgError;
+use crate::systems::linear::estimate::{EnergyError, Limits};
 use glam::{DVec2, Vec4};
 
 /// The vectors, in the order of the preconditioner.
@@ -33,7 +34,20 @@ pub trait Precondition {
     fn ascend(&mut self, beta: f32, vectors: &mut Vectors);
 }
 
-/// Solves A·x = r for the `r` in `vectors`, whose `x` is zero, until the squared norm of the residual is at most `target_sq`. Returns the iterations done.
+/// How far the iterations have come.
+#[derive(Clone, Copy, Debug)]
+pub struct Reached {
+    /// Iterations done.
+    pub iterations: u32,
+    /// Squared norm of the residual.
+    pub residual_sq: f64,
+    /// Squared energy norm of the error, as estimated.
+    pub energy: f64,
+    /// Whether time was up.
+    pub is_late: bool,
+}
+
+/// Solves A·x = r for the `r` in `vectors`, whose `x` is zero, up to the limits.
 ///
 /// # Errors
 /// See [`CgError`].
@@ -42,29 +56,30 @@ pub fn solve(
     partition: &Partition,
     preconditioner: &mut impl Precondition,
     vectors: &mut Vectors,
-    target_sq: f64,
-    most: u32,
-) -> Result<u32, CgError> {
+    limits: &Limits,
+) -> Result<Reached, CgError> {
     let n = vectors.xr.len();
     for zero in [&mut vectors.p, &mut vectors.q, &mut vectors.z] {
         empty(zero, n);
         zero.resize(n, Vec4::ZERO);
     }
-    let mut iteration = 0;
-    let DVec2 { x: mut rr, y: mut rz } = preconditioner.descend(0.0, vectors);
+    let DVec2 { x: mut residual_sq, y: mut rz } = preconditioner.descend(0.0, vectors);
     preconditioner.ascend(0.0, vectors);
-    while rr > target_sq && iteration < most {
+    let (mut iterations, mut error, mut is_late) = (0, EnergyError::new(rz), false);
+    while !limits.are_met(residual_sq, error.squared()) && iterations < limits.iterations && !is_late {
         let curvature = matrix.apply(partition, &vectors.p, &mut vectors.q, &mut vectors.partials);
         if !(curvature.is_finite() && rz.is_finite()) {
-            return Err(CgError::NotFinite { iteration });
+            return Err(CgError::NotFinite { iteration: iterations });
         }
         if curvature <= 0.0 {
-            return Err(CgError::Indefinite { iteration });
+            return Err(CgError::Indefinite { iteration: iterations });
         }
-        let before = rz;
-        DVec2 { x: rr, y: rz } = preconditioner.descend((before / curvature) as f32, vectors);
+        let (before, alpha) = (rz, rz / curvature);
+        DVec2 { x: residual_sq, y: rz } = preconditioner.descend(alpha as f32, vectors);
         preconditioner.ascend((rz / before) as f32, vectors);
-        iteration += 1;
+        error.advance(alpha, rz);
+        iterations += 1;
+        is_late = limits.is_late();
     }
-    Ok(iteration)
+    Ok(Reached { iterations, residual_sq, energy: error.squared(), is_late })
 }

@@ -16,11 +16,12 @@ mod order;
 mod partition;
 mod pattern;
 
+use super::estimate::Limits;
 use super::{CgError, CgInfo, Factor, Operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::systems::parallel;
-use cg::Vectors;
+use cg::{Reached, Vectors};
 use factored::Factored;
 use glam::{DVec3, Vec4};
 use incomplete::Incomplete;
@@ -39,8 +40,12 @@ const AIM: f64 = 0.95;
 /// A round that leaves more of the residual than this has come to nothing: double precision goes on.
 const STALLED: f64 = 0.5;
 
-/// From this tolerance on the guess is multiplied in single precision: it errs by some 1e-6 of the residual asked for.
-const SINGLE: f64 = 1e-5;
+/// From this tolerance on all of a solve of few iterations is in single precision: the residual that it reports is then within
+/// a hundredth of the tolerance of the true one.
+const SINGLE: f64 = 1e-4;
+
+/// Iterations that are few: of hundreds the rounding adds up.
+const FEW: u32 = 20;
 
 /// The diagonal is raised by this fraction of itself before it is factored. Chosen on the lens capsule as it tears: without it
 /// some solves do not converge, with 0.03 the fewest iterations are needed, with 0.2 a quarter more.
@@ -67,6 +72,16 @@ pub enum With<'a> {
     Own(Inner),
     /// A Cholesky factor of an earlier operator, and the iterations with it at the most.
     Factor(&'a mut Factor, u32),
+}
+
+impl Limits {
+    /// Those of one round, in units of the residual's norm: a little below what is asked for, but no further than single precision
+    /// can go.
+    fn of_round(self, norm: f64, iterations: u32) -> Self {
+        let round = self.in_units_of(norm);
+        let aim = |residual_sq: f64| (AIM * AIM * residual_sq).max(LEAST_GAIN * LEAST_GAIN);
+        Self { residual_sq: aim(round.residual_sq), least_sq: aim(round.least_sq), iterations, ..round }
+    }
 }
 
 /// A body's operator in single precision and the vectors of its solves. What depends on the triangles alone is kept while
@@ -103,40 +118,49 @@ impl InnerSolver {
         let mut shift = SHIFT;
         self.prepare(operator, &mut with, &scratch.free, shift);
         let (reference_sq, mut residual_sq) = self.first_residual(operator, params, corner, x, scratch)?;
-        let target_sq = params.tolerance * params.tolerance * reference_sq;
-        let (mut iterations, mut is_solved) = (0, true);
-        while residual_sq > target_sq && iterations < params.iterations {
+        let limits = Limits::new(params, reference_sq, scratch.stored);
+        let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
+        let mut is_solved = true;
+        while !limits.are_met(residual_sq, info.error_energy) && info.iterations < limits.iterations && !info.is_late {
             let norm = residual_sq.sqrt();
-            let gain_sq = (AIM * AIM * target_sq / residual_sq).max(LEAST_GAIN * LEAST_GAIN);
             self.load(&scratch.residual, norm);
             let most = match with {
                 With::Own(Inner::BlockJacobi) => u32::MAX,
                 With::Own(Inner::IncompleteCholesky) => MOST_WITH_FACTOR,
-                With::Own(Inner::Multigrid) => self.multigrid.most(gain_sq.sqrt()),
-                With::Factor(_, most) => most - iterations,
+                With::Own(Inner::Multigrid) => self.multigrid.most(limits.of_round(norm, 0).least_sq.sqrt()),
+                With::Factor(_, most) => most - info.iterations,
             };
-            let most = most.min(params.iterations - iterations);
+            let most = most.min(limits.iterations - info.iterations);
             // A direction without curvature may be one that single precision has lost: double precision decides.
-            let Ok(done) = self.iterate(&mut with, gain_sq, most) else {
+            let Ok(reached) = self.iterate(&mut with, &limits.of_round(norm, most)) else {
                 is_solved = false;
                 break;
             };
-            iterations += done;
+            info.iterations += reached.iterations;
+            info.error_energy = reached.energy * norm * norm;
+            info.is_late = reached.is_late;
             let before_sq = residual_sq;
-            residual_sq = self.correct(operator, norm, corner, x, scratch);
+            // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
+            let is_known = params.tolerance >= SINGLE && reached.iterations <= FEW && !scratch.is_audited;
+            residual_sq = if is_known {
+                self.add_to(x, norm);
+                reached.residual_sq * residual_sq
+            } else {
+                self.correct(operator, norm, corner, x, scratch)
+            };
             if matches!(with, With::Own(Inner::Multigrid)) {
-                self.multigrid.has_served(done, (residual_sq / before_sq).sqrt());
+                self.multigrid.has_served(reached.iterations, (residual_sq / before_sq).sqrt());
             }
-            if residual_sq <= target_sq {
+            if limits.are_met(residual_sq, info.error_energy) {
                 break;
             }
-            let has_stalled = !(residual_sq <= STALLED * STALLED * before_sq) && done < most;
-            let has_used_up = matches!(with, With::Factor(_, most) if iterations >= most);
-            if has_stalled || has_used_up {
+            let has_stalled = !(residual_sq <= STALLED * STALLED * before_sq) && reached.iterations < most;
+            let has_used_up = matches!(with, With::Factor(_, most) if info.iterations >= most);
+            if (has_stalled || has_used_up) && !info.is_late {
                 is_solved = false;
                 break;
             }
-            if done == most {
+            if reached.iterations == most {
                 match with {
                     With::Own(Inner::IncompleteCholesky) => {
                         shift *= 10.0;
@@ -150,8 +174,8 @@ impl InnerSolver {
         if !is_solved {
             scratch.residual.copy_from_slice(&scratch.rhs);
         }
-        let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-        Ok((CgInfo { iterations, relative_residual }, is_solved))
+        info.relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
+        Ok((info, is_solved))
     }
 
     /// Takes the operator's numbers.
@@ -199,6 +223,7 @@ impl InnerSolver {
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(f64, f64), CgError> {
+        let is_double = params.tolerance < SINGLE || scratch.is_audited;
         let SolverScratch { free, residual, rhs, direction, product, partials, .. } = scratch;
         for vector in [&mut *rhs, direction, product] {
             vector.resize(x.len(), DVec3::ZERO);
@@ -210,7 +235,7 @@ impl InnerSolver {
             *p = (residual[v] - product[v]) * free[v];
             p.length_squared()
         });
-        let residual_sq = if params.tolerance < SINGLE {
+        let residual_sq = if is_double {
             operator.apply(x, free, corner, product, partials);
             parallel::sum_rows(residual, partials, |v, r| {
                 *r = (rhs[v] - product[v]) * free[v];
@@ -273,18 +298,20 @@ impl InnerSolver {
         });
     }
 
-    fn iterate(&mut self, with: &mut With, target_sq: f64, most: u32) -> Result<u32, CgError> {
+    fn iterate(&mut self, with: &mut With, limits: &Limits) -> Result<Reached, CgError> {
         let Self { matrix, partition, order, vectors, .. } = self;
         match with {
-            With::Own(Inner::BlockJacobi) => cg::solve(matrix, partition, &mut self.jacobi, vectors, target_sq, most),
-            With::Own(Inner::IncompleteCholesky) => {
-                cg::solve(matrix, partition, &mut self.incomplete, vectors, target_sq, most)
-            }
-            With::Own(Inner::Multigrid) => cg::solve(matrix, partition, &mut self.multigrid, vectors, target_sq, most),
-            With::Factor(factor, _) => {
-                cg::solve(matrix, partition, &mut Factored { factor, order }, vectors, target_sq, most)
-            }
+            With::Own(Inner::BlockJacobi) => cg::solve(matrix, partition, &mut self.jacobi, vectors, limits),
+            With::Own(Inner::IncompleteCholesky) => cg::solve(matrix, partition, &mut self.incomplete, vectors, limits),
+            With::Own(Inner::Multigrid) => cg::solve(matrix, partition, &mut self.multigrid, vectors, limits),
+            With::Factor(factor, _) => cg::solve(matrix, partition, &mut Factored { factor, order }, vectors, limits),
         }
+    }
+
+    /// Adds the correction to `x`.
+    fn add_to(&self, x: &mut [DVec3], norm: f64) {
+        let (row, xr) = (&self.order.row, &self.vectors.xr);
+        parallel::for_rows(x, |v, x| *x += xr[row[v] as usize][0].truncate().as_dvec3() * norm);
     }
 
     /// Adds the correction to `x` and forms the residual anew; returns its squared norm.
@@ -297,8 +324,7 @@ impl InnerSolver {
         scratch: &mut SolverScratch,
     ) -> f64 {
         let SolverScratch { free, residual, rhs, product, partials, .. } = scratch;
-        let (row, xr) = (&self.order.row, &self.vectors.xr);
-        parallel::for_rows(x, |v, x| *x += xr[row[v] as usize][0].truncate().as_dvec3() * norm);
+        self.add_to(x, norm);
         operator.apply(x, free, corner, product, partials);
         parallel::sum_rows(residual, partials, |v, r| {
             *r = (rhs[v] - product[v]) * free[v];

@@ -1,0 +1,288 @@
+//! The membrane element for four triangles side by side: the formulas of [`super::membrane`] and [`super::polar`], lane by lane.
+//!
+//! A step spends most of its time outside the linear solve here. What a lane cannot do alike (a collapsed or mirrored
+//! triangle) is done by the functions for one triangle, against which these are tested.
+
+use super::lanes::{DOUBLES, Doubles, Lanes};
+use super::membrane::{self, LEAST_TRACE};
+use super::simd::Kernel;
+use crate::components::GeometricStiffness;
+use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
+use glam::DVec3;
+
+/// Vectors of four triangles.
+type Vectors<L> = [Doubles<L>; 3];
+
+/// Numbers of four triangles.
+type Four = [f64; DOUBLES];
+
+#[inline(always)]
+fn doubles<L: Lanes, const N: usize>(lanes: L, x: &[Four; N]) -> [Doubles<L>; N] {
+    let mut values = [Doubles::splat(lanes, 0.0); N];
+    for i in 0..N {
+        values[i] = Doubles::new(lanes, x[i]);
+    }
+    values
+}
+
+#[inline(always)]
+fn arrays<L: Lanes, const N: usize>(x: [Doubles<L>; N]) -> [Four; N] {
+    let mut values = [[0.0; DOUBLES]; N];
+    for i in 0..N {
+        values[i] = x[i].to_array();
+    }
+    values
+}
+
+#[inline(always)]
+fn dot<L: Lanes>(a: Vectors<L>, b: Vectors<L>) -> Doubles<L> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross<L: Lanes>(a: Vectors<L>, b: Vectors<L>) -> Vectors<L> {
+    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
+}
+
+/// √(a² + b²).
+#[inline(always)]
+fn radius<L: Lanes>(a: Doubles<L>, b: Doubles<L>) -> Doubles<L> {
+    (a * a + b * b).sqrt()
+}
+
+/// a·s + b·t.
+#[inline(always)]
+fn combine<L: Lanes>(a: Vectors<L>, s: Doubles<L>, b: Vectors<L>, t: Doubles<L>) -> Vectors<L> {
+    [a[0] * s + b[0] * t, a[1] * s + b[1] * t, a[2] * s + b[2] * t]
+}
+
+/// Rotation, stretch and stress of every triangle at `position`; see [`membrane::state`].
+pub struct States<'a> {
+    /// Vertices of the triangles.
+    pub corners: &'a [[u32; 3]],
+    /// Positions \[mm\].
+    pub position: &'a [DVec3],
+    /// Rest shapes.
+    pub rest: &'a [RestTriangle],
+    /// Elastic constants.
+    pub stiffness: &'a [Orthotropic],
+    /// Whether the normal stays +z.
+    pub is_planar: bool,
+    /// The stretch that is free of stress.
+    pub unstretched: Sym2,
+}
+
+impl States<'_> {
+    fn alone(&self, t: usize) -> ElementState {
+        let x = self.corners[t].map(|v| self.position[v as usize]);
+        membrane::state(x, &self.rest[t], &self.stiffness[t], self.is_planar, self.unstretched)
+    }
+}
+
+impl Kernel<ElementState> for States<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [ElementState]) {
+        let (half, one) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0));
+        let free = doubles(lanes, &[[self.unstretched.xx; 4], [self.unstretched.yy; 4], [self.unstretched.xy; 4]]);
+        for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
+            let first = first + group * DOUBLES;
+            let (mut edges, mut gradients, mut law) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4], [[0.0; DOUBLES]; 4]);
+            for lane in 0..DOUBLES {
+                // The last group is filled up with its last triangle.
+                let t = first + lane.min(out.len() - 1);
+                let [i, j, k] = self.corners[t];
+                let x = self.position[i as usize];
+                let (a, b) = (self.position[j as usize] - x, self.position[k as usize] - x);
+                let ([g1, g2], q) = (self.rest[t].gradients, &self.stiffness[t]);
+                for (edge, value) in edges.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
+                    edge[lane] = value;
+                }
+                for (gradient, value) in gradients.iter_mut().zip([g1.x, g1.y, g2.x, g2.y]) {
+                    gradient[lane] = value;
+                }
+                for (law, value) in law.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
+                    law[lane] = value;
+                }
+            }
+            let [ax, ay, az, bx, by, bz] = doubles(lanes, &edges);
+            let [g1x, g1y, g2x, g2y] = doubles(lanes, &gradients);
+            let [q11, q12, q22, q66] = doubles(lanes, &law);
+            let f1 = combine([ax, ay, az], g1x, [bx, by, bz], g2x);
+            let f2 = combine([ax, ay, az], g1y, [bx, by, bz], g2y);
+            let lengths_sq = dot(f1, f1) + dot(f2, f2);
+            // `sound` and `least` are compared at the end.
+            let (p, q, trace, sound, least) = if self.is_planar {
+                let (p, q) = ([f1[0] + f2[1], f1[1] - f2[0], f1[2]], [f2[0] - f1[1], f2[1] + f1[0], f2[2]]);
+                let trace_sq = dot(p, p);
+                (p, q, trace_sq.sqrt(), trace_sq, lengths_sq * Doubles::splat(lanes, 1e-28))
+            } else {
+                let normal = cross(f1, f2);
+                let twice_area = dot(normal, normal).sqrt();
+                let inverse = one / twice_area;
+                let n = [normal[0] * inverse, normal[1] * inverse, normal[2] * inverse];
+                let (p, q) = (cross(f2, n), cross(n, f1));
+                let (p, q) = (combine(f1, one, p, one), combine(f2, one, q, one));
+                let trace = (lengths_sq + twice_area + twice_area).sqrt();
+                (p, q, trace, twice_area, lengths_sq * Doubles::splat(lanes, 1e-30))
+            };
+            let inverse = one / trace;
+            let (r1, r2) =
+                ([p[0] * inverse, p[1] * inverse, p[2] * inverse], [q[0] * inverse, q[1] * inverse, q[2] * inverse]);
+            let (xx, yy, xy) = (dot(r1, f1), dot(r2, f2), half * (dot(r1, f2) + dot(r2, f1)));
+            let (exx, eyy, exy) = (xx - free[0], yy - free[1], xy - free[2]);
+            let stress = [q11 * exx + q12 * eyy, q12 * exx + q22 * eyy, (q66 + q66) * exy];
+            let (r1, r2) = (arrays(r1), arrays(r2));
+            let ([xx, yy, xy], [txx, tyy, txy]) = (arrays([xx, yy, xy]), arrays(stress));
+            let [sound, least] = arrays([sound, least]);
+            for (lane, out) in out.iter_mut().enumerate() {
+                *out = if sound[lane] > least[lane] {
+                    let polar = Polar {
+                        fibre_axis: DVec3::new(r1[0][lane], r1[1][lane], r1[2][lane]),
+                        transverse_axis: DVec3::new(r2[0][lane], r2[1][lane], r2[2][lane]),
+                        stretch: Sym2::new(xx[lane], yy[lane], xy[lane]),
+                    };
+                    ElementState { polar, stress: Sym2::new(txx[lane], tyy[lane], txy[lane]) }
+                } else {
+                    self.alone(first + lane)
+                };
+            }
+        }
+    }
+}
+
+/// Π = T − (κ/tr U)·J of four triangles, [`membrane`]'s `first_piola`.
+#[inline(always)]
+fn first_piola<L: Lanes>(stress: Vectors<L>, stretch: Vectors<L>, inverse_trace: Doubles<L>) -> [Doubles<L>; 4] {
+    let ([txx, tyy, txy], [uxx, uyy, uxy]) = (stress, stretch);
+    let spin = ((tyy - txx) * uxy + txy * (uxx - uyy)) * inverse_trace;
+    [txx, txy + spin, txy - spin, tyy]
+}
+
+/// Geometric stiffness of the rotated tangent: [`membrane::shear_majorant`] and the tensile part of
+/// [`membrane::second_piola`].
+pub struct Geometric<'a> {
+    /// States of the triangles.
+    pub state: &'a [ElementState],
+    /// Elastic constants.
+    pub stiffness: &'a [Orthotropic],
+    /// Whether there is no way out of the plane.
+    pub is_planar: bool,
+}
+
+impl Kernel<GeometricStiffness> for Geometric<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [GeometricStiffness]) {
+        let zero = Doubles::splat(lanes, 0.0);
+        let (half, quarter) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 0.25));
+        let smallest = Doubles::splat(lanes, f64::MIN_POSITIVE);
+        for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
+            let first = first + group * DOUBLES;
+            let (mut state, mut law) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4]);
+            for lane in 0..DOUBLES {
+                let t = first + lane.min(out.len() - 1);
+                let (u, s, q) = (self.state[t].polar.stretch, self.state[t].stress, &self.stiffness[t]);
+                for (state, value) in state.iter_mut().zip([u.xx, u.yy, u.xy, s.xx, s.yy, s.xy]) {
+                    state[lane] = value;
+                }
+                for (law, value) in law.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
+                    law[lane] = value;
+                }
+            }
+            let [uxx, uyy, uxy, txx, tyy, txy] = doubles(lanes, &state);
+            let [q11, q12, q22, q66] = doubles(lanes, &law);
+            let trace = uxx + uyy;
+            let (u_half, t_half) = (half * (uxx - uyy), half * (txx - tyy));
+            let low = (half * trace - radius(u_half, uxy)).max(Doubles::splat(lanes, 0.2) * trace).max(smallest);
+            let (t_mean, t_radius) = (half * (txx + tyy), radius(t_half, txy));
+            let along = t_mean + t_radius + (t_radius + t_radius) * (low / trace);
+            let geometric = along * trace * quarter / (low * low);
+            let shear_law = quarter * (q11 + q22) - half * q12;
+            // The smaller of two numbers.
+            let own = zero - (zero - q66).max(zero - shear_law);
+            let shear = (geometric - half * own).max(zero).to_array();
+            if self.is_planar {
+                for (lane, out) in out.iter_mut().enumerate() {
+                    *out = GeometricStiffness { normal: Sym2::ZERO, shear: shear[lane] };
+                }
+                continue;
+            }
+            let inverse_trace = Doubles::splat(lanes, 1.0) / trace.max(Doubles::splat(lanes, LEAST_TRACE));
+            let pi = first_piola([txx, tyy, txy], [uxx, uyy, uxy], inverse_trace);
+            let determinant = uxx * uyy - uxy * uxy;
+            let bound = Doubles::splat(lanes, 2.5e-3) * trace * trace;
+            let inverse = Doubles::splat(lanes, 1.0) / determinant.max(bound).max(smallest);
+            let sxx = (uyy * pi[0] - uxy * pi[2]) * inverse;
+            let syy = (uxx * pi[3] - uxy * pi[1]) * inverse;
+            let sxy = half * ((uyy * pi[1] - uxy * pi[3]) + (uxx * pi[2] - uxy * pi[0])) * inverse;
+            let (mean, s_radius) = (half * (sxx + syy), radius(half * (sxx - syy), sxy));
+            let (high, low) = (mean + s_radius, mean - s_radius);
+            let scale = high / (high - low);
+            let part = arrays([(sxx - low) * scale, (syy - low) * scale, sxy * scale]);
+            let [sxx, syy, sxy, high, low] = arrays([sxx, syy, sxy, high, low]);
+            for (lane, out) in out.iter_mut().enumerate() {
+                // The positive part, as of [`Sym2`].
+                let normal = if low[lane] >= 0.0 {
+                    Sym2::new(sxx[lane], syy[lane], sxy[lane])
+                } else if high[lane] <= 0.0 {
+                    Sym2::ZERO
+                } else {
+                    Sym2::new(part[0][lane], part[1][lane], part[2][lane])
+                };
+                *out = GeometricStiffness { normal, shear: shear[lane] };
+            }
+        }
+    }
+}
+
+/// Forces on the corners of every triangle under its stress: [`membrane::nodal_forces`].
+pub struct CornerForces<'a> {
+    /// States of the triangles.
+    pub state: &'a [ElementState],
+    /// Rest shapes.
+    pub rest: &'a [RestTriangle],
+    /// Thickness \[mm\].
+    pub thickness: &'a [f64],
+}
+
+impl Kernel<[DVec3; 3]> for CornerForces<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [[DVec3; 3]]) {
+        let zero = Doubles::splat(lanes, 0.0);
+        for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
+            let first = first + group * DOUBLES;
+            let (mut axes, mut state, mut shape) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 5]);
+            for lane in 0..DOUBLES {
+                let t = first + lane.min(out.len() - 1);
+                let ElementState { polar, stress: s } = &self.state[t];
+                let (r1, r2, u) = (polar.fibre_axis, polar.transverse_axis, polar.stretch);
+                let [g1, g2] = self.rest[t].gradients;
+                for (axis, value) in axes.iter_mut().zip([r1.x, r1.y, r1.z, r2.x, r2.y, r2.z]) {
+                    axis[lane] = value;
+                }
+                for (state, value) in state.iter_mut().zip([u.xx, u.yy, u.xy, s.xx, s.yy, s.xy]) {
+                    state[lane] = value;
+                }
+                let volume = self.rest[t].area * self.thickness[t];
+                for (shape, value) in shape.iter_mut().zip([g1.x, g1.y, g2.x, g2.y, volume]) {
+                    shape[lane] = value;
+                }
+            }
+            let [r1x, r1y, r1z, r2x, r2y, r2z] = doubles(lanes, &axes);
+            let [uxx, uyy, uxy, txx, tyy, txy] = doubles(lanes, &state);
+            let [g1x, g1y, g2x, g2y, volume] = doubles(lanes, &shape);
+            let inverse_trace = Doubles::splat(lanes, 1.0) / (uxx + uyy).max(Doubles::splat(lanes, LEAST_TRACE));
+            let pi = first_piola([txx, tyy, txy], [uxx, uyy, uxy], inverse_trace);
+            let (r1, r2) = ([r1x, r1y, r1z], [r2x, r2y, r2z]);
+            let (p1, p2) = (combine(r1, pi[0], r2, pi[2]), combine(r1, pi[1], r2, pi[3]));
+            let minus = zero - volume;
+            let a = combine(p1, g1x * minus, p2, g1y * minus);
+            let b = combine(p1, g2x * minus, p2, g2y * minus);
+            let (a, b) = (arrays(a), arrays(b));
+            for (lane, out) in out.iter_mut().enumerate() {
+                let a = DVec3::new(a[0][lane], a[1][lane], a[2][lane]);
+                let b = DVec3::new(b[0][lane], b[1][lane], b[2][lane]);
+                *out = [-a - b, a, b];
+            }
+        }
+    }
+}
