@@ -17,12 +17,10 @@ const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
 /// the mesh, and are about 0.3 GB and 2 s there.
 const MOST_AXES_FACTORED: f64 = 2e5;
 
-/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless told otherwise. A sheet under a trembling hand
-/// takes 4 iterations with it and 8 with multigrid: as long at 30,000 axes, and an iteration with the factor grows faster.
+/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless told otherwise, with more multigrid. A sheet
+/// under a trembling hand takes 4 iterations with the factor and 8 with multigrid: as long at 30,000 axes, and an iteration
+/// with the factor grows faster.
 const MOST_AXES_ASIDE: f64 = 4e4;
-
-/// From so many free axes on a dynamic step without a factor takes multigrid: there a third of the incomplete factor's time.
-const LEAST_AXES_MULTIGRID: f64 = 2e4;
 
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;
@@ -221,7 +219,7 @@ fn inner_kind(step: &StepContext, free: &[DVec3]) -> Option<Inner> {
     Some(match step.preconditioner {
         Preconditioner::BlockJacobi => Inner::BlockJacobi,
         Preconditioner::Multigrid => Inner::Multigrid,
-        Preconditioner::Auto if axes(free) >= LEAST_AXES_MULTIGRID => Inner::Multigrid,
+        Preconditioner::Auto if axes(free) > MOST_AXES_ASIDE => Inner::Multigrid,
         Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
             Inner::IncompleteCholesky
         }
