@@ -89,6 +89,16 @@ pub fn for_chunks<T: Send>(out: &mut [T], kernel: &impl Kernel<T>) {
     }
 }
 
+/// Runs a kernel on every piece of so many rows.
+pub fn for_pieces<T: Send>(out: &mut [T], size: usize, kernel: &impl Kernel<T>) {
+    let piece = |(p, rows): (usize, &mut [T])| run(kernel, p * size, rows);
+    if is_worth_sharing(out.len()) && out.len() > size {
+        out.par_chunks_mut(size).enumerate().for_each(piece);
+    } else {
+        out.chunks_mut(size).enumerate().for_each(piece);
+    }
+}
+
 /// Runs a kernel on every chunk of rows and sums what it returns. `partials` is scratch; it grows once.
 pub fn sum_chunks<T: Send, S: Copy + Default + Send + Sum>(
     out: &mut [T],

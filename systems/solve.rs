@@ -17,6 +17,11 @@ const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
 /// the mesh, and are about 0.3 GB and 2 s there.
 const MOST_AXES_FACTORED: f64 = 2e5;
 
+/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless told otherwise, with more multigrid. A sheet
+/// under a trembling hand takes 4 iterations with the factor and 8 with multigrid: as long at 30,000 axes, and an iteration
+/// with the factor grows faster.
+const MOST_AXES_ASIDE: f64 = 4e4;
+
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;
 
@@ -87,7 +92,7 @@ fn solve_body(
     scratch.stored = if asks_for_stress { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
     let means = Means {
         factor: use_of_factor(step, &scratch.free).map(|how| (factor, how)),
-        inner: inner_kind(step).map(|kind| (inner, kind)),
+        inner: inner_kind(step, &scratch.free).map(|kind| (inner, kind)),
     };
     let mut rotated = None;
     match solve_or_fall_back(operator, &params, means, forces, increment, scratch, &mut rotated) {
@@ -187,23 +192,38 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(least), ..linear }
 }
 
+/// Number of free axes.
+fn axes(free: &[DVec3]) -> f64 {
+    free.iter().map(|f| f.element_sum()).sum()
+}
+
 fn use_of_factor(step: &StepContext, free: &[DVec3]) -> Option<Use> {
-    let is_small = || free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED;
     match step.preconditioner {
-        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky => None,
-        Preconditioner::Auto if !is_small() => None,
-        Preconditioner::Auto if !step.is_static => Some(Use::Aside),
-        Preconditioner::Auto | Preconditioner::Cholesky => Some(Use::Wait),
+        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
+        Preconditioner::Auto if step.is_static => (axes(free) <= MOST_AXES_FACTORED).then_some(Use::Wait),
+        Preconditioner::Auto => (axes(free) <= MOST_AXES_ASIDE).then_some(Use::Aside),
+        Preconditioner::Cholesky => Some(Use::Wait),
     }
 }
 
-/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision reaches.
-fn inner_kind(step: &StepContext) -> Option<Inner> {
-    if step.is_static || step.precision == Precision::Double {
+/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
+/// reaches: there it is multigrid or nothing.
+fn inner_kind(step: &StepContext, free: &[DVec3]) -> Option<Inner> {
+    if step.is_static {
+        let is_multigrid = match step.preconditioner {
+            Preconditioner::Multigrid => true,
+            Preconditioner::Auto => axes(free) > MOST_AXES_FACTORED,
+            _ => false,
+        };
+        return is_multigrid.then_some(Inner::Multigrid);
+    }
+    if step.precision == Precision::Double {
         return None;
     }
     Some(match step.preconditioner {
         Preconditioner::BlockJacobi => Inner::BlockJacobi,
+        Preconditioner::Multigrid => Inner::Multigrid,
+        Preconditioner::Auto if axes(free) > MOST_AXES_ASIDE => Inner::Multigrid,
         Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
             Inner::IncompleteCholesky
         }

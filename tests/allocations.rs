@@ -23,9 +23,12 @@ fn allocations(work: impl FnOnce()) -> usize {
 #[test]
 fn a_warm_step_allocates_nothing() {
     let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
-    for (threads, preconditioner) in
-        [(1, Preconditioner::IncompleteCholesky), (2, Preconditioner::IncompleteCholesky), (1, Preconditioner::Auto)]
-    {
+    for (threads, preconditioner) in [
+        (1, Preconditioner::IncompleteCholesky),
+        (2, Preconditioner::IncompleteCholesky),
+        (1, Preconditioner::Multigrid),
+        (1, Preconditioner::Auto),
+    ] {
         let square = Square { tearing: strong, ..Square::new([40, 34], 60.0) };
         let mut run = square.spawn(Settings { threads, preconditioner, ..Settings::default() });
         // The first factor of this square is in effect after 23.

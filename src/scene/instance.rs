@@ -248,6 +248,7 @@ fn settings(spec: &RunSpec) -> Result<Settings, Fault> {
             PreconditionerSpec::Auto => Preconditioner::Auto,
             PreconditionerSpec::BlockJacobi => Preconditioner::BlockJacobi,
             PreconditionerSpec::IncompleteCholesky => Preconditioner::IncompleteCholesky,
+            PreconditionerSpec::Multigrid => Preconditioner::Multigrid,
             PreconditionerSpec::Cholesky => Preconditioner::Cholesky,
         },
         precision: match spec.precision {

@@ -6,7 +6,7 @@
 use crate::components::{ExternalStiffness, Frames};
 use crate::math::ElementState;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::kernels::membrane::ElementTangent;
+use crate::systems::kernels::membrane::{ElementTangent, shear_majorant};
 use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 
@@ -47,6 +47,18 @@ impl Operator<'_> {
             geometric: volume,
             is_exact: self.is_exact,
         }
+    }
+
+    /// The rotated tangent of a triangle, also where the operator is made of exact ones: never indefinite.
+    #[inline]
+    pub fn rotated_element(&self, t: usize) -> ElementTangent<'_> {
+        let element = self.element(t);
+        if !self.is_exact {
+            return element;
+        }
+        let state = element.state;
+        let shear = shear_majorant(state.stress, state.polar.stretch, element.stiffness);
+        ElementTangent { normal: element.normal.positive_part(), shear, is_exact: false, ..element }
     }
 
     /// What vertex `v` contributes by itself: mass and external stiffness.

@@ -89,6 +89,8 @@ pub enum PreconditionerSpec {
     BlockJacobi,
     /// An incomplete Cholesky factor, made anew for every solve of a dynamic step.
     IncompleteCholesky,
+    /// Multigrid on levels that follow the surface and its tears.
+    Multigrid,
     /// A sparse Cholesky factor, kept while it serves.
     Cholesky,
 }
@@ -141,8 +143,8 @@ pub struct RunSpec {
     /// `"rotated"` (default) or `"exact"`.
     #[serde(default)]
     pub tangent: TangentSpec,
-    /// `"auto"` (default), `"block_jacobi"`, `"incomplete_cholesky"` or `"cholesky"`: the same answer within the tolerance, at
-    /// other costs.
+    /// `"auto"` (default), `"block_jacobi"`, `"incomplete_cholesky"`, `"multigrid"` or `"cholesky"`: the same answer
+    /// within the tolerance, at other costs.
     #[serde(default)]
     pub preconditioner: PreconditionerSpec,
     /// `"mixed"` (default) or `"double"`: what the iterations of dynamic steps compute in; the same answer within the tolerance.

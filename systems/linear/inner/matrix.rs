@@ -24,7 +24,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// Takes the numbers from the double-precision operator.
+    /// Takes the numbers from the double-precision operator, those of the rotated tangent.
     pub fn assemble(&mut self, operator: &Operator, partition: &Partition, vertex: &[u32], free: &[DVec3]) {
         empty(&mut self.packs, partition.triangle.len());
         self.packs.resize(partition.triangle.len(), Pack::default());
@@ -94,8 +94,9 @@ impl Kernel<Pack> for Assembly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [Pack]) {
         for (pack, triangles) in packs.iter_mut().zip(&self.partition.triangle[first..]) {
-            let element =
-                |lane: usize| (triangles[lane] != EMPTY).then(|| self.operator.element(triangles[lane] as usize));
+            let element = |lane: usize| {
+                (triangles[lane] != EMPTY).then(|| self.operator.rotated_element(triangles[lane] as usize))
+            };
             *pack = Pack::new(lanes, element);
         }
     }
