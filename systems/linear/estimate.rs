@@ -164,7 +164,7 @@ mod tests {
     fn next_to_nothing_stored_leaves_the_residual_to_decide() {
         let params = LinearParams { tolerance: 0.1, stress_tolerance: 1e-3, iterations: 10, time: None };
         let limits = Limits::new(&params, 4.0, 0.0);
-        assert!(!limits.are_met(0.03, 1e-30) && limits.are_met(3e-8, 1.0));
+        assert!(!limits.are_met(0.03, 1e-30) && limits.are_met(3e-12, 1.0));
         let alone = Limits::new(&LinearParams { stress_tolerance: f64::INFINITY, ..params }, 4.0, 0.0);
         assert!(alone.are_met(0.03, 1e30) && !alone.is_late());
         let late = Limits::new(&LinearParams { time: Some(std::time::Duration::ZERO), ..params }, 4.0, 1.0);
