@@ -39,6 +39,7 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
 
 /// All systems in the order in which they run.
 pub const STEP: &[System] = &[
+    system("sleep: wake", Stage::Begin, systems::sleep::wake),
     system("energy: begin", Stage::Begin, systems::energy::begin),
     system("refine", Stage::Begin, systems::refine::refine),
     system("energy: refined", Stage::Begin, systems::energy::refined),
@@ -55,8 +56,9 @@ pub const STEP: &[System] = &[
     system("edge loads", Stage::Iterate, systems::loads::edge_loads),
     system("springs", Stage::Iterate, systems::springs::springs),
     system("grip", Stage::Iterate, systems::grip::grip),
-    system("drag", Stage::Iterate, systems::drag::drag),
     system("contact", Stage::Iterate, systems::contact::contact),
+    system("sleep", Stage::Iterate, systems::sleep::fall_asleep),
+    system("drag", Stage::Iterate, systems::drag::drag),
     system("energy: loads", Stage::Iterate, systems::energy::loads),
     system("solve", Stage::Iterate, systems::solve::solve),
     system("integrate", Stage::Iterate, systems::integrate::integrate),
@@ -71,8 +73,11 @@ pub fn run_stage(world: &mut World, step: &StepContext, stage: Stage, reports: &
     for (system, report) in STEP.iter().zip(reports) {
         if system.stage == stage {
             let start = Instant::now();
-            report.bodies += (system.run)(world, step);
-            report.time += start.elapsed();
+            let bodies = (system.run)(world, step);
+            if bodies > 0 {
+                report.bodies += bodies;
+                report.time += start.elapsed();
+            }
         }
     }
 }

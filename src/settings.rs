@@ -60,12 +60,12 @@ pub enum Precision {
 /// Limits of the linear solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearParams {
-    /// Stop where the residual has fallen to this fraction of the right-hand side, 1e-2 by default,
+    /// Stop where the residual has fallen to this fraction of the right-hand side, 0.1 by default,
     pub tolerance: f64,
     /// and the estimated error of the stress, relative to the stress in the body as a whole, to this, 1e-3 by default: the root of
     /// the energy of the strains still missing over the stored energy. A residual tells the less of the stress the finer the mesh;
-    /// this means the same on any. A sheet of 1,500 triangles is itself 5 % off the continuum. A residual of 1e-3 times its
-    /// tolerance is small enough whatever the stress: a body at rest stores nothing. With `INFINITY` the residual decides alone.
+    /// this means the same on any. A sheet of 1,500 triangles is itself 5 % off the continuum. A residual of 1e-3 times this
+    /// is small enough whatever the stress: a body at rest stores nothing. With `INFINITY` the residual decides alone.
     pub stress_tolerance: f64,
     /// Stop after so many iterations at the latest; the report then shows the residual reached.
     pub iterations: u32,
@@ -74,9 +74,16 @@ pub struct LinearParams {
     pub time: Option<Duration>,
 }
 
+impl LinearParams {
+    /// Limits that leave the residual to decide alone.
+    pub const fn by_residual(tolerance: f64, iterations: u32) -> Self {
+        Self { tolerance, stress_tolerance: f64::INFINITY, iterations, time: None }
+    }
+}
+
 impl Default for LinearParams {
     fn default() -> Self {
-        Self { tolerance: 1e-2, stress_tolerance: 1e-3, iterations: 2000, time: None }
+        Self { tolerance: 0.1, stress_tolerance: 1e-3, iterations: 2000, time: None }
     }
 }
 

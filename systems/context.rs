@@ -58,7 +58,7 @@ impl StepContext {
             is_static: true,
             is_resumed: false,
             tangent: Tangent::Exact,
-            linear: LinearParams { tolerance: 1e-12, iterations: 20_000, ..LinearParams::default() },
+            linear: LinearParams::by_residual(1e-12, 20_000),
             preconditioner,
             precision: Precision::Double,
             newton_iterations: iterations,

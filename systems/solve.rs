@@ -25,93 +25,97 @@ const MOST_AXES_ASIDE: f64 = 4e4;
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;
 
+type Query<'a> = (
+    (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+    (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
+    (&'a mut Factor, &'a mut InnerSolver),
+    (Option<&'a ExternalStiffness>, Option<&'a Damping>),
+    (Option<&'a Holds>, Option<&'a mut Reactions>),
+    (Option<&'a PreStretch>, Option<&'a EnergyAudit>),
+);
+
 /// Solves (M/dt² + D/dt + K)·δ = f − M·(u/dt² − v/dt) for the change δ of the displacement u.
 pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
-    let mut count = 0;
-    type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
-        (&'a mut Factor, &'a mut InnerSolver),
-        (Option<&'a ExternalStiffness>, Option<&'a Damping>),
-        (Option<&'a Holds>, Option<&'a mut Reactions>),
-        (Option<&'a PreStretch>, Option<&'a EnergyAudit>),
-    );
-    for (
+    parallel::for_bodies::<Query>(
+        world,
+        |((_, triangles, ..), (_, _, scratch), ..)| scratch.rows_to_solve(triangles.len()),
+        |body| solve_body(body, step),
+    )
+}
+
+/// One body's solve.
+fn solve_body(
+    (
         (vertices, triangles, topology, frames),
         (forces, increment, scratch),
         (factor, inner),
         (external, damping),
         (holds, mut reactions),
         (pre_stretch, audit),
-    ) in world.query_mut::<Query>()
+    ): Query<'_>,
+    step: &StepContext,
+) {
+    let imbalance_before = scratch.imbalance;
+    let force_scale = imbalance(vertices, forces, increment, scratch, step);
+    // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
+    if step.newton_iterations > 1
+        && let (Some(holds), Some(reactions)) = (holds, reactions.as_deref_mut())
     {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        let imbalance_before = scratch.imbalance;
-        let force_scale = imbalance(vertices, forces, increment, scratch, step);
-        // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
-        if step.newton_iterations > 1
-            && let (Some(holds), Some(reactions)) = (holds, reactions.as_deref_mut())
-        {
-            record_reactions(holds, reactions, |v| -scratch.residual[v]);
-        }
-        let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles) } else { 0.0 };
-        if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
-            scratch.is_converged = true;
-            continue;
-        }
-        if step.is_static && reject_increment(increment, scratch) {
-            continue;
-        }
-        scratch.newton_iterations += 1;
-        scratch.is_exact = step.tangent == Tangent::Exact;
-        let operator = Operator {
-            vertices,
-            triangles,
-            topology,
-            frames,
-            external,
-            inertia: step.inertia(),
-            viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
-            is_exact: scratch.is_exact,
-        };
-        if step.is_static && scratch.newton_iterations > 1 {
-            increment.delta.fill(DVec3::ZERO);
-        }
-        let params = linear_params(step, scratch, imbalance_before, force_scale);
-        scratch.is_audited = audit.is_some();
-        let asks_for_stress = !step.is_static && step.newton_iterations == 1 && params.stress_tolerance.is_finite();
-        scratch.stored = if asks_for_stress { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
-        let means = Means {
-            factor: use_of_factor(step, &scratch.free).map(|how| (factor, how)),
-            inner: inner_kind(step, &scratch.free).map(|kind| (inner, kind)),
-        };
-        let mut rotated = None;
-        match solve_or_fall_back(operator, &params, means, forces, increment, scratch, &mut rotated) {
-            Ok(info) => {
-                scratch.iterations += info.iterations;
-                scratch.linear_residual = info.relative_residual;
-                let stored = scratch.stored;
-                scratch.stress_error = if stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
-                scratch.is_late |= info.is_late;
-            }
-            // No answer: what is not finite is caught after the step, which is then rolled back.
-            Err(_) => scratch.linear_residual = f64::NAN,
-        }
-        if step.newton_iterations == 1
-            && let (Some(holds), Some(reactions)) = (holds, reactions)
-        {
-            let used =
-                rotated.as_ref().map_or(operator, |frames| Operator { frames, is_exact: scratch.is_exact, ..operator });
-            reactions_of_linear_step(&used, forces, increment, step, (holds, reactions));
-        }
-        if step.is_static {
-            start_line_search(forces, increment, scratch);
-        }
+        record_reactions(holds, reactions, |v| -scratch.residual[v]);
     }
-    count
+    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles) } else { 0.0 };
+    if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
+        scratch.is_converged = true;
+        return;
+    }
+    if step.is_static && reject_increment(increment, scratch) {
+        return;
+    }
+    scratch.newton_iterations += 1;
+    scratch.is_exact = step.tangent == Tangent::Exact;
+    let operator = Operator {
+        vertices,
+        triangles,
+        topology,
+        frames,
+        external,
+        inertia: step.inertia(),
+        viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
+        is_exact: scratch.is_exact,
+    };
+    if step.is_static && scratch.newton_iterations > 1 {
+        increment.delta.fill(DVec3::ZERO);
+    }
+    let params = linear_params(step, scratch, imbalance_before, force_scale);
+    scratch.is_audited = audit.is_some();
+    let asks_for_stress = !step.is_static && step.newton_iterations == 1 && params.stress_tolerance.is_finite();
+    scratch.stored = if asks_for_stress { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
+    let means = Means {
+        factor: use_of_factor(step, &scratch.free).map(|how| (factor, how)),
+        inner: inner_kind(step, &scratch.free).map(|kind| (inner, kind)),
+    };
+    let mut rotated = None;
+    match solve_or_fall_back(operator, &params, means, forces, increment, scratch, &mut rotated) {
+        Ok(info) => {
+            scratch.iterations += info.iterations;
+            scratch.linear_residual = info.relative_residual;
+            let stored = scratch.stored;
+            scratch.stress_error = if stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
+            scratch.is_late |= info.is_late;
+        }
+        // No answer: what is not finite is caught after the step, which is then rolled back.
+        Err(_) => scratch.linear_residual = f64::NAN,
+    }
+    if step.newton_iterations == 1
+        && let (Some(holds), Some(reactions)) = (holds, reactions)
+    {
+        let used =
+            rotated.as_ref().map_or(operator, |frames| Operator { frames, is_exact: scratch.is_exact, ..operator });
+        reactions_of_linear_step(&used, forces, increment, step, (holds, reactions));
+    }
+    if step.is_static {
+        start_line_search(forces, increment, scratch);
+    }
 }
 
 /// Σ V·T:(U − U₀) \[mJ\] at the start of the step.

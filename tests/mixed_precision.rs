@@ -83,7 +83,7 @@ impl Torn {
         let mut x = self.guess();
         let mut inner = InnerSolver::default();
         let mut means = Means { factor: None, inner: kind.map(|kind| (&mut inner, kind)) };
-        let params = LinearParams { tolerance, iterations: 20_000, ..LinearParams::default() };
+        let params = LinearParams::by_residual(tolerance, 20_000);
         let info = linear::solve(&self.operator(), &params, &mut means, &mut corner, &mut x, &mut scratch);
         (info, x)
     }
@@ -213,7 +213,7 @@ fn threads_and_instructions_leave_the_bits_alone() {
 #[test]
 fn a_run_is_that_of_double_precision_within_the_tolerance() {
     let positions = |preconditioner, precision, tolerance| {
-        let linear = LinearParams { tolerance, iterations: 20_000, ..LinearParams::default() };
+        let linear = LinearParams::by_residual(tolerance, 20_000);
         // Before the first tear, which would make a difference of one advance out of any.
         let (simulation, body) =
             run(Settings { linear, preconditioner, precision, threads: 1, ..Settings::default() }, 5);

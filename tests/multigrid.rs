@@ -5,8 +5,8 @@ mod common;
 
 use common::{Square, state_bits};
 use glam::DVec3;
-use rhexis::components::{ExternalStiffness, Fibres, Frames, GeometricStiffness, Material, PreStretch, SolverScratch};
-use rhexis::math::Sym2;
+use rhexis::components::{ExternalStiffness, Fibres, Frames, Material, PreStretch, SolverScratch};
+use rhexis::math::{GeometricStiffness, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::scene::{Document, generate};
 use rhexis::settings::{LinearParams, Preconditioner, Settings};

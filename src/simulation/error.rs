@@ -27,6 +27,9 @@ pub enum SimulationError {
     /// There is no such body.
     #[error("there is no such body")]
     NoSuchBody,
+    /// A body or obstacle does not carry what was asked for.
+    #[error("the body or obstacle does not carry all of the components asked for")]
+    NoSuchComponents,
     /// No equilibrium was found; the last good state stands.
     #[error(
         "no equilibrium at time {time} ms: imbalance {imbalance:e} N after {iterations} iterations; \

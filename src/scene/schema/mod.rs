@@ -1,20 +1,23 @@
 //! What a scene file may say: one struct per table, one field per key.
 //!
 //! Units are fixed: mm, g, ms, hence N, MPa = N/mm², mJ, kHz. A point is `[x, y, z]` or `[x, y]`; a quantity over time is a
-//! number or `[[time, value], …]`, linear between and constant outside. An unknown key is refused.
+//! number or `[[time, value], …]`, linear between and constant outside, or a trembling hand ([`HandSpec`]). An unknown key is
+//! refused.
 
 mod body;
 mod constraint;
+mod hand;
 mod mesh;
 mod number;
 
 pub use body::{
     BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec,
-    RefinementSpec, TearModeSpec, TearingSpec,
+    RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
 };
+pub use hand::HandSpec;
 pub use mesh::MeshSpec;
 pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve};
 
@@ -125,7 +128,7 @@ pub struct RunSpec {
     /// Newton stops in a dynamic step at this fraction of the largest corner force. Default 1e-9.
     #[serde(default = "newton_tolerance")]
     pub newton_tolerance: f64,
-    /// Relative residual at which the linear solve of a dynamic step may stop. Default 1e-2.
+    /// Relative residual at which the linear solve of a dynamic step may stop. Default 0.1.
     #[serde(default = "linear_tolerance")]
     pub linear_tolerance: f64,
     /// Estimated error of the stress, relative to the stress in the body as a whole, at which the linear solve of a dynamic step
