@@ -141,10 +141,11 @@ impl InnerSolver {
             info.is_late = reached.is_late;
             let before_sq = residual_sq;
             // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
-            let is_known = params.tolerance >= SINGLE && reached.iterations <= FEW && !scratch.is_audited;
-            residual_sq = if is_known {
+            let by_recursion = reached.residual_sq * residual_sq;
+            let is_known = is_single(params, scratch) && reached.iterations <= FEW;
+            residual_sq = if is_known && limits.are_met(by_recursion, info.error_energy) {
                 self.add_to(x, norm);
-                reached.residual_sq * residual_sq
+                by_recursion
             } else {
                 self.correct(operator, norm, corner, x, scratch)
             };
@@ -223,7 +224,7 @@ impl InnerSolver {
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(f64, f64), CgError> {
-        let is_double = params.tolerance < SINGLE || scratch.is_audited;
+        let is_double = !is_single(params, scratch);
         let SolverScratch { free, residual, rhs, direction, product, partials, .. } = scratch;
         for vector in [&mut *rhs, direction, product] {
             vector.resize(x.len(), DVec3::ZERO);
@@ -331,6 +332,11 @@ impl InnerSolver {
             r.length_squared()
         })
     }
+}
+
+/// Whether a solve of few iterations may stay in single precision.
+fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
+    params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }
 
 /// Empties a list and makes room for `count` entries, with an eighth to spare where it has to grow: as a tear adds some, the
