@@ -59,6 +59,33 @@ pub struct Verdict {
     pub is_ambiguous: bool,
 }
 
+/// What woke a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WokenBy {
+    /// A hold, closed forceps or a load that moves on, forceps that close or open.
+    Drive,
+    /// An obstacle that has come, gone or moved within its reach.
+    Obstacle,
+    /// A cut.
+    Cut,
+    /// A static solve, which finds an equilibrium closer than the bound of sleep.
+    StaticSolve,
+    /// The program in which the simulation is embedded: it woke the body, or reached for its components.
+    Caller,
+}
+
+impl fmt::Display for WokenBy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Drive => "drive",
+            Self::Obstacle => "obstacle",
+            Self::Cut => "cut",
+            Self::StaticSolve => "static solve",
+            Self::Caller => "caller",
+        })
+    }
+}
+
 /// The kinds of event. Positions and directions are in the rest shape.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EventKind {
@@ -139,6 +166,13 @@ pub enum EventKind {
         at: DVec3,
         /// Why.
         reason: String,
+    },
+    /// A body with [`Sleeping`](crate::components::Sleeping) came to rest and fell asleep.
+    FellAsleep,
+    /// A body that slept woke.
+    Woke {
+        /// What woke it.
+        by: WokenBy,
     },
     /// A step left no usable state and was undone; the last good state stands.
     StepFailed {

@@ -60,6 +60,8 @@
 //! [`TriangleMesh`](storage::TriangleMesh) of your own positions and triangles.
 
 #[cfg(feature = "cli")]
+pub mod bench;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod components;
 pub mod event;

@@ -2,7 +2,8 @@
 
 use crate::components::{
     Body, Contact, Drag, EnergyCriterion, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment,
-    Material, Planar, Reactions, Refined, Refinement, SolverScratch, Springs, TearDecisions, TearLog, Tearing,
+    Material, Planar, Reactions, Refined, Refinement, Sleeping, SolverScratch, Springs, TearDecisions, TearLog,
+    Tearing,
 };
 use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{
@@ -260,6 +261,9 @@ impl Membrane {
             positive("toughness along the fibres", e.toughness.along)?;
             positive("toughness across the fibres", e.toughness.across)?;
             within("energy criterion ring", e.ring, e.ring > 0.0, "it must be above 0 and at most 100")?;
+        }
+        if let Some(s) = self.components.get::<&Sleeping>() {
+            positive("the strain of sleep", s.strain)?;
         }
         if let Some(c) = self.components.get::<&Contact>() {
             positive("contact stiffness", c.stiffness)?;

@@ -10,7 +10,7 @@ pub struct SystemReport {
     pub name: &'static str,
     /// Bodies it ran on, added over Newton iterations; zero means skipped: no body carries what it needs.
     pub bodies: usize,
-    /// Time spent.
+    /// Time spent; exactly zero where it ran on no body.
     pub time: Duration,
 }
 
@@ -38,6 +38,8 @@ pub struct BodyReport {
     /// Whether a tip could have advanced further, but the step had been taken up again as often as the settings allow, or a
     /// quasi-static tear had had all its rounds.
     pub is_tear_cut_short: bool,
+    /// Whether the body sleeps: no system ran on it, and the other figures are those of the last step that did.
+    pub is_asleep: bool,
 }
 
 /// One step, or one static solve.

@@ -45,6 +45,7 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
 
 /// All systems in the order in which they run.
 pub const STEP: &[System] = &[
+    system("sleep: wake", Stage::Begin, systems::sleep::wake),
     system("energy: begin", Stage::Begin, systems::energy::begin),
     system("refine", Stage::Begin, systems::refine::refine),
     system("energy: refined", Stage::Begin, systems::energy::refined),
@@ -61,8 +62,9 @@ pub const STEP: &[System] = &[
     system("edge loads", Stage::Evaluate, systems::loads::edge_loads),
     system("springs", Stage::Evaluate, systems::springs::springs),
     system("grip", Stage::Evaluate, systems::grip::grip),
-    system("drag", Stage::Evaluate, systems::drag::drag),
     system("contact", Stage::Evaluate, systems::contact::contact),
+    system("sleep", Stage::Evaluate, systems::sleep::fall_asleep),
+    system("drag", Stage::Evaluate, systems::drag::drag),
     system("energy: loads", Stage::Evaluate, systems::energy::loads),
     system("start", Stage::Start, systems::hold::start),
     system("second stage", Stage::SecondStage, systems::hold::second_stage),
@@ -79,8 +81,11 @@ pub fn run_stage(world: &mut World, step: &StepContext, stage: Stage, reports: &
     for (system, report) in STEP.iter().zip(reports) {
         if system.stage == stage {
             let start = Instant::now();
-            report.bodies += (system.run)(world, step);
-            report.time += start.elapsed();
+            let bodies = (system.run)(world, step);
+            if bodies > 0 {
+                report.bodies += bodies;
+                report.time += start.elapsed();
+            }
         }
     }
 }

@@ -9,32 +9,28 @@ use glam::{DMat3, DVec3};
 
 /// Starts the nodal forces with those of the membrane, and empties the external stiffness.
 pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
-    let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, &'a Increment, &'a SolverScratch),
         &'a mut Forces,
         Option<&'a mut ExternalStiffness>,
         Option<&'a Damping>,
     );
-    for ((vertices, triangles, topology, frames, increment, scratch), forces, external, damping) in
-        world.query_mut::<Query>()
-    {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        if let Some(external) = external {
-            external.block.clear();
-            external.block.resize(vertices.len(), DMat3::ZERO);
-        }
-        // At the start of a step by backward Euler nothing has moved yet: there is no rate.
-        let is_at_rest =
-            step.formula == Formula::BackwardEuler && increment.displacement.iter().all(|u| *u == DVec3::ZERO);
-        let viscosity = if is_at_rest { 0.0 } else { damping.map_or(0.0, |d| d.time) * step.rate() };
-        membrane_forces(triangles, frames, |v| step.travel(increment, v), viscosity, forces);
-        gather(topology, forces, vertices.len());
-    }
-    count
+    parallel::for_bodies::<Query>(
+        world,
+        |((_, triangles, _, _, _, scratch), _, _, _)| scratch.rows_to_solve(triangles.len()),
+        |((vertices, triangles, topology, frames, increment, _), forces, external, damping)| {
+            if let Some(external) = external {
+                external.block.clear();
+                external.block.resize(vertices.len(), DMat3::ZERO);
+            }
+            // At the start of a step by backward Euler nothing has moved yet: there is no rate.
+            let is_at_rest =
+                step.formula == Formula::BackwardEuler && increment.displacement.iter().all(|u| *u == DVec3::ZERO);
+            let viscosity = if is_at_rest { 0.0 } else { damping.map_or(0.0, |d| d.time) * step.rate() };
+            membrane_forces(triangles, frames, |v| step.travel(increment, v), viscosity, forces);
+            gather(topology, forces, vertices.len());
+        },
+    )
 }
 
 /// Corner forces of every triangle. `viscosity` is β/s with the span s of the step's formula, by which the stretch rate of what

@@ -11,32 +11,30 @@ pub fn contact(world: &mut hecs::World, _: &StepContext) -> usize {
     if obstacles.is_empty() {
         return 0;
     }
-    let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch, &'a Contact),
         &'a mut Forces,
         &'a mut ExternalStiffness,
     );
-    for ((vertices, triangles, topology, scratch, contact), forces, external) in world.query_mut::<Query>() {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        for obstacle in &obstacles {
-            let push = |v: usize| {
-                let (distance, normal) = obstacle.shape.distance(vertices.position[v])?;
-                let stiffness = contact.stiffness * topology.vertex_area(triangles, v as u32);
-                (distance < 0.0).then_some((-distance * stiffness, stiffness, normal))
-            };
-            parallel::for_rows(&mut forces.nodal, |v, f| {
-                *f += push(v).map_or(DVec3::ZERO, |(force, _, normal)| normal * force);
-            });
-            parallel::for_rows(&mut external.block, |v, k| {
-                if let Some((_, stiffness, n)) = push(v) {
-                    *k += DMat3::from_cols(n * n.x, n * n.y, n * n.z) * stiffness;
-                }
-            });
-        }
-    }
-    count
+    parallel::for_bodies::<Query>(
+        world,
+        |((vertices, _, _, scratch, _), _, _)| scratch.rows_to_solve(vertices.len()),
+        |((vertices, triangles, topology, _, contact), forces, external)| {
+            for obstacle in &obstacles {
+                let push = |v: usize| {
+                    let (distance, normal) = obstacle.shape.distance(vertices.position[v])?;
+                    let stiffness = contact.stiffness * topology.vertex_area(triangles, v as u32);
+                    (distance < 0.0).then_some((-distance * stiffness, stiffness, normal))
+                };
+                parallel::for_rows(&mut forces.nodal, |v, f| {
+                    *f += push(v).map_or(DVec3::ZERO, |(force, _, normal)| normal * force);
+                });
+                parallel::for_rows(&mut external.block, |v, k| {
+                    if let Some((_, stiffness, n)) = push(v) {
+                        *k += DMat3::from_cols(n * n.x, n * n.y, n * n.z) * stiffness;
+                    }
+                });
+            }
+        },
+    )
 }

@@ -99,7 +99,7 @@ impl StepContext {
             is_static: true,
             is_resumed: false,
             tangent: Tangent::Exact,
-            linear: LinearParams { tolerance: 1e-12, iterations: 20_000, ..LinearParams::default() },
+            linear: LinearParams::by_residual(1e-12, 20_000),
             preconditioner,
             precision: Precision::Double,
             newton_iterations: iterations,
@@ -120,6 +120,11 @@ impl StepContext {
     /// From the start of the step to the end of this stage \[ms\].
     pub fn reach(&self) -> f64 {
         if self.formula == Formula::Trapezoidal { GAMMA * self.dt } else { self.dt }
+    }
+
+    /// Time at the end of the whole step \[ms\].
+    pub fn end(&self) -> f64 {
+        self.time + (self.dt - self.reach())
     }
 
     /// The span s of the formula \[ms\].

@@ -3,28 +3,26 @@
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
 use super::{Formula, StepContext, parallel};
-use crate::components::{Frames, GeometricStiffness, Planar, PreStretch, SolverScratch};
-use crate::math::{ElementState, Sym2};
+use crate::components::{Frames, Planar, PreStretch, SolverScratch};
+use crate::math::{ElementState, GeometricStiffness, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Triangles, Vertices};
 
 /// Fills [`Frames`].
 pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
-    let mut count = 0;
     type Query<'a> =
         (&'a Vertices, &'a Triangles, &'a mut Frames, &'a SolverScratch, Option<&'a Planar>, Option<&'a PreStretch>);
-    for (vertices, triangles, frames, scratch, planar, pre_stretch) in world.query_mut::<Query>() {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
-        // Nothing is solved for at the start of a step of two stages.
-        if step.formula != Formula::Start {
-            geometric_stiffness(frames, triangles, planar.is_some(), step.tangent_of(scratch), step.reserve());
-        }
-    }
-    count
+    parallel::for_bodies::<Query>(
+        world,
+        |(_, triangles, _, scratch, _, _)| scratch.rows_to_solve(triangles.len()),
+        |(vertices, triangles, frames, scratch, planar, pre_stretch)| {
+            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
+            // Nothing is solved for at the start of a step of two stages.
+            if step.formula != Formula::Start {
+                geometric_stiffness(frames, triangles, planar.is_some(), step.tangent_of(scratch), step.reserve());
+            }
+        },
+    )
 }
 
 /// State of every triangle at the vertices' positions.

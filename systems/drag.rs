@@ -10,21 +10,19 @@ pub fn drag(world: &mut hecs::World, step: &StepContext) -> usize {
     if step.is_static {
         return 0;
     }
-    let mut count = 0;
     type Query<'a> = (
         (&'a Triangles, &'a Topology, &'a Increment, &'a SolverScratch, &'a Drag),
         &'a mut Forces,
         &'a mut ExternalStiffness,
     );
-    for ((triangles, topology, increment, scratch, drag), forces, external) in world.query_mut::<Query>() {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        let factor = drag.coefficient * step.rate();
-        let per_vertex = |v: usize| factor * topology.vertex_area(triangles, v as u32);
-        parallel::for_rows(&mut forces.nodal, |v, f| *f -= step.travel(increment, v) * per_vertex(v));
-        parallel::for_rows(&mut external.block, |v, k| *k += DMat3::from_diagonal(DVec3::splat(per_vertex(v))));
-    }
-    count
+    parallel::for_bodies::<Query>(
+        world,
+        |((_, _, increment, scratch, _), _, _)| scratch.rows_to_solve(increment.displacement.len()),
+        |((triangles, topology, increment, _, drag), forces, external)| {
+            let factor = drag.coefficient * step.rate();
+            let per_vertex = |v: usize| factor * topology.vertex_area(triangles, v as u32);
+            parallel::for_rows(&mut forces.nodal, |v, f| *f -= step.travel(increment, v) * per_vertex(v));
+            parallel::for_rows(&mut external.block, |v, k| *k += DMat3::from_diagonal(DVec3::splat(per_vertex(v))));
+        },
+    )
 }

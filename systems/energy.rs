@@ -13,11 +13,11 @@ use super::kernels::membrane::{ElementTangent, shear_majorant, stretch_rate};
 use super::kernels::path_work::Element;
 use super::{StepContext, parallel};
 use crate::components::{
-    Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames,
-    GeometricStiffness, Holds, Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions,
-    TearLog,
+    Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames, Holds,
+    Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog,
 };
 use crate::event::EventKind;
+use crate::math::GeometricStiffness;
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;

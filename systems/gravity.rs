@@ -6,14 +6,11 @@ use crate::storage::Vertices;
 
 /// Adds mass · acceleration to every vertex.
 pub fn gravity(world: &mut hecs::World, _: &StepContext) -> usize {
-    let mut count = 0;
-    for (vertices, gravity, scratch, forces) in world.query_mut::<(&Vertices, &Gravity, &SolverScratch, &mut Forces)>()
-    {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        parallel::for_rows(&mut forces.nodal, |v, f| *f += gravity.acceleration * vertices.mass[v]);
-    }
-    count
+    parallel::for_bodies::<(&Vertices, &Gravity, &SolverScratch, &mut Forces)>(
+        world,
+        |(vertices, _, scratch, _)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, gravity, _, forces)| {
+            parallel::for_rows(&mut forces.nodal, |v, f| *f += gravity.acceleration * vertices.mass[v]);
+        },
+    )
 }

@@ -2,64 +2,71 @@
 
 use super::context::SECOND_STAGE;
 use super::{StepContext, parallel};
-use crate::components::{Forces, Holds, Increment, Planar, SolverScratch, TearDecisions};
+use crate::components::{Forces, Holds, Increment, Planar, Sleeping, SolverScratch, TearDecisions};
 use crate::storage::Vertices;
 use glam::DVec3;
 
 /// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear
 /// solve: the last increment scaled to this step along free axes, the prescribed displacement along the others.
 pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
-    let mut count = 0;
-    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
-    for (vertices, increment, scratch, holds, planar) in world.query_mut::<Query>() {
-        count += 1;
-        let n = vertices.len();
-        increment.start.clone_from(&vertices.position);
-        increment.start_velocity.clone_from(&vertices.velocity);
-        increment.displacement.resize(n, DVec3::ZERO);
-        let scale = if step.is_static || increment.dt <= 0.0 { 0.0 } else { step.reach() / increment.dt };
-        increment.delta.clear();
-        increment.delta.extend(increment.displacement.iter().map(|&u| u * scale));
-        increment.displacement.fill(DVec3::ZERO);
-        increment.dt = step.dt;
-
-        mark_axes(vertices, increment, scratch, holds, planar, step.time);
+    for (scratch, sleeping) in world.query_mut::<(&mut SolverScratch, Option<&Sleeping>)>() {
         scratch.iterations = 0;
         scratch.is_late = false;
         scratch.newton_iterations = 0;
-        scratch.is_converged = false;
+        scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
         scratch.fell_back = false;
         scratch.line_search = None;
     }
-    count
+    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
+    parallel::for_bodies::<Query>(
+        world,
+        |(vertices, _, scratch, ..)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, increment, scratch, holds, planar)| {
+            let n = vertices.len();
+            increment.start.clone_from(&vertices.position);
+            increment.start_velocity.clone_from(&vertices.velocity);
+            increment.displacement.resize(n, DVec3::ZERO);
+            let scale = if step.is_static || increment.dt <= 0.0 { 0.0 } else { step.reach() / increment.dt };
+            increment.delta.clear();
+            increment.delta.extend(increment.displacement.iter().map(|&u| u * scale));
+            increment.displacement.fill(DVec3::ZERO);
+            increment.dt = step.dt;
+
+            mark_axes(vertices, increment, scratch, holds, planar, step.time);
+        },
+    )
 }
 
 /// Keeps the acceleration of every vertex at the start of a step of two stages, by the forces just evaluated there.
 pub fn start(world: &mut hecs::World, _: &StepContext) -> usize {
-    let mut count = 0;
-    for (vertices, forces, increment) in world.query_mut::<(&Vertices, &Forces, &mut Increment)>() {
-        count += 1;
-        increment.start_acceleration.resize(vertices.len(), DVec3::ZERO);
-        parallel::for_rows(&mut increment.start_acceleration, |v, a| *a = forces.nodal[v] / vertices.mass[v]);
-    }
-    count
+    parallel::for_bodies::<(&Vertices, &Forces, &mut Increment, &SolverScratch)>(
+        world,
+        |(vertices, .., scratch)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, forces, increment, _)| {
+            increment.start_acceleration.resize(vertices.len(), DVec3::ZERO);
+            parallel::for_rows(&mut increment.start_acceleration, |v, a| *a = forces.nodal[v] / vertices.mass[v]);
+        },
+    )
 }
 
 /// Begins the second stage where the first has ended: the guess is that the body goes on as it did.
 pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
-    let mut count = 0;
-    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
-    for (vertices, increment, scratch, holds, planar) in world.query_mut::<Query>() {
-        count += 1;
-        increment.middle_displacement.clone_from(&increment.displacement);
-        increment.middle_velocity.clone_from(&vertices.velocity);
-        let Increment { displacement, delta, .. } = &mut *increment;
-        parallel::for_rows(delta, |v, delta| *delta = displacement[v] * SECOND_STAGE);
-        mark_axes(vertices, increment, scratch, holds, planar, step.time);
+    for (scratch, sleeping) in world.query_mut::<(&mut SolverScratch, Option<&Sleeping>)>() {
         scratch.newton_iterations = 0;
-        scratch.is_converged = false;
+        scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
     }
-    count
+    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
+    parallel::for_bodies::<Query>(
+        world,
+        |(vertices, _, scratch, ..)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, increment, scratch, holds, planar)| {
+            increment.middle_displacement.clone_from(&increment.displacement);
+            increment.middle_velocity.clone_from(&vertices.velocity);
+            let Increment { displacement, delta, .. } = &mut *increment;
+            parallel::for_rows(delta, |v, delta| *delta = displacement[v] * SECOND_STAGE);
+            mark_axes(vertices, increment, scratch, holds, planar, step.time);
+        },
+    )
 }
 
 /// Takes the step up again on the bodies whose tears have advanced and may advance further: the same step from the same start

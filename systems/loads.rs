@@ -1,43 +1,38 @@
 //! Dead loads on vertices and boundary edges.
 
-use super::StepContext;
+use super::{StepContext, parallel};
 use crate::components::{EdgeLoads, Forces, PointLoads, SolverScratch};
 use crate::storage::Vertices;
 
 /// Adds point loads.
 pub fn point_loads(world: &mut hecs::World, step: &StepContext) -> usize {
-    let mut count = 0;
-    for (loads, scratch, forces) in world.query_mut::<(&PointLoads, &SolverScratch, &mut Forces)>() {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        for load in &loads.groups {
-            let force = load.force * load.curve.at(step.time);
-            load.rows.iter().for_each(|&row| forces.nodal[row as usize] += force);
-        }
-    }
-    count
+    parallel::for_bodies::<(&PointLoads, &SolverScratch, &mut Forces)>(
+        world,
+        |(loads, scratch, _)| scratch.rows_to_solve(loads.groups.iter().map(|load| load.rows.len()).sum()),
+        |(loads, _, forces)| {
+            for load in &loads.groups {
+                let force = load.force * load.curve.at(step.time);
+                load.rows.iter().for_each(|&row| forces.nodal[row as usize] += force);
+            }
+        },
+    )
 }
 
 /// Adds edge loads: half of traction · rest length to each end.
 pub fn edge_loads(world: &mut hecs::World, step: &StepContext) -> usize {
-    let mut count = 0;
-    for (vertices, loads, scratch, forces) in world.query_mut::<(&Vertices, &EdgeLoads, &SolverScratch, &mut Forces)>()
-    {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        for load in &loads.groups {
-            let half = load.traction * (0.5 * load.curve.at(step.time));
-            for &[a, b] in &load.edges {
-                let (a, b) = (a as usize, b as usize);
-                let force = half * vertices.rest_position[a].distance(vertices.rest_position[b]);
-                forces.nodal[a] += force;
-                forces.nodal[b] += force;
+    parallel::for_bodies::<(&Vertices, &EdgeLoads, &SolverScratch, &mut Forces)>(
+        world,
+        |(_, loads, scratch, _)| scratch.rows_to_solve(loads.groups.iter().map(|load| load.edges.len()).sum()),
+        |(vertices, loads, _, forces)| {
+            for load in &loads.groups {
+                let half = load.traction * (0.5 * load.curve.at(step.time));
+                for &[a, b] in &load.edges {
+                    let (a, b) = (a as usize, b as usize);
+                    let force = half * vertices.rest_position[a].distance(vertices.rest_position[b]);
+                    forces.nodal[a] += force;
+                    forces.nodal[b] += force;
+                }
             }
-        }
-    }
-    count
+        },
+    )
 }

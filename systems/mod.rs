@@ -21,6 +21,7 @@ pub mod loads;
 pub mod parallel;
 pub mod pressure;
 pub mod refine;
+pub mod sleep;
 pub mod solve;
 pub mod split;
 pub mod springs;

@@ -2,6 +2,7 @@
 //! chunk in order, so that every result has the same bits for any number of threads. Every chunk is a [`wide`] loop.
 
 use super::kernels::simd::{Kernel, force_portable, run, wide};
+use hecs::{Query, World};
 use rayon::prelude::*;
 use std::cell::Cell;
 use std::iter::Sum;
@@ -12,6 +13,46 @@ use std::thread::JoinHandle;
 /// Rows per chunk: large enough that a chunk of the cheapest loop (a vector update, 1 ns a row) outweighs handing it to a
 /// thread, small enough that 5,000 triangles still fill two cores.
 const CHUNK: usize = 1024;
+
+/// Calls `run` for every body of a query that has work to do, and returns their number. `work` is what a body's work is, in
+/// rows; with 0 the body is passed over. Several bodies that are worth it run side by side: no body sees another, so that
+/// the result does not depend on which thread takes which.
+pub fn for_bodies<Q: Query>(
+    world: &mut World,
+    work: impl Fn(&Q::Item<'_>) -> usize + Sync,
+    run: impl Fn(Q::Item<'_>) + Sync,
+) -> usize
+where
+    for<'a> Q::Item<'a>: Send,
+{
+    let works = world.query_mut::<Q>().into_iter().map(|body| work(&body)).filter(|&rows| rows > 0);
+    let (count, rows) = works.fold((0, 0), |(count, sum), rows| (count + 1, sum + rows));
+    if count == 0 {
+        return 0;
+    }
+    let is_busy = |body: &Q::Item<'_>| work(body) > 0;
+    if count == 1 || !is_worth_sharing(rows) {
+        world.query_mut::<Q>().into_iter().filter(is_busy).for_each(run);
+        return count;
+    }
+    let bodies = Mutex::new(world.query_mut::<Q>().into_iter_batched(1));
+    let take = || bodies.lock().ok().and_then(|mut bodies| bodies.next());
+    let worker = || {
+        while let Some(body) = take() {
+            body.filter(is_busy).for_each(&run);
+        }
+    };
+    side_by_side(count.min(rayon::current_num_threads()), &worker);
+    count
+}
+
+/// Lets so many threads do the same.
+fn side_by_side(count: usize, worker: &(impl Fn() + Sync)) {
+    if count < 2 {
+        return worker();
+    }
+    rayon::join(|| side_by_side(count / 2, worker), || side_by_side(count - count / 2, worker));
+}
 
 /// Whether this many rows are worth handing out.
 fn is_worth_sharing(rows: usize) -> bool {
@@ -45,6 +86,16 @@ pub fn for_chunks<T: Send>(out: &mut [T], kernel: &impl Kernel<T>) {
         out.par_chunks_mut(CHUNK).enumerate().for_each(chunk);
     } else {
         out.chunks_mut(CHUNK).enumerate().for_each(chunk);
+    }
+}
+
+/// Runs a kernel on every piece of so many rows.
+pub fn for_pieces<T: Send>(out: &mut [T], size: usize, kernel: &impl Kernel<T>) {
+    let piece = |(p, rows): (usize, &mut [T])| run(kernel, p * size, rows);
+    if is_worth_sharing(out.len()) && out.len() > size {
+        out.par_chunks_mut(size).enumerate().for_each(piece);
+    } else {
+        out.chunks_mut(size).enumerate().for_each(piece);
     }
 }
 

@@ -7,20 +7,18 @@ use crate::storage::{Topology, Triangles, Vertices};
 /// Adds the pressure's forces at the current positions. The load follows the surface; its own derivative is left out of
 /// the tangent (it is not symmetric at a free edge), so a static solve under pressure converges linearly.
 pub fn pressure(world: &mut hecs::World, step: &StepContext) -> usize {
-    let mut count = 0;
     type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a Pressure, &'a SolverScratch, &'a mut Forces);
-    for (vertices, triangles, topology, pressure, scratch, forces) in world.query_mut::<Query>() {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        let sixth = pressure.curve.at(step.time) / 6.0;
-        parallel::for_rows(&mut forces.nodal, |v, f| {
-            for &c in &topology.incident[v] {
-                let [a, b, d] = triangles.corners[c as usize / 3].map(|v| vertices.position[v as usize]);
-                *f += (b - a).cross(d - a) * sixth;
-            }
-        });
-    }
-    count
+    parallel::for_bodies::<Query>(
+        world,
+        |(vertices, _, _, _, scratch, _)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, triangles, topology, pressure, _, forces)| {
+            let sixth = pressure.curve.at(step.time) / 6.0;
+            parallel::for_rows(&mut forces.nodal, |v, f| {
+                for &c in &topology.incident[v] {
+                    let [a, b, d] = triangles.corners[c as usize / 3].map(|v| vertices.position[v as usize]);
+                    *f += (b - a).cross(d - a) * sixth;
+                }
+            });
+        },
+    )
 }

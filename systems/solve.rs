@@ -17,101 +17,110 @@ const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
 /// the mesh, and are about 0.3 GB and 2 s there.
 const MOST_AXES_FACTORED: f64 = 2e5;
 
+/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless told otherwise, with more multigrid. A sheet
+/// under a trembling hand takes 4 iterations with the factor and 8 with multigrid: as long at 30,000 axes, and an iteration
+/// with the factor grows faster.
+const MOST_AXES_ASIDE: f64 = 4e4;
+
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;
+
+type Query<'a> = (
+    (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+    (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
+    (&'a mut Factor, &'a mut InnerSolver),
+    (Option<&'a ExternalStiffness>, Option<&'a Damping>),
+    (Option<&'a Holds>, Option<&'a mut Reactions>),
+    (Option<&'a PreStretch>, Option<&'a EnergyAudit>),
+);
 
 /// Solves (M/s² + D/s + K)·δ = f − M·(u/s² − b) for the change δ of the displacement u, with the span s and the knowns b of the
 /// step's formula: Δt and v/Δt in backward Euler.
 pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
-    let mut count = 0;
-    type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
-        (&'a mut Factor, &'a mut InnerSolver),
-        (Option<&'a ExternalStiffness>, Option<&'a Damping>),
-        (Option<&'a Holds>, Option<&'a mut Reactions>),
-        (Option<&'a PreStretch>, Option<&'a EnergyAudit>),
-    );
-    for (
+    parallel::for_bodies::<Query>(
+        world,
+        |((_, triangles, ..), (_, _, scratch), ..)| scratch.rows_to_solve(triangles.len()),
+        |body| solve_body(body, step),
+    )
+}
+
+/// One body's solve.
+fn solve_body(
+    (
         (vertices, triangles, topology, frames),
         (forces, increment, scratch),
         (factor, inner),
         (external, damping),
         (holds, mut reactions),
         (pre_stretch, audit),
-    ) in world.query_mut::<Query>()
+    ): Query<'_>,
+    step: &StepContext,
+) {
+    let imbalance_before = scratch.imbalance;
+    let force_scale = imbalance(vertices, forces, increment, scratch, step);
+    // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
+    if step.newton_iterations > 1
+        && let (Some(holds), Some(reactions)) = (holds, reactions.as_deref_mut())
     {
-        if scratch.is_converged {
-            continue;
-        }
-        count += 1;
-        let imbalance_before = scratch.imbalance;
-        let force_scale = imbalance(vertices, forces, increment, scratch, step);
-        // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
-        if step.newton_iterations > 1
-            && let (Some(holds), Some(reactions)) = (holds, reactions.as_deref_mut())
-        {
-            record_reactions(holds, reactions, |v| -scratch.residual[v]);
-        }
-        let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles) } else { 0.0 };
-        if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
-            scratch.is_converged = true;
-            continue;
-        }
-        if step.is_static && reject_increment(increment, scratch) {
-            continue;
-        }
-        // Solved as often as it may be: what was reached has been evaluated, and the change that is still to be made is none.
-        if !step.is_static && step.newton_iterations > 1 && scratch.newton_iterations == step.newton_iterations {
-            continue;
-        }
-        scratch.tangent = step.tangent_of(scratch);
-        scratch.newton_iterations += 1;
-        let operator = Operator {
-            vertices,
-            triangles,
-            topology,
-            frames,
-            external,
-            inertia: step.inertia(),
-            viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
-            tangent: scratch.tangent,
-        };
-        if step.is_static && scratch.newton_iterations > 1 {
-            increment.delta.fill(DVec3::ZERO);
-        }
-        let params = linear_params(step, scratch, imbalance_before, force_scale);
-        scratch.is_audited = audit.is_some();
-        let asks_for_stress = !step.is_static && step.newton_iterations == 1 && params.stress_tolerance.is_finite();
-        scratch.stored = if asks_for_stress { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
-        let means = Means {
-            factor: use_of_factor(step, &scratch.free).map(|how| (factor, how)),
-            inner: inner_kind(step).map(|kind| (inner, kind)),
-        };
-        let mut rotated = None;
-        match solve_or_fall_back(operator, step, &params, means, forces, increment, scratch, &mut rotated) {
-            Ok(info) => {
-                scratch.iterations += info.iterations;
-                scratch.linear_residual = info.relative_residual;
-                let stored = scratch.stored;
-                scratch.stress_error = if stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
-                scratch.is_late |= info.is_late;
-            }
-            // No answer: what is not finite is caught after the step, which is then rolled back.
-            Err(_) => scratch.linear_residual = f64::NAN,
-        }
-        if step.newton_iterations == 1
-            && let (Some(holds), Some(reactions)) = (holds, reactions)
-        {
-            let used =
-                rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: scratch.tangent, ..operator });
-            reactions_of_linear_step(&used, forces, increment, step, (holds, reactions));
-        }
-        if step.is_static {
-            start_line_search(forces, increment, scratch);
-        }
+        record_reactions(holds, reactions, |v| -scratch.residual[v]);
     }
-    count
+    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles) } else { 0.0 };
+    if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
+        scratch.is_converged = true;
+        return;
+    }
+    if step.is_static && reject_increment(increment, scratch) {
+        return;
+    }
+    // Solved as often as it may be: what was reached has been evaluated, and the change that is still to be made is none.
+    if !step.is_static && step.newton_iterations > 1 && scratch.newton_iterations == step.newton_iterations {
+        return;
+    }
+    scratch.tangent = step.tangent_of(scratch);
+    scratch.newton_iterations += 1;
+    let operator = Operator {
+        vertices,
+        triangles,
+        topology,
+        frames,
+        external,
+        inertia: step.inertia(),
+        viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
+        tangent: scratch.tangent,
+    };
+    if step.is_static && scratch.newton_iterations > 1 {
+        increment.delta.fill(DVec3::ZERO);
+    }
+    let params = linear_params(step, scratch, imbalance_before, force_scale);
+    scratch.is_audited = audit.is_some();
+    let asks_for_stress = !step.is_static && step.newton_iterations == 1 && params.stress_tolerance.is_finite();
+    scratch.stored = if asks_for_stress { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
+    let means = Means {
+        factor: use_of_factor(step, &scratch.free).map(|how| (factor, how)),
+        inner: inner_kind(step, &scratch.free).map(|kind| (inner, kind)),
+    };
+    let mut rotated = None;
+    match solve_or_fall_back(operator, step, &params, means, forces, increment, scratch, &mut rotated) {
+        Ok(info) => {
+            scratch.iterations += info.iterations;
+            scratch.linear_residual = info.relative_residual;
+            let stored = scratch.stored;
+            scratch.stress_error = if stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
+            scratch.is_late |= info.is_late;
+        }
+        // No answer: what is not finite is caught after the step, which is then rolled back.
+        Err(_) => scratch.linear_residual = f64::NAN,
+    }
+    if step.newton_iterations == 1
+        && let (Some(holds), Some(reactions)) = (holds, reactions)
+    {
+        let used =
+            rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: scratch.tangent, ..operator });
+        reactions_of_linear_step(&used, forces, increment, step, (holds, reactions));
+    }
+    if step.is_static {
+        start_line_search(forces, increment, scratch);
+    }
 }
 
 /// Σ V·T:(U − U₀) \[mJ\] at the start of the step.
@@ -187,23 +196,38 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(least), ..linear }
 }
 
+/// Number of free axes.
+fn axes(free: &[DVec3]) -> f64 {
+    free.iter().map(|f| f.element_sum()).sum()
+}
+
 fn use_of_factor(step: &StepContext, free: &[DVec3]) -> Option<Use> {
-    let is_small = || free.iter().map(|f| f.element_sum()).sum::<f64>() <= MOST_AXES_FACTORED;
     match step.preconditioner {
-        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky => None,
-        Preconditioner::Auto if !is_small() => None,
-        Preconditioner::Auto if !step.is_static => Some(Use::Aside),
-        Preconditioner::Auto | Preconditioner::Cholesky => Some(Use::Wait),
+        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
+        Preconditioner::Auto if step.is_static => (axes(free) <= MOST_AXES_FACTORED).then_some(Use::Wait),
+        Preconditioner::Auto => (axes(free) <= MOST_AXES_ASIDE).then_some(Use::Aside),
+        Preconditioner::Cholesky => Some(Use::Wait),
     }
 }
 
-/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision reaches.
-fn inner_kind(step: &StepContext) -> Option<Inner> {
-    if step.is_static || step.precision == Precision::Double {
+/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
+/// reaches: there it is multigrid or nothing.
+fn inner_kind(step: &StepContext, free: &[DVec3]) -> Option<Inner> {
+    if step.is_static {
+        let is_multigrid = match step.preconditioner {
+            Preconditioner::Multigrid => true,
+            Preconditioner::Auto => axes(free) > MOST_AXES_FACTORED,
+            _ => false,
+        };
+        return is_multigrid.then_some(Inner::Multigrid);
+    }
+    if step.precision == Precision::Double {
         return None;
     }
     Some(match step.preconditioner {
         Preconditioner::BlockJacobi => Inner::BlockJacobi,
+        Preconditioner::Multigrid => Inner::Multigrid,
+        Preconditioner::Auto if axes(free) > MOST_AXES_ASIDE => Inner::Multigrid,
         Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
             Inner::IncompleteCholesky
         }

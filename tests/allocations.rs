@@ -3,8 +3,9 @@
 mod common;
 
 use common::Square;
-use rhexis::components::{EnergyCriterion, Tearing, Toughness};
+use rhexis::components::{Curve, EnergyCriterion, Sleeping, Tearing, Toughness};
 use rhexis::settings::{Preconditioner, Settings};
+use rhexis::simulation::Simulation;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
 
@@ -22,9 +23,12 @@ fn allocations(work: impl FnOnce()) -> usize {
 #[test]
 fn a_warm_step_allocates_nothing() {
     let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
-    for (threads, preconditioner) in
-        [(1, Preconditioner::IncompleteCholesky), (2, Preconditioner::IncompleteCholesky), (1, Preconditioner::Auto)]
-    {
+    for (threads, preconditioner) in [
+        (1, Preconditioner::IncompleteCholesky),
+        (2, Preconditioner::IncompleteCholesky),
+        (1, Preconditioner::Multigrid),
+        (1, Preconditioner::Auto),
+    ] {
         let square = Square { tearing: strong, ..Square::new([40, 34], 60.0) };
         let mut run = square.spawn(Settings { threads, preconditioner, ..Settings::default() });
         // The first factor of this square is in effect after 23.
@@ -47,6 +51,7 @@ fn a_warm_step_allocates_nothing() {
     }
 
     accurate_steps_allocate_nothing();
+    many_bodies_allocate_nothing();
     for energy in [None, Some(EnergyCriterion::new(Toughness { along: 0.01, across: 10.0 }))] {
         a_tear_seldom_allocates(energy);
     }
@@ -65,6 +70,40 @@ fn accurate_steps_allocate_nothing() {
         }
     });
     assert_eq!(count, 0, "accurate steps");
+}
+
+/// Several bodies side by side, pulled, falling asleep, asleep.
+fn many_bodies_allocate_nothing() {
+    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let settings = Settings { threads: 2, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::default() };
+    let mut simulation = Simulation::new(settings).unwrap();
+    let bodies: Vec<_> = (0..8)
+        .map(|i| {
+            let square = Square { tearing: strong, ..Square::new([20, 16], 60.0) };
+            let still = Curve::ramp(20.0, 0.3).unwrap();
+            let membrane = if i < 4 { square.membrane() } else { square.membrane_along(still) };
+            simulation.spawn(membrane.with(Sleeping::default())).unwrap()
+        })
+        .collect();
+    for _ in 0..60 {
+        simulation.step(1.0).unwrap();
+    }
+    simulation.drain_events();
+    assert_eq!(simulation.report().bodies.iter().filter(|body| body.is_asleep).count(), 4);
+    let steps = |simulation: &mut Simulation, count: usize| {
+        allocations(|| {
+            for _ in 0..count {
+                simulation.step(1.0).unwrap();
+            }
+        })
+    };
+    // rayon's queue, as above.
+    let count = steps(&mut simulation, 300);
+    assert!(count <= 300 / 63 + 2, "four of eight asleep: {count}");
+    simulation.wake(bodies[7]).unwrap();
+    let count = steps(&mut simulation, 100);
+    // And the list of events grows.
+    assert!(count <= 100 / 63 + 4, "one wakes and falls asleep again: {count}");
 }
 
 fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {

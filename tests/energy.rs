@@ -85,7 +85,7 @@ fn simulate(settings: Settings, sheet: Membrane) -> (Simulation, Entity) {
 }
 
 fn schemes() -> [(&'static str, Settings); 5] {
-    let exacting = LinearParams { tolerance: 1e-13, iterations: 20_000, ..LinearParams::default() };
+    let exacting = LinearParams::by_residual(1e-13, 20_000);
     let linear = Settings { linear: exacting, ..Settings::default() };
     let newton = Settings { newton_iterations: 60, newton_tolerance: 1e-12, ..linear };
     [

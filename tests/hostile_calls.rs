@@ -87,7 +87,7 @@ fn settings_out_of_range_leave_a_finite_state() {
     for value in HOSTILE {
         for iterations in [0, 1, 7] {
             let settings = Settings {
-                linear: LinearParams { tolerance: value, iterations, ..LinearParams::default() },
+                linear: LinearParams::by_residual(value, iterations),
                 newton_iterations: iterations,
                 newton_tolerance: value,
                 static_iterations: iterations,
@@ -109,7 +109,7 @@ fn settings_out_of_range_leave_a_finite_state() {
 
 #[test]
 fn a_coarse_linear_solve_goes_with_newton_iterations() {
-    let linear = LinearParams { tolerance: 1e-2, iterations: 2000, ..LinearParams::default() };
+    let linear = LinearParams::by_residual(1e-2, 2000);
     let settings = Settings { linear, newton_iterations: 5, threads: 1, ..Settings::default() };
     let mut simulation = Simulation::new(settings).unwrap();
     simulation.spawn(sheet()).unwrap();

@@ -338,3 +338,22 @@ fn hostile_text_is_refused_not_survived_by_luck() {
         assert!(!error.what.is_empty());
     }
 }
+
+#[test]
+fn copies_have_names_of_their_own_and_sleep_has_bounds() {
+    let summary = Scene::named("many").unwrap().check().unwrap();
+    let names: Vec<&str> = summary.bodies.iter().map(|body| body.name.as_str()).collect();
+    assert_eq!((names.len(), names[0], names[63]), (64, "pulled-1", "resting-60"));
+    for (assignment, key) in [
+        ("bodies.0.copies=0", "bodies.0.copies"),
+        ("bodies.1.copies=10001", "bodies.1.copies"),
+        ("bodies.1.name=pulled", "bodies.1"),
+        ("bodies.0.sleep.strain=0", "bodies.0.sleep.strain"),
+        ("bodies.0.sleep.steps=0", "bodies.0.sleep.steps"),
+    ] {
+        let mut document = Document::named("many").unwrap();
+        document.set(assignment).unwrap();
+        let error = document.scene().unwrap().check().unwrap_err();
+        assert!(error.key.starts_with(key) && !error.hint.is_empty(), "{assignment}: {error}");
+    }
+}

@@ -143,7 +143,7 @@ fn a_body_that_is_held_everywhere_moves_as_it_is_told() {
 #[test]
 fn dynamic_steps_may_use_a_factor_too() {
     let (off, iterations) = compare(|settings| {
-        let linear = LinearParams { tolerance: 1e-10, iterations: 5000, ..LinearParams::default() };
+        let linear = LinearParams::by_residual(1e-10, 5000);
         let (mut simulation, body) = taut(Settings { linear, ..settings }, true);
         for _ in 0..10 {
             simulation.step(0.1).unwrap();

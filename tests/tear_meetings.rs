@@ -467,7 +467,8 @@ fn a_sheet_torn_to_shreds_stays_sound() {
         run.assert_sound();
         let log = run.log();
         println!("{mode:?}: {log:?}, {} pieces", run.piece_count());
-        assert!(log.start_count > 3 && log.advance_count > 5, "{log:?}");
+        // Tears as long as the sheet is high, from many places.
+        assert!(log.start_count > 3 && log.length > 30.0, "{log:?}");
         assert_eq!(run.piece_count() as u32, 1 + log.piece_count);
         assert!(mode == TearMode::Free || run.triangle_count() == 2 * 12 * 11);
     }

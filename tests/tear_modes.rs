@@ -16,10 +16,7 @@ const TIP: DVec2 = DVec2::new(15.0, 27.0);
 
 /// Linear solves to roundings: the default of 1e-4 lets mirror images drift apart by 1e-7 mm.
 fn exact() -> Settings {
-    Settings {
-        linear: LinearParams { tolerance: 1e-12, iterations: 10_000, ..LinearParams::default() },
-        ..Settings::default()
-    }
+    Settings { linear: LinearParams::by_residual(1e-12, 10_000), ..Settings::default() }
 }
 
 fn degrees(a: DVec2, b: DVec2) -> f64 {

@@ -5,16 +5,12 @@ use glam::DVec3;
 use rhexis::components::{Curve, Damping, Fibres, Hold, Material};
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
+use rhexis::scene::schema::HandSpec;
 use rhexis::storage::Attached;
 
-/// Cells of the meshes: 1,500, 3,420, 6,000 and 15,010 triangles.
+/// Cells of the meshes: 1,500 and 15,010 triangles.
 pub const SMALL: [usize; 2] = [30, 25];
-pub const LESSER: [usize; 2] = [45, 38];
-pub const MEDIUM: [usize; 2] = [60, 50];
 pub const LARGE: [usize; 2] = [95, 79];
-
-/// Duration of the hand's path \[ms\]; at rest afterwards.
-pub const HAND_DURATION: u32 = 4000;
 
 /// The square, its left edge held and its right edge led along x \[mm\].
 pub fn square([nx, ny]: [usize; 2], right: Curve) -> Membrane {
@@ -31,21 +27,9 @@ pub fn square([nx, ny]: [usize; 2], right: Curve) -> Membrane {
     body
 }
 
-/// A hand at 1 ms steps: 1.5 mm within 100 ms, a tremor of 10 Hz and 0.3 mm, noise of 0.01 mm with a fixed seed.
+/// The hand of the catalog's scene `fig2-haptic`.
 pub fn hand() -> Curve {
-    let mut state = 7_u64;
-    let mut noise = || {
-        // SplitMix64 (Steele, Lea, Flood 2014).
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    };
-    let at = |i: u32| {
-        let t = f64::from(i);
-        let tremor = 0.3 * (std::f64::consts::TAU * 0.01 * t).sin();
-        (t, 1.5 * (t / 100.0).min(1.0) + tremor + if i == 0 { 0.0 } else { 0.01 * noise() })
-    };
-    Curve::new((0..=HAND_DURATION).map(at).collect()).expect("ascending times")
+    let (to, within, tremor, period, noise) = (1.5, 100.0, 0.3, 100.0, 0.01);
+    let hand = HandSpec { to, within, tremor, period, noise, seed: 7, every: 1.0, duration: 4000.0 };
+    hand.curve().expect("a hand")
 }

@@ -1,8 +1,9 @@
-//! The command line: `run`, `scenes`, `check`, `verify`.
+//! The command line: `run`, `scenes`, `check`, `verify`, `bench`.
 //!
 //! Exit codes: 0 done, 1 refused or failed, 2 wrong usage. Errors go to standard error, results to standard output; a reader
 //! that closes standard output early ends the program quietly.
 
+mod bench;
 mod check;
 mod dump;
 mod files;
@@ -44,6 +45,9 @@ enum Command {
     /// Compare the engine with independent computations; fails if a tolerance is missed.
     #[command(after_help = VERIFY_EXAMPLES)]
     Verify(VerifyArgs),
+    /// Measure run time against error.
+    #[command(subcommand, after_help = bench::EXAMPLES)]
+    Bench(bench::Bench),
 }
 
 const RUN_EXAMPLES: &str = "\
@@ -164,6 +168,7 @@ pub fn main() -> ExitCode {
         Command::Scenes(args) => scenes::scenes(&args),
         Command::Check(args) => check::check(&args),
         Command::Verify(args) => verify::verify(&args),
+        Command::Bench(what) => bench::bench(&what),
     };
     match outcome {
         Ok(()) | Err(Stop::ClosedPipe) => ExitCode::SUCCESS,

@@ -84,6 +84,8 @@ pub(super) struct EventCounts {
     pub held_shut: u64,
     pub under_resolved: u64,
     pub refused: u64,
+    pub fell_asleep: u64,
+    pub woke: u64,
     pub step_failed: u64,
 }
 
@@ -135,6 +137,8 @@ impl Tally {
             }
             // A consequence of advances, which are counted.
             EventKind::Released { .. } => {}
+            EventKind::FellAsleep => counts.fell_asleep += 1,
+            EventKind::Woke { .. } => counts.woke += 1,
             EventKind::Ended { .. } => counts.ended += 1,
             EventKind::PieceFreed { .. } => counts.piece_freed += 1,
             EventKind::HeldShut { .. } => counts.held_shut += 1,

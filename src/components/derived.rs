@@ -1,6 +1,6 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
-use crate::math::{ElementState, Sym2};
+use crate::math::{ElementState, GeometricStiffness};
 use crate::settings::Tangent;
 use crate::storage::{Edit, EditRecord};
 use glam::{DMat3, DVec3};
@@ -12,16 +12,6 @@ pub struct Frames {
     pub state: Vec<ElementState>,
     /// Geometric stiffness there.
     pub geometric: Vec<GeometricStiffness>,
-}
-
-/// What the stress in a triangle adds to its tangent.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct GeometricStiffness {
-    /// Out-of-plane stiffness \[MPa\]: second Piola–Kirchhoff stress, its tensile part but for the exact tangent.
-    pub normal: Sym2,
-    /// In-plane stiffness \[MPa\] that stands for the geometric one in the rotated tangent, or keeps the projected one from being
-    /// negative; zero for the exact one.
-    pub in_plane: f64,
 }
 
 /// Nodal forces and the corner buffer they are gathered from.
@@ -137,6 +127,13 @@ pub struct SolverScratch {
     pub tangent: Tangent,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,
+}
+
+impl SolverScratch {
+    /// How many of a body's rows are to be worked on in this iteration: all of them, or none.
+    pub fn rows_to_solve(&self, rows: usize) -> usize {
+        if self.is_converged { 0 } else { rows }
+    }
 }
 
 /// What a static increment is compared with.

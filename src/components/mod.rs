@@ -15,6 +15,7 @@ mod loads;
 mod material;
 mod obstacle;
 mod refinement;
+mod sleeping;
 mod springs;
 mod tear_decisions;
 mod tear_log;
@@ -22,9 +23,7 @@ mod tearing;
 
 pub use body::{Body, Planar};
 pub use curve::{BadCurve, Curve};
-pub use derived::{
-    ExternalStiffness, Forces, Frames, GeometricStiffness, Increment, LineSearch, Reactions, SolverScratch,
-};
+pub use derived::{ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch};
 pub(crate) use energy_audit::Equilibrium;
 pub use energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub use energy_criterion::EnergyCriterion;
@@ -36,6 +35,7 @@ pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use material::Material;
 pub use obstacle::{Contact, Obstacle, Shape};
 pub use refinement::{Refined, Refinement};
+pub use sleeping::{Sleeping, Slumber};
 pub use springs::{Anchor, Springs};
 pub use tear_decisions::{DecidedBy, RingFault, TearDecision, TearDecisions, TearSite};
 pub use tear_log::TearLog;

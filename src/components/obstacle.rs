@@ -44,6 +44,17 @@ pub struct Contact {
 }
 
 impl Shape {
+    /// Whether the obstacle may reach into a ball: wherever it does, and for ellipsoids in some cases more.
+    pub fn reaches(&self, ball_centre: DVec3, ball_radius: f64) -> bool {
+        match *self {
+            Self::Plane { point, normal } => (ball_centre - point).dot(normal) <= ball_radius,
+            Self::Sphere { centre, radius } => centre.distance(ball_centre) <= radius + ball_radius,
+            Self::Ellipsoid { centre, half_axes } => {
+                centre.distance(ball_centre) <= half_axes.max_element() + ball_radius
+            }
+        }
+    }
+
     /// Signed distance \[mm\] (negative inside) and unit outward normal at the closest surface point; for an ellipsoid to
     /// first order, f/|∇f| of its implicit function, exact on the surface. `None` at a centre, which has no normal.
     pub fn distance(&self, x: DVec3) -> Option<(f64, DVec3)> {

@@ -30,3 +30,13 @@ impl ElementState {
         stress: Sym2::ZERO,
     };
 }
+
+/// What the stress in a triangle adds to its tangent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GeometricStiffness {
+    /// Out-of-plane stiffness \[MPa\]: second Piola–Kirchhoff stress, its tensile part but for the exact tangent.
+    pub normal: Sym2,
+    /// In-plane stiffness \[MPa\] that stands for the geometric one in the rotated tangent, or keeps the projected one from being
+    /// negative; zero for the exact one.
+    pub in_plane: f64,
+}

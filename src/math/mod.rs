@@ -9,7 +9,7 @@ mod orthotropic;
 mod sym2;
 mod triangle;
 
-pub use element::{ElementState, Polar};
+pub use element::{ElementState, GeometricStiffness, Polar};
 pub use fracture::{CrackTip, Modes, Slopes};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 pub use sym2::Sym2;

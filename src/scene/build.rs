@@ -3,12 +3,13 @@
 use super::error::{Fault, not_negative, positive};
 use super::region::Surface;
 use super::schema::{
-    BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, TearModeSpec, TearingSpec,
+    BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec,
+    TearingSpec,
 };
 use super::{grasp, mesh_file, shape};
 use crate::components::{
     Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
-    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Springs, TearMode, Tearing, Toughness,
+    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -174,6 +175,13 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     if let Some(contact) = &spec.contact {
         membrane =
             membrane.with(Contact { stiffness: positive(at("contact.stiffness"), contact.stiffness, "N/mm³")? });
+    }
+    if let Some(SleepSpec { strain, steps }) = spec.sleep {
+        if steps == 0 {
+            return Err(Fault::new(at("sleep.steps"), "0 steps are none", "give 1 or more"));
+        }
+        let strain = positive(at("sleep.strain"), strain, "")?;
+        membrane = membrane.with(Sleeping { strain, steps, ..Sleeping::default() });
     }
     Ok(membrane)
 }

@@ -22,6 +22,7 @@ macro_rules! entries {
 pub const CATALOG: &[Entry] = entries![
     "capsulorhexis",
     "fig2",
+    "fig2-haptic",
     "fig2-iso",
     "fig2-tear",
     "fig2-tear-iso",
@@ -33,6 +34,7 @@ pub const CATALOG: &[Entry] = entries![
     "cook-fibre",
     "drum",
     "free-triangle",
+    "many",
 ];
 
 impl Entry {

@@ -1,9 +1,9 @@
 //! A scene in a simulation, ready to run.
 
-use super::build::{self, direction, own_name};
+use super::build::{self, direction};
 use super::error::{Fault, positive};
 use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
-use super::{Scene, SceneError, settings};
+use super::{Scene, SceneError, copies, settings};
 use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, Tearing, Toughness};
 use crate::report::Report;
 use crate::settings::Integrator;
@@ -121,11 +121,9 @@ impl Scene {
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
         let mut bodies = Vec::new();
-        for (i, spec) in self.file.bodies.iter().enumerate() {
-            let key = format!("bodies.{i}");
-            own_name(&spec.name, self.file.bodies[..i].iter().map(|other| other.name.as_str()), &key)?;
-            let membrane = build::membrane(spec, self.document.folder(), &key)?;
-            let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, &key, &error))?;
+        for (key, spec) in &copies::bodies(&self.file.bodies)? {
+            let membrane = build::membrane(spec, self.document.folder(), key)?;
+            let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, key, &error))?;
             if self.file.output.energy {
                 // The body was spawned just now.
                 let _ = simulation.world_mut().insert_one(body, EnergyAudit::default());

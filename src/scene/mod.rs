@@ -35,6 +35,7 @@
 
 mod build;
 pub mod catalog;
+mod copies;
 mod document;
 mod error;
 pub mod generate;

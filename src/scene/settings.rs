@@ -66,6 +66,7 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
             PreconditionerSpec::Auto => Preconditioner::Auto,
             PreconditionerSpec::BlockJacobi => Preconditioner::BlockJacobi,
             PreconditionerSpec::IncompleteCholesky => Preconditioner::IncompleteCholesky,
+            PreconditionerSpec::Multigrid => Preconditioner::Multigrid,
             PreconditionerSpec::Cholesky => Preconditioner::Cholesky,
         },
         precision: match spec.precision {

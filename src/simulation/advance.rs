@@ -1,6 +1,6 @@
 //! One step of the world: solves, tears, and what is done where a state is not finite.
 
-use crate::components::{EnergyAudit, Increment, SolverScratch, TearDecisions};
+use crate::components::{EnergyAudit, Increment, Sleeping, SolverScratch, TearDecisions};
 use crate::report::Report;
 use crate::schedule::{self, Stage};
 use crate::settings::{LinearParams, Settings};
@@ -135,13 +135,15 @@ fn take_up_again_for_tips(world: &mut World) -> bool {
     is_any
 }
 
-/// Whether every solve and every state is.
+/// Whether every solve and every state is; what sleeps was when it fell asleep.
 pub(super) fn is_finite(world: &mut World) -> bool {
-    let query = world.query_mut::<(&Vertices, &SolverScratch)>();
-    query.into_iter().all(|(vertices, scratch)| {
-        !scratch.linear_residual.is_nan()
-            && vertices.position.iter().zip(&vertices.velocity).all(|(x, v)| x.is_finite() && v.is_finite())
-    })
+    let query = world.query_mut::<(&Vertices, &SolverScratch, Option<&Sleeping>)>();
+    query.into_iter().filter(|(.., sleeping)| !sleeping.is_some_and(Sleeping::is_asleep)).all(
+        |(vertices, scratch, _)| {
+            !scratch.linear_residual.is_nan()
+                && vertices.position.iter().zip(&vertices.velocity).all(|(x, v)| x.is_finite() && v.is_finite())
+        },
+    )
 }
 
 /// Back to the start of the step.

@@ -36,6 +36,9 @@ pub enum SimulationError {
         /// The body's name.
         body: String,
     },
+    /// A body or obstacle does not carry what was asked for.
+    #[error("the body or obstacle does not carry all of the components asked for")]
+    NoSuchComponents,
     /// No equilibrium was found; the last good state stands.
     #[error(
         "no equilibrium at time {time} ms: imbalance {imbalance:e} N after {iterations} iterations; \

@@ -3,6 +3,8 @@
 mod advance;
 mod error;
 mod frame;
+mod reorder;
+mod sleep;
 mod tear;
 
 pub use crate::components::Energies;
@@ -10,7 +12,7 @@ pub use error::SimulationError;
 pub use tear::{Cut, CutError};
 
 use crate::components::{
-    Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, SolverScratch,
+    Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
@@ -74,14 +76,20 @@ impl Simulation {
         &self.world
     }
 
-    /// The world, to change parameters or to add components of your own.
-    pub fn world_mut(&mut self) -> &mut World {
-        &mut self.world
-    }
-
     /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// Changes how the next steps are solved: all settings but the threads and their instructions, which stay as they are.
+    ///
+    /// # Errors
+    /// For a tolerance below zero or not finite; nothing has changed then.
+    pub fn set_settings(&mut self, settings: Settings) -> Result<(), SimulationError> {
+        error::check_settings(&settings)?;
+        let Settings { threads, portable_instructions, .. } = self.settings;
+        self.settings = Settings { threads, portable_instructions, ..settings };
+        Ok(())
     }
 
     /// Time reached \[ms\].
@@ -187,12 +195,7 @@ impl Simulation {
             return Err(SimulationError::TimeStep(dt));
         }
         self.begin_report();
-        let linear = crate::settings::LinearParams {
-            tolerance: 1e-13,
-            stress_tolerance: f64::INFINITY,
-            iterations: 50_000,
-            time: None,
-        };
+        let linear = crate::settings::LinearParams::by_residual(1e-13, 50_000);
         let step = StepContext {
             dt: if dt > 0.0 { dt } else { 1.0 },
             time: self.report.time + dt,
@@ -282,7 +285,9 @@ impl Simulation {
         self.report.step += 1;
         let Self { world, report, .. } = self;
         report.bodies.clear();
-        for (body, scratch) in &mut world.query::<(Entity, &SolverScratch)>().with::<&Body>() {
+        for (body, scratch, sleeping) in
+            &mut world.query::<(Entity, &SolverScratch, Option<&Sleeping>)>().with::<&Body>()
+        {
             report.bodies.push(BodyReport {
                 body,
                 iterations: scratch.iterations,
@@ -294,6 +299,7 @@ impl Simulation {
                 is_converged: scratch.is_converged,
                 fell_back: scratch.fell_back,
                 is_tear_cut_short: false,
+                is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
             });
         }
         report.bodies.sort_unstable_by_key(|report| order(world, report.body));

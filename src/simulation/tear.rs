@@ -4,7 +4,7 @@ use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{
     Body, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecisions, TearLog,
 };
-use crate::event::{Event, EventKind};
+use crate::event::{Event, EventKind, WokenBy};
 use crate::report::Report;
 use crate::schedule::{self, Stage};
 use crate::storage::{EditRecord, Mesh, TipKey, Tips, Topology, Triangles, Vertices};
@@ -55,6 +55,7 @@ impl Simulation {
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
             (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
         );
+        self.wake_by(body, WokenBy::Cut);
         let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
         let (

@@ -9,6 +9,7 @@
 //! Values are therefore per vertex (a position, a curve) or per unit of tributary mass or area (a stiffness density), never
 //! totals: a total would double where a vertex is duplicated.
 
+use super::order::sort;
 use super::{EditRecord, Follow, Tables, VertexKey};
 
 /// A value that can be attached to vertices.
@@ -105,6 +106,16 @@ impl<T: Attachment> Attached<T> {
                 self.insert(row, value);
             }
         }
+    }
+
+    /// Gives the members the rows that they have after a new order; returns the old place of every new one.
+    pub fn renumber(&mut self, row: impl Fn(u32) -> u32) -> Vec<u32> {
+        self.rows.iter_mut().for_each(|member| *member = row(*member));
+        let mut places: Vec<u32> = (0..self.rows.len() as u32).collect();
+        places.sort_unstable_by_key(|&place| self.rows[place as usize]);
+        sort(&places, &mut self.rows);
+        sort(&places, &mut self.values);
+        places
     }
 
     fn insert(&mut self, row: u32, value: T) {

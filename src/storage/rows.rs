@@ -7,6 +7,7 @@
 //! [`exhume`](Rows::exhume) can bring back that very key. [`release`](Rows::release) frees the slots of all buried keys.
 
 use super::NONE;
+use super::order::sort;
 use slotmap::{Key, SlotMap};
 
 /// The key side of a table.
@@ -71,6 +72,19 @@ impl<K: Key> Rows<K> {
         self.slots[self.keys[last]] = last as u32;
         self.slots[key] = row;
         Some(key)
+    }
+
+    /// Brings the rows into another order; `order` has the old row of every new one. Rows that are buried keep none.
+    ///
+    /// # Panics
+    /// If `order` does not have every row once.
+    pub fn permute(&mut self, order: &[u32]) {
+        assert_eq!(order.len(), self.keys.len(), "an order of all rows");
+        sort(order, &mut self.keys);
+        for (row, &key) in (0..).zip(&self.keys) {
+            self.slots[key] = row;
+        }
+        debug_assert!(self.is_consistent(), "every row once");
     }
 
     /// Frees the slots of the buried keys, which are dead for good then.
@@ -139,6 +153,7 @@ mod tests {
         Bury(usize),
         Exhume(usize),
         Release,
+        Permute(u32),
     }
 
     fn change() -> impl Strategy<Value = Change> {
@@ -149,6 +164,7 @@ mod tests {
             3 => (0..30_usize).prop_map(Change::Bury),
             3 => (0..30_usize).prop_map(Change::Exhume),
             1 => Just(Change::Release),
+            1 => any::<u32>().prop_map(Change::Permute),
         ]
     }
 
@@ -188,6 +204,12 @@ mod tests {
                             let last = living.len() - 1;
                             living.swap(row, last);
                         }
+                    }
+                    Change::Permute(turn) => {
+                        let count = living.len() as u32;
+                        let order: Vec<u32> = (0..count).map(|row| (row + turn % count) % count).rev().collect();
+                        rows.permute(&order);
+                        living = order.into_iter().map(|old| living[old as usize]).collect();
                     }
                     Change::Release => {
                         rows.release();

@@ -70,6 +70,15 @@ macro_rules! table {
                 self.rows.buried()
             }
 
+            /// Brings the rows into another order; `order` has the old row of every new one. Keys go with their rows.
+            ///
+            /// # Panics
+            /// If `order` does not have every row once.
+            pub fn permute(&mut self, order: &[u32]) {
+                self.rows.permute(order);
+                $( crate::storage::order::sort(order, &mut self.$column); )*
+            }
+
             /// All columns of one row.
             ///
             /// # Panics

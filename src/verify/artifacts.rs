@@ -10,9 +10,15 @@ use std::path::{Path, PathBuf};
 
 /// Bare machines have no fonts, so one is part of the program (licence beside it).
 static FONT: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans.ttf");
-const FONT_NAME: &str = "DejaVu Sans";
+pub(crate) const FONT_NAME: &str = "DejaVu Sans";
 /// Width and height of a plot \[px\].
 const SIZE: (u32, u32) = (1000, 900);
+
+/// Makes [`FONT_NAME`] known to the plots.
+pub(crate) fn load_font() {
+    // A font that is registered already is no failure.
+    let _ = register_font(FONT_NAME, FontStyle::Normal, FONT);
+}
 
 /// How much a case computes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,8 +83,7 @@ impl Artifacts {
         let failed = |path: &Path, what: String| VerifyError::Plot { path: path.to_owned(), what };
         std::fs::create_dir_all(directory).map_err(|error| failed(directory, error.to_string()))?;
         file::replace(&csv, table(axes, lines).as_bytes())?;
-        // A font that is registered already is no failure.
-        let _ = register_font(FONT_NAME, FontStyle::Normal, FONT);
+        load_font();
         draw(&SVGBackend::new(&svg, SIZE).into_drawing_area(), axes, lines).map_err(|what| failed(&svg, what))?;
         draw(&BitMapBackend::new(&png, SIZE).into_drawing_area(), axes, lines).map_err(|what| failed(&png, what))
     }

@@ -1,7 +1,8 @@
 //! What the cases share: settings, holds, looks into the world.
 
 use super::VerifyError;
-use crate::components::{Curve, Forces, Frames, GeometricStiffness, Hold, Increment, Material, SolverScratch};
+use crate::components::{Curve, Forces, Frames, Hold, Increment, Material, SolverScratch};
+use crate::math::GeometricStiffness;
 use crate::membrane::Membrane;
 use crate::settings::{LinearParams, Settings, Tangent};
 use crate::simulation::{Simulation, SimulationError};
@@ -16,7 +17,7 @@ use hecs::Entity;
 /// about 2e-12 of the largest corner force where a ramp begins.
 pub fn exacting() -> Settings {
     Settings {
-        linear: LinearParams { tolerance: 1e-12, iterations: 20_000, ..LinearParams::default() },
+        linear: LinearParams::by_residual(1e-12, 20_000),
         newton_iterations: 30,
         newton_tolerance: 1e-11,
         threads: 1,

@@ -21,6 +21,7 @@ mod stability;
 pub mod tear;
 
 pub use artifacts::{Artifacts, Axes, Depth, Line};
+pub(crate) use artifacts::{FONT_NAME, load_font};
 
 use crate::membrane::BodyError;
 use crate::output::OutputError;

@@ -19,7 +19,7 @@ pub fn lowest_frequencies(body: &Snapshot, free: &[DVec3], count: usize) -> Resu
     let mass = &body.vertices.mass;
     let mut scratch = SolverScratch { free: free.to_vec(), ..SolverScratch::default() };
     let mut corner = vec![[DVec3::ZERO; 3]; body.triangles.len()];
-    let params = LinearParams { tolerance: 1e-12, iterations: 20_000, ..LinearParams::default() };
+    let params = LinearParams::by_residual(1e-12, 20_000);
     let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).zip(mass).map(|((a, b), m)| a.dot(*b) * m).sum::<f64>();
 
     // A start without symmetry, so that no mode is orthogonal to it.

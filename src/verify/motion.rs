@@ -115,7 +115,7 @@ fn momenta(vertices: &Vertices) -> (DVec3, DVec3) {
 }
 
 fn momentum_of_steps(rows: &mut Rows) -> Result<(), VerifyError> {
-    let linear = crate::settings::LinearParams { tolerance: 1e-12, iterations: 20_000, ..Default::default() };
+    let linear = crate::settings::LinearParams::by_residual(1e-12, 20_000);
     let (mut simulation, body) = bodies::simulate(Settings { linear, ..default_step() }, square()?)?;
     let drift = DVec3::new(0.1, -0.2, 0.3);
     bodies::set_motion(&mut simulation, body, |i, x| (x, drift + crumple(x, i) * 0.05))?;

@@ -26,10 +26,8 @@ pub struct Limits {
     pub end: Option<Instant>,
 }
 
-/// A relative residual this far under its tolerance is small enough,
+/// A relative residual this far under the error allowed is small enough.
 const FAR_BELOW: f64 = 1e-3;
-/// and so is this, where the tolerance allows it.
-const SMALL: f64 = 1e-6;
 
 impl Limits {
     /// The limits of a solve that begins now. `reference_sq` is the squared norm of its right-hand side \[N²\], `stored` twice the
@@ -43,7 +41,7 @@ impl Limits {
                 f64::INFINITY
             },
             iterations: params.iterations,
-            least_sq: (FAR_BELOW * params.tolerance).max(SMALL.min(params.tolerance)).powi(2) * reference_sq,
+            least_sq: (FAR_BELOW * params.stress_tolerance).min(params.tolerance).powi(2) * reference_sq,
             end: params.time.map(|time| Instant::now() + time),
         }
     }
@@ -103,5 +101,73 @@ impl EnergyError {
         let ratio = (self.sum / self.first_rz).max((self.sum - sum) / rz).max(1.0);
         // A residual of zero leaves no error, whatever its ratio.
         if self.rz > 0.0 { self.rz * ratio } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Conjugate gradients on the stiffness of a net of springs, held at its rim and preconditioned by its diagonal: the
+    /// energy of the error is known in every iteration.
+    #[test]
+    fn the_estimate_stays_near_the_error() {
+        const SIDE: usize = 12;
+        const N: usize = SIDE * SIDE;
+        let apply = |x: &[f64; N]| -> [f64; N] {
+            std::array::from_fn(|i| {
+                let (row, column) = (i / SIDE, i % SIDE);
+                // Stiffer along the rows, as along fibres, but for one spring in five.
+                let along = |column: usize| if column % 5 == 0 { 1.0 } else { 10.0 };
+                let beside =
+                    |inside: bool, j: usize, stiffness: f64| stiffness * (x[i] - if inside { x[j] } else { 0.0 });
+                beside(column > 0, i.wrapping_sub(1), along(column))
+                    + beside(column + 1 < SIDE, i + 1, along(column + 1))
+                    + beside(row > 0, i.wrapping_sub(SIDE), 1.0)
+                    + beside(row + 1 < SIDE, i + SIDE, 1.0)
+            })
+        };
+        let dot = |a: &[f64; N], b: &[f64; N]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let diagonal: [f64; N] = std::array::from_fn(|i| {
+            let mut unit = [0.0; N];
+            unit[i] = 1.0;
+            apply(&unit)[i]
+        });
+        let answer: [f64; N] = std::array::from_fn(|i| (0.07 * (i * i) as f64).sin());
+        let (mut x, mut r) = ([0.0; N], apply(&answer));
+        let precondition = |r: &[f64; N]| -> [f64; N] { std::array::from_fn(|i| r[i] / diagonal[i]) };
+        let mut p = precondition(&r);
+        let mut rz = dot(&r, &p);
+        let mut error = EnergyError::new(rz);
+        let first = rz;
+        for k in 1..=N {
+            let q = apply(&p);
+            let alpha = rz / dot(&p, &q);
+            (0..N).for_each(|i| (x[i], r[i]) = (x[i] + alpha * p[i], r[i] - alpha * q[i]));
+            let z = precondition(&r);
+            let next = dot(&r, &z);
+            (0..N).for_each(|i| p[i] = z[i] + next / rz * p[i]);
+            rz = next;
+            error.advance(alpha, rz);
+            let missing: [f64; N] = std::array::from_fn(|i| answer[i] - x[i]);
+            let true_error = dot(&missing, &apply(&missing));
+            if k < 4 || true_error < 1e-12 * first {
+                continue;
+            }
+            // A stop is decided on it, not a digit: within a factor of three either way.
+            let ratio = (error.squared() / true_error).sqrt();
+            assert!((0.3..3.0).contains(&ratio), "iteration {k}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn next_to_nothing_stored_leaves_the_residual_to_decide() {
+        let params = LinearParams { tolerance: 0.1, stress_tolerance: 1e-3, iterations: 10, time: None };
+        let limits = Limits::new(&params, 4.0, 0.0);
+        assert!(!limits.are_met(0.03, 1e-30) && limits.are_met(3e-12, 1.0));
+        let alone = Limits::new(&LinearParams { stress_tolerance: f64::INFINITY, ..params }, 4.0, 0.0);
+        assert!(alone.are_met(0.03, 1e30) && !alone.is_late());
+        let late = Limits::new(&LinearParams { time: Some(std::time::Duration::ZERO), ..params }, 4.0, 1.0);
+        assert!(late.is_late());
     }
 }

@@ -7,8 +7,8 @@ use crate::components::{ExternalStiffness, Frames};
 use crate::math::ElementState;
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::kernels::membrane::ElementTangent;
-use crate::systems::parallel;
+use crate::systems::kernels::membrane::{ElementTangent, shear_majorant};
+use crate::systems::{StepContext, parallel};
 use glam::{DMat3, DVec3};
 
 /// The operator at one state of one body.
@@ -48,6 +48,19 @@ impl Operator<'_> {
             geometric: volume,
             is_exact: self.tangent != Tangent::Rotated,
         }
+    }
+
+    /// The tangent of a triangle, the rotated one where the operator is made of exact ones: never indefinite.
+    #[inline]
+    pub fn semidefinite_element(&self, t: usize) -> ElementTangent<'_> {
+        let element = self.element(t);
+        if self.tangent != Tangent::Exact {
+            return element;
+        }
+        let state = element.state;
+        let in_plane =
+            shear_majorant(state.stress, state.polar.stretch, element.stiffness, StepContext::RESERVE_OF_EULER);
+        ElementTangent { normal: element.normal.positive_part(), in_plane, is_exact: false, ..element }
     }
 
     /// What vertex `v` contributes by itself: mass and external stiffness.

@@ -1,5 +1,5 @@
 //! One solve with what there is for it: a sparse Cholesky factor that serves as long as it is good, the inner solver in single
-//! precision, or double precision with block Jacobi.
+//! precision, or double precision with multigrid or block Jacobi.
 
 use super::factor::{Factor, NoFactor};
 use super::{CgError, CgInfo, Inner, InnerSolver, Operator, With, block_jacobi, cg};
@@ -15,6 +15,10 @@ const MOST_WITH_EARLIER_FACTOR: u32 = 10;
 /// Iterations with a factor of the present state at the most. One or two do where the operator is regular; where it is not,
 /// rounding sets the limit, and more iterations come no nearer.
 const MOST_WITH_OWN_FACTOR: u32 = 50;
+
+/// Iterations with a multigrid cycle of the present state at the most, in double precision: where they do not suffice rounding
+/// in the cycle sets the limit, and block Jacobi, which has none, goes on.
+const MOST_CYCLES: u32 = 200;
 
 /// When a body's factor is renewed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,14 +127,22 @@ fn solve_without_factor(
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     let mut done = 0;
-    if let Some((inner, kind)) = &mut means.inner
-        && operator.tangent != Tangent::Exact
-    {
-        let (info, is_solved) = inner.solve(operator, params, With::Own(*kind), corner, x, scratch)?;
-        if is_solved {
-            return Ok(info);
+    match &mut means.inner {
+        Some((inner, Inner::Multigrid)) if operator.tangent == Tangent::Exact => {
+            let info = solve_with_cycles(operator, params, inner, corner, x, scratch)?;
+            if info.relative_residual <= params.tolerance || info.iterations >= params.iterations || info.is_late {
+                return Ok(info);
+            }
+            done = info.iterations;
         }
-        done = info.iterations;
+        Some((inner, kind)) if operator.tangent != Tangent::Exact => {
+            let (info, is_solved) = inner.solve(operator, params, With::Own(*kind), corner, x, scratch)?;
+            if is_solved {
+                return Ok(info);
+            }
+            done = info.iterations;
+        }
+        _ => {}
     }
     let mut inverse = std::mem::take(&mut scratch.inverse_block);
     block_jacobi::invert_blocks(operator, &scratch.free, &mut inverse);
@@ -140,6 +152,35 @@ fn solve_without_factor(
     let info = cg::solve(operator, params, corner, x, scratch, precondition);
     scratch.inverse_block = inverse;
     info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
+}
+
+/// Iterations with multigrid's cycle, once more with one of the present operator where that of an earlier one does not do.
+fn solve_with_cycles(
+    operator: &Operator,
+    params: &LinearParams,
+    inner: &mut InnerSolver,
+    corner: &mut [[DVec3; 3]],
+    x: &mut [DVec3],
+    scratch: &mut SolverScratch,
+) -> Result<CgInfo, CgError> {
+    scratch.rhs.clone_from(&scratch.residual);
+    inner.begin_cycles(operator, &scratch.free);
+    let mut done = 0;
+    loop {
+        let most = inner.most_cycles(params.tolerance);
+        let limited = LinearParams { iterations: most.unwrap_or(MOST_CYCLES).min(params.iterations - done), ..*params };
+        let cycle = |r: &[DVec3], _: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| inner.cycle(r, z, partials);
+        let info = cg::solve(operator, &limited, corner, x, scratch, cycle)?;
+        let is_solved = info.relative_residual <= params.tolerance;
+        inner.end_cycles(info.iterations, info.relative_residual, is_solved);
+        done += info.iterations;
+        if !is_solved {
+            scratch.residual.copy_from_slice(&scratch.rhs);
+        }
+        if is_solved || most.is_none() || done >= params.iterations || info.is_late {
+            return Ok(CgInfo { iterations: done, ..info });
+        }
+    }
 }
 
 fn solve_with_factor(

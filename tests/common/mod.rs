@@ -50,16 +50,46 @@ impl Square {
 
     /// A body whose left and right edges are drawn apart.
     pub fn membrane(&self) -> Membrane {
-        let mesh = generate::grid(SIDE, SIDE, self.cells[0], self.cells[1]).unwrap();
-        let membrane = Membrane::new("square", mesh, self.material).fibres(Fibres::at_degrees(self.fibre)).planar();
-        let curve = Curve::new(vec![(0.0, 0.0), (1e4, 1e4 * GRIP_SPEED)]).unwrap();
+        self.membrane_along(Curve::new(vec![(0.0, 0.0), (1e4, 1e4 * GRIP_SPEED)]).unwrap())
+    }
+
+    /// A body whose left and right edges are each drawn out by `curve` \[mm\].
+    pub fn membrane_along(&self, curve: Curve) -> Membrane {
+        self.out_of_plane(curve).planar()
+    }
+
+    /// The same, free to leave its plane.
+    pub fn out_of_plane(&self, curve: Curve) -> Membrane {
+        self.held(&curve).with(self.tearing).with(Damping { time: 0.1 })
+    }
+
+    /// A body that cannot tear, drawn out slowly.
+    pub fn elastic(&self) -> Membrane {
+        self.held(&Curve::ramp(1e4, 1e4 * GRIP_SPEED).unwrap()).planar()
+    }
+
+    fn held(&self, curve: &Curve) -> Membrane {
+        let membrane = self.unheld();
         let hold = |name: &str, x: f64, to: f64| {
             let rows = membrane.select(|p| p.x == x).into_iter();
             let members = Attached::new(rows.map(|row| (row, DVec3::X * to)));
             Hold { name: name.into(), members, axes: [true; 3], curve: curve.clone() }
         };
         let (left, right) = (hold("left", 0.0, -1.0), hold("right", SIDE, 1.0));
-        membrane.hold(left).hold(right).with(self.tearing).with(Damping { time: 0.1 })
+        membrane.hold(left).hold(right)
+    }
+
+    /// A body that hangs from its top edge, free to leave its plane.
+    pub fn hanging(&self) -> Membrane {
+        let membrane = self.unheld();
+        let rows = membrane.select(|p| p.y == SIDE).into_iter();
+        let members = Attached::new(rows.map(|row| (row, DVec3::ZERO)));
+        membrane.hold(Hold { name: "top".into(), members, axes: [true; 3], curve: Curve::constant(0.0) })
+    }
+
+    fn unheld(&self) -> Membrane {
+        let mesh = generate::grid(SIDE, SIDE, self.cells[0], self.cells[1]).unwrap();
+        Membrane::new("square", mesh, self.material).fibres(Fibres::at_degrees(self.fibre))
     }
 
     /// Puts the square into a world and cuts its notches.

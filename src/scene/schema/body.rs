@@ -11,6 +11,9 @@ use std::path::PathBuf;
 pub struct BodySpec {
     /// Name in reports and files.
     pub name: String,
+    /// So many of the same, 1 to 10,000, named `name-1`, `name-2` and so on; bodies do not feel each other. Default 1.
+    #[serde(default = "one")]
+    pub copies: u32,
     /// Keep it in the plane of its mesh. Default false.
     #[serde(default)]
     pub planar: bool,
@@ -40,6 +43,8 @@ pub struct BodySpec {
     pub energy_criterion: Option<EnergyCriterionSpec>,
     /// Keeps the mesh fine around its tear tips.
     pub refinement: Option<RefinementSpec>,
+    /// Lets it fall asleep when it is at rest.
+    pub sleep: Option<SleepSpec>,
     /// State at time zero, if not at rest in the rest shape.
     pub initial: Option<InitialSpec>,
     /// Prescribed vertices.
@@ -219,6 +224,19 @@ pub struct RefinementSpec {
     pub may_coarsen: bool,
 }
 
+/// `sleep`: while the body would hardly move, no time is spent on it; whatever acts on it wakes it. `sleep = {}` takes the
+/// defaults. A body whose energy is audited stays awake.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SleepSpec {
+    /// Largest strain of the motion that it gives up, > 0. Default 1e-5.
+    #[serde(default = "sleep_strain")]
+    pub strain: f64,
+    /// Steps for which it must have moved by less, 1 or more. Default 10.
+    #[serde(default = "sleep_steps")]
+    pub steps: u32,
+}
+
 /// `initial`: x = stretch · X, then a spin about the centre of mass and a common velocity.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -239,6 +257,18 @@ pub struct InitialSpec {
 pub struct CutSpec {
     /// Points in the rest shape \[mm\]: a notch if it begins at the boundary, else a slit.
     pub polyline: Vec<Point>,
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn sleep_strain() -> f64 {
+    1e-5
+}
+
+fn sleep_steps() -> u32 {
+    10
 }
 
 fn density() -> f64 {

@@ -1,20 +1,23 @@
 //! What a scene file may say: one struct per table, one field per key.
 //!
 //! Units are fixed: mm, g, ms, hence N, MPa = N/mm², mJ, kHz. A point is `[x, y, z]` or `[x, y]`; a quantity over time is a
-//! number or `[[time, value], …]`, linear between and constant outside. An unknown key is refused.
+//! number or `[[time, value], …]`, linear between and constant outside, or a trembling hand ([`HandSpec`]). An unknown key is
+//! refused.
 
 mod body;
 mod constraint;
+mod hand;
 mod mesh;
 mod number;
 
 pub use body::{
     BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec,
-    RefinementSpec, TearModeSpec, TearingSpec,
+    RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
 };
+pub use hand::HandSpec;
 pub use mesh::MeshSpec;
 pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve};
 
@@ -108,6 +111,8 @@ pub enum PreconditionerSpec {
     BlockJacobi,
     /// An incomplete Cholesky factor, made anew for every solve of a dynamic step.
     IncompleteCholesky,
+    /// Multigrid on levels that follow the surface and its tears.
+    Multigrid,
     /// A sparse Cholesky factor, kept while it serves.
     Cholesky,
 }
@@ -163,8 +168,8 @@ pub struct RunSpec {
     pub linear_iterations: u32,
     /// `"rotated"` (default), `"exact"` or `"projected"`.
     pub tangent: Option<TangentSpec>,
-    /// `"auto"` (default), `"block_jacobi"`, `"incomplete_cholesky"` or `"cholesky"`: the same answer within the tolerance, at
-    /// other costs.
+    /// `"auto"` (default), `"block_jacobi"`, `"incomplete_cholesky"`, `"multigrid"` or `"cholesky"`: the same answer
+    /// within the tolerance, at other costs.
     #[serde(default)]
     pub preconditioner: PreconditionerSpec,
     /// `"mixed"` (default) or `"double"`: what the iterations of dynamic steps compute in; the same answer within the tolerance.

@@ -1,9 +1,11 @@
 //! Numbers, points, ranges and curves as a scene file writes them.
 
+use super::HandSpec;
 use crate::components::Curve;
 use crate::math::Sym2;
 use glam::DVec3;
-use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
 /// A number or a nested list of numbers: what the short forms below are made from.
@@ -120,9 +122,9 @@ impl TryFrom<Numbers> for Interval {
     }
 }
 
-/// A quantity over time: one number, or `[[time, value], …]` with ascending times \[ms\], linear between and constant outside.
-#[derive(Clone, Debug, PartialEq, serde::Deserialize)]
-#[serde(try_from = "Numbers")]
+/// A quantity over time: one number, `[[time, value], …]` with ascending times \[ms\], linear between and constant outside, or
+/// `{ hand = { … } }`, a pull by a hand that trembles.
+#[derive(Clone, Debug, PartialEq)]
 pub struct TimeCurve(pub Curve);
 
 impl Default for TimeCurve {
@@ -131,20 +133,51 @@ impl Default for TimeCurve {
     }
 }
 
-impl TryFrom<Numbers> for TimeCurve {
-    type Error = String;
-    fn try_from(numbers: Numbers) -> Result<Self, String> {
-        const SHAPE: &str = "not a curve; write one number or [[time, value], …]";
-        let points = match &numbers {
-            Numbers::One(value) => return Ok(Self(Curve::constant(*value))),
-            Numbers::List(list) => list.iter().map(|row| match row.flat().as_deref() {
-                Some(&[time, value]) => Ok((time, value)),
-                _ => Err(SHAPE),
-            }),
-        };
-        let points = points.collect::<Result<Vec<_>, _>>()?;
-        Curve::new(points).map(Self).map_err(|bad| format!("{bad}; write [[time, value], …] with ascending times"))
+/// The table form of a curve.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NamedCurve {
+    hand: HandSpec,
+}
+
+impl<'de> Deserialize<'de> for TimeCurve {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read;
+        impl<'de> Visitor<'de> for Read {
+            type Value = TimeCurve;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number, a list of points or { hand = { … } }")
+            }
+            fn visit_f64<E: Error>(self, value: f64) -> Result<TimeCurve, E> {
+                Ok(TimeCurve(Curve::constant(value)))
+            }
+            fn visit_i64<E: Error>(self, value: i64) -> Result<TimeCurve, E> {
+                self.visit_f64(value as f64)
+            }
+            fn visit_u64<E: Error>(self, value: u64) -> Result<TimeCurve, E> {
+                self.visit_f64(value as f64)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, access: A) -> Result<TimeCurve, A::Error> {
+                through_points(&Numbers::deserialize(SeqAccessDeserializer::new(access))?).map_err(A::Error::custom)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, access: A) -> Result<TimeCurve, A::Error> {
+                let NamedCurve { hand } = NamedCurve::deserialize(MapAccessDeserializer::new(access))?;
+                hand.curve().map(TimeCurve).map_err(A::Error::custom)
+            }
+        }
+        deserializer.deserialize_any(Read)
     }
+}
+
+fn through_points(numbers: &Numbers) -> Result<TimeCurve, String> {
+    const SHAPE: &str = "not a curve; write one number or [[time, value], …]";
+    let Numbers::List(list) = numbers else { return Err(SHAPE.into()) };
+    let point = |row: &Numbers| match row.flat().as_deref() {
+        Some(&[time, value]) => Ok((time, value)),
+        _ => Err(SHAPE),
+    };
+    let points = list.iter().map(point).collect::<Result<Vec<_>, _>>()?;
+    Curve::new(points).map(TimeCurve).map_err(|bad| format!("{bad}; write [[time, value], …] with ascending times"))
 }
 
 /// A strain in the fibre's axes: one number (the same in all directions), `[along, across]` or `[along, across, shear]`

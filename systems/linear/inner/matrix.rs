@@ -25,7 +25,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// Takes the numbers from the double-precision operator.
+    /// Takes the numbers from the double-precision operator, those of the rotated tangent.
     pub fn assemble(&mut self, operator: &Operator, partition: &Partition, vertex: &[u32], free: &[DVec3]) {
         empty(&mut self.packs, partition.triangle.len());
         self.packs.resize(partition.triangle.len(), Pack::default());
@@ -95,9 +95,10 @@ impl Kernel<Pack> for Assembly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [Pack]) {
         for (pack, triangles) in packs.iter_mut().zip(&self.partition.triangle[first..]) {
-            let element =
-                |lane: usize| (triangles[lane] != EMPTY).then(|| self.operator.element(triangles[lane] as usize));
-            *pack = Pack::new(lanes, self.operator.tangent != Tangent::Rotated, element);
+            let element = |lane: usize| {
+                (triangles[lane] != EMPTY).then(|| self.operator.semidefinite_element(triangles[lane] as usize))
+            };
+            *pack = Pack::new(lanes, self.operator.tangent == Tangent::Projected, element);
         }
     }
 }

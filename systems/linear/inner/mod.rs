@@ -6,12 +6,15 @@
 //! that a step is usually solved to; a tighter one takes several.
 
 mod cg;
+mod cycle;
 mod factored;
 mod incomplete;
 mod jacobi;
 mod matrix;
+mod multigrid;
 mod order;
 mod partition;
+mod pattern;
 
 use super::estimate::Limits;
 use super::{CgError, CgInfo, Factor, Operator};
@@ -24,6 +27,7 @@ use glam::{DVec3, Vec4};
 use incomplete::Incomplete;
 use jacobi::Jacobi;
 use matrix::Matrix;
+use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
 
@@ -57,6 +61,8 @@ pub enum Inner {
     BlockJacobi,
     /// An incomplete Cholesky factor.
     IncompleteCholesky,
+    /// A cycle over coarser and coarser levels.
+    Multigrid,
 }
 
 /// What makes the iterations few.
@@ -89,6 +95,7 @@ pub struct InnerSolver {
     jacobi: Jacobi,
     incomplete: Incomplete,
     has_pattern: bool,
+    multigrid: Multigrid,
     vectors: Vectors,
 }
 
@@ -120,6 +127,7 @@ impl InnerSolver {
             let most = match with {
                 With::Own(Inner::BlockJacobi) => u32::MAX,
                 With::Own(Inner::IncompleteCholesky) => MOST_WITH_FACTOR,
+                With::Own(Inner::Multigrid) => self.multigrid.most(limits.of_round(norm, 0).least_sq.sqrt()),
                 With::Factor(_, most) => most - info.iterations,
             };
             let most = most.min(limits.iterations - info.iterations);
@@ -133,13 +141,17 @@ impl InnerSolver {
             info.is_late = reached.is_late;
             let before_sq = residual_sq;
             // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
-            let is_known = params.tolerance >= SINGLE && reached.iterations <= FEW && !scratch.is_audited;
-            residual_sq = if is_known {
+            let by_recursion = reached.residual_sq * residual_sq;
+            let is_known = is_single(params, scratch) && reached.iterations <= FEW;
+            residual_sq = if is_known && limits.are_met(by_recursion, info.error_energy) {
                 self.add_to(x, norm);
-                reached.residual_sq * residual_sq
+                by_recursion
             } else {
                 self.correct(operator, norm, corner, x, scratch)
             };
+            if matches!(with, With::Own(Inner::Multigrid)) {
+                self.multigrid.has_served(reached.iterations, (residual_sq / before_sq).sqrt());
+            }
             if limits.are_met(residual_sq, info.error_energy) {
                 break;
             }
@@ -149,9 +161,15 @@ impl InnerSolver {
                 is_solved = false;
                 break;
             }
-            if reached.iterations == MOST_WITH_FACTOR && matches!(with, With::Own(Inner::IncompleteCholesky)) {
-                shift *= 10.0;
-                self.incomplete.factor(&self.partition, &self.matrix, shift);
+            if reached.iterations == most {
+                match with {
+                    With::Own(Inner::IncompleteCholesky) => {
+                        shift *= 10.0;
+                        self.incomplete.factor(&self.partition, &self.matrix, shift);
+                    }
+                    With::Own(Inner::Multigrid) => self.multigrid.renew(&self.partition, &self.matrix),
+                    With::Own(Inner::BlockJacobi) | With::Factor(..) => {}
+                }
             }
         }
         if !is_solved {
@@ -161,16 +179,10 @@ impl InnerSolver {
         Ok((info, is_solved))
     }
 
-    /// Takes the operator's numbers, and what depends on the triangles where they have changed.
+    /// Takes the operator's numbers.
     fn prepare(&mut self, operator: &Operator, with: &mut With, free: &[DVec3], shift: f32) {
+        self.follow(operator);
         let corners = &operator.triangles.corners;
-        if self.corners != *corners {
-            empty(&mut self.corners, corners.len());
-            self.corners.extend_from_slice(corners);
-            self.order.rebuild(corners, operator.topology);
-            self.partition.rebuild(corners, &self.order.row);
-            self.has_pattern = false;
-        }
         self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
         match with {
             With::Own(Inner::BlockJacobi) => self.jacobi.factor(&self.partition, &self.matrix),
@@ -181,7 +193,24 @@ impl InnerSolver {
                 }
                 self.incomplete.factor(&self.partition, &self.matrix, shift);
             }
+            With::Own(Inner::Multigrid) => {
+                let mesh = (operator.vertices, operator.triangles, operator.topology);
+                self.multigrid.prepare(&self.partition, &self.order, mesh, &self.matrix);
+            }
             With::Factor(factor, _) => factor.begin(operator, free),
+        }
+    }
+
+    /// Finds anew what depends on the triangles where they have changed.
+    fn follow(&mut self, operator: &Operator) {
+        let corners = &operator.triangles.corners;
+        if self.corners != *corners {
+            empty(&mut self.corners, corners.len());
+            self.corners.extend_from_slice(corners);
+            self.order.rebuild(corners, operator.topology);
+            self.partition.rebuild(corners, &self.order.row);
+            self.has_pattern = false;
+            self.multigrid.forget();
         }
     }
 
@@ -195,7 +224,7 @@ impl InnerSolver {
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(f64, f64), CgError> {
-        let is_double = params.tolerance < SINGLE || scratch.is_audited;
+        let is_double = !is_single(params, scratch);
         let SolverScratch { free, residual, rhs, direction, product, partials, .. } = scratch;
         for vector in [&mut *rhs, direction, product] {
             vector.resize(x.len(), DVec3::ZERO);
@@ -275,6 +304,7 @@ impl InnerSolver {
         match with {
             With::Own(Inner::BlockJacobi) => cg::solve(matrix, partition, &mut self.jacobi, vectors, limits),
             With::Own(Inner::IncompleteCholesky) => cg::solve(matrix, partition, &mut self.incomplete, vectors, limits),
+            With::Own(Inner::Multigrid) => cg::solve(matrix, partition, &mut self.multigrid, vectors, limits),
             With::Factor(factor, _) => cg::solve(matrix, partition, &mut Factored { factor, order }, vectors, limits),
         }
     }
@@ -302,6 +332,11 @@ impl InnerSolver {
             r.length_squared()
         })
     }
+}
+
+/// Whether a solve of few iterations may stay in single precision.
+fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
+    params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }
 
 /// Empties a list and makes room for `count` entries, with an eighth to spare where it has to grow: as a tear adds some, the

@@ -1,0 +1,201 @@
+//! The levels, the finest first: how they are found, take an operator's numbers, and are cycled through.
+
+use super::super::empty;
+use super::super::matrix::Matrix;
+use super::super::order::Order;
+use super::super::partition::Partition;
+use super::super::pattern::Pattern;
+use super::coarsest::Coarsest;
+use super::galerkin;
+use super::interpolation::{self, Place};
+use super::level::{Level, Vectors};
+use super::numbering::Numbering;
+use super::transfer::Transfer;
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::parallel;
+use glam::{DVec3, Vec4};
+
+/// Nodes of the coarsest level at the most: its dense factor then takes less than a millisecond.
+const MOST_COARSEST: usize = 40;
+
+/// A coarser level with more than this part of its nodes is not worth having: many pieces, each down to its last nodes.
+const LEAST_GAIN: f64 = 0.7;
+
+/// The levels of a body.
+#[derive(Debug, Default)]
+pub struct Hierarchy {
+    levels: Vec<Level>,
+    vectors: Vec<Vectors>,
+    /// From every level to the next.
+    transfers: Vec<Transfer>,
+    coarsest: Coarsest,
+    /// Vertex of every row of the finest level, and row of every vertex.
+    vertex: Vec<u32>,
+    row: Vec<u32>,
+    /// Of the level at hand, and room for those of the next.
+    places: Vec<Place>,
+    next_places: Vec<Place>,
+    is_boundary: Vec<bool>,
+    next_boundary: Vec<bool>,
+    /// Room for the pattern of a level before it is numbered.
+    by_place: Pattern,
+}
+
+impl Hierarchy {
+    /// Finds levels, weights and patterns anew.
+    pub fn rebuild(
+        &mut self,
+        partition: &Partition,
+        order: &Order,
+        (vertices, triangles, topology): (&Vertices, &Triangles, &Topology),
+    ) {
+        let (corners, n) = (&triangles.corners, order.vertex.len());
+        let width = |c: &[u32; 3]| {
+            let [a, b, c] = c.map(|v| order.row[v as usize]);
+            a.max(b).max(c) - a.min(b).min(c)
+        };
+        let numbering = Numbering::of_width(n, corners.iter().map(width).max().unwrap_or(0));
+        for list in [&mut self.vertex, &mut self.row] {
+            empty(list, n);
+        }
+        self.vertex.extend((0..n as u32).map(|row| order.vertex[numbering.place(row) as usize]));
+        self.row.extend(order.row.iter().map(|&place| numbering.row(place)));
+        if self.levels.is_empty() {
+            self.levels.push(Level::default());
+        }
+        self.levels[0].numbering = numbering;
+        self.levels[0].pattern.rebuild(partition, (&self.vertex, &self.row), corners, topology);
+
+        empty(&mut self.places, n);
+        self.places.resize(n, Place::default());
+        let vertex = &self.vertex;
+        parallel::for_rows(&mut self.places, |row, place| {
+            let v = vertex[row] as usize;
+            let normal = |&entry: &u32| {
+                let [a, b, c] = corners[entry as usize / 3].map(|v| vertices.rest_position[v as usize]);
+                (b - a).cross(c - a)
+            };
+            let normal: DVec3 = topology.incident[v].iter().map(normal).sum();
+            *place = Place { position: vertices.rest_position[v], normal: normal.normalize_or(DVec3::Z) };
+        });
+        empty(&mut self.is_boundary, n);
+        self.is_boundary.extend(vertex.iter().map(|&v| topology.is_boundary_vertex(v)));
+        let mut count = 1;
+        while self.levels[count - 1].pattern.row_count() > MOST_COARSEST && self.coarsen(count) {
+            count += 1;
+        }
+        self.levels.truncate(count);
+        self.transfers.truncate(count - 1);
+        self.vectors.resize_with(count, Vectors::default);
+        for (vectors, level) in self.vectors.iter_mut().zip(&self.levels) {
+            for vector in [&mut vectors.r, &mut vectors.x, &mut vectors.left] {
+                empty(vector, level.pattern.row_count());
+                vector.resize(level.pattern.row_count(), Vec4::ZERO);
+            }
+        }
+    }
+
+    /// Finds the level `count`; returns whether it is worth having.
+    fn coarsen(&mut self, count: usize) -> bool {
+        if self.transfers.len() < count {
+            self.transfers.push(Transfer::default());
+            self.levels.push(Level::default());
+        }
+        let transfer = &mut self.transfers[count - 1];
+        let (fine, coarse) = self.levels.split_at_mut(count);
+        let (fine, coarse) = (&fine[count - 1], &mut coarse[0]);
+        transfer.coarsening.rebuild(&fine.pattern, fine.numbering, &self.is_boundary);
+        let nodes = transfer.coarsening.row.len();
+        if nodes as f64 > LEAST_GAIN * fine.pattern.row_count() as f64 {
+            return false;
+        }
+        interpolation::rebuild(&mut transfer.parts, &fine.pattern, &self.places, &transfer.coarsening.node);
+        transfer.sort();
+        galerkin::rebuild_pattern(&mut coarse.pattern, &fine.pattern, transfer);
+        coarse.numbering = Numbering::of_width(nodes, coarse.pattern.width());
+        let numbering = coarse.numbering;
+        if numbering != Numbering::single(nodes) {
+            self.by_place.reorder(&coarse.pattern, |place| numbering.row(place), |row| numbering.place(row));
+            std::mem::swap(&mut coarse.pattern, &mut self.by_place);
+            transfer.renumber(numbering);
+        }
+        let Self { places, next_places, is_boundary, next_boundary, .. } = self;
+        empty(next_places, nodes);
+        next_places.extend(transfer.coarsening.row.iter().map(|&row| places[row as usize]));
+        std::mem::swap(places, next_places);
+        empty(next_boundary, nodes);
+        next_boundary.extend(transfer.coarsening.row.iter().map(|&row| is_boundary[row as usize]));
+        std::mem::swap(is_boundary, next_boundary);
+        true
+    }
+
+    /// Takes the operator's numbers.
+    pub fn assemble(&mut self, partition: &Partition, matrix: &Matrix) {
+        let Level { numbering, pattern, diagonal, lower, free, .. } = &mut self.levels[0];
+        pattern.gather(partition, matrix, |place| numbering.row(place as u32) as usize, diagonal, lower);
+        empty(free, matrix.own.len());
+        free.extend((0..matrix.own.len()).map(|row| matrix.own[numbering.place(row as u32) as usize][3]));
+        self.levels[0].finish();
+        for (i, transfer) in self.transfers.iter().enumerate() {
+            let (fine, coarse) = self.levels.split_at_mut(i + 1);
+            let (fine, coarse) = (&fine[i], &mut coarse[0]);
+            // A node has the free axes of its row.
+            empty(&mut coarse.free, transfer.coarsening.row.len());
+            coarse.free.extend(transfer.coarsening.row.iter().map(|&row| fine.free[row as usize]));
+            galerkin::assemble(coarse, fine, transfer);
+            coarse.finish();
+        }
+        if let Some(last) = self.levels.last()
+            && last.pattern.row_count() <= MOST_COARSEST
+        {
+            self.coarsest.factor(last);
+        }
+    }
+
+    /// The finest level.
+    pub fn finest(&self) -> &Level {
+        &self.levels[0]
+    }
+
+    /// The answer of a cycle on the finest level, by its rows.
+    pub fn answer(&self) -> &[Vec4] {
+        &self.vectors[0].x
+    }
+
+    /// One V-cycle for the right-hand side `r` of the finest level.
+    pub fn cycle(&mut self, r: impl Fn(usize) -> Vec4 + Sync) {
+        let Self { levels, vectors, transfers, coarsest, .. } = self;
+        let last = levels.len() - 1;
+        for i in 0..=last {
+            let level = &levels[i];
+            let (fine, coarse) = vectors.split_at_mut(i + 1);
+            let Vectors { r: own, x, left } = &mut fine[i];
+            if i == last && x.len() <= MOST_COARSEST {
+                let rows = own.iter_mut().enumerate();
+                rows.filter(|_| i == 0).for_each(|(row, own)| *own = r(row));
+                coarsest.solve(own, x);
+                continue;
+            }
+            if i == 0 {
+                level.forward(x, &r)
+            } else {
+                level.forward(x, |row| own[row])
+            }
+            if i < last {
+                level.subtract(x, left);
+                transfers[i].restrict(left, &mut coarse[0].r);
+            }
+        }
+        for i in (0..=last).rev() {
+            let level = &levels[i];
+            let (fine, coarse) = vectors.split_at_mut(i + 1);
+            let Vectors { r: own, x, .. } = &mut fine[i];
+            if i < last {
+                transfers[i].prolong(&coarse[0].x, x);
+            } else if x.len() <= MOST_COARSEST {
+                continue;
+            }
+            if i == 0 { level.backward(x, &r) } else { level.backward(x, |row| own[row]) }
+        }
+    }
+}

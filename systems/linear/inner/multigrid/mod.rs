@@ -1,0 +1,150 @@
+//! Multigrid: one V-cycle over coarser and coarser levels (Brandt 1977), none of which needs a grid or a chart of the surface.
+//!
+//! Coarse nodes are vertices of the mesh ([`coarsen`]), weights come from the rest shape and from distances along edges
+//! ([`interpolation`]), operators are PᵀAP ([`galerkin`]), smoothing is one Gauss–Seidel sweep before and its adjoint after
+//! ([`level`]). What a tear parts has no edge in common, and so no weights and no blocks: every side has nodes of its own, on all
+//! levels.
+//!
+//! The cycle is that of the operator it was made for, all levels of it: it stays symmetric and positive however far the body
+//! has moved on, and is made anew when that costs less than the iterations it would save.
+
+mod coarsen;
+mod coarsest;
+mod galerkin;
+mod hierarchy;
+mod interpolation;
+mod level;
+mod numbering;
+mod transfer;
+
+use super::cg::{Precondition, Vectors};
+use super::matrix::{Matrix, dot};
+use super::order::Order;
+use super::partition::Partition;
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::parallel;
+use glam::DVec2;
+use hierarchy::Hierarchy;
+
+/// To take the operator's numbers anew costs as much as so many iterations (5 to 8 from 5,000 to 150,000 triangles).
+const RENEWAL: f64 = 6.0;
+
+/// For so many solves at the most the numbers are taken anew at each, before older ones are tried again.
+const MOST_STRICT: u32 = 64;
+
+/// The levels and how old their numbers are.
+#[derive(Debug, Default)]
+pub struct Multigrid {
+    hierarchy: Hierarchy,
+    has_levels: bool,
+    /// Solves with these numbers.
+    served: u32,
+    /// Iterations of the first of them, per power of ten that it took off the residual.
+    rate: f64,
+    /// By how many iterations the others have exceeded that.
+    excess: f64,
+    /// Solves that are still to have numbers of their own; and for how many it was decided the last time.
+    strict: u32,
+    strictness: u32,
+}
+
+impl Multigrid {
+    /// The triangles have changed.
+    pub fn forget(&mut self) {
+        self.has_levels = false;
+    }
+
+    /// Before a solve: levels where there are none, and numbers where those of an earlier operator no longer serve.
+    pub fn prepare(
+        &mut self,
+        partition: &Partition,
+        order: &Order,
+        mesh: (&Vertices, &Triangles, &Topology),
+        matrix: &Matrix,
+    ) {
+        if !self.has_levels {
+            self.hierarchy.rebuild(partition, order, mesh);
+            self.has_levels = true;
+            self.assemble(partition, matrix);
+            return;
+        }
+        let finest = self.hierarchy.finest();
+        let is_freed = |(place, own): (usize, &[glam::Vec4; 4])| {
+            finest.free[finest.numbering.row(place as u32) as usize] != own[3]
+        };
+        if self.excess >= RENEWAL {
+            self.renew(partition, matrix);
+        } else if self.strict > 0 || matrix.own.iter().enumerate().any(is_freed) {
+            self.strict = self.strict.saturating_sub(1);
+            self.assemble(partition, matrix);
+        }
+    }
+
+    /// Takes the operator's numbers because those of an earlier one no longer serve.
+    pub fn renew(&mut self, partition: &Partition, matrix: &Matrix) {
+        // Where they were hardly worth keeping they are not kept for a while.
+        self.strictness = if self.served <= 2 { (2 * self.strictness).clamp(4, MOST_STRICT) } else { 0 };
+        self.strict = self.strictness;
+        self.assemble(partition, matrix);
+    }
+
+    fn assemble(&mut self, partition: &Partition, matrix: &Matrix) {
+        self.hierarchy.assemble(partition, matrix);
+        (self.served, self.excess) = (0, 0.0);
+    }
+
+    /// Whether the numbers are those of an earlier operator.
+    pub fn is_earlier(&self) -> bool {
+        self.served > 0
+    }
+
+    /// Iterations at the most of a solve that is to reduce the residual to the part `gain` of itself: with more, numbers of an
+    /// earlier operator are worse than new ones.
+    pub fn most(&self, gain: f64) -> u32 {
+        if self.served == 0 { u32::MAX } else { (self.rate * powers_of_ten(gain) + 2.0 * RENEWAL) as u32 }
+    }
+
+    /// After a solve that has reduced the residual to the part `gain` of itself.
+    pub fn has_served(&mut self, iterations: u32, gain: f64) {
+        // What is solved by its guess tells nothing.
+        if iterations == 0 {
+            return;
+        }
+        let (iterations, powers) = (f64::from(iterations), powers_of_ten(gain));
+        if self.served == 0 {
+            self.rate = iterations / powers;
+        }
+        self.excess += (iterations - self.rate * powers).max(0.0);
+        self.served += 1;
+    }
+}
+
+/// How many powers of ten a residual has come down; what has not come down counts as having done so a little.
+fn powers_of_ten(gain: f64) -> f64 {
+    if gain > 0.0 { (-gain.log10()).clamp(0.1, 16.0) } else { 16.0 }
+}
+
+impl Precondition for Multigrid {
+    fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
+        let Vectors { xr, p, q, partials, .. } = vectors;
+        let rr = parallel::sum_rows(xr, partials, |row, [x, r]| {
+            *x += p[row] * alpha;
+            *r -= q[row] * alpha;
+            dot(*r, *r)
+        });
+        let numbering = self.hierarchy.finest().numbering;
+        let xr = &vectors.xr;
+        self.hierarchy.cycle(|row| xr[numbering.place(row as u32) as usize][1]);
+        let answer = self.hierarchy.answer();
+        let rz = parallel::sum_rows(&mut vectors.z, &mut vectors.partials, |place, z| {
+            *z = answer[numbering.row(place as u32) as usize];
+            dot(xr[place][1], *z)
+        });
+        DVec2::new(rr, rz)
+    }
+
+    fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
+        let Vectors { p, z, .. } = vectors;
+        parallel::for_rows(p, |row, p| *p = z[row] + *p * beta);
+    }
+}
