@@ -100,7 +100,7 @@ fn solve_body(
         inner: inner_kind(step, &scratch.free).map(|kind| (inner, kind)),
     };
     let mut rotated = None;
-    match solve_or_fall_back(operator, step, &params, means, forces, increment, scratch, &mut rotated) {
+    match solve_or_fall_back(operator, (step, &params), means, forces, increment, scratch, &mut rotated) {
         Ok(info) => {
             scratch.iterations += info.iterations;
             scratch.linear_residual = info.relative_residual;
@@ -237,8 +237,7 @@ fn inner_kind(step: &StepContext, free: &[DVec3]) -> Option<Inner> {
 /// The solve with the step's tangent or, where that is indefinite, with the rotated one, which is then left in `rotated`.
 fn solve_or_fall_back(
     operator: Operator,
-    step: &StepContext,
-    params: &LinearParams,
+    (step, params): (&StepContext, &LinearParams),
     mut means: Means,
     forces: &mut Forces,
     increment: &mut Increment,

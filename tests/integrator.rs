@@ -4,7 +4,7 @@ mod common;
 
 use common::{DT, Square, state_bits};
 use glam::DVec3;
-use rhexis::components::{Curve, EnergyAudit, Holds, Planar, TearLog, Tearing};
+use rhexis::components::{Curve, EnergyAudit, Holds, Planar, Sleeping, TearLog, Tearing};
 use rhexis::scene::Document;
 use rhexis::settings::{Integrator, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::{Simulation, SimulationError};
@@ -74,6 +74,23 @@ fn prescribed_motion_leaves_the_velocity_of_its_path() {
     for row in right {
         let off = vertices.velocity[row as usize] - DVec3::X * common::GRIP_SPEED;
         assert!(off.length() < 1e-11 * common::GRIP_SPEED, "{off}");
+    }
+}
+
+#[test]
+fn a_body_at_rest_falls_asleep_between_stages_and_wakes() {
+    for settings in [tr_bdf2(), Settings::accurate()] {
+        let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+        let square = Square { tearing: strong, ..Square::new([20, 16], 60.0) };
+        let path = Curve::new(vec![(0.0, 0.0), (20.0, 0.3), (100.0, 0.3), (110.0, 0.4)]).unwrap();
+        let mut simulation = Simulation::new(settings).unwrap();
+        let body = simulation.spawn(square.membrane_along(path).with(Sleeping::default())).unwrap();
+        let asleep: Vec<bool> = (0..115).map(|_| simulation.step(1.0).unwrap().bodies[0].is_asleep).collect();
+        // Not while it is drawn, long before it is drawn again, and from the step on that draws it awake.
+        assert!(!asleep[19] && asleep[99] && !asleep[100], "{asleep:?}");
+        let moved = simulation.world().get::<&Vertices>(body).unwrap().position[20].x - common::SIDE;
+        // The right end of the bottom row, held.
+        assert!((moved - 0.4).abs() < 1e-12, "{moved}");
     }
 }
 

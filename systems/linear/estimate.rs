@@ -118,7 +118,7 @@ mod tests {
             std::array::from_fn(|i| {
                 let (row, column) = (i / SIDE, i % SIDE);
                 // Stiffer along the rows, as along fibres, but for one spring in five.
-                let along = |column: usize| if column % 5 == 0 { 1.0 } else { 10.0 };
+                let along = |column: usize| if column.is_multiple_of(5) { 1.0 } else { 10.0 };
                 let beside =
                     |inside: bool, j: usize, stiffness: f64| stiffness * (x[i] - if inside { x[j] } else { 0.0 });
                 beside(column > 0, i.wrapping_sub(1), along(column))
