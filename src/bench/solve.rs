@@ -32,6 +32,7 @@ pub const WAYS: &[Way] = &[
     way("block Jacobi, double", Preconditioner::BlockJacobi, Precision::Double, 200_000),
     way("block Jacobi", Preconditioner::BlockJacobi, Precision::Mixed, usize::MAX),
     way("incomplete Cholesky", Preconditioner::IncompleteCholesky, Precision::Mixed, usize::MAX),
+    way("multigrid", Preconditioner::Multigrid, Precision::Mixed, usize::MAX),
     way("Cholesky", Preconditioner::Cholesky, Precision::Mixed, 200_000),
 ];
 

@@ -82,6 +82,7 @@ const fn mesh(sets: &'static [&'static str], from: Depth) -> Mesh {
 const DYNAMIC: &[Setting] = &[
     setting("default (auto)", &[], Quick),
     setting("incomplete Cholesky", &["run.preconditioner=incomplete_cholesky"], Usual),
+    setting("multigrid", &["run.preconditioner=multigrid"], Usual),
     setting("Cholesky", &["run.preconditioner=cholesky"], Usual),
     setting("block Jacobi", &["run.preconditioner=block_jacobi"], Quick),
     setting("double, block Jacobi", &["run.preconditioner=block_jacobi", "run.precision=double"], Usual),

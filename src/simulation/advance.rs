@@ -11,7 +11,7 @@ use hecs::World;
 
 /// The error of the stress before a tear advances, as part of that allowed in passing: an advance cannot be taken back, and
 /// the error at a tip may be some times that in the body as a whole.
-const DECISIVE: f64 = 0.1;
+const DECISIVE: f64 = 0.2;
 
 /// One dynamic step, in halves where the whole leaves a state that is not finite. Returns the time \[ms\] that was done: all
 /// of `dt`, or less where even the smallest part failed.
