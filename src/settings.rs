@@ -29,7 +29,7 @@ pub enum Integrator {
     /// TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): of second order, a stage by the trapezoidal rule over 0.586 of the step and one
     /// by the backward difference formula over the rest; damps like backward Euler what is far too fast for the step, and hardly
     /// at all what the step resolves. Two solves per step. Second order takes two Newton iterations per stage with the projected tangent, or
-    /// the exact one; a single rotated solve per stage is stable, and of first order. An energy audit is of backward Euler only.
+    /// the exact one; a single rotated solve per stage is stable, but of first order and less accurate than backward Euler. An energy audit is of backward Euler only.
     TrBdf2,
 }
 
@@ -161,8 +161,8 @@ impl Settings {
     /// Dynamic steps that are right rather than fast: TR-BDF2, two Newton iterations per stage, the second with the projected tangent,
     /// linear solves to a residual down to 1e-10, as far as the linear model holds.
     ///
-    /// A step takes three to eight times as long as a default one, and the error falls with the square of its length: the faster
-    /// way from a stress error of 5e-4 down where waves run through a body, and for bodies that fly and spin. A body that is nearly
+    /// A step takes three to seven times as long as a default one, and the error falls with the square of its length: the faster
+    /// way from a stress error of 1e-3 down where waves run through a body, and for bodies that fly and spin. A body that is nearly
     /// in equilibrium at every step, as tissue under a hand is, gains little. A report says `is_converged` only for steps that have
     /// reached `newton_tolerance`, which two iterations do not always; `newton_iterations` of three and more get nearer.
     pub fn accurate() -> Self {

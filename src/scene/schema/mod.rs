@@ -146,7 +146,7 @@ pub struct RunSpec {
     pub until_torn: bool,
     /// `"fast"` (default) or `"accurate"`: what dynamic steps do where no other key says it. Accurate is `integrator = "tr_bdf2"`,
     /// `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`, `stress_tolerance = inf`: three to
-    /// eight times the time per step; for references, waves and spins.
+    /// seven times the time per step; for references, waves and spins.
     #[serde(default)]
     pub accuracy: Accuracy,
     /// `"backward_euler"` (default) or `"tr_bdf2"`: the formula of a dynamic step in time, of first or second order. Without
