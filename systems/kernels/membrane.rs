@@ -18,7 +18,7 @@ type Mat = [f64; 4];
 pub(super) const LEAST_TRACE: f64 = 1e-2;
 
 /// The columns f₁, f₂ of the deformation gradient (or of any gradient, given nodal values) in the fibre's rest frame.
-#[inline]
+#[inline(always)]
 pub fn gradient(x: [DVec3; 3], rest: &RestTriangle) -> (DVec3, DVec3) {
     let [g1, g2] = rest.gradients;
     let (a, b) = (x[1] - x[0], x[2] - x[0]);
@@ -41,20 +41,20 @@ pub fn state(
 }
 
 /// 1/tr U, bounded. Every matrix-vector product needs it twice per triangle, and a division costs as much as the law.
-#[inline]
+#[inline(always)]
 fn inverse_trace(stretch: Sym2) -> f64 {
     1.0 / stretch.trace().max(LEAST_TRACE)
 }
 
 /// κ/tr U: the size of the skew part of Π.
-#[inline]
+#[inline(always)]
 fn spin_stress(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> f64 {
     let kappa = (stress.yy - stress.xx) * stretch.xy + stress.xy * (stretch.xx - stretch.yy);
     kappa * inverse_trace
 }
 
 /// Π = T − (κ/tr U)·J: the energy-consistent first Piola–Kirchhoff stress in the frame.
-#[inline]
+#[inline(always)]
 fn first_piola(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
     let spin = spin_stress(stress, stretch, inverse_trace);
     [stress.xx, stress.xy + spin, stress.xy - spin, stress.yy]
@@ -68,7 +68,7 @@ pub fn nodal_forces(polar: &Polar, stress: Sym2, rest: &RestTriangle, volume: f6
 }
 
 /// −V·(R·Π + n ⊗ m)·∇N_i for the three corners.
-#[inline]
+#[inline(always)]
 fn spread(polar: &Polar, pi: Mat, normal_row: DVec2, rest: &RestTriangle, volume: f64) -> [DVec3; 3] {
     let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
     let n = r1.cross(r2);
@@ -148,7 +148,7 @@ pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic) -> f64 {
 }
 
 /// Spin ω and stretch rate dU for a gradient change `a` = RᵀdF.
-#[inline]
+#[inline(always)]
 fn rates(a: Mat, stretch: Sym2, inverse_trace: f64) -> (f64, Sym2) {
     let spin = (a[2] - a[1]) * inverse_trace;
     // J·U = [[−U12, −U22], [U11, U12]]; both off-diagonal entries of a − ω·J·U are equal, their mean halves the rounding.
@@ -163,7 +163,7 @@ pub fn stretch_rate(polar: &Polar, rest: &RestTriangle, u: [DVec3; 3]) -> Sym2 {
     rates(in_frame(polar, d1, d2), polar.stretch, inverse_trace(polar.stretch)).1
 }
 
-#[inline]
+#[inline(always)]
 fn in_frame(polar: &Polar, d1: DVec3, d2: DVec3) -> Mat {
     let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
     [r1.dot(d1), r1.dot(d2), r2.dot(d1), r2.dot(d2)]
@@ -194,7 +194,7 @@ pub struct ElementTangent<'a> {
 
 impl ElementTangent<'_> {
     /// K·u \[N\] for the three corners.
-    #[inline]
+    #[inline(always)]
     pub fn apply(&self, u: [DVec3; 3]) -> [DVec3; 3] {
         let polar = &self.state.polar;
         let (d1, d2) = gradient(u, self.rest);
@@ -225,12 +225,12 @@ impl ElementTangent<'_> {
     }
 
     /// V·dΠ for the in-plane gradient change `a`, in the co-rotated frame.
-    #[inline]
+    #[inline(always)]
     fn first_piola_rate(&self, a: Mat) -> Mat {
         if self.is_exact { self.exact(a) } else { self.rotated(a) }
     }
 
-    #[inline]
+    #[inline(always)]
     fn rotated(&self, a: Mat) -> Mat {
         let u = self.state.polar.stretch;
         let inverse = inverse_trace(u);

@@ -7,7 +7,9 @@ use crate::components::{ExternalStiffness, Frames};
 use crate::math::ElementState;
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::membrane::{ElementTangent, shear_majorant};
+use crate::systems::kernels::simd::Kernel;
 use crate::systems::{StepContext, parallel};
 use glam::{DMat3, DVec3};
 
@@ -34,7 +36,7 @@ pub struct Operator<'a> {
 
 impl Operator<'_> {
     /// The tangent of a triangle.
-    #[inline]
+    #[inline(always)]
     pub fn element(&self, t: usize) -> ElementTangent<'_> {
         let volume = self.triangles.rest[t].area * self.triangles.thickness[t];
         let state: &ElementState = &self.frames.state[t];
@@ -78,11 +80,7 @@ impl Operator<'_> {
         out: &mut [DVec3],
         partials: &mut Vec<f64>,
     ) -> f64 {
-        parallel::for_rows(corner, |t, corner| {
-            let u = self.triangles.corners[t].map(|v| u[v as usize]);
-            // Prescribed motion is zero but for a few triangles.
-            *corner = if u == [DVec3::ZERO; 3] { u } else { self.element(t).apply(u) };
-        });
+        parallel::for_chunks(corner, &Products { operator: self, u });
         // An incident entry is three times its triangle plus the corner: an index into the corners laid end to end.
         let corner = corner.as_flattened();
         parallel::sum_rows(out, partials, |v, out| {
@@ -128,5 +126,22 @@ impl Operator<'_> {
         incident
             .iter()
             .fold(self.own_block(v), |sum, &c| sum + self.element(c as usize / 3).diagonal_block(c as usize % 3))
+    }
+}
+
+/// The forces of a displacement on the corners of every triangle.
+struct Products<'a> {
+    operator: &'a Operator<'a>,
+    u: &'a [DVec3],
+}
+
+impl Kernel<[DVec3; 3]> for Products<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [[DVec3; 3]]) {
+        for (i, corner) in rows.iter_mut().enumerate() {
+            let [a, b, c] = self.operator.triangles.corners[first + i];
+            *corner =
+                self.operator.element(first + i).apply([self.u[a as usize], self.u[b as usize], self.u[c as usize]]);
+        }
     }
 }

@@ -1,0 +1,115 @@
+//! The lanes against one triangle, and the instruction sets against each other.
+
+use super::*;
+use crate::systems::kernels::simd::{force_portable, run};
+
+/// Numbers in −1..1 without any pattern that matters: a linear congruential sequence.
+fn numbers() -> impl FnMut() -> f64 {
+    let mut state = 11_u64;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+struct Mesh {
+    corners: Vec<[u32; 3]>,
+    position: Vec<DVec3>,
+    rest: Vec<RestTriangle>,
+    stiffness: Vec<Orthotropic>,
+    thickness: Vec<f64>,
+}
+
+impl Mesh {
+    /// Seventeen triangles, so that the last group is not whole: any shape, stretch and turn; one collapsed to a segment, one
+    /// to a point, and in the plane one mirrored and one a pure mirror image.
+    fn new(is_planar: bool) -> Self {
+        let mut next = numbers();
+        let mut mesh = Self { corners: vec![], position: vec![], rest: vec![], stiffness: vec![], thickness: vec![] };
+        for t in 0..17_u32 {
+            let mut vector = || DVec3::new(next(), next(), if is_planar { 0.0 } else { next() });
+            let x = [vector(), vector() + DVec3::X * 2.0, vector() + DVec3::Y * 2.0];
+            let rest = if t == 6 { [DVec3::ZERO, DVec3::X, DVec3::Y] } else { x.map(|x| x + vector() * 0.2) };
+            mesh.rest.push(RestTriangle::new(rest, if t == 6 { DVec3::X } else { vector() }).unwrap());
+            mesh.position.extend(match t {
+                3 => [x[0], x[0].lerp(x[1], 0.4), x[1]],
+                4 => [x[0]; 3],
+                5 if is_planar => [x[0], x[2], x[1]],
+                6 if is_planar => [DVec3::ZERO, DVec3::X, -DVec3::Y],
+                _ => x,
+            });
+            mesh.corners.push([3 * t, 3 * t + 1, 3 * t + 2]);
+            mesh.stiffness.push(Orthotropic::new(10.0 + next(), 2.0 + next(), 0.3, 0.7 + 0.5 * next()).unwrap());
+            mesh.thickness.push(0.1 + 0.05 * next());
+        }
+        mesh
+    }
+
+    fn states(&self, is_planar: bool) -> States<'_> {
+        let Self { corners, position, rest, stiffness, .. } = self;
+        States { corners, position, rest, stiffness, is_planar, unstretched: Sym2::new(0.98, 1.01, 0.005) }
+    }
+}
+
+fn all<T: Clone>(count: usize, blank: T, kernel: &impl Kernel<T>) -> Vec<T> {
+    let mut rows = vec![blank; count];
+    run(kernel, 0, &mut rows);
+    rows
+}
+
+fn off(a: Sym2, b: Sym2) -> f64 {
+    let d = a - b;
+    d.xx.abs().max(d.yy.abs()).max(d.xy.abs())
+}
+
+#[test]
+fn lanes_compute_what_one_triangle_does() {
+    for (is_planar, reserve) in [(false, -0.5), (true, 1.0)] {
+        let mesh = Mesh::new(is_planar);
+        let (n, kernel) = (mesh.corners.len(), mesh.states(is_planar));
+        let state = all(n, ElementState::REST, &kernel);
+        let Mesh { rest, stiffness, thickness, .. } = &mesh;
+        let geometric =
+            all(n, GeometricStiffness::default(), &Geometric { state: &state, stiffness, is_planar, reserve });
+        let forces = all(n, [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
+        for t in 0..n {
+            let alone = kernel.alone(t);
+            // Stretches are of size one, stresses of ten; a rotation may lose a digit or two where a triangle is thin.
+            assert!((alone.polar.fibre_axis - state[t].polar.fibre_axis).length() < 1e-13, "{t}");
+            assert!((alone.polar.transverse_axis - state[t].polar.transverse_axis).length() < 1e-13, "{t}");
+            assert!(off(alone.polar.stretch, state[t].polar.stretch) < 1e-14, "{t}");
+            assert!(off(alone.stress, state[t].stress) < 1e-13, "{t}");
+            let ElementState { polar, stress } = state[t];
+            let shear = membrane::shear_majorant(stress, polar.stretch, &stiffness[t], reserve);
+            assert!((geometric[t].in_plane - shear).abs() <= 1e-13 * shear.max(1.0), "{t}");
+            let normal = match is_planar {
+                true => Sym2::ZERO,
+                false => membrane::second_piola(stress, polar.stretch).positive_part(),
+            };
+            // S grows without bound as a triangle collapses.
+            let size = normal.xx.abs().max(normal.yy.abs()).max(1.0);
+            assert!(off(geometric[t].normal, normal) <= 1e-12 * size, "{t}");
+            let volume = rest[t].area * thickness[t];
+            let alone = membrane::nodal_forces(&polar, stress, &rest[t], volume);
+            assert!(alone.iter().zip(&forces[t]).all(|(a, b)| (*a - *b).length() < 1e-13), "{t}");
+        }
+    }
+}
+
+#[test]
+fn every_instruction_set_gives_the_same_bits() {
+    for is_planar in [false, true] {
+        let mesh = Mesh::new(is_planar);
+        let Mesh { rest, stiffness, thickness, .. } = &mesh;
+        let results = [false, true].map(|is_portable| {
+            force_portable(is_portable);
+            let state = all(mesh.corners.len(), ElementState::REST, &mesh.states(is_planar));
+            let kernel = Geometric { state: &state, stiffness, is_planar, reserve: -0.5 };
+            let geometric = all(state.len(), GeometricStiffness::default(), &kernel);
+            let forces = all(state.len(), [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
+            (state, geometric, forces)
+        });
+        force_portable(false);
+        assert!(results[0] == results[1]);
+    }
+}
