@@ -336,7 +336,9 @@ impl InnerSolver {
 
 /// Whether a solve of few iterations may stay in single precision.
 fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
-    params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
+    // A body in space may turn at next to no energy, and then what single precision rounds off is a turn.
+    let is_planar = scratch.free.iter().all(|free| free.z == 0.0);
+    is_planar && params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }
 
 /// Empties a list and makes room for `count` entries, with an eighth to spare where it has to grow: as a tear adds some, the
