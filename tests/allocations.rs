@@ -91,7 +91,7 @@ fn a_refined_tear_hardly_allocates() {
     println!("refined tear: {warm_up:?} allocations and advances at first, then {count} and {advances}");
     // Some forty edits go with every advance. Now and then one touches more triangles than its record has places for, or a list is
     // longer than ever before.
-    assert!(advances > 50 && count < advances, "{count} allocations in {advances} advances");
+    assert!(advances > 50 && count < advances as usize, "{count} allocations in {advances} advances");
 }
 
 const WARM_UP: usize = 500;

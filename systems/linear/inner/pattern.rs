@@ -109,11 +109,8 @@ impl Pattern {
                         continue;
                     }
                     let place = self.place[*target as usize / 2];
-                    *target = if place == LOST {
-                        self.find_target(t, edge, row, corners)
-                    } else {
-                        2 * place + *target % 2
-                    };
+                    *target =
+                        if place == LOST { self.find_target(t, edge, row, corners) } else { 2 * place + *target % 2 };
                 }
             }
         }
@@ -213,10 +210,12 @@ impl Pattern {
         start + columns.iter().take_while(|&&c| c != column).count() as u32
     }
 
-    /// All that it says, to be compared.
+    /// Whether it is the same pattern, entry by entry.
     #[cfg(test)]
-    pub fn parts(&self) -> (&[u32], &[u32], &[u32], &[[u32; 2]], &[[[u32; LANES]; 3]]) {
-        (&self.row_start, &self.column, &self.column_start, &self.below, &self.target)
+    pub fn equals(&self, other: &Self) -> bool {
+        let rows = |p: &Self| (p.row_start.clone(), p.column.clone());
+        let columns = |p: &Self| (p.column_start.clone(), p.below.clone());
+        rows(self) == rows(other) && columns(self) == columns(other) && self.target == other.target
     }
 
     /// Number of rows.
