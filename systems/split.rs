@@ -3,7 +3,9 @@
 
 use super::StepContext;
 use super::linear::Factor;
-use super::tearing::{Advance, Cutter, End, Followers, NewTip, Quality, TearRefusal, TearScratch, TipChart, TipMemory};
+use super::tearing::{
+    Advance, Cutter, End, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart, TipMemory, may_go_on,
+};
 use crate::components::{
     DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog,
     TearMode, TearSite, Tearing,
@@ -37,11 +39,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         if step.is_resumed && !decisions.may_advance_further {
             continue;
         }
-        let reach = match *step {
-            StepContext { is_static: true, .. } => Reach::Unlimited,
-            StepContext { is_resumed: true, .. } => Reach::Left,
-            _ => Reach::New(tearing.max_tear_speed * step.dt),
-        };
+        let reach = Reach::new(step, tearing);
         if !decisions.ask() {
             (0..tips.len()).for_each(|tip| rest(tips, tip, reach));
             decisions.may_advance_further = false;
@@ -68,23 +66,13 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             let refused = tearer.start(site, &decision);
             tearer.tell_refused_start(refused, &mut decisions.refused_start);
         }
+        let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
+        let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
         let (has_advanced, has_started) = (log.advance_count > advances_before, log.start_count > starts_before);
-        let has_more = tips.allowance.iter().any(|&left| left > 0.0);
         decisions.may_advance_further =
             if step.is_static { has_advanced || has_started } else { has_advanced && has_more };
     }
     count
-}
-
-/// How far tips may go.
-#[derive(Clone, Copy, Debug)]
-enum Reach {
-    /// Until they come to rest.
-    Unlimited,
-    /// So far \[mm\] in a new step.
-    New(f64),
-    /// What is left of a step that is taken up again.
-    Left,
 }
 
 /// A tip that does not want to advance saves nothing up; only what it went too far is paid off in time.
@@ -122,17 +110,12 @@ impl Tearer<'_> {
         if edges_per_radius < RESOLVED && !std::mem::replace(&mut self.tips.is_coarse[tip], true) {
             self.log.pending.push(EventKind::UnderResolved { tip: key, at, edges_per_radius });
         }
-        // Whole triangles only: a tear that stopped inside one would leave more and worse ones. What is too short is saved up,
-        // but for one triangle only: what a step leaves unused beyond that has been forgone.
+        // Whole triangles only: a tear that stopped inside one would leave more and worse ones.
         let chart = TipChart::new(&self.mesh, vertex);
         let exit = chart.as_ref().ok().and_then(|tip| tip.chart.exit(tip.chart.to_chart(decision.direction)));
         let way = exit.map_or(0.0, |exit| exit.distance);
-        if let Reach::New(more) = reach {
-            self.tips.allowance[tip] = self.tips.allowance[tip].min(way) + more;
-        }
-        // A sum of equal parts may miss the way by roundings.
-        let is_allowed = matches!(reach, Reach::Unlimited) || self.tips.allowance[tip] >= way * (1.0 - 1e-9);
-        if !is_allowed {
+        self.tips.allowance[tip] = reach.allowance(self.tips.allowance[tip], way);
+        if !reach.allows(self.tips.allowance[tip], way) {
             return;
         }
         let mode = self.tearing.mode;

@@ -1,11 +1,12 @@
 //! One step of the world: solves, tears, and what is done where a state is not finite.
 
-use crate::components::{EnergyAudit, Increment, Sleeping, SolverScratch, TearDecisions};
+use crate::components::{EnergyAudit, Increment, Sleeping, SolverScratch, TearDecisions, Tearing};
 use crate::report::Report;
 use crate::schedule::{self, Stage};
 use crate::settings::{LinearParams, Settings};
-use crate::storage::Vertices;
+use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
+use crate::systems::tearing::will_tear;
 use glam::DVec3;
 use hecs::World;
 
@@ -54,7 +55,7 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &
             return false;
         }
         schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
-        if step.newton_iterations == 1 && take_up_again_for_tips(world) {
+        if step.newton_iterations == 1 && take_up_again_for_tears(world, &step) {
             run_iteration(world, &decisive(step), report);
             if !is_sound(world) {
                 return false;
@@ -127,15 +128,20 @@ fn run_iteration(world: &mut World, step: &StepContext, report: &mut Report) {
     }
 }
 
-/// Leaves only those bodies to be iterated whose tissue asks to tear. One linear solve leaves the error of a linearisation over
-/// the whole step, or over an advance that springs open: the path of `fig2-tear` then depends on the time step (0.83 mm
-/// between 10 and 5 ms); a second one, in the steps that tear, leaves 0.03 mm.
-fn take_up_again_for_tips(world: &mut World) -> bool {
+/// Leaves only those bodies to be iterated that are going to tear: their tissue asks to, and has not to wait until its tips may go
+/// far enough. One linear solve leaves the error of a linearisation over the whole step, or over an advance that springs open: the
+/// path of `fig2-tear` then depends on the time step (0.83 mm between 10 and 5 ms); a second one, in the steps that tear, leaves
+/// 0.03 mm.
+fn take_up_again_for_tears(world: &mut World, step: &StepContext) -> bool {
+    type Query<'a> = (
+        &'a mut SolverScratch,
+        Option<((&'a Vertices, &'a Triangles, &'a Topology), (&'a Tearing, &'a Tips, &'a TearDecisions))>,
+    );
     let mut is_any = false;
-    for (scratch, decisions) in world.query_mut::<(&mut SolverScratch, Option<&TearDecisions>)>() {
-        let asks = decisions.is_some_and(TearDecisions::ask);
-        scratch.is_converged = !asks;
-        is_any |= asks;
+    for (scratch, tearing) in world.query_mut::<Query>() {
+        let tears = tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
+        scratch.is_converged = !tears;
+        is_any |= tears;
     }
     is_any
 }

@@ -189,11 +189,11 @@ fn add_moved(mesh: &Mesh<'_>, record: &EditRecord, draft: &mut Draft) {
 }
 
 /// All corners of the triangles of a draft, before and after: ascending, so that new vertices come last.
-fn corners_of(mesh: &Mesh<'_>, draft: &Draft) -> SmallVec<[u32; 64]> {
+fn corners_of(mesh: &Mesh<'_>, draft: &Draft) -> SmallVec<[u32; 128]> {
     let old = draft.changed.iter().map(|(row, _)| row).chain(&draft.removed_triangles);
     let old = old.map(|&row| mesh.triangles.corners[row as usize]);
     let new = draft.changed.iter().chain(&draft.added).map(|(_, row)| row.corners);
-    let mut corners: SmallVec<[u32; 64]> = old.chain(new).flatten().collect();
+    let mut corners: SmallVec<[u32; 128]> = old.chain(new).flatten().collect();
     corners.sort_unstable();
     corners.dedup();
     corners

@@ -116,9 +116,9 @@ pub struct EditRecord {
     pub new_triangles: SmallVec<[NewTriangle; 2]>,
     /// Vertices whose columns have changed (often only the mass), with all columns before the edit; ascending rows as they
     /// were then.
-    pub changed_vertices: SmallVec<[(u32, VertexRow); 12]>,
+    pub changed_vertices: SmallVec<[(u32, VertexRow); 24]>,
     /// Triangles whose row, corners or rest data have changed; ascending by the row before the edit.
-    pub changed_triangles: SmallVec<[ChangedTriangle; 8]>,
+    pub changed_triangles: SmallVec<[ChangedTriangle; 16]>,
     /// What a collapse has removed.
     pub removed: Option<Removed>,
 }

@@ -44,13 +44,13 @@ pub fn plan_thin_out(
     let corners = &surface.triangles.corners;
     let end = |&(t, corner): &(u32, usize), step: usize| corners[t as usize][(corner + step) % 3];
     // A vertex on the boundary can only go along it.
-    let ends: SmallVec<[u32; 8]> = if fan.is_closed {
+    let ends: SmallVec<[u32; 12]> = if fan.is_closed {
         fan.sectors.iter().map(|sector| end(sector, 1)).collect()
     } else {
         fan.sectors.first().map(|s| end(s, 1)).into_iter().chain(fan.sectors.last().map(|s| end(s, 2))).collect()
     };
     let before = fan.sectors.iter().map(|&(t, _)| smallest_angle(surface.rest(t))).fold(f64::INFINITY, f64::min);
-    let mut ways: SmallVec<[(f64, u32); 8]> = SmallVec::new();
+    let mut ways: SmallVec<[(f64, u32); 12]> = SmallVec::new();
     for into in ends {
         let left = || fan.sectors.iter().filter(move |(t, _)| !corners[*t as usize].contains(&into));
         let angle =

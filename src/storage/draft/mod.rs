@@ -24,7 +24,7 @@ const MASS_ROUNDING: f64 = 1e-13;
 pub(super) struct Draft {
     pub new_vertices: SmallVec<[(Parents, VertexRow); 2]>,
     pub moved: Option<(u32, VertexRow)>,
-    pub changed: SmallVec<[(u32, TriangleRow); 8]>,
+    pub changed: SmallVec<[(u32, TriangleRow); 16]>,
     /// New triangles with the row of the triangle each was cut from.
     pub added: SmallVec<[(u32, TriangleRow); 2]>,
     /// The vertex that vanishes and the one it goes into.

@@ -6,6 +6,7 @@
 //! works on several at a time.
 
 use super::cg::{Precondition, Vectors};
+use super::edits::Edits;
 use super::matrix::{Matrix, dot};
 use super::order::Order;
 use super::partition::Partition;
@@ -41,6 +42,18 @@ impl Incomplete {
     /// Finds the pattern anew.
     pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]], topology: &Topology) {
         self.pattern.rebuild(partition, (&order.vertex, &order.row), corners, topology);
+    }
+
+    /// Brings the pattern up to date after edits.
+    pub fn follow(
+        &mut self,
+        partition: &Partition,
+        order: &Order,
+        corners: &[[u32; 3]],
+        topology: &Topology,
+        edits: &Edits,
+    ) {
+        self.pattern.follow(partition, (&order.vertex, &order.row), corners, topology, edits);
     }
 
     /// Factors the operator with its diagonal raised by a fraction `shift` of itself (Manteuffel 1980).

@@ -7,6 +7,7 @@
 
 mod cg;
 mod cycle;
+mod edits;
 mod factored;
 mod incomplete;
 mod jacobi;
@@ -22,6 +23,7 @@ use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::systems::parallel;
 use cg::{Reached, Vectors};
+use edits::Edits;
 use factored::Factored;
 use glam::{DVec3, Vec4};
 use incomplete::Incomplete;
@@ -96,6 +98,9 @@ pub struct InnerSolver {
     jacobi: Jacobi,
     incomplete: Incomplete,
     has_pattern: bool,
+    /// Whether the pattern was asked for since the last edits.
+    needs_pattern: bool,
+    edits: Edits,
     multigrid: Multigrid,
     vectors: Vectors,
 }
@@ -201,6 +206,7 @@ impl InnerSolver {
         match with {
             With::Own(Inner::BlockJacobi) => self.jacobi.factor(&self.partition, &self.matrix),
             With::Own(Inner::IncompleteCholesky) => {
+                self.needs_pattern = true;
                 if !self.has_pattern {
                     self.incomplete.rebuild(&self.partition, &self.order, corners, operator.topology);
                     self.has_pattern = true;
@@ -215,17 +221,26 @@ impl InnerSolver {
         }
     }
 
-    /// Finds anew what depends on the triangles where they have changed.
+    /// Brings what depends on the triangles up to date where they have changed: a tear changes few of them.
     fn follow(&mut self, operator: &Operator) {
-        let corners = &operator.triangles.corners;
-        if self.corners != *corners {
-            empty(&mut self.corners, corners.len());
-            self.corners.extend_from_slice(corners);
-            self.order.rebuild(corners, operator.topology);
-            self.partition.rebuild(corners, &self.order.row);
-            self.has_pattern = false;
-            self.multigrid.forget();
+        let (corners, topology) = (&operator.triangles.corners, operator.topology);
+        if self.corners == *corners {
+            return;
         }
+        let Self { order, partition, incomplete, edits, .. } = self;
+        let is_found = !self.multigrid.has_levels() && edits.find(&self.corners, corners, topology, order);
+        if !is_found {
+            order.rebuild(corners, topology);
+        }
+        partition.rebuild(corners, &order.row);
+        self.has_pattern &= is_found && self.needs_pattern;
+        if self.has_pattern {
+            incomplete.follow(partition, order, corners, topology, edits);
+        }
+        self.needs_pattern = false;
+        self.multigrid.forget();
+        empty(&mut self.corners, corners.len());
+        self.corners.extend_from_slice(corners);
     }
 
     /// Keeps b in `scratch.rhs` and forms the residual of the guess, which is dropped where none is better. Returns the squared

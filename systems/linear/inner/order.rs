@@ -19,6 +19,8 @@ pub struct Order {
     pub vertex: Vec<u32>,
     /// The row of every vertex.
     pub row: Vec<u32>,
+    /// Triangles that edits have changed since the order was found.
+    pub changed: usize,
     /// Level of every vertex.
     level: Vec<u32>,
 }
@@ -40,10 +42,31 @@ impl Order {
                 self.walk(last, 2, corners, topology);
             }
         }
+        self.changed = 0;
         self.vertex.reverse();
         self.number();
         self.sort_by_level(corners, topology);
         self.number();
+    }
+
+    /// Keeps the rows of the vertices that there were before: new ones come last, and the last rows take the places of those that are
+    /// gone. Adds the vertices whose rows have changed to `moved`. A few rows at the end, all of whose neighbours come before them,
+    /// hardly change the iterations; a new order is due before they are many.
+    pub fn follow(&mut self, vertex_count: usize, moved: &mut Vec<u32>) {
+        for v in self.row.len()..vertex_count {
+            self.row.push(self.vertex.len() as u32);
+            self.vertex.push(v as u32);
+        }
+        while self.row.len() > vertex_count {
+            let Some(row) = self.row.pop() else { return };
+            self.vertex.swap_remove(row as usize);
+            if let Some(&v) = self.vertex.get(row as usize) {
+                // It may be one that goes next.
+                self.row[v as usize] = row;
+                moved.push(v);
+            }
+        }
+        moved.retain(|&v| (v as usize) < vertex_count);
     }
 
     /// Appends the piece of `start`, nearest vertices first.
@@ -72,7 +95,7 @@ impl Order {
 
     /// A row that comes before another and is its neighbour has a lower level: sorted by levels it still comes before.
     fn sort_by_level(&mut self, corners: &[[u32; 3]], topology: &Topology) {
-        let Self { vertex, row, level } = self;
+        let Self { vertex, row, level, .. } = self;
         for (r, &v) in vertex.iter().enumerate() {
             let before = neighbours(v, corners, topology).filter(|&w| row[w as usize] < r as u32);
             level[v as usize] = before.map(|w| level[w as usize] + 1).max().unwrap_or(0);

@@ -58,6 +58,19 @@ impl Partition {
         self.find_sources(number.len());
     }
 
+    /// The pack and lane of a triangle among so many.
+    pub fn place_of(&self, triangle: u32, count: usize) -> (usize, usize) {
+        let (block, within) = (triangle as usize / BLOCK, triangle as usize % BLOCK);
+        let pack_count = (count - block * BLOCK).min(BLOCK).div_ceil(LANES);
+        (self.pack_start[block] as usize + within % pack_count, within / pack_count)
+    }
+
+    /// Number of packs, from the first on, that have the same triangles in their lanes as one of `before` triangles would: those
+    /// before the block in which the last triangles stand, where their number has changed.
+    pub fn packs_as_before(&self, before: usize, count: usize) -> usize {
+        if before == count { self.triangle.len() } else { self.pack_start[before.min(count) / BLOCK] as usize }
+    }
+
     fn add_block(&mut self, first_triangle: u32, corners: &[[u32; 3]], number: &[u32]) {
         let first_entry = self.vertex.len() as u32;
         // Triangles that follow each other share vertices: side by side they would wait for each other's sums. The lanes of a

@@ -1,6 +1,7 @@
 //! Where the blocks of a symmetric sparse matrix stand: those below the diagonal by rows, and each again by columns, which is
 //! its transpose above the diagonal by rows.
 
+use super::edits::Edits;
 use super::empty;
 use super::matrix::Matrix;
 use super::order::neighbours;
@@ -25,7 +26,14 @@ pub struct Pattern {
     pub below: Vec<[u32; 2]>,
     /// Per lane of every pack the blocks of its edges 1–0, 2–0, 2–1, doubled; odd where the block is the transpose.
     target: Vec<[[u32; LANES]; 3]>,
+    /// Scratch of edits: the rows and columns before, and where each of their blocks stands now.
+    row_start_before: Vec<u32>,
+    column_before: Vec<u32>,
+    place: Vec<u32>,
 }
+
+/// A block that is to be looked for.
+const LOST: u32 = u32::MAX;
 
 /// Corners of the edges of `target`.
 const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
@@ -45,7 +53,76 @@ impl Pattern {
             self.push_row(neighbours(v, corners, topology).map(|w| row[w as usize]).filter(|&c| c < i as u32));
         }
         self.finish();
-        self.find_targets(partition, row, corners);
+        let mut target = std::mem::take(&mut self.target);
+        empty(&mut target, partition.triangle.len());
+        self.find_targets(&mut target, partition, row, corners);
+        self.target = target;
+    }
+
+    /// Follows edits: rows that they do not touch keep their columns, and what stood elsewhere is moved. Arguments as above, all of
+    /// them after the edits.
+    pub fn follow(
+        &mut self,
+        partition: &Partition,
+        (vertex, row): (&[u32], &[u32]),
+        corners: &[[u32; 3]],
+        topology: &Topology,
+        edits: &Edits,
+    ) {
+        std::mem::swap(&mut self.row_start, &mut self.row_start_before);
+        std::mem::swap(&mut self.column, &mut self.column_before);
+        self.begin(vertex.len(), self.column_before.len());
+        empty(&mut self.place, self.column_before.len());
+        let rows_before = self.row_start_before.len() - 1;
+        let stays = |row: usize| row < rows_before && !edits.is_touched[row];
+        let mut next = 0;
+        while next < vertex.len() {
+            let end = (next..vertex.len()).find(|&row| !stays(row)).unwrap_or(vertex.len());
+            if end > next {
+                let (from, to) = (self.row_start_before[next] as usize, self.row_start_before[end] as usize);
+                let start = self.column.len() as u32;
+                let starts = &self.row_start_before[next + 1..=end];
+                self.row_start.extend(starts.iter().map(|&before| before - from as u32 + start));
+                self.column.extend_from_slice(&self.column_before[from..to]);
+                self.place.resize(from, LOST);
+                self.place.extend(start..start + (to - from) as u32);
+            } else {
+                let (v, i) = (vertex[next], next as u32);
+                self.push_row(neighbours(v, corners, topology).map(|w| row[w as usize]).filter(|&c| c < i));
+            }
+            next = end.max(next + 1);
+        }
+        self.place.resize(self.column_before.len(), LOST);
+        self.finish();
+        self.follow_targets(partition, row, corners, edits);
+    }
+
+    /// Brings the targets up to date: those in packs whose triangles are the same are moved with their blocks.
+    fn follow_targets(&mut self, partition: &Partition, row: &[u32], corners: &[[u32; 3]], edits: &Edits) {
+        let mut target = std::mem::take(&mut self.target);
+        let kept = partition.packs_as_before(edits.count_before, corners.len());
+        target.truncate(kept);
+        for (targets, triangles) in target.iter_mut().zip(&partition.triangle) {
+            for (targets, edge) in targets.iter_mut().zip(EDGES) {
+                for (target, &t) in targets.iter_mut().zip(triangles) {
+                    if t == EMPTY {
+                        continue;
+                    }
+                    let place = self.place[*target as usize / 2];
+                    *target =
+                        if place == LOST { self.find_target(t, edge, row, corners) } else { 2 * place + *target % 2 };
+                }
+            }
+        }
+        for (&t, (pack, lane)) in edits.triangles.iter().map(|t| (t, partition.place_of(*t, corners.len()))) {
+            if let Some(targets) = target.get_mut(pack) {
+                for (targets, edge) in targets.iter_mut().zip(EDGES) {
+                    targets[lane] = self.find_target(t, edge, row, corners);
+                }
+            }
+        }
+        self.find_targets(&mut target, partition, row, corners);
+        self.target = target;
     }
 
     /// Becomes another pattern with its rows in another order: `new` gives a row its new place, `old` the other way round.
@@ -101,20 +178,29 @@ impl Pattern {
         self.column_start[0] = 0;
     }
 
-    fn find_targets(&mut self, partition: &Partition, row: &[u32], corners: &[[u32; 3]]) {
-        empty(&mut self.target, partition.triangle.len());
-        for triangles in &partition.triangle {
+    /// Adds the targets of the packs that have none yet.
+    fn find_targets(
+        &self,
+        targets: &mut Vec<[[u32; LANES]; 3]>,
+        partition: &Partition,
+        row: &[u32],
+        corners: &[[u32; 3]],
+    ) {
+        for triangles in &partition.triangle[targets.len()..] {
             let mut target = [[0; LANES]; 3];
-            for (target, [a, b]) in target.iter_mut().zip(EDGES) {
-                for (target, &t) in target.iter_mut().zip(triangles) {
-                    if t != EMPTY {
-                        let [a, b] = [a, b].map(|corner| row[corners[t as usize][corner] as usize]);
-                        *target = 2 * self.find(a.max(b), a.min(b)) + u32::from(a < b);
-                    }
+            for (target, edge) in target.iter_mut().zip(EDGES) {
+                for (target, &t) in target.iter_mut().zip(triangles).filter(|(_, t)| **t != EMPTY) {
+                    *target = self.find_target(t, edge, row, corners);
                 }
             }
-            self.target.push(target);
+            targets.push(target);
         }
+    }
+
+    /// The target of an edge of a triangle.
+    fn find_target(&self, t: u32, edge: [usize; 2], row: &[u32], corners: &[[u32; 3]]) -> u32 {
+        let [a, b] = edge.map(|corner| row[corners[t as usize][corner] as usize]);
+        2 * self.find(a.max(b), a.min(b)) + u32::from(a < b)
     }
 
     /// The block of two neighbours.
@@ -122,6 +208,14 @@ impl Pattern {
         let start = self.row_start[row as usize];
         let columns = &self.column[start as usize..self.row_start[row as usize + 1] as usize];
         start + columns.iter().take_while(|&&c| c != column).count() as u32
+    }
+
+    /// Whether it is the same pattern, entry by entry.
+    #[cfg(test)]
+    pub fn equals(&self, other: &Self) -> bool {
+        let rows = |p: &Self| (p.row_start.clone(), p.column.clone());
+        let columns = |p: &Self| (p.column_start.clone(), p.below.clone());
+        rows(self) == rows(other) && columns(self) == columns(other) && self.target == other.target
     }
 
     /// Number of rows.

@@ -49,6 +49,11 @@ pub struct Multigrid {
 }
 
 impl Multigrid {
+    /// Whether there are levels: they want rows in good order.
+    pub fn has_levels(&self) -> bool {
+        self.has_levels
+    }
+
     /// The triangles have changed.
     pub fn forget(&mut self) {
         self.has_levels = false;

@@ -1,0 +1,151 @@
+//! What edits have changed in the triangles since the last solve, found by comparing corners: the tables are small against what is
+//! derived from them, and a comparison holds whatever has happened in between.
+
+use super::empty;
+use super::order::{Order, neighbours};
+use crate::storage::Topology;
+
+/// All is found anew where more than one in so many triangles has changed since the last solve,
+const MOST: usize = 16;
+
+/// or one in so many since all was found anew the last time. Rows out of order cost iterations: on the lens capsule as it tears none
+/// with this limit, an eighth more without it.
+const MOST_IN_ALL: usize = 8;
+
+/// The triangles that have changed and the rows that they concern. Scratch.
+#[derive(Debug, Default)]
+pub struct Edits {
+    /// Triangles with other corners than before, those that were added included; ascending.
+    pub triangles: Vec<u32>,
+    /// Number of triangles before.
+    pub count_before: usize,
+    /// Per row, whether its neighbours may be others than before, or have other rows.
+    pub is_touched: Vec<bool>,
+    /// Vertices that have changed their rows.
+    moved: Vec<u32>,
+}
+
+impl Edits {
+    /// Compares the corners and brings `order` up to date. `false`, with the order as it was, where so much has changed that all is
+    /// to be found anew.
+    pub fn find(&mut self, before: &[[u32; 3]], corners: &[[u32; 3]], topology: &Topology, order: &mut Order) -> bool {
+        let Self { triangles, count_before, is_touched, moved } = self;
+        let (rows_before, rows) = (order.row.len(), topology.incident.len());
+        let most = (before.len() / MOST).max(1);
+        if before.is_empty() || corners.len().abs_diff(before.len()) > most || rows_before.abs_diff(rows) > most {
+            return false;
+        }
+        empty(triangles, most + 1);
+        let changed = (0..).zip(before.iter().zip(corners)).filter(|(_, (old, new))| old != new).map(|(t, _)| t);
+        triangles.extend(changed.chain(before.len() as u32..corners.len() as u32).take(most + 1));
+        let changed = order.changed + triangles.len();
+        if triangles.len() > most || changed > corners.len() / MOST_IN_ALL {
+            return false;
+        }
+        order.changed = changed;
+        *count_before = before.len();
+        moved.clear();
+        order.follow(rows, moved);
+        empty(is_touched, rows);
+        is_touched.resize(rows, false);
+        let mut touch = |v: u32| {
+            // A vertex that is gone has no row.
+            if let Some(&row) = order.row.get(v as usize) {
+                is_touched[row as usize] = true;
+            }
+        };
+        let gone = before.iter().skip(corners.len());
+        let old = triangles.iter().filter_map(|&t| before.get(t as usize)).chain(gone);
+        old.chain(triangles.iter().map(|&t| &corners[t as usize])).flatten().for_each(|&v| touch(v));
+        for &v in &*moved {
+            touch(v);
+            neighbours(v, corners, topology).for_each(&mut touch);
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::partition::Partition;
+    use super::super::pattern::Pattern;
+    use super::*;
+
+    /// Corners of a grid with `n` cells to a side.
+    fn grid(n: u32) -> Vec<[u32; 3]> {
+        let cell = |i: u32| {
+            let a = i / n * (n + 1) + i % n;
+            [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]
+        };
+        (0..n * n).flat_map(cell).collect()
+    }
+
+    fn vertex_count(corners: &[[u32; 3]]) -> usize {
+        corners.iter().flatten().max().map_or(0, |&v| v as usize + 1)
+    }
+
+    /// Cuts a corner off triangle `t`, at a new vertex inside it; or takes the last vertex out if such a cut has made it, and puts
+    /// the last triangles in the places of those that vanish, as the tables do.
+    fn edit(corners: &mut Vec<[u32; 3]>, made: &mut Vec<[u32; 3]>, t: usize, removes: bool) {
+        if removes && let Some(parent) = made.pop() {
+            let last = vertex_count(corners) as u32 - 1;
+            let mut around = (0..corners.len()).filter(|&t| corners[t].contains(&last));
+            let [a, b, c] = std::array::from_fn(|_| around.next().unwrap());
+            corners[a] = parent;
+            corners.swap_remove(c);
+            corners.swap_remove(b);
+            return;
+        }
+        let ([a, b, c], new) = (corners[t], vertex_count(corners) as u32);
+        made.push([a, b, c]);
+        corners[t] = [a, b, new];
+        corners.extend([[b, c, new], [c, a, new]]);
+    }
+
+    #[test]
+    fn a_pattern_that_follows_edits_equals_one_found_anew() {
+        let mut corners = grid(40);
+        let mut topology = Topology::new(vertex_count(&corners), &corners).unwrap();
+        let (mut order, mut partition, mut pattern) = (Order::default(), Partition::default(), Pattern::default());
+        order.rebuild(&corners, &topology);
+        partition.rebuild(&corners, &order.row);
+        pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, &topology);
+        let (mut edits, mut made, mut rebuilds) = (Edits::default(), Vec::new(), 0);
+        for step in 0..120_usize {
+            let before = corners.clone();
+            for i in 0..1 + step % 3 {
+                let t = (step * 7919 + i * 104_729) % corners.len();
+                edit(&mut corners, &mut made, t, step % 5 > 2);
+            }
+            topology = Topology::new(vertex_count(&corners), &corners).unwrap();
+            if edits.find(&before, &corners, &topology, &mut order) {
+                partition.rebuild(&corners, &order.row);
+                pattern.follow(&partition, (&order.vertex, &order.row), &corners, &topology, &edits);
+            } else {
+                rebuilds += 1;
+                order.rebuild(&corners, &topology);
+                partition.rebuild(&corners, &order.row);
+                pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, &topology);
+            }
+            assert_eq!(order.vertex.len(), topology.incident.len());
+            assert!((0..).zip(&order.vertex).all(|(row, &v)| order.row[v as usize] == row), "step {step}");
+            let mut anew = Pattern::default();
+            anew.rebuild(&partition, (&order.vertex, &order.row), &corners, &topology);
+            assert!(pattern.equals(&anew), "step {step}");
+        }
+        assert!((1..20).contains(&rebuilds), "{rebuilds}");
+    }
+
+    #[test]
+    fn too_many_edits_leave_the_order_as_it_was() {
+        let corners = grid(10);
+        let topology = Topology::new(vertex_count(&corners), &corners).unwrap();
+        let mut order = Order::default();
+        order.rebuild(&corners, &topology);
+        let turned: Vec<[u32; 3]> = corners.iter().map(|&[a, b, c]| [b, c, a]).collect();
+        let rows = order.row.clone();
+        assert!(!Edits::default().find(&corners, &turned, &topology, &mut order));
+        assert!(!Edits::default().find(&[], &corners, &topology, &mut order));
+        assert_eq!(order.row, rows);
+    }
+}

@@ -1,0 +1,69 @@
+//! How far a tip may go in a step, and whether that is far enough for its next triangle.
+
+use super::tip::fan_chart;
+use crate::components::{TearDecision, TearDecisions, Tearing};
+use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::systems::StepContext;
+
+/// A sum of equal parts may miss the way by roundings.
+const ROUNDED: f64 = 1.0 - 1e-9;
+
+/// How far tips may go.
+#[derive(Clone, Copy, Debug)]
+pub enum Reach {
+    /// Until they come to rest.
+    Unlimited,
+    /// So far \[mm\] in a new step.
+    New(f64),
+    /// What is left of a step that is taken up again.
+    Left,
+}
+
+impl Reach {
+    /// That of a step.
+    pub fn new(step: &StepContext, tearing: &Tearing) -> Self {
+        match *step {
+            StepContext { is_static: true, .. } => Self::Unlimited,
+            StepContext { is_resumed: true, .. } => Self::Left,
+            _ => Self::New(tearing.max_tear_speed * step.dt),
+        }
+    }
+
+    /// What a tip may go \[mm\] that has saved up so much, if the way to the end of its triangle is so long. What is too short for
+    /// that is saved up, but for one triangle only: what a step leaves unused beyond it has been forgone.
+    pub fn allowance(self, saved: f64, way: f64) -> f64 {
+        if let Self::New(more) = self { saved.min(way) + more } else { saved }
+    }
+
+    /// Whether that is enough.
+    pub fn allows(self, allowance: f64, way: f64) -> bool {
+        matches!(self, Self::Unlimited) || allowance >= way * ROUNDED
+    }
+}
+
+/// Whether the split is going to act on what the criterion has decided: a tear starts, or a tip that is to advance may go far
+/// enough.
+pub fn will_tear(
+    tables: (&Vertices, &Triangles, &Topology),
+    (tearing, tips, decisions): (&Tearing, &Tips, &TearDecisions),
+    step: &StepContext,
+) -> bool {
+    let reach = Reach::new(step, tearing);
+    let may_advance = |tip: usize, decision: &TearDecision| {
+        let way = fan_chart(tables, tips.vertex[tip])
+            .and_then(|(_, chart)| chart.exit(chart.to_chart(decision.direction)))
+            .map_or(0.0, |exit| exit.distance);
+        decision.value > 1.0 && reach.allows(reach.allowance(tips.allowance[tip], way), way)
+    };
+    let mut asking = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));
+    decisions.start.is_some() || asking.any(|(tip, decision)| may_advance(tip, decision))
+}
+
+/// Whether a tip that has just advanced may go far enough for the nearest edge that its next advance could lead to.
+pub fn may_go_on(tables: (&Vertices, &Triangles, &Topology), tearing: &Tearing, tips: &Tips, tip: usize) -> bool {
+    let left = tips.allowance[tip];
+    left > 0.0
+        && fan_chart(tables, tips.vertex[tip]).is_some_and(|(_, chart)| {
+            Reach::Left.allows(left, chart.least_way(chart.to_chart(tips.previous[tip]), tearing.cone))
+        })
+}
