@@ -1,12 +1,13 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
+use super::advance::Running;
 use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{
     Body, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecisions, TearLog,
 };
 use crate::event::{Event, EventKind, WokenBy};
 use crate::report::Report;
-use crate::schedule::{self, Stage};
+use crate::schedule::Stage;
 use crate::storage::{EditRecord, Mesh, TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::linear::Factor;
@@ -122,10 +123,11 @@ impl Simulation {
         self.settle(dt, tolerance)?;
         for _ in 0..rounds {
             let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
-            let Self { world, pool, report, .. } = self;
+            let Self { world, pool, schedule, report, .. } = self;
+            let mut running = Running { schedule, report };
             pool.run(|| {
-                schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
-                schedule::run_stage(world, &step, Stage::Tear, &mut report.systems);
+                running.stage(world, &step, Stage::Decide);
+                running.stage(world, &step, Stage::Tear);
             });
             self.collect_events();
             if !self.may_tear_further() {
