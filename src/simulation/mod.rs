@@ -2,17 +2,25 @@
 
 mod advance;
 mod error;
+mod fixed_step;
 mod frame;
+mod motion;
+mod pin;
 mod query;
 mod reorder;
 mod sleep;
 mod systems;
 mod tear;
+mod view;
 
 pub use crate::components::Energies;
 pub use error::SimulationError;
+pub use fixed_step::FixedStep;
+pub use motion::MotionError;
+pub use pin::{Pin, PinError};
 pub use query::Hit;
 pub use tear::{Cut, CutError};
+pub use view::{BodyView, normals};
 
 use crate::components::{
     Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
