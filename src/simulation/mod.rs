@@ -1,9 +1,12 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
 mod advance;
+mod debug_lines;
 mod error;
 mod fixed_step;
 mod frame;
+mod haptic_feed;
+mod haptics;
 mod motion;
 mod pin;
 mod query;
@@ -14,8 +17,11 @@ mod tear;
 mod view;
 
 pub use crate::components::Energies;
+pub use debug_lines::{DebugKind, DebugLine, DebugLines};
 pub use error::SimulationError;
 pub use fixed_step::FixedStep;
+pub use haptic_feed::{HapticModel, HapticReceiver, HapticSender, haptic_feed};
+pub use haptics::{Grasp, HapticError, Haptics, ToolSpring};
 pub use motion::MotionError;
 pub use pin::{Pin, PinError};
 pub use query::Hit;
