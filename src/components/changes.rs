@@ -59,6 +59,9 @@ pub struct Changes {
     pub(crate) is_whole: bool,
 }
 
+/// Changes per triangle at the most: as many as half a triangle's memory. Refinement to twice the triangles makes three.
+const MOST_PER_TRIANGLE: usize = 4;
+
 impl Default for Changes {
     /// The whole mesh is new.
     fn default() -> Self {
@@ -67,12 +70,12 @@ impl Default for Changes {
 }
 
 impl Changes {
-    /// Notes an edit. The list never grows longer than the mesh: whoever does not empty it for so long takes the whole.
-    pub(crate) fn note(&mut self, record: &EditRecord, corner_rows: usize) {
+    /// Notes an edit. Where nobody empties the list until it has several changes per triangle, all of the mesh counts as new.
+    pub(crate) fn note(&mut self, record: &EditRecord, triangle_count: usize) {
         if self.is_whole {
             return;
         }
-        if self.log.len() > corner_rows.max(1024) {
+        if self.log.len() > MOST_PER_TRIANGLE * triangle_count.max(256) {
             return self.forget();
         }
         self.log.extend(record.created().map(|(row, &parents)| Change::VertexAdded { row, parents }));
