@@ -36,7 +36,7 @@ use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule::Schedule;
 use crate::settings::{Integrator, Precision, Settings, Tangent};
-use crate::storage::{Triangles, Vertices};
+use crate::storage::{Tips, Triangles, Vertices};
 use crate::systems::parallel::Pool;
 use crate::systems::{Formula, StepContext, corotation};
 use advance::{Running, advance, is_finite, iterate_and_account, restore};
@@ -305,11 +305,14 @@ impl Simulation {
         self.report.step += 1;
         let Self { world, report, .. } = self;
         report.bodies.clear();
-        for (body, scratch, sleeping) in
-            &mut world.query::<(Entity, &SolverScratch, Option<&Sleeping>)>().with::<&Body>()
-        {
+        type Query<'a> =
+            (Entity, (&'a Vertices, &'a Triangles, Option<&'a Tips>), &'a SolverScratch, Option<&'a Sleeping>);
+        for (body, (vertices, triangles, tips), scratch, sleeping) in &mut world.query::<Query>().with::<&Body>() {
             report.bodies.push(BodyReport {
                 body,
+                vertex_count: vertices.len(),
+                triangle_count: triangles.len(),
+                tip_count: tips.map_or(0, Tips::len),
                 iterations: scratch.iterations,
                 newton_iterations: scratch.newton_iterations,
                 residual: scratch.linear_residual,
