@@ -5,10 +5,15 @@
 //! the tool. The force then changes by S·d with S = Eᵀ·K_g·(E − U), the Schur complement: U has the answers to the three unit motions.
 //! What is computed is the energy (E − U)ᵀ·K_g·(E − U) + Uᵀ·A·U, equal to S for the exact U: symmetric and positive semidefinite
 //! for any U, too stiff by the square of the error of U alone, so that a loose solve is enough and no loop gains energy from it.
+//! A tool with pins has no springs: U is E at its vertices, and S = Uᵀ·A·U.
+//!
+//! External stiffness, with the drag of the fluid, counts as the last step evaluated it.
 
-use super::Simulation;
 use super::haptic_feed::HapticModel;
-use crate::components::{Damping, ExternalStiffness, Frames, Grips, Holds, Planar, PreStretch, SolverScratch};
+use super::{Pin, PinError, Simulation};
+use crate::components::{
+    Damping, ExternalStiffness, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
+};
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
@@ -32,12 +37,22 @@ pub struct ToolSpring {
 }
 
 /// How a tool has hold of a body.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Grasp {
-    /// Its springs.
-    pub springs: Vec<ToolSpring>,
-    /// Whether a component of the body, such as [`Grips`], exerts these springs in the steps.
-    pub is_in_steps: bool,
+#[derive(Clone, Debug, PartialEq)]
+pub enum Grasp {
+    /// By springs, as forceps do.
+    Springs {
+        /// The springs.
+        springs: Vec<ToolSpring>,
+        /// Whether a component of the body, such as [`Grips`], exerts them in the steps.
+        is_in_steps: bool,
+    },
+    /// By pins: the vertices go where the tool goes.
+    Pins {
+        /// The pins.
+        pins: Vec<Pin>,
+        /// Force of the tool on the tissue \[N\]: their reaction.
+        force: DVec3,
+    },
 }
 
 /// Why there is no linear model; the last one may still serve.
@@ -49,15 +64,18 @@ pub enum HapticError {
     /// The body has no grip of this number, or it is not closed.
     #[error("grip {0} does not exist or is not closed")]
     NotClosed(usize),
-    /// A tool without springs.
-    #[error("the tool has no springs: it holds nothing")]
+    /// A tool without springs or pins.
+    #[error("the tool has neither springs nor pins: it holds nothing")]
     HoldsNothing,
     /// A vertex that is no more.
     #[error("the body has no vertex {0:?}: it was removed, or belongs to another body")]
     NoSuchVertex(VertexKey),
     /// A point or stiffness that is none.
-    #[error("the spring at vertex {0:?} needs a finite point and a positive finite stiffness")]
+    #[error("the spring at vertex {0:?} needs finite points and forces and a positive finite stiffness")]
     BadSpring(VertexKey),
+    /// No pins of this name.
+    #[error(transparent)]
+    Pins(#[from] PinError),
     /// The answer is not finite.
     #[error("the tissue gives no finite answer: {0}")]
     NoAnswer(String),
@@ -78,6 +96,8 @@ pub struct Haptics {
     forces: [Vec<DVec3>; 3],
     /// Row and stiffness of every spring.
     springs: Vec<(usize, f64)>,
+    /// Rows of the pins.
+    pinned: Vec<usize>,
 }
 
 impl Haptics {
@@ -106,10 +126,14 @@ impl Haptics {
         );
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
         let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, damping)) = found;
-        let (position, force) = self.take_springs(vertices, grasp)?;
+        let (position, force) = match grasp {
+            Grasp::Springs { springs, .. } => self.take_springs(vertices, springs)?,
+            Grasp::Pins { pins, force } => (self.take_pins(vertices, pins, *force)?, *force),
+        };
         self.mark_free(vertices, holds, planar.is_some());
-        self.add_stiffness(vertices.len(), external, grasp.is_in_steps);
-        let Self { horizon, factor, inner, frames, external, scratch, corner, answers, forces, springs } = self;
+        let is_in_steps = matches!(grasp, Grasp::Springs { is_in_steps: true, .. });
+        self.add_stiffness(vertices.len(), external, is_in_steps);
+        let Self { horizon, factor, inner, frames, external, scratch, corner, answers, forces, springs, pinned } = self;
         let rate = 1.0 / *horizon;
         corner.resize(triangles.len(), [DVec3::ZERO; 3]);
         let solved = simulation.pool.run(|| {
@@ -132,6 +156,7 @@ impl Haptics {
                 u.iter_mut()
                     .zip(&scratch.free)
                     .for_each(|(u, free)| *u = if u.is_finite() { *u * *free } else { DVec3::ZERO });
+                pinned.iter().for_each(|&v| u[v] = DVec3::AXES[axis]);
                 scratch.residual.clear();
                 scratch.residual.resize(vertices.len(), DVec3::ZERO);
                 springs.iter().for_each(|&(v, stiffness)| scratch.residual[v][axis] += stiffness);
@@ -152,10 +177,11 @@ impl Haptics {
     }
 
     /// Notes the springs, and gives the tool's point, the mean of its springs', and its force on the tissue \[N\].
-    fn take_springs(&mut self, vertices: &Vertices, grasp: &Grasp) -> Result<(DVec3, DVec3), HapticError> {
+    fn take_springs(&mut self, vertices: &Vertices, springs: &[ToolSpring]) -> Result<(DVec3, DVec3), HapticError> {
         self.springs.clear();
+        self.pinned.clear();
         let (mut position, mut force, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-        for &ToolSpring { vertex, point, stiffness } in &grasp.springs {
+        for &ToolSpring { vertex, point, stiffness } in springs {
             let v = vertices.row(vertex).ok_or(HapticError::NoSuchVertex(vertex))? as usize;
             if !(stiffness > 0.0 && stiffness.is_finite() && point.is_finite()) {
                 return Err(HapticError::BadSpring(vertex));
@@ -166,6 +192,21 @@ impl Haptics {
             self.springs.push((v, stiffness));
         }
         if self.springs.is_empty() { Err(HapticError::HoldsNothing) } else { Ok((position / total, force)) }
+    }
+
+    /// Notes the pins, and gives their mean place.
+    fn take_pins(&mut self, vertices: &Vertices, pins: &[Pin], force: DVec3) -> Result<DVec3, HapticError> {
+        self.springs.clear();
+        self.pinned.clear();
+        let mut sum = DVec3::ZERO;
+        for &Pin { vertex, place, .. } in pins {
+            self.pinned.push(vertices.row(vertex).ok_or(HapticError::NoSuchVertex(vertex))? as usize);
+            if !(place.is_finite() && force.is_finite()) {
+                return Err(HapticError::BadSpring(vertex));
+            }
+            sum += place;
+        }
+        if pins.is_empty() { Err(HapticError::HoldsNothing) } else { Ok(sum / pins.len() as f64) }
     }
 
     fn mark_free(&mut self, vertices: &Vertices, holds: Option<&Holds>, is_planar: bool) {
@@ -179,6 +220,7 @@ impl Haptics {
                 }
             }
         }
+        self.pinned.iter().for_each(|&v| free[v] = DVec3::ZERO);
     }
 
     /// What acts on the body beside the tool, as the last step evaluated it, and the tool's springs.
@@ -197,7 +239,8 @@ impl Haptics {
         }
     }
 
-    /// (E − U)ᵀ·K_g·(E − U) + Uᵀ·A·U \[N/mm\]: with K = A + K_g, Eᵀ·K_g·E − Uᵀ·K_g·E − Eᵀ·K_g·U + Uᵀ·K·U.
+    /// (E − U)ᵀ·K_g·(E − U) + Uᵀ·A·U \[N/mm\]: with K = A + K_g, Eᵀ·K_g·E − Uᵀ·K_g·E − Eᵀ·K_g·U + Uᵀ·K·U. Pins have no
+    /// springs, and U is E there.
     fn energy(&self) -> DMat3 {
         let mut stiffness = [[0.0; 3]; 3];
         for (i, j) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
@@ -240,6 +283,19 @@ impl Simulation {
             Some(ToolSpring { vertex: vertices.key(row)?, point: taken_at + carried, stiffness })
         };
         let springs = held.rows().iter().zip(held.values()).filter_map(spring).collect();
-        Ok(Grasp { springs, is_in_steps: true })
+        Ok(Grasp::Springs { springs, is_in_steps: true })
+    }
+
+    /// How [pins](Self::pin) have hold of a body, with their reaction at the last step, for [`Haptics::model`].
+    ///
+    /// # Errors
+    /// If there is no such body, or there are no pins of this name.
+    pub fn grasp_of_pins(&mut self, body: Entity, name: &str) -> Result<Grasp, HapticError> {
+        let pins = self.pins(body, name)?;
+        let found = self.world.query_one_mut::<(&Holds, &Reactions)>(body).map_err(|_| HapticError::NoSuchBody)?;
+        let (holds, reactions) = found;
+        let group = holds.groups.iter().position(|hold| hold.name == name);
+        let forces = group.and_then(|group| reactions.groups.get(group));
+        Ok(Grasp::Pins { pins, force: forces.map_or(DVec3::ZERO, |forces| forces.iter().sum()) })
     }
 }
