@@ -196,7 +196,7 @@ fn only_a_body_that_asks_for_it_keeps_a_list() {
     assert_eq!(run.simulation.drain_changes(run.body, &mut changes), Err(SimulationError::NoSuchComponents));
     run.simulation.world_mut().insert_one(run.body, Changes::default()).unwrap();
     run.simulation.drain_changes(run.body, &mut changes).unwrap();
-    assert!(changes.is_whole && changes.vertices == [0..changes.vertex_count]);
+    assert!(changes.is_whole && changes.vertices.iter().eq([&(0..changes.vertex_count)]));
     run.simulation.drain_changes(run.body, &mut changes).unwrap();
     assert!(changes.is_empty() && changes.triangles.is_empty());
 }

@@ -49,8 +49,10 @@ fn a_force_of_ones_own_is_as_good_as_the_engines() {
     assert_ne!(state_bits(&simulation, mine), state_bits(&simulation, theirs));
 }
 
+type Harm = (Place<'static>, fn(&mut hecs::World));
+
 /// Where it can do harm, what it spoils there.
-const HARM: [(Place, fn(&mut hecs::World)); 4] = [
+const HARM: [Harm; 4] = [
     (Place::After("contact"), |world| {
         world.query_mut::<&mut Forces>().into_iter().for_each(|forces| forces.nodal[40] = DVec3::NAN);
     }),
