@@ -19,6 +19,12 @@ pub struct SystemReport {
 pub struct BodyReport {
     /// The body.
     pub body: Entity,
+    /// Its vertices now.
+    pub vertex_count: usize,
+    /// Its triangles now.
+    pub triangle_count: usize,
+    /// Its tear tips now.
+    pub tip_count: usize,
     /// Linear iterations, added over Newton iterations.
     pub iterations: u32,
     /// Newton iterations.

@@ -1,9 +1,11 @@
 //! The step as one list on one screen.
 
-use crate::report::SystemReport;
+mod own;
+
+pub use own::{BadPlace, Place, Schedule};
+
 use crate::systems::{self, StepContext};
 use hecs::World;
-use std::time::{Duration, Instant};
 
 /// When a system runs within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,23 +78,3 @@ pub const STEP: &[System] = &[
     system("split", Stage::Tear, systems::split::split),
     system("energy: edits", Stage::Tear, systems::energy::edits),
 ];
-
-/// Runs the systems of one stage in order and adds their times and counts to `reports`, which has one entry per system.
-pub fn run_stage(world: &mut World, step: &StepContext, stage: Stage, reports: &mut [SystemReport]) {
-    for (system, report) in STEP.iter().zip(reports) {
-        if system.stage == stage {
-            let start = Instant::now();
-            let bodies = (system.run)(world, step);
-            if bodies > 0 {
-                report.bodies += bodies;
-                report.time += start.elapsed();
-            }
-        }
-    }
-}
-
-/// Empties `reports` and gives it one entry per system.
-pub fn reset_reports(reports: &mut Vec<SystemReport>) {
-    reports.clear();
-    reports.extend(STEP.iter().map(|s| SystemReport { name: s.name, bodies: 0, time: Duration::ZERO }));
-}

@@ -39,7 +39,14 @@ pub fn evaluate(
     parallel::for_chunks(&mut frames.state, &States { corners, position, rest, stiffness, is_planar, unstretched });
 }
 
-fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, is_planar: bool, tangent: Tangent, reserve: f64) {
+/// Geometric stiffness of every triangle at its state, as the tangent needs it.
+pub fn geometric_stiffness(
+    frames: &mut Frames,
+    triangles: &Triangles,
+    is_planar: bool,
+    tangent: Tangent,
+    reserve: f64,
+) {
     let Frames { state, geometric } = frames;
     geometric.resize(state.len(), GeometricStiffness::default());
     let stiffness = &triangles.stiffness;

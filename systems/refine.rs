@@ -7,8 +7,8 @@ use super::tearing::{
     Cutter, Followers, Quality, Surface, TearScratch, ThinOut, TipMemory, distance_to_triangle, plan_thin_out, size,
 };
 use crate::components::{
-    EdgeLoads, EnergyAudit, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined, Refinement, Springs,
-    TearDecisions, Tearing,
+    Changes, EdgeLoads, EnergyAudit, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined, Refinement,
+    Springs, TearDecisions, Tearing,
 };
 use crate::math::Sym2;
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
@@ -33,7 +33,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a TearDecisions),
         (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Changes>),
         (Option<&'a Planar>, Option<&'a PreStretch>),
     );
     for (
@@ -41,7 +41,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (refinement, refined, tearing, tips, decisions),
         (scratch, memory, audit),
         (holds, springs, grips),
-        (point_loads, edge_loads),
+        (point_loads, edge_loads, changes),
         (planar, pre_stretch),
     ) in world.query_mut::<Query>()
     {
@@ -58,8 +58,18 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         let is_planar = planar.is_some();
         let unstretched = PreStretch::unstretched(pre_stretch);
         let memory = Some(memory);
-        let followers =
-            Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined: None };
+        let followers = Followers {
+            increment,
+            factor,
+            memory,
+            holds,
+            springs,
+            grips,
+            point_loads,
+            edge_loads,
+            refined: None,
+            changes,
+        };
         let mesh = Mesh { vertices, triangles, topology };
         let mut refiner =
             Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched };

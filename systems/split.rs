@@ -7,8 +7,8 @@ use super::tearing::{
     Advance, Cutter, End, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart, TipMemory, may_go_on,
 };
 use crate::components::{
-    DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions, TearLog,
-    TearMode, TearSite, Tearing,
+    Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions,
+    TearLog, TearMode, TearSite, Tearing,
 };
 use crate::event::{Course, EventKind, Verdict};
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -26,14 +26,14 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
         (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>, Option<&'a mut Changes>),
     );
     for (
         (vertices, triangles, topology, increment),
         (tearing, tips, decisions, log),
         (scratch, memory, factor),
         (holds, springs, grips),
-        (point_loads, edge_loads, refined),
+        (point_loads, edge_loads, refined, changes),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -49,7 +49,18 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let (advances_before, starts_before) = (log.advance_count, log.start_count);
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined },
+            followers: Followers {
+                increment,
+                factor,
+                memory,
+                holds,
+                springs,
+                grips,
+                point_loads,
+                edge_loads,
+                refined,
+                changes,
+            },
             tearing,
             tips,
             log,

@@ -4,7 +4,8 @@ mod common;
 
 use common::Square;
 use rhexis::components::{
-    EnergyAudit, ExternalStiffness, Grips, Obstacle, Refined, Refinement, Sleeping, Springs, TearDecisions, Tearing,
+    Changes, EnergyAudit, ExternalStiffness, Grips, Obstacle, Refined, Refinement, Sleeping, Springs, TearDecisions,
+    Tearing,
 };
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
@@ -31,7 +32,10 @@ fn a_scene_without_tearing_contact_and_loads_spends_nothing_on_them() {
             || world.satisfies::<&Refinement>(body)
             || world.satisfies::<&Refined>(body),
         world.satisfies::<&ExternalStiffness>(body) || world.satisfies::<&Springs>(body),
-        world.satisfies::<&Grips>(body) || world.satisfies::<&Sleeping>(body) || world.satisfies::<&EnergyAudit>(body),
+        world.satisfies::<&Changes>(body)
+            || world.satisfies::<&Grips>(body)
+            || world.satisfies::<&Sleeping>(body)
+            || world.satisfies::<&EnergyAudit>(body),
     ];
     assert_eq!(carried, [false; 4], "no component that the body was not given");
     assert_eq!(world.query::<&Obstacle>().iter().count(), 0);

@@ -3,10 +3,14 @@
 mod common;
 
 use common::Square;
-use rhexis::components::{Curve, EnergyCriterion, Sleeping, TearLog, Tearing, Toughness};
+use glam::DVec3;
+use rhexis::components::{
+    ChangeSet, Changes, Curve, EnergyCriterion, Sleeping, TearLog, Tearing, Toughness,
+};
 use rhexis::scene::Document;
+use rhexis::schedule::Place;
 use rhexis::settings::{Preconditioner, Settings};
-use rhexis::simulation::Simulation;
+use rhexis::simulation::{DebugLines, FixedStep, Simulation, normals};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
 
@@ -52,6 +56,7 @@ fn a_warm_step_allocates_nothing() {
     }
 
     accurate_steps_allocate_nothing();
+    an_embedding_loop_allocates_nothing();
     many_bodies_allocate_nothing();
     for energy in [None, Some(EnergyCriterion::new(Toughness { along: 0.01, across: 10.0 }))] {
         a_tear_seldom_allocates(energy);
@@ -109,6 +114,37 @@ fn accurate_steps_allocate_nothing() {
         }
     });
     assert_eq!(count, 0, "accurate steps");
+}
+
+/// All that a loop of pictures asks for, and a system of the caller's.
+fn an_embedding_loop_allocates_nothing() {
+    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let settings = Settings { threads: 1, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::default() };
+    let mut run = Square { tearing: strong, ..Square::new([40, 34], 60.0) }.spawn(settings);
+    let (simulation, body) = (&mut run.simulation, run.body);
+    simulation.world_mut().insert_one(body, Changes::default()).unwrap();
+    simulation.insert_system(Place::After("contact"), "mine", |_, _| 1).unwrap();
+    let keys = simulation.view(body).unwrap().vertex_keys.to_vec();
+    simulation.pin(body, "tool", &keys[700..720]).unwrap();
+    let mut clock = FixedStep::new(1.0, 4).unwrap();
+    let (mut changes, mut positions, mut shades, mut lines) =
+        (ChangeSet::default(), Vec::new(), Vec::new(), Vec::new());
+    let mut picture = |simulation: &mut Simulation| {
+        for _ in 0..clock.steps_after(1.7).unwrap() {
+            simulation.move_pins(body, "tool", |pin| pin.place + DVec3::Z * 0.0).unwrap();
+            simulation.step(1.0).unwrap();
+        }
+        simulation.drain_events().for_each(drop);
+        simulation.drain_changes(body, &mut changes).unwrap();
+        clock.positions(simulation, body, &mut positions).unwrap();
+        normals(&positions, simulation.view(body).unwrap().triangles, &mut shades);
+        lines.clear();
+        simulation.debug_lines(body, &DebugLines::all(1.0), &mut lines).unwrap();
+        simulation.cast_ray(body, DVec3::ONE, DVec3::NEG_Z, 9.0).unwrap();
+    };
+    (0..5).for_each(|_| picture(simulation));
+    let count = allocations(|| (0..100).for_each(|_| picture(simulation)));
+    assert_eq!(count, 0, "pictures");
 }
 
 /// Several bodies side by side, pulled, falling asleep, asleep.

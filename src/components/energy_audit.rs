@@ -174,6 +174,12 @@ impl EnergyAudit {
         self.loads.clear();
     }
 
+    /// The body is elsewhere: its loads are others, and it is not in equilibrium with them.
+    pub(crate) fn forget_equilibrium(&mut self) {
+        self.forget_loads();
+        self.equilibrium = None;
+    }
+
     /// A cut between steps has changed the energies at unchanged positions.
     pub(crate) fn note_edits(&mut self, edits: Energies) {
         self.settled.add(&EnergyBalance { edits, ..EnergyBalance::default() });

@@ -3,6 +3,7 @@
 //! system that would read it finds no match.
 
 mod body;
+mod changes;
 mod curve;
 mod derived;
 mod energy_audit;
@@ -22,6 +23,7 @@ mod tear_log;
 mod tearing;
 
 pub use body::{Body, Planar};
+pub use changes::{Change, ChangeSet, Changes};
 pub use curve::{BadCurve, Curve};
 pub use derived::{ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch};
 pub(crate) use energy_audit::Equilibrium;

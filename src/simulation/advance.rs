@@ -2,7 +2,7 @@
 
 use crate::components::{EnergyAudit, Increment, Sleeping, SolverScratch, TearDecisions, Tearing};
 use crate::report::Report;
-use crate::schedule::{self, Stage};
+use crate::schedule::{Schedule, Stage};
 use crate::settings::{LinearParams, Settings};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
@@ -14,6 +14,21 @@ use hecs::World;
 /// the error at a tip may be some times that in the body as a whole.
 const DECISIVE: f64 = 0.2;
 
+/// What a step is run by, and where it is told what it did.
+pub(super) struct Running<'a> {
+    /// The systems.
+    pub schedule: &'a mut Schedule,
+    /// Their report.
+    pub report: &'a mut Report,
+}
+
+impl Running<'_> {
+    /// Runs the systems of one stage.
+    pub fn stage(&mut self, world: &mut World, step: &StepContext, stage: Stage) {
+        self.schedule.run_stage(world, step, stage, &mut self.report.systems);
+    }
+}
+
 /// One dynamic step, in halves where the whole leaves no sound state; in the smallest of them bodies that would create energy are
 /// held back. Returns the time \[ms\] that was done: all of `dt`, or less where even the smallest part failed.
 pub(super) fn advance(
@@ -22,48 +37,51 @@ pub(super) fn advance(
     time: f64,
     dt: f64,
     halvings: u32,
-    report: &mut Report,
+    running: &mut Running,
 ) -> f64 {
     let step = StepContext::of_step(settings, dt, time + dt);
-    if solve_and_tear(world, &step, settings.resumes, report) {
+    if solve_and_tear(world, &step, settings.resumes, running) {
         return dt;
     }
     restore(world);
-    report.rolled_back += 1;
+    running.report.rolled_back += 1;
     if halvings == 0 {
         let last_resort = StepContext { is_last_resort: true, ..step };
-        if solve_and_tear(world, &last_resort, settings.resumes, report) {
+        if solve_and_tear(world, &last_resort, settings.resumes, running) {
             return dt;
         }
         restore(world);
         return 0.0;
     }
     let half = 0.5 * dt;
-    let first = advance(world, settings, time, half, halvings - 1, report);
+    let first = advance(world, settings, time, half, halvings - 1, running);
     if first < half {
         return first;
     }
-    half + advance(world, settings, time + half, half, halvings - 1, report)
+    half + advance(world, settings, time + half, half, halvings - 1, running)
 }
 
 /// Solves the step and tears, and takes the step up again while tips may advance further. Whether every solve has left a sound state.
-fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &mut Report) -> bool {
+fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: &mut Running) -> bool {
     for resumed in 0..=resumes {
         let step = StepContext { is_resumed: resumed > 0, ..*step };
-        iterate(world, &step, report);
+        iterate(world, &step, running);
         if !is_sound(world) {
             return false;
         }
-        schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
+        running.stage(world, &step, Stage::Decide);
         if step.newton_iterations == 1 && take_up_again_for_tears(world, &step) {
-            run_iteration(world, &decisive(step), report);
+            run_iteration(world, &decisive(step), running);
             if !is_sound(world) {
                 return false;
             }
-            schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
+            running.stage(world, &step, Stage::Decide);
         }
-        schedule::run_stage(world, &step, Stage::Account, &mut report.systems);
-        schedule::run_stage(world, &step, Stage::Tear, &mut report.systems);
+        running.stage(world, &step, Stage::Account);
+        running.stage(world, &step, Stage::Tear);
+        if running.schedule.has_late_callers() && !is_finite(world) {
+            return false;
+        }
         if !world.query_mut::<&TearDecisions>().into_iter().any(|decisions| decisions.may_advance_further) {
             break;
         }
@@ -78,40 +96,40 @@ fn decisive(step: StepContext) -> StepContext {
 }
 
 /// A static solve.
-pub(super) fn iterate_and_account(world: &mut World, step: &StepContext, report: &mut Report) {
-    iterate(world, step, report);
-    schedule::run_stage(world, step, Stage::Account, &mut report.systems);
+pub(super) fn iterate_and_account(world: &mut World, step: &StepContext, running: &mut Running) {
+    iterate(world, step, running);
+    running.stage(world, step, Stage::Account);
 }
 
 /// Solves for all bodies, from the start of the step, stage by stage where it has two, or taken up again in its last stage. A first
 /// stage that leaves what is not finite ends it.
-pub(super) fn iterate(world: &mut World, step: &StepContext, report: &mut Report) {
+pub(super) fn iterate(world: &mut World, step: &StepContext, running: &mut Running) {
     if step.is_resumed {
-        schedule::run_stage(world, step, Stage::Resume, &mut report.systems);
+        running.stage(world, step, Stage::Resume);
     } else if let Some([start, first]) = step.before_last() {
-        schedule::run_stage(world, &first, Stage::Begin, &mut report.systems);
-        schedule::run_stage(world, &start, Stage::Evaluate, &mut report.systems);
-        schedule::run_stage(world, &start, Stage::Start, &mut report.systems);
-        solve_stage(world, &first, report);
+        running.stage(world, &first, Stage::Begin);
+        running.stage(world, &start, Stage::Evaluate);
+        running.stage(world, &start, Stage::Start);
+        solve_stage(world, &first, running);
         if !is_finite(world) {
             return;
         }
-        schedule::run_stage(world, step, Stage::SecondStage, &mut report.systems);
+        running.stage(world, step, Stage::SecondStage);
     } else {
-        schedule::run_stage(world, step, Stage::Begin, &mut report.systems);
+        running.stage(world, step, Stage::Begin);
     }
-    solve_stage(world, step, report);
+    solve_stage(world, step, running);
 }
 
 /// Newton's iteration of a step or a stage of it.
-fn solve_stage(world: &mut World, step: &StepContext, report: &mut Report) {
+fn solve_stage(world: &mut World, step: &StepContext, running: &mut Running) {
     if step.newton_iterations == 1 {
-        return run_iteration(world, step, report);
+        return run_iteration(world, step, running);
     }
     // The last one of a dynamic step only evaluates what the ones before have reached.
     for _ in 0..=step.newton_iterations {
-        schedule::run_stage(world, step, Stage::Evaluate, &mut report.systems);
-        schedule::run_stage(world, step, Stage::Solve, &mut report.systems);
+        running.stage(world, step, Stage::Evaluate);
+        running.stage(world, step, Stage::Solve);
         let is_done = |s: &SolverScratch| s.is_converged || s.linear_residual.is_nan();
         if world.query_mut::<&SolverScratch>().into_iter().all(is_done) {
             break;
@@ -120,9 +138,9 @@ fn solve_stage(world: &mut World, step: &StepContext, report: &mut Report) {
 }
 
 /// The one iteration of a linearly implicit step.
-fn run_iteration(world: &mut World, step: &StepContext, report: &mut Report) {
-    schedule::run_stage(world, step, Stage::Evaluate, &mut report.systems);
-    schedule::run_stage(world, step, Stage::Solve, &mut report.systems);
+fn run_iteration(world: &mut World, step: &StepContext, running: &mut Running) {
+    running.stage(world, step, Stage::Evaluate);
+    running.stage(world, step, Stage::Solve);
     for scratch in world.query_mut::<&mut SolverScratch>() {
         scratch.is_converged = scratch.linear_residual.is_finite();
     }

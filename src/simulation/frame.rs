@@ -123,7 +123,7 @@ fn tip_frame(
 
 /// The rotation of the tissue ahead of a tip, by which rest directions are drawn in space: that of the triangle into which
 /// the chosen direction points, or of the tip's first.
-struct RestToSpace {
+pub(super) struct RestToSpace {
     rest: [DVec3; 3],
     space: [DVec3; 3],
 }
@@ -134,15 +134,20 @@ impl RestToSpace {
         let chart = surface.chart(decision.row);
         let sector = chart.and_then(|c| c.sector(c.to_chart(decision.direction))).unwrap_or(0);
         let t = fan.sectors.get(sector).map_or(0, |&(t, _)| t as usize);
-        let x = surface.triangles.corners[t].map(|v| surface.vertices.rest_position[v as usize]);
-        let fibre = surface.triangles.fibre[t];
+        Self::of_triangle(surface.vertices, surface.triangles, frames, t)
+    }
+
+    /// The rotation of one triangle.
+    pub(super) fn of_triangle(vertices: &Vertices, triangles: &Triangles, frames: &Frames, t: usize) -> Self {
+        let x = triangles.corners[t].map(|v| vertices.rest_position[v as usize]);
+        let fibre = triangles.fibre[t];
         let normal = (x[1] - x[0]).cross(x[2] - x[0]).normalize_or(DVec3::Z);
         let polar = frames.state[t].polar;
         let (a, b) = (polar.fibre_axis, polar.transverse_axis);
         Self { rest: [fibre, normal.cross(fibre), normal], space: [a, b, a.cross(b)] }
     }
 
-    fn apply(&self, rest: DVec3) -> DVec3 {
+    pub(super) fn apply(&self, rest: DVec3) -> DVec3 {
         (0..3).map(|i| self.space[i] * self.rest[i].dot(rest)).sum()
     }
 }

@@ -1,15 +1,32 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
 mod advance;
+mod debug_lines;
 mod error;
+mod fixed_step;
 mod frame;
+mod haptic_feed;
+mod haptics;
+mod motion;
+mod pin;
+mod query;
 mod reorder;
 mod sleep;
+mod systems;
 mod tear;
+mod view;
 
 pub use crate::components::Energies;
+pub use debug_lines::{DebugKind, DebugLine, DebugLines};
 pub use error::SimulationError;
+pub use fixed_step::FixedStep;
+pub use haptic_feed::{HapticModel, HapticReceiver, HapticSender, haptic_feed};
+pub use haptics::{Grasp, HapticError, Haptics, ToolSpring};
+pub use motion::MotionError;
+pub use pin::{Pin, PinError};
+pub use query::Hit;
 pub use tear::{Cut, CutError};
+pub use view::{BodyView, normals};
 
 use crate::components::{
     Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
@@ -17,12 +34,12 @@ use crate::components::{
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
-use crate::schedule;
+use crate::schedule::Schedule;
 use crate::settings::{Integrator, Precision, Settings, Tangent};
-use crate::storage::{Triangles, Vertices};
+use crate::storage::{Tips, Triangles, Vertices};
 use crate::systems::parallel::Pool;
 use crate::systems::{Formula, StepContext, corotation};
-use advance::{advance, is_finite, iterate_and_account, restore};
+use advance::{Running, advance, is_finite, iterate_and_account, restore};
 use glam::DVec3;
 use hecs::{Entity, World};
 
@@ -31,6 +48,7 @@ pub struct Simulation {
     world: World,
     settings: Settings,
     pool: Pool,
+    schedule: Schedule,
     report: Report,
     events: Vec<Event>,
     next_order: u32,
@@ -45,7 +63,7 @@ impl Simulation {
         error::check_settings(&settings)?;
         let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SimulationError::Threads)?;
         let (world, report, events) = (World::new(), Report::default(), Vec::new());
-        Ok(Self { world, settings, pool, report, events, next_order: 0 })
+        Ok(Self { world, settings, pool, schedule: Schedule::default(), report, events, next_order: 0 })
     }
 
     /// Puts a body into the world.
@@ -137,9 +155,9 @@ impl Simulation {
             return Err(SimulationError::AuditOfAnotherIntegrator { body: body.name.clone() });
         }
         self.begin_report();
-        let Self { world, settings, pool, report, .. } = self;
-        let time = report.time;
-        let done = pool.run(|| advance(world, settings, time, dt, settings.halvings, report));
+        let Self { world, settings, pool, schedule, report, .. } = self;
+        let (time, mut running) = (report.time, Running { schedule, report });
+        let done = pool.run(|| advance(world, settings, time, dt, settings.halvings, &mut running));
         self.report.has_failed = done < dt;
         self.report.time += done;
         self.finish_report();
@@ -169,8 +187,9 @@ impl Simulation {
         let iterations = self.settings.static_iterations.max(2);
         let (time, preconditioner) = (self.report.time + dt, self.settings.preconditioner);
         let step = StepContext::of_static_solve(dt, time, tolerance, iterations, preconditioner);
-        let Self { world, pool, report, .. } = self;
-        pool.run(|| iterate_and_account(world, &step, report));
+        let Self { world, pool, schedule, report, .. } = self;
+        let mut running = Running { schedule, report };
+        pool.run(|| iterate_and_account(world, &step, &mut running));
         self.finish_report();
         let is_finite = is_finite(&mut self.world);
         let failed = self.report.bodies.iter().filter(|b| !(b.is_converged && is_finite));
@@ -211,8 +230,9 @@ impl Simulation {
             newton_iterations: 1,
             newton_tolerance: 0.0,
         };
-        let Self { world, pool, report, .. } = self;
-        pool.run(|| iterate_and_account(world, &step, report));
+        let Self { world, pool, schedule, report, .. } = self;
+        let mut running = Running { schedule, report };
+        pool.run(|| iterate_and_account(world, &step, &mut running));
         self.finish_report();
         let residual = self.report.bodies.iter().map(|b| b.residual).max_by(f64::total_cmp).unwrap_or(0.0);
         let has_failed = residual.is_nan() || residual > linear.tolerance;
@@ -278,7 +298,7 @@ impl Simulation {
     }
 
     fn begin_report(&mut self) {
-        schedule::reset_reports(&mut self.report.systems);
+        self.schedule.reset_reports(&mut self.report.systems);
         self.report.rolled_back = 0;
         self.report.has_failed = false;
     }
@@ -287,11 +307,14 @@ impl Simulation {
         self.report.step += 1;
         let Self { world, report, .. } = self;
         report.bodies.clear();
-        for (body, scratch, sleeping) in
-            &mut world.query::<(Entity, &SolverScratch, Option<&Sleeping>)>().with::<&Body>()
-        {
+        type Query<'a> =
+            (Entity, (&'a Vertices, &'a Triangles, Option<&'a Tips>), &'a SolverScratch, Option<&'a Sleeping>);
+        for (body, (vertices, triangles, tips), scratch, sleeping) in &mut world.query::<Query>().with::<&Body>() {
             report.bodies.push(BodyReport {
                 body,
+                vertex_count: vertices.len(),
+                triangle_count: triangles.len(),
+                tip_count: tips.map_or(0, Tips::len),
                 iterations: scratch.iterations,
                 newton_iterations: scratch.newton_iterations,
                 residual: scratch.linear_residual,

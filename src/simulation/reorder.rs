@@ -2,7 +2,8 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{
-    EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs, TearDecisions, TearSite,
+    Changes, EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs, TearDecisions,
+    TearSite,
 };
 use crate::storage::{Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
 use crate::systems::linear::Factor;
@@ -27,7 +28,7 @@ impl Simulation {
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology),
             (&'a mut Increment, &'a mut Frames, &'a mut Factor, Option<&'a mut EnergyAudit>),
             (Option<&'a mut Holds>, Option<&'a mut Reactions>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
+            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Changes>),
             (Option<&'a mut Tips>, Option<&'a mut TearDecisions>, Option<&'a mut TipMemory>),
         );
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
@@ -35,7 +36,7 @@ impl Simulation {
             (vertices, triangles, topology),
             (increment, frames, factor, audit),
             (holds, reactions, springs, grips),
-            (point_loads, edge_loads),
+            (point_loads, edge_loads, changes),
             (tips, decisions, memory),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
@@ -49,6 +50,9 @@ impl Simulation {
         *factor = Factor::default();
         if let Some(memory) = memory {
             *memory = TipMemory::default();
+        }
+        if let Some(changes) = changes {
+            changes.forget();
         }
         if let Some(audit) = audit {
             audit.forget_loads();

@@ -1,12 +1,14 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
+use super::advance::Running;
 use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{
-    Body, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecisions, TearLog,
+    Body, Changes, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecisions,
+    TearLog,
 };
 use crate::event::{Event, EventKind, WokenBy};
 use crate::report::Report;
-use crate::schedule::{self, Stage};
+use crate::schedule::Stage;
 use crate::storage::{EditRecord, Mesh, TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::linear::Factor;
@@ -53,7 +55,7 @@ impl Simulation {
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut TipMemory>),
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
+            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>, Option<&'a mut Changes>),
         );
         self.wake_by(body, WokenBy::Cut);
         let before = self.audited_energies(body);
@@ -62,11 +64,11 @@ impl Simulation {
             (vertices, triangles, topology, increment, factor),
             (mut tips, log, scratch, memory),
             (holds, springs, grips),
-            (point_loads, edge_loads, refined),
+            (point_loads, edge_loads, refined, changes),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
         let mut followers =
-            Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined };
+            Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined, changes };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);
@@ -97,19 +99,24 @@ impl Simulation {
             smallest_angle: outcome.smallest_angle,
             piece_count: outcome.freed.len(),
         };
-        if let (Some(before), Some(after)) = (before, self.audited_energies(body))
-            && let Ok(audit) = self.world.query_one_mut::<&mut EnergyAudit>(body)
-        {
-            audit.note_edits(after - before);
-        }
+        self.note_edited_energies(body, before);
         self.collect_events();
         Ok(cut)
     }
 
     /// Energies of a body whose audit has begun.
-    fn audited_energies(&mut self, body: Entity) -> Option<Energies> {
+    pub(super) fn audited_energies(&mut self, body: Entity) -> Option<Energies> {
         let has_begun = self.world.get::<&EnergyAudit>(body).is_ok_and(|audit| audit.initial.is_some());
         if has_begun { self.energies(body).ok() } else { None }
+    }
+
+    /// Tells the audit of a body, where it has begun, what was done to its energies since `before`.
+    pub(super) fn note_edited_energies(&mut self, body: Entity, before: Option<Energies>) {
+        if let (Some(before), Some(after)) = (before, self.audited_energies(body))
+            && let Ok(audit) = self.world.query_one_mut::<&mut EnergyAudit>(body)
+        {
+            audit.note_edits(after - before);
+        }
     }
 
     /// Moves time on by `dt` \[ms\], finds the equilibrium there and tears quasi-statically: advances of all tips by one
@@ -122,10 +129,11 @@ impl Simulation {
         self.settle(dt, tolerance)?;
         for _ in 0..rounds {
             let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
-            let Self { world, pool, report, .. } = self;
+            let Self { world, pool, schedule, report, .. } = self;
+            let mut running = Running { schedule, report };
             pool.run(|| {
-                schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
-                schedule::run_stage(world, &step, Stage::Tear, &mut report.systems);
+                running.stage(world, &step, Stage::Decide);
+                running.stage(world, &step, Stage::Tear);
             });
             self.collect_events();
             if !self.may_tear_further() {

@@ -118,14 +118,27 @@ impl<T: Attachment> Attached<T> {
         places
     }
 
-    fn insert(&mut self, row: u32, value: T) {
+    /// Lets every member go.
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.values.clear();
+    }
+
+    /// Rewrites every value, told its row.
+    pub fn update(&mut self, value: impl Fn(u32, T) -> T) {
+        self.rows.iter().zip(&mut self.values).for_each(|(&row, old)| *old = value(row, *old));
+    }
+
+    /// Makes a vertex a member; one that is keeps its value.
+    pub fn insert(&mut self, row: u32, value: T) {
         if let Err(place) = self.rows.binary_search(&row) {
             self.rows.insert(place, row);
             self.values.insert(place, value);
         }
     }
 
-    fn remove(&mut self, row: u32) -> Option<T> {
+    /// Lets a member go and gives its value.
+    pub fn remove(&mut self, row: u32) -> Option<T> {
         let place = self.rows.binary_search(&row).ok()?;
         self.rows.remove(place);
         Some(self.values.remove(place))

@@ -129,6 +129,12 @@ impl EditRecord {
         (self.first_vertex..).zip(&self.new_vertices)
     }
 
+    /// The vertex that the edit has moved, with its row before the edit, and those between which it is then.
+    pub fn slid(&self) -> Option<(u32, Parents)> {
+        let Edit::Slide { vertex, towards, weight } = self.edit else { return None };
+        Some((vertex, Parents::on_edge(vertex, towards, weight)))
+    }
+
     /// Rows of the vertices that the edit has parted: those it has duplicated.
     pub fn parted(&self) -> impl Iterator<Item = u32> {
         self.new_vertices.iter().filter(|parents| parents.is_duplicate()).map(|parents| parents.rows()[0])

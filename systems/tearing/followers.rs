@@ -1,7 +1,7 @@
 //! Components that refer to vertices and follow what edits do to them.
 
 use super::TipMemory;
-use crate::components::{EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs};
+use crate::components::{Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs};
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 use crate::systems::linear::Factor;
 
@@ -26,6 +26,8 @@ pub struct Followers<'a> {
     pub edge_loads: Option<&'a mut EdgeLoads>,
     /// The list of what has been added to the mesh.
     pub refined: Option<&'a mut Refined>,
+    /// The list of changes that somebody has asked for.
+    pub changes: Option<&'a mut Changes>,
 }
 
 impl Followers<'_> {
@@ -90,6 +92,9 @@ impl Followers<'_> {
             }
             if let Some(refined) = &mut self.refined {
                 refined.follow(record, tables);
+            }
+            if let Some(changes) = &mut self.changes {
+                changes.note(record, tables.triangles.len());
             }
         }
         records.clear();

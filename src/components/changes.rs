@@ -1,0 +1,171 @@
+//! What has changed in a body's mesh since somebody last asked.
+
+use crate::storage::{EditRecord, Parents};
+use std::ops::Range;
+
+/// A change of the rows of vertices and triangles. In their order, the changes turn arrays that belong to vertices or triangles
+/// (indices, texture coordinates, colours) into those of the mesh as it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// A vertex was added at the end: a copy of its one parent where tissue was parted, else a point between its parents.
+    VertexAdded {
+        /// Its row: the number of vertices before.
+        row: u32,
+        /// Rows and weights of the vertices that it comes from, by [`Parents::blend`].
+        parents: Parents,
+    },
+    /// A vertex was moved in the rest shape.
+    VertexMoved {
+        /// Its row.
+        row: u32,
+        /// Rows, its own among them, and weights of the vertices between which it is now.
+        parents: Parents,
+    },
+    /// A vertex was removed, and the last one took its row: `swap_remove`.
+    VertexRemoved {
+        /// Its row.
+        row: u32,
+    },
+    /// A triangle has other corners.
+    TriangleChanged {
+        /// Its row.
+        row: u32,
+        /// Rows of its vertices.
+        corners: [u32; 3],
+    },
+    /// A triangle was added at the end.
+    TriangleAdded {
+        /// Its row: the number of triangles before.
+        row: u32,
+        /// Row of the triangle that it was cut from.
+        parent: u32,
+        /// Rows of its vertices.
+        corners: [u32; 3],
+    },
+    /// A triangle was removed, and the last one took its row: `swap_remove`.
+    TriangleRemoved {
+        /// Its row.
+        row: u32,
+    },
+}
+
+/// Keeps a list of what tears, cuts, refinement and coarsening change in the mesh, for whoever keeps a copy of it: a renderer, a
+/// network. [`Simulation::drain_changes`](crate::simulation::Simulation::drain_changes) empties it. *State.* A body without this
+/// component keeps none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Changes {
+    pub(crate) log: Vec<Change>,
+    /// Whether a copy has to begin anew, and the log is empty for that reason.
+    pub(crate) is_whole: bool,
+}
+
+/// Changes per triangle at the most: as many as half a triangle's memory. Refinement to twice the triangles makes three.
+const MOST_PER_TRIANGLE: usize = 4;
+
+impl Default for Changes {
+    /// The whole mesh is new.
+    fn default() -> Self {
+        Self { log: Vec::new(), is_whole: true }
+    }
+}
+
+impl Changes {
+    /// Notes an edit. Where nobody empties the list until it has several changes per triangle, all of the mesh counts as new.
+    pub(crate) fn note(&mut self, record: &EditRecord, triangle_count: usize) {
+        if self.is_whole {
+            return;
+        }
+        if self.log.len() > MOST_PER_TRIANGLE * triangle_count.max(256) {
+            return self.forget();
+        }
+        self.log.extend(record.created().map(|(row, &parents)| Change::VertexAdded { row, parents }));
+        self.log.extend(record.slid().into_iter().map(|(row, parents)| Change::VertexMoved { row, parents }));
+        let changed = record.changed_triangles.iter();
+        self.log.extend(changed.map(|t| Change::TriangleChanged { row: t.row_before, corners: t.corners }));
+        let added = (record.first_triangle..).zip(&record.new_triangles);
+        self.log.extend(added.map(|(row, t)| Change::TriangleAdded { row, parent: t.parent, corners: t.corners }));
+        if let Some(removed) = &record.removed {
+            self.log.extend(removed.triangles.iter().map(|triangle| Change::TriangleRemoved { row: triangle.row }));
+            self.log.push(Change::VertexRemoved { row: removed.vertex });
+        }
+    }
+
+    /// Everything is new: rows have been sorted, or the list has become too long.
+    pub(crate) fn forget(&mut self) {
+        self.log.clear();
+        self.is_whole = true;
+    }
+}
+
+/// What has changed since the last call, in a buffer of the caller's that keeps its memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChangeSet {
+    /// Whether the whole mesh is new: the first time, after [`Simulation::reorder`](crate::simulation::Simulation::reorder), and
+    /// where nobody has asked for a long time. The list is empty then and the ranges span all rows.
+    pub is_whole: bool,
+    /// The changes in their order.
+    pub list: Vec<Change>,
+    /// Ranges of rows, ascending, of the vertices that are new, have moved in the rest shape, or are now what another row was.
+    /// Positions and velocities change everywhere in every step.
+    pub vertices: Vec<Range<u32>>,
+    /// Ranges of rows, ascending, of the triangles that are new, have other corners, or are now what another row was.
+    pub triangles: Vec<Range<u32>>,
+    /// Number of vertices now: a copy is cut or extended to it.
+    pub vertex_count: u32,
+    /// Number of triangles now.
+    pub triangle_count: u32,
+    rows: Vec<u32>,
+}
+
+impl ChangeSet {
+    /// Whether nothing has changed.
+    pub fn is_empty(&self) -> bool {
+        !self.is_whole && self.list.is_empty()
+    }
+
+    /// Takes what a body's list holds; the list is empty afterwards.
+    pub(crate) fn take(&mut self, changes: &mut Changes, vertex_count: u32, triangle_count: u32) {
+        self.is_whole = std::mem::take(&mut changes.is_whole);
+        self.list.clear();
+        std::mem::swap(&mut self.list, &mut changes.log);
+        (self.vertex_count, self.triangle_count) = (vertex_count, triangle_count);
+        if self.is_whole {
+            for (ranges, count) in [(&mut self.vertices, vertex_count), (&mut self.triangles, triangle_count)] {
+                ranges.clear();
+                ranges.push(0..count);
+            }
+            return;
+        }
+        let of_vertex = |change: &Change| match *change {
+            Change::VertexAdded { row, .. } | Change::VertexMoved { row, .. } | Change::VertexRemoved { row } => {
+                Some(row)
+            }
+            _ => None,
+        };
+        let of_triangle = |change: &Change| match *change {
+            Change::TriangleChanged { row, .. }
+            | Change::TriangleAdded { row, .. }
+            | Change::TriangleRemoved { row } => Some(row),
+            _ => None,
+        };
+        self.rows.clear();
+        self.rows.extend(self.list.iter().filter_map(of_vertex));
+        ranges_of(&mut self.rows, vertex_count, &mut self.vertices);
+        self.rows.clear();
+        self.rows.extend(self.list.iter().filter_map(of_triangle));
+        ranges_of(&mut self.rows, triangle_count, &mut self.triangles);
+    }
+}
+
+/// The rows below `count` as ascending ranges. What was at a row beyond has been moved below, to a row that is listed itself.
+fn ranges_of(rows: &mut Vec<u32>, count: u32, ranges: &mut Vec<Range<u32>>) {
+    rows.sort_unstable();
+    rows.dedup();
+    ranges.clear();
+    for &row in rows.iter().take_while(|&&row| row < count) {
+        match ranges.last_mut() {
+            Some(last) if last.end == row => last.end = row + 1,
+            _ => ranges.push(row..row + 1),
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! The tissue at a tool as a linear spring, for a haptic loop that runs faster than the steps.
+//!
+//! With the tool's springs K_g between its points and the vertices it holds, and the rest of the body's tangent A at its present
+//! state, the vertices answer a small motion d of the tool by u with (A + K_g)·u = K_g·E·d, where E gives every vertex the motion of
+//! the tool. The force then changes by S·d with S = Eᵀ·K_g·(E − U), the Schur complement: U has the answers to the three unit motions.
+//! What is computed is the energy (E − U)ᵀ·K_g·(E − U) + Uᵀ·A·U, equal to S for the exact U: symmetric and positive semidefinite
+//! for any U, too stiff by the square of the error of U alone, so that a loose solve is enough and no loop gains energy from it.
+//! A tool with pins has no springs: U is E at its vertices, and S = Uᵀ·A·U.
+//!
+//! External stiffness, with the drag of the fluid, counts as the last step evaluated it.
+
+use super::haptic_feed::HapticModel;
+use super::{Pin, PinError, Simulation};
+use crate::components::{
+    Damping, ExternalStiffness, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
+};
+use crate::settings::{LinearParams, Tangent};
+use crate::storage::{Topology, Triangles, VertexKey, Vertices};
+use crate::systems::StepContext;
+use crate::systems::corotation::{evaluate, geometric_stiffness};
+use crate::systems::linear::{self, Factor, Inner, InnerSolver, Means, Operator, Use};
+use glam::{DMat3, DVec3};
+use hecs::Entity;
+
+/// Limits of the three solves: the force is then right to the square of this.
+const LIMITS: LinearParams = LinearParams::by_residual(1e-3, 500);
+
+/// A spring between a tool and a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolSpring {
+    /// The vertex.
+    pub vertex: VertexKey,
+    /// The tool's point that it is drawn to \[mm\].
+    pub point: DVec3,
+    /// Stiffness \[N/mm\], > 0.
+    pub stiffness: f64,
+}
+
+/// How a tool has hold of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Grasp {
+    /// By springs, as forceps do.
+    Springs {
+        /// The springs.
+        springs: Vec<ToolSpring>,
+        /// Whether a component of the body, such as [`Grips`], exerts them in the steps.
+        is_in_steps: bool,
+    },
+    /// By pins: the vertices go where the tool goes.
+    Pins {
+        /// The pins.
+        pins: Vec<Pin>,
+        /// Force of the tool on the tissue \[N\]: their reaction.
+        force: DVec3,
+    },
+}
+
+/// Why there is no linear model; the last one may still serve.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum HapticError {
+    /// There is no such body.
+    #[error("there is no such body")]
+    NoSuchBody,
+    /// The body has no grip of this number, or it is not closed.
+    #[error("grip {0} does not exist or is not closed")]
+    NotClosed(usize),
+    /// A tool without springs or pins.
+    #[error("the tool has neither springs nor pins: it holds nothing")]
+    HoldsNothing,
+    /// A vertex that is no more.
+    #[error("the body has no vertex {0:?}: it was removed, or belongs to another body")]
+    NoSuchVertex(VertexKey),
+    /// A point or stiffness that is none.
+    #[error("the spring at vertex {0:?} needs finite points and forces and a positive finite stiffness")]
+    BadSpring(VertexKey),
+    /// No pins of this name.
+    #[error(transparent)]
+    Pins(#[from] PinError),
+    /// The answer is not finite.
+    #[error("the tissue gives no finite answer: {0}")]
+    NoAnswer(String),
+}
+
+/// Makes linear models of one tool on one body; keeps what the next model can use, and its memory.
+#[derive(Debug, Default)]
+pub struct Haptics {
+    horizon: f64,
+    factor: Factor,
+    inner: InnerSolver,
+    frames: Frames,
+    external: ExternalStiffness,
+    scratch: SolverScratch,
+    corner: Vec<[DVec3; 3]>,
+    /// The answers to the three unit motions of the tool, and the forces they need.
+    answers: [Vec<DVec3>; 3],
+    forces: [Vec<DVec3>; 3],
+    /// Row and stiffness of every spring.
+    springs: Vec<(usize, f64)>,
+    /// Rows of the pins.
+    pinned: Vec<usize>,
+}
+
+impl Haptics {
+    /// Models that hold for motions of the tool slower than `horizon` \[ms\]: the tissue's masses and damping resist what is
+    /// faster. With 1000 and more it is the answer in equilibrium; with the length of a step that which the step will give. What is
+    /// not a positive number is taken for 1000, and longer ones too: tissue that hangs loose has no equilibrium.
+    pub fn new(horizon: f64) -> Self {
+        let horizon = if horizon > 0.0 { horizon.min(1000.0) } else { 1000.0 };
+        Self { horizon, ..Self::default() }
+    }
+
+    /// The linear model of a tool at a body's present state: three linear solves.
+    ///
+    /// # Errors
+    /// For a tool that holds nothing, a spring that is none, and where the tissue's answer is not finite.
+    pub fn model(
+        &mut self,
+        simulation: &mut Simulation,
+        body: Entity,
+        grasp: &Grasp,
+    ) -> Result<HapticModel, HapticError> {
+        type Query<'a> = (
+            (&'a Vertices, &'a Triangles, &'a Topology),
+            (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
+            (Option<&'a PreStretch>, Option<&'a Damping>),
+        );
+        let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
+        let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, damping)) = found;
+        let (position, force) = match grasp {
+            Grasp::Springs { springs, .. } => self.take_springs(vertices, springs)?,
+            Grasp::Pins { pins, force } => (self.take_pins(vertices, pins, *force)?, *force),
+        };
+        self.mark_free(vertices, holds, planar.is_some());
+        let is_in_steps = matches!(grasp, Grasp::Springs { is_in_steps: true, .. });
+        self.add_stiffness(vertices.len(), external, is_in_steps);
+        let Self { horizon, factor, inner, frames, external, scratch, corner, answers, forces, springs, pinned } = self;
+        let rate = 1.0 / *horizon;
+        corner.resize(triangles.len(), [DVec3::ZERO; 3]);
+        let solved = simulation.pool.run(|| {
+            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
+            let tangent = Tangent::Projected;
+            geometric_stiffness(frames, triangles, planar.is_some(), tangent, StepContext::RESERVE_OF_EULER);
+            let operator = Operator {
+                vertices,
+                triangles,
+                topology,
+                frames,
+                external: Some(external),
+                inertia: rate * rate,
+                viscosity: damping.map_or(0.0, |d| d.time) * rate,
+                tangent,
+            };
+            for (axis, (u, force)) in answers.iter_mut().zip(forces.iter_mut()).enumerate() {
+                // The last answer is the first guess, where there is one for these vertices.
+                u.resize(vertices.len(), DVec3::ZERO);
+                u.iter_mut()
+                    .zip(&scratch.free)
+                    .for_each(|(u, free)| *u = if u.is_finite() { *u * *free } else { DVec3::ZERO });
+                pinned.iter().for_each(|&v| u[v] = DVec3::AXES[axis]);
+                scratch.residual.clear();
+                scratch.residual.resize(vertices.len(), DVec3::ZERO);
+                springs.iter().for_each(|&(v, stiffness)| scratch.residual[v][axis] += stiffness);
+                let mut means =
+                    Means { factor: Some((factor, Use::Aside)), inner: Some((inner, Inner::IncompleteCholesky)) };
+                linear::solve(&operator, &LIMITS, &mut means, corner, u, scratch)?;
+                force.resize(vertices.len(), DVec3::ZERO);
+                operator.apply(u, &scratch.free, corner, force, &mut scratch.partials);
+            }
+            Ok::<(), linear::CgError>(())
+        });
+        solved.map_err(|error| HapticError::NoAnswer(error.to_string()))?;
+        let stiffness = self.energy();
+        if !(stiffness.is_finite() && force.is_finite()) {
+            return Err(HapticError::NoAnswer("a value that is not finite".to_owned()));
+        }
+        Ok(HapticModel { time: simulation.report.time, position, force, stiffness })
+    }
+
+    /// Notes the springs, and gives the tool's point, the mean of its springs', and its force on the tissue \[N\].
+    fn take_springs(&mut self, vertices: &Vertices, springs: &[ToolSpring]) -> Result<(DVec3, DVec3), HapticError> {
+        self.springs.clear();
+        self.pinned.clear();
+        let (mut position, mut force, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        for &ToolSpring { vertex, point, stiffness } in springs {
+            let v = vertices.row(vertex).ok_or(HapticError::NoSuchVertex(vertex))? as usize;
+            if !(stiffness > 0.0 && stiffness.is_finite() && point.is_finite()) {
+                return Err(HapticError::BadSpring(vertex));
+            }
+            position += point * stiffness;
+            force += (point - vertices.position[v]) * stiffness;
+            total += stiffness;
+            self.springs.push((v, stiffness));
+        }
+        if self.springs.is_empty() { Err(HapticError::HoldsNothing) } else { Ok((position / total, force)) }
+    }
+
+    /// Notes the pins, and gives their mean place.
+    fn take_pins(&mut self, vertices: &Vertices, pins: &[Pin], force: DVec3) -> Result<DVec3, HapticError> {
+        self.springs.clear();
+        self.pinned.clear();
+        let mut sum = DVec3::ZERO;
+        for &Pin { vertex, place, .. } in pins {
+            self.pinned.push(vertices.row(vertex).ok_or(HapticError::NoSuchVertex(vertex))? as usize);
+            if !(place.is_finite() && force.is_finite()) {
+                return Err(HapticError::BadSpring(vertex));
+            }
+            sum += place;
+        }
+        if pins.is_empty() { Err(HapticError::HoldsNothing) } else { Ok(sum / pins.len() as f64) }
+    }
+
+    fn mark_free(&mut self, vertices: &Vertices, holds: Option<&Holds>, is_planar: bool) {
+        let free = &mut self.scratch.free;
+        free.clear();
+        free.resize(vertices.len(), if is_planar { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE });
+        for hold in holds.into_iter().flat_map(|holds| &holds.groups) {
+            for (&row, axis) in hold.members.rows().iter().flat_map(|row| (0..3).map(move |axis| (row, axis))) {
+                if hold.axes[axis] {
+                    free[row as usize][axis] = 0.0;
+                }
+            }
+        }
+        self.pinned.iter().for_each(|&v| free[v] = DVec3::ZERO);
+    }
+
+    /// What acts on the body beside the tool, as the last step evaluated it, and the tool's springs.
+    fn add_stiffness(&mut self, count: usize, external: Option<&ExternalStiffness>, is_in_steps: bool) {
+        let block = &mut self.external.block;
+        block.clear();
+        block.extend(external.into_iter().flat_map(|external| &external.block));
+        // Vertices that the step has made at its end were not evaluated.
+        block.resize(count, DMat3::ZERO);
+        for &(v, stiffness) in &self.springs {
+            let spring = DMat3::from_diagonal(DVec3::splat(stiffness));
+            // At least the spring itself, should its share have changed since.
+            let others = if is_in_steps { block[v] - spring } else { block[v] };
+            let least = others.x_axis.x.min(others.y_axis.y).min(others.z_axis.z);
+            block[v] = if is_in_steps && !(least >= 0.0) { spring } else { others + spring };
+        }
+    }
+
+    /// (E − U)ᵀ·K_g·(E − U) + Uᵀ·A·U \[N/mm\]: with K = A + K_g, Eᵀ·K_g·E − Uᵀ·K_g·E − Eᵀ·K_g·U + Uᵀ·K·U. Pins have no
+    /// springs, and U is E there.
+    fn energy(&self) -> DMat3 {
+        let mut stiffness = [[0.0; 3]; 3];
+        for (i, j) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+            let (u, w) = (&self.answers[i], &self.answers[j]);
+            let inside: f64 = u.iter().zip(&self.forces[j]).map(|(u, force)| u.dot(*force)).sum();
+            let springs = self.springs.iter().map(|&(v, k)| k * (f64::from(u8::from(i == j)) - u[v][j] - w[v][i]));
+            stiffness[i][j] = inside + springs.sum::<f64>();
+            stiffness[j][i] = stiffness[i][j];
+        }
+        positive(DMat3::from_cols_array_2d(&stiffness))
+    }
+}
+
+/// The matrix, raised by as much as rounding may have left it below zero.
+fn positive(matrix: DMat3) -> DMat3 {
+    let size = matrix.x_axis.x.abs() + matrix.y_axis.y.abs() + matrix.z_axis.z.abs();
+    let minor = matrix.x_axis.x * matrix.y_axis.y - matrix.x_axis.y * matrix.y_axis.x;
+    if matrix.x_axis.x > 0.0 && minor > 0.0 && matrix.determinant() > 0.0 {
+        return matrix;
+    }
+    matrix + DMat3::from_diagonal(DVec3::splat(1e-9 * size))
+}
+
+impl Simulation {
+    /// How a closed grip of a body's [`Grips`] has hold of it now, for [`Haptics::model`].
+    ///
+    /// # Errors
+    /// If there is no such body, or no such grip that is closed.
+    pub fn grasp_of_grip(&self, body: Entity, grip: usize) -> Result<Grasp, HapticError> {
+        let mut query = self.world.query_one::<(&Vertices, &Triangles, &Topology, Option<&Grips>)>(body);
+        let (vertices, triangles, topology, grips) = query.get().map_err(|_| HapticError::NoSuchBody)?;
+        let closed = grips.filter(|grips| grips.list.len() > grip && !grips.held[grip].rows().is_empty());
+        let grips = closed.ok_or(HapticError::NotClosed(grip))?;
+        let (held, Grips { list, turn, .. }) = (&grips.held[grip], grips);
+        let path = &list[grip].path;
+        let carried = turn[grip] * (path.at(self.report.time) - path.at(list[grip].from));
+        let total: f64 = held.rows().iter().map(|&row| topology.vertex_area(triangles, row)).sum();
+        let spring = |(&row, &taken_at): (&u32, &DVec3)| {
+            let stiffness = list[grip].stiffness * (topology.vertex_area(triangles, row) / total);
+            Some(ToolSpring { vertex: vertices.key(row)?, point: taken_at + carried, stiffness })
+        };
+        let springs = held.rows().iter().zip(held.values()).filter_map(spring).collect();
+        Ok(Grasp::Springs { springs, is_in_steps: true })
+    }
+
+    /// How [pins](Self::pin) have hold of a body, with their reaction at the last step, for [`Haptics::model`].
+    ///
+    /// # Errors
+    /// If there is no such body, or there are no pins of this name.
+    pub fn grasp_of_pins(&mut self, body: Entity, name: &str) -> Result<Grasp, HapticError> {
+        let pins = self.pins(body, name)?;
+        let found = self.world.query_one_mut::<(&Holds, &Reactions)>(body).map_err(|_| HapticError::NoSuchBody)?;
+        let (holds, reactions) = found;
+        let group = holds.groups.iter().position(|hold| hold.name == name);
+        let forces = group.and_then(|group| reactions.groups.get(group));
+        Ok(Grasp::Pins { pins, force: forces.map_or(DVec3::ZERO, |forces| forces.iter().sum()) })
+    }
+}

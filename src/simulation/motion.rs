@@ -1,0 +1,95 @@
+//! A body set elsewhere, or thrown.
+
+use super::Simulation;
+use crate::components::{EnergyAudit, Hold, Holds, Increment, Planar};
+use crate::event::WokenBy;
+use crate::storage::Vertices;
+use glam::{DQuat, DVec3};
+use hecs::Entity;
+
+/// Why a body was not set elsewhere; nothing has changed then.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MotionError {
+    /// There is no such body.
+    #[error("there is no such body")]
+    NoSuchBody,
+    /// A rotation, translation or velocity that is not finite.
+    #[error("a rotation, translation or velocity is not finite")]
+    NotFinite,
+    /// A hold that would draw the body back at once.
+    #[error("`{0}` holds the body along a curve: let its vertices go, or pin them instead")]
+    Held(String),
+    /// A planar body stays in a plane z = const.
+    #[error("a planar body turns about z only, and moves in its plane")]
+    OutOfPlane,
+}
+
+impl Simulation {
+    /// Sets a body elsewhere: turned about the origin, then shifted \[mm\], with its velocities turned and its pins taken along.
+    /// Springs, grips and obstacles stay where they are.
+    ///
+    /// # Errors
+    /// For numbers that are not finite, for a planar body that would leave its plane, and for one that a curve holds.
+    pub fn teleport(&mut self, body: Entity, rotation: DQuat, shift: DVec3) -> Result<(), MotionError> {
+        type Query<'a> = (
+            (&'a mut Vertices, &'a mut Increment, Option<&'a mut Holds>),
+            (Option<&'a Planar>, Option<&'a mut EnergyAudit>),
+        );
+        let found = self.world.query_one_mut::<Query>(body).map_err(|_| MotionError::NoSuchBody)?;
+        let ((vertices, increment, mut holds), (planar, audit)) = found;
+        if !(rotation.is_finite() && rotation.length_squared() > 0.0 && shift.is_finite()) {
+            return Err(MotionError::NotFinite);
+        }
+        let rotation = rotation.normalize();
+        // A turn about z has no other parts, and a quaternion of one has them exactly zero.
+        if planar.is_some() && (rotation.x != 0.0 || rotation.y != 0.0 || shift.z != 0.0) {
+            return Err(MotionError::OutOfPlane);
+        }
+        let curved = |hold: &&Hold| !(hold.is_pin() || hold.members.rows().is_empty());
+        if let Some(hold) = holds.as_ref().and_then(|holds| holds.groups.iter().find(curved)) {
+            return Err(MotionError::Held(hold.name.clone()));
+        }
+        let is_planar = planar.is_some();
+        let moved = |x: DVec3| {
+            let to = rotation * x + shift;
+            // A turn about z may round z.
+            if is_planar { to.with_z(x.z) } else { to }
+        };
+        vertices.position.iter_mut().for_each(|x| *x = moved(*x));
+        vertices.velocity.iter_mut().for_each(|v| *v = rotation * *v);
+        increment.displacement.iter_mut().for_each(|u| *u = rotation * *u);
+        // Nothing lies between where it was and where it is.
+        increment.start.clear();
+        for hold in holds.iter_mut().flat_map(|holds| &mut holds.groups) {
+            hold.members.update(|row, offset| {
+                let rest = vertices.rest_position[row as usize];
+                moved(rest + offset) - rest
+            });
+        }
+        if let Some(audit) = audit {
+            audit.forget_equilibrium();
+        }
+        self.wake_by(body, WokenBy::Caller);
+        Ok(())
+    }
+
+    /// Sets the velocities \[mm/ms\] of a body from its positions \[mm\]. Held axes keep to their holds in the next step.
+    ///
+    /// # Errors
+    /// For a velocity that is not finite; `velocity` is asked twice for each vertex.
+    pub fn set_velocity(&mut self, body: Entity, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), MotionError> {
+        let before = self.audited_energies(body);
+        let (vertices, planar) =
+            self.world.query_one_mut::<(&mut Vertices, Option<&Planar>)>(body).map_err(|_| MotionError::NoSuchBody)?;
+        if !vertices.position.iter().all(|&x| velocity(x).is_finite()) {
+            return Err(MotionError::NotFinite);
+        }
+        if planar.is_some() && vertices.position.iter().any(|&x| velocity(x).z != 0.0) {
+            return Err(MotionError::OutOfPlane);
+        }
+        vertices.velocity.iter_mut().zip(&vertices.position).for_each(|(v, &x)| *v = velocity(x));
+        self.note_edited_energies(body, before);
+        self.wake_by(body, WokenBy::Caller);
+        Ok(())
+    }
+}

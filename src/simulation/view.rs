@@ -1,0 +1,101 @@
+//! A body as slices of its own arrays, and what has changed in them.
+
+use super::{Simulation, SimulationError};
+use crate::components::{ChangeSet, Changes, Increment, Sleeping};
+use crate::storage::{TriangleKey, Triangles, VertexKey, Vertices};
+use glam::DVec3;
+use hecs::Entity;
+
+/// A body's arrays as they are: nothing is copied or computed. Rows change in steps and cuts, by what
+/// [`Simulation::drain_changes`] tells.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyView<'a> {
+    /// Positions \[mm\] by vertex.
+    pub positions: &'a [DVec3],
+    /// Positions in the rest shape \[mm\].
+    pub rest_positions: &'a [DVec3],
+    /// Velocities \[mm/ms\].
+    pub velocities: &'a [DVec3],
+    /// Keys of the vertices.
+    pub vertex_keys: &'a [VertexKey],
+    /// Rows of the three vertices of every triangle, counter-clockwise seen from the side that the normal points to.
+    pub triangles: &'a [[u32; 3]],
+    /// Keys of the triangles.
+    pub triangle_keys: &'a [TriangleKey],
+    /// Where the last step began; empty before the first.
+    start: &'a [DVec3],
+    /// Length of the last step, or of the last part of one that was halved \[ms\].
+    start_dt: f64,
+    is_asleep: bool,
+}
+
+impl BodyView<'_> {
+    /// Unit normals by vertex: the mean of those of the triangles around it, weighted by area; zero where they cancel. The buffer
+    /// is filled anew and keeps its memory.
+    pub fn normals(&self, into: &mut Vec<DVec3>) {
+        normals(self.positions, self.triangles, into);
+    }
+
+    /// Positions \[mm\] at `behind` \[ms\] before now, on a straight line from where the last step of `dt` \[ms\] began: what a
+    /// picture between two steps shows. A vertex that is new has begun between its parents, one that has never moved where it is.
+    /// The buffer is filled anew and keeps its memory.
+    pub fn positions_before(&self, behind: f64, into: &mut Vec<DVec3>) {
+        into.clear();
+        let back = if self.start_dt > 0.0 { (behind / self.start_dt).clamp(0.0, 1.0) } else { 0.0 };
+        if self.is_asleep || back == 0.0 || self.start.len() != self.positions.len() {
+            return into.extend_from_slice(self.positions);
+        }
+        into.extend(self.positions.iter().zip(self.start).map(|(now, start)| now.lerp(*start, back)));
+    }
+}
+
+/// Unit normals by vertex, weighted by area, for positions of your own, such as those [between two
+/// steps](BodyView::positions_before).
+pub fn normals(positions: &[DVec3], triangles: &[[u32; 3]], into: &mut Vec<DVec3>) {
+    into.clear();
+    into.resize(positions.len(), DVec3::ZERO);
+    for corners in triangles {
+        let [a, b, c] = corners.map(|v| positions[v as usize]);
+        let twice_area = (b - a).cross(c - a);
+        for v in corners {
+            into[*v as usize] += twice_area;
+        }
+    }
+    into.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
+}
+
+impl Simulation {
+    /// A body's arrays.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn view(&mut self, body: Entity) -> Result<BodyView<'_>, SimulationError> {
+        type Query<'a> = (&'a Vertices, &'a Triangles, &'a Increment, Option<&'a Sleeping>);
+        let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
+        let (vertices, triangles, increment, sleeping) = found;
+        Ok(BodyView {
+            positions: &vertices.position,
+            rest_positions: &vertices.rest_position,
+            velocities: &vertices.velocity,
+            vertex_keys: vertices.keys(),
+            triangles: &triangles.corners,
+            triangle_keys: triangles.keys(),
+            start: &increment.start,
+            start_dt: increment.dt,
+            is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
+        })
+    }
+
+    /// Takes what has changed in the mesh of a body with [`Changes`] since the last call; the first time all of it.
+    ///
+    /// # Errors
+    /// If there is no such body, and for one without [`Changes`].
+    pub fn drain_changes(&mut self, body: Entity, into: &mut ChangeSet) -> Result<(), SimulationError> {
+        type Query<'a> = (&'a Vertices, &'a Triangles, Option<&'a mut Changes>);
+        let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
+        let (vertices, triangles, changes) = found;
+        let changes = changes.ok_or(SimulationError::NoSuchComponents)?;
+        into.take(changes, vertices.len() as u32, triangles.len() as u32);
+        Ok(())
+    }
+}

@@ -1,0 +1,163 @@
+//! The linear model of the tissue at a tool, against the simulation itself.
+
+use glam::{DMat3, DVec3};
+use hecs::Entity;
+use rhexis::components::{Curve, Fibres, Grip, Grips, Hold, Material, Path};
+use rhexis::membrane::Membrane;
+use rhexis::scene::generate;
+use rhexis::settings::Settings;
+use rhexis::simulation::{Grasp, HapticError, Haptics, Simulation, ToolSpring};
+use rhexis::storage::{Attached, Vertices};
+
+/// Stiffness of the pinch \[N/mm\]: of the order of the tissue's own under it.
+const PINCH: f64 = 0.2;
+
+/// A taut sheet clamped around, pinched in the middle and drawn to `hand` \[mm\] within 10 ms, then to wherever the path goes.
+fn pinched(cells: usize, hand: DVec3) -> (Simulation, Entity) {
+    let mesh = generate::grid(20.0, 20.0, cells, cells).unwrap();
+    let mut sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(30.0));
+    let rim = sheet.select(|p| p.x == 0.0 || p.y == 0.0 || p.x == 20.0 || p.y == 20.0);
+    // Drawn out by 5 %, as a membrane in its frame is.
+    let out = |row: u32| (sheet.mesh().positions[row as usize] - DVec3::new(10.0, 10.0, 0.0)) * 0.05;
+    let members = Attached::new(rim.into_iter().map(|row| (row, out(row))));
+    sheet = sheet.hold(Hold { name: "rim".into(), members, axes: [true; 3], curve: Curve::constant(1.0) });
+    let grip = Grip {
+        name: "forceps".into(),
+        from: 1.0,
+        until: f64::INFINITY,
+        material_point: DVec3::new(9.0, 11.0, 0.0),
+        near_tip: None,
+        radius: 0.8,
+        stiffness: PINCH,
+        path: Path { points: vec![(1.0, DVec3::ZERO), (10.0, hand)] },
+    };
+    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
+    let body = simulation.spawn(sheet.with(Grips::new(vec![grip]))).unwrap();
+    simulation.settle(1.0, 1e-9).unwrap();
+    simulation.settle(9.0, 1e-9).unwrap();
+    (simulation, body)
+}
+
+/// Draws the hand to a place and gives the force there in equilibrium.
+fn force_at(simulation: &mut Simulation, body: Entity, hand: DVec3) -> DVec3 {
+    simulation.entity_mut::<&mut Grips>(body).unwrap().list[0].path.points[1].1 = hand;
+    simulation.settle(0.0, 1e-9).unwrap();
+    let grasp = simulation.grasp_of_grip(body, 0).unwrap();
+    force(simulation, body, &grasp)
+}
+
+fn force(simulation: &Simulation, body: Entity, grasp: &Grasp) -> DVec3 {
+    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+    let Grasp::Springs { springs, .. } = grasp else { panic!("a grip has springs") };
+    let pull = |s: &ToolSpring| (s.point - vertices.position[vertices.row(s.vertex).unwrap() as usize]) * s.stiffness;
+    springs.iter().map(pull).sum()
+}
+
+#[test]
+fn the_model_is_within_5_percent_within_a_fifth_of_a_millimetre() {
+    let mut worst = 0.0_f64;
+    // Drawn aside and out of the plane, as forceps draw.
+    for hand in [DVec3::new(0.6, -0.2, 0.5), DVec3::new(0.0, 0.0, 1.5), DVec3::new(-0.8, 0.4, 0.1)] {
+        let (mut simulation, body) = pinched(24, hand);
+        let grasp = simulation.grasp_of_grip(body, 0).unwrap();
+        let model = Haptics::new(1000.0).model(&mut simulation, body, &grasp).unwrap();
+        assert!(model.force.distance(force(&simulation, body, &grasp)) < 1e-12);
+        for way in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z, DVec3::ONE.normalize()] {
+            let moved = way * 0.2;
+            let simulated = force_at(&mut simulation, body, hand + moved);
+            let error = model.force_at(model.position + moved).distance(simulated) / simulated.length();
+            println!("hand {hand}, {way}: {error:.4} of {:.4} N", simulated.length());
+            worst = worst.max(error);
+        }
+    }
+    assert!(worst < 0.05, "{worst}");
+}
+
+#[test]
+fn the_stiffness_is_that_of_small_motions_and_gives_no_energy() {
+    let hand = DVec3::new(0.5, 0.3, 0.4);
+    let (mut simulation, body) = pinched(16, hand);
+    let grasp = simulation.grasp_of_grip(body, 0).unwrap();
+    let mut haptics = Haptics::new(1000.0);
+    let model = haptics.model(&mut simulation, body, &grasp).unwrap();
+    let s = model.stiffness;
+    assert_eq!(s, s.transpose());
+    for i in 0..60_i32 {
+        let way = DVec3::new(f64::from(i * 37 % 11) - 5.0, f64::from(i * 17 % 13) - 6.0, f64::from(i * 5 % 7) - 3.0);
+        let energy = way.dot(s * way) / way.length_squared();
+        // Between nothing and the tool's own springs, but for the rounding of a sum of some hundred terms.
+        assert!((-1e-12..=PINCH * (1.0 + 1e-9)).contains(&energy), "{energy}");
+    }
+    // Central differences of 0.01 mm are off by the third derivative, some 1e-6 of the stiffness; here nothing presses, where the
+    // projected tangent would be stiffer.
+    let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|way| {
+        let ends = [1.0, -1.0].map(|sign| force_at(&mut simulation, body, hand + way * (0.01 * sign)));
+        (ends[0] - ends[1]) / 0.02
+    });
+    let measured = DMat3::from_cols(columns[0], columns[1], columns[2]);
+    let off = (s - measured).to_cols_array().into_iter().map(f64::abs).fold(0.0, f64::max);
+    println!("model {s}\nmeasured {measured}");
+    assert!(off < 1e-4 * PINCH, "{off}");
+    // Over a short time masses resist as well: stiffer in every direction.
+    let short = Haptics::new(1.0).model(&mut simulation, body, &grasp).unwrap().stiffness;
+    for axis in 0..3 {
+        assert!(short.col(axis)[axis] >= s.col(axis)[axis] - 1e-9);
+    }
+}
+
+#[test]
+fn pins_have_a_model_too() {
+    let (mut simulation, body) = pinched(24, DVec3::ZERO);
+    let view = simulation.view(body).unwrap();
+    let near = |p: &DVec3| p.distance(DVec3::new(5.0, 5.0, 0.0)) < 1.0;
+    let keys: Vec<_> =
+        view.vertex_keys.iter().zip(view.rest_positions).filter(|(_, p)| near(p)).map(|(k, _)| *k).collect();
+    simulation.pin(body, "tool", &keys).unwrap();
+    simulation.move_pins(body, "tool", |pin| pin.place + DVec3::new(0.3, 0.1, 0.8)).unwrap();
+    simulation.settle(0.0, 1e-9).unwrap();
+    let grasp = simulation.grasp_of_pins(body, "tool").unwrap();
+    let model = Haptics::new(1000.0).model(&mut simulation, body, &grasp).unwrap();
+    let mut worst = 0.0_f64;
+    for way in [DVec3::X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
+        let by = |simulation: &mut Simulation, d: DVec3| {
+            simulation.move_pins(body, "tool", |pin| pin.place + d).unwrap();
+            simulation.settle(0.0, 1e-9).unwrap();
+        };
+        by(&mut simulation, way * 0.2);
+        let Grasp::Pins { force, .. } = simulation.grasp_of_pins(body, "tool").unwrap() else { panic!("pins") };
+        by(&mut simulation, way * -0.2);
+        let error = model.force_at(model.position + way * 0.2).distance(force) / force.length();
+        println!("{way}: {error:.4} of {:.4} N", force.length());
+        worst = worst.max(error);
+    }
+    assert!(worst < 0.05, "{worst}");
+}
+
+#[test]
+fn what_holds_nothing_has_no_model() {
+    let (mut simulation, body) = pinched(8, DVec3::X * 0.2);
+    let mut haptics = Haptics::new(1000.0);
+    assert_eq!(simulation.grasp_of_grip(body, 1), Err(HapticError::NotClosed(1)));
+    let nothing = Grasp::Springs { springs: Vec::new(), is_in_steps: false };
+    assert_eq!(haptics.model(&mut simulation, body, &nothing), Err(HapticError::HoldsNothing));
+    let nothing = Grasp::Pins { pins: Vec::new(), force: DVec3::X };
+    assert_eq!(haptics.model(&mut simulation, body, &nothing), Err(HapticError::HoldsNothing));
+    assert!(matches!(simulation.grasp_of_pins(body, "tool"), Err(HapticError::Pins(_))));
+    let Grasp::Springs { springs, .. } = simulation.grasp_of_grip(body, 0).unwrap() else { panic!() };
+    let vertex = springs[0].vertex;
+    let tool = |stiffness: f64| {
+        let point = DVec3::new(9.0, 11.0, 1.0);
+        Grasp::Springs { springs: vec![ToolSpring { vertex, point, stiffness }], is_in_steps: false }
+    };
+    for bad in [0.0, -1.0, f64::NAN] {
+        assert_eq!(haptics.model(&mut simulation, body, &tool(bad)), Err(HapticError::BadSpring(vertex)));
+    }
+    // A tool of one's own that no component knows of: through a cut as well.
+    let tool = tool(0.1);
+    let whole = haptics.model(&mut simulation, body, &tool).unwrap();
+    simulation.cut(body, &[DVec3::new(0.0, 10.1, 0.0), DVec3::new(8.0, 10.1, 0.0)]).unwrap();
+    let cut = haptics.model(&mut simulation, body, &tool).unwrap();
+    assert!(cut.stiffness.is_finite() && cut.stiffness != whole.stiffness);
+    simulation.despawn(body).unwrap();
+    assert_eq!(haptics.model(&mut simulation, body, &tool), Err(HapticError::NoSuchBody));
+}
