@@ -3,12 +3,14 @@
 mod advance;
 mod error;
 mod frame;
+mod query;
 mod reorder;
 mod sleep;
 mod tear;
 
 pub use crate::components::Energies;
 pub use error::SimulationError;
+pub use query::Hit;
 pub use tear::{Cut, CutError};
 
 use crate::components::{

@@ -9,5 +9,6 @@ pub mod membrane;
 pub mod membrane_lanes;
 pub mod pack;
 pub mod path_work;
+pub mod pick;
 pub mod polar;
 pub mod simd;

@@ -35,7 +35,7 @@ pub fn distance_to_triangle(x: [DVec3; 3], point: DVec3) -> f64 {
 }
 
 /// Barycentric weights of the point of a triangle nearest to `p` (Ericson 2005, Real-Time Collision Detection, 5.1.5).
-fn nearest_in_triangle([a, b, c]: [DVec3; 3], p: DVec3) -> [f64; 3] {
+pub fn nearest_in_triangle([a, b, c]: [DVec3; 3], p: DVec3) -> [f64; 3] {
     let (ab, ac) = (b - a, c - a);
     let (d1, d2) = (ab.dot(p - a), ac.dot(p - a));
     if d1 <= 0.0 && d2 <= 0.0 {

@@ -33,7 +33,7 @@ pub use energy_decision::{EnergyTerms, energy_decision};
 pub use followers::Followers;
 pub use free::{Way, Ways, plan_free};
 pub use held_shut::{field_tip, lay_at_tip};
-pub use locate::distance_to_triangle;
+pub use locate::{distance_to_triangle, nearest_in_triangle};
 pub use ring::{Contour, Ring};
 pub use start::{NewTip, Slit};
 pub use thin_out::{ThinOut, plan_thin_out};

@@ -1,0 +1,63 @@
+//! What a tool points at: rays, nearest points.
+
+use super::Simulation;
+use crate::storage::{TriangleKey, Triangles, VertexKey, Vertices};
+use crate::systems::kernels::pick::{self, Picked};
+use glam::DVec3;
+use hecs::Entity;
+
+/// A point of a body's surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The triangle.
+    pub triangle: TriangleKey,
+    /// Its corners.
+    pub corners: [VertexKey; 3],
+    /// Weights of the corners at the point, with sum 1.
+    pub barycentric: [f64; 3],
+    /// The point \[mm\].
+    pub position: DVec3,
+    /// The same point of the tissue in the rest shape \[mm\]: where a [cut](Simulation::cut) or a grip is told to be.
+    pub rest_position: DVec3,
+    /// Unit normal of the triangle, from which its corners are seen counter-clockwise; zero for one without area.
+    pub normal: DVec3,
+    /// From the ray's origin along the ray, or from the point \[mm\].
+    pub distance: f64,
+}
+
+impl Simulation {
+    /// The first point within `max` \[mm\] where a ray meets a body's surface as it lies now, from either side. The direction may
+    /// have any length. Looks at every triangle.
+    ///
+    /// `None` where it meets nothing, for an origin or direction that is not finite, and where there is no such body.
+    pub fn cast_ray(&self, body: Entity, origin: DVec3, direction: DVec3, max: f64) -> Option<Hit> {
+        self.pick(body, |positions, corners| pick::meet(positions, corners, origin, direction, max))
+    }
+
+    /// The point of a body's surface as it lies now that is nearest to a point, no farther than `within` \[mm\]. Looks at
+    /// every triangle.
+    ///
+    /// `None` where the surface is farther away, for a point that is not finite, and where there is no such body.
+    pub fn nearest(&self, body: Entity, point: DVec3, within: f64) -> Option<Hit> {
+        self.pick(body, |positions, corners| pick::nearest(positions, corners, point, within))
+    }
+
+    fn pick(&self, body: Entity, pick: impl FnOnce(&[DVec3], &[[u32; 3]]) -> Option<Picked>) -> Option<Hit> {
+        let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body);
+        let (vertices, triangles) = query.get().ok()?;
+        let Picked { triangle, weights, position, distance } = pick(&vertices.position, &triangles.corners)?;
+        let rows = triangles.corners[triangle as usize];
+        let [a, b, c] = rows.map(|row| vertices.position[row as usize]);
+        let rest = rows.map(|row| vertices.rest_position[row as usize]);
+        let [Some(p), Some(q), Some(r)] = rows.map(|row| vertices.key(row)) else { return None };
+        Some(Hit {
+            triangle: triangles.key(triangle)?,
+            corners: [p, q, r],
+            barycentric: weights,
+            position,
+            rest_position: rest[0] * weights[0] + rest[1] * weights[1] + rest[2] * weights[2],
+            normal: (b - a).cross(c - a).normalize_or_zero(),
+            distance,
+        })
+    }
+}
