@@ -63,7 +63,7 @@ fn solve_body(
         let prescribers = (holds, reactions.as_deref_mut(), grips.as_deref_mut());
         record_reactions(prescribers, step.time, |v| -scratch.residual[v]);
     }
-    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles) } else { 0.0 };
+    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, external) } else { 0.0 };
     if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
         scratch.is_converged = true;
         return;
@@ -160,11 +160,13 @@ fn imbalance(
 
 /// The nodal force \[N\] that rounding alone leaves: a strain is known to ε·|x|/edge, so a corner force Q·h·edge·strain to
 /// ε·Q·h·|x|, of which up to eight meet in a vertex. A body torn through is free of stress, and no fraction of its own
-/// forces can be reached. By the rest shape, lest a body that nothing holds and that flies off counts as at rest far away.
-fn rounding(vertices: &Vertices, triangles: &Triangles) -> f64 {
+/// forces can be reached. What springs and jaws pull with is known to ε·|x| times their stiffness. By the rest shape, lest a body that nothing holds and that flies off counts as at rest far away.
+fn rounding(vertices: &Vertices, triangles: &Triangles, external: Option<&ExternalStiffness>) -> f64 {
     let extent = vertices.rest_position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
     let stiffness = triangles.stiffness.iter().zip(&triangles.thickness).map(|(q, h)| q.q11.max(q.q22) * h);
-    8.0 * f64::EPSILON * extent * stiffness.fold(0.0, f64::max)
+    let blocks = external.map_or(&[][..], |external| &external.block);
+    let springs = blocks.iter().map(|k| k.x_axis.x.max(k.y_axis.y).max(k.z_axis.z));
+    8.0 * f64::EPSILON * extent * stiffness.chain(springs).fold(0.0, f64::max)
 }
 
 fn has_converged(increment: &Increment, scratch: &SolverScratch, step: &StepContext, least: f64) -> bool {

@@ -2,6 +2,7 @@
 //! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
 //! system that would read it finds no match.
 
+mod blade;
 mod body;
 mod curve;
 mod derived;
@@ -22,6 +23,7 @@ mod tear_decisions;
 mod tear_log;
 mod tearing;
 
+pub use blade::Blade;
 pub use body::{Body, Planar};
 pub use curve::{BadCurve, Curve};
 pub use derived::{ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch};

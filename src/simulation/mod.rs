@@ -1,17 +1,20 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
 mod advance;
+mod blade;
 mod error;
 mod frame;
 mod query;
 mod reorder;
 mod sleep;
 mod tear;
+mod tools;
 
 pub use crate::components::Energies;
 pub use error::SimulationError;
 pub use query::Hit;
 pub use tear::{Cut, CutError};
+pub use tools::{Grasp, ToolError};
 
 use crate::components::{
     Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
@@ -65,11 +68,13 @@ impl Simulation {
         self.world.spawn((obstacle,))
     }
 
-    /// Takes a body or an obstacle out of the world.
+    /// Takes a body, an obstacle or a tool out of the world.
     ///
     /// # Errors
     /// If there is none.
     pub fn despawn(&mut self, entity: Entity) -> Result<(), SimulationError> {
+        // Whatever forceps hold they let go of.
+        let _ = self.open_forceps(entity);
         self.world.despawn(entity).map_err(|_| SimulationError::NoSuchBody)
     }
 
