@@ -27,6 +27,8 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
         let (start, end) = (step.end() - step.dt, step.end());
         for (grip, pinch) in list.iter().zip(pinches.iter_mut()) {
             if !(grip.from..grip.until).contains(&end) {
+                // Closed too early: by a step that is retried in halves.
+                *grasp_count -= u32::from(end < grip.from && pinch.is_closed());
                 pinch.release();
                 pinch.has_slipped = false;
                 continue;

@@ -4,7 +4,7 @@ use crate::components::{EnergyAudit, Increment, Sleeping, SolverScratch, TearDec
 use crate::report::Report;
 use crate::schedule::{self, Stage};
 use crate::settings::{LinearParams, Settings};
-use crate::storage::{Triangles, Vertices};
+use crate::storage::Vertices;
 use crate::systems::StepContext;
 use glam::DVec3;
 use hecs::World;
@@ -12,12 +12,6 @@ use hecs::World;
 /// The error of the stress before a tear advances, as part of that allowed in passing: an advance cannot be taken back, and
 /// the error at a tip may be some times that in the body as a whole.
 const DECISIVE: f64 = 0.2;
-
-/// A vertex that has moved in one step by so much of the diagonal of the body at rest is looked at.
-const FLUNG: f64 = 0.05;
-
-/// An edge that one step has stretched to so many times its length, at rest and before, is part of no answer.
-const SHRED: f64 = 5.0;
 
 /// One dynamic step, in halves where the whole leaves a state that is not finite. Returns the time \[ms\] that was done: all
 /// of `dt`, or less where even the smallest part failed.
@@ -51,13 +45,13 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &
     for resumed in 0..=resumes {
         let step = StepContext { is_resumed: resumed > 0, ..*step };
         iterate(world, &step, report);
-        if !is_sound(world) {
+        if !is_finite(world) {
             return false;
         }
         schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
         if step.newton_iterations == 1 && take_up_again_for_tips(world) {
             run_iteration(world, &decisive(step), report);
-            if !is_sound(world) {
+            if !is_finite(world) {
                 return false;
             }
             schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
@@ -150,42 +144,6 @@ pub(super) fn is_finite(world: &mut World) -> bool {
                 && vertices.position.iter().zip(&vertices.velocity).all(|(x, v)| x.is_finite() && v.is_finite())
         },
     )
-}
-
-/// Whether a step has left every state finite, and no triangle torn to shreds. Slack tissue has no stiffness across its folds and hardly
-/// any mass: there one linear solve may fling vertices far beyond where the forces vanish, and what is stretched then flings
-/// others in the next step. That is found out by a vertex that has moved by a good part of the body and has left a neighbour behind.
-fn is_sound(world: &mut World) -> bool {
-    if !is_finite(world) {
-        return false;
-    }
-    let query = world.query_mut::<(&Vertices, &Triangles, &Increment, &SolverScratch)>();
-    query.into_iter().all(|(vertices, triangles, increment, scratch)| {
-        if scratch.rows_to_solve(1) == 0 && scratch.newton_iterations == 0 {
-            return true;
-        }
-        if increment.start.len() != vertices.len() {
-            return true;
-        }
-        let (mut low, mut high, mut most_sq) = (DVec3::MAX, DVec3::MIN, 0.0_f64);
-        for (rest, u) in vertices.rest_position.iter().zip(&increment.displacement) {
-            (low, high) = (low.min(*rest), high.max(*rest));
-            most_sq = most_sq.max(u.length_squared());
-        }
-        if most_sq <= (FLUNG * FLUNG) * (high - low).length_squared() {
-            return true;
-        }
-        let is_shred = |corners: &[u32; 3]| {
-            (0..3).any(|i| {
-                let [a, b] = [corners[i] as usize, corners[(i + 1) % 3] as usize];
-                let now = vertices.position[a].distance_squared(vertices.position[b]);
-                let rest = vertices.rest_position[a].distance_squared(vertices.rest_position[b]);
-                let before = increment.start[a].distance_squared(increment.start[b]);
-                now > SHRED * SHRED * rest.max(before)
-            })
-        };
-        !triangles.corners.iter().any(is_shred)
-    })
 }
 
 /// Back to the start of the step.
