@@ -80,7 +80,7 @@ impl Opening {
         let outline = |rows: &[u32]| rows.iter().map(|&v| vertices.rest_position[v as usize]).collect::<Vec<_>>();
         let size = |rows: &[u32]| area_and_centroid(&outline(rows)).map_or(0.0, |(area, _)| area.length());
         let of_piece = |rows: &[u32]| piece[(topology.incident[rows[0] as usize][0] / 3) as usize];
-        let mut rims = vec![None; count as usize];
+        let mut rims = vec![None; count];
         for (i, rows) in loops.iter().enumerate() {
             let rim = &mut rims[of_piece(rows) as usize];
             if rim.is_none_or(|other: usize| size(&loops[other]) < size(rows)) {
