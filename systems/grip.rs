@@ -11,6 +11,9 @@ use glam::{DMat3, DQuat, DVec3};
 use hecs::Entity;
 use smallvec::SmallVec;
 
+/// A sum of steps may miss a time by so much of a step.
+const ROUNDING: f64 = 1e-6;
+
 /// Closes, moves and opens the jaws of scripts, and opens those of forceps that are no more.
 pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
@@ -26,9 +29,9 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
         pinches.retain(|pinch| pinch.forceps.is_none_or(|entity| forceps.contains(&entity)));
         let (start, end) = (step.end() - step.dt, step.end());
         for (grip, pinch) in list.iter().zip(pinches.iter_mut()) {
-            if !(grip.from..grip.until).contains(&end) {
-                // Closed too early: by a step that is retried in halves.
-                *grasp_count -= u32::from(end < grip.from && pinch.is_closed());
+            // Judged where the step begins, which is one time for a step and for the first half in which it is retried.
+            let now = if step.is_static { end } else { start + ROUNDING * step.dt };
+            if !(grip.from..grip.until).contains(&now) {
                 pinch.release();
                 pinch.has_slipped = false;
                 continue;

@@ -175,7 +175,8 @@ fn ten_hands_that_err_end_honestly() {
 #[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture trends"]
 fn the_trends() {
     let outward = |mm: f64| (0..6).map(move |k| format!("bodies.0.grips.{k}.path.1.arc.outward={mm}")).collect();
-    let series: [(&str, Vec<(f64, Vec<String>)>); 3] = [
+    type Values = Vec<(f64, Vec<String>)>;
+    let series: [(&str, Values); 3] = [
         ("pull outwards [mm]", [-0.8, 0.0, 0.8, 1.6].map(|mm| (mm, outward(mm))).into()),
         ("pre-stretch", [0.06, 0.08, 0.1, 0.12].map(|s| (s, vec![format!("bodies.0.pre_stretch={s}")])).into()),
         ("pressure [MPa]", [0.0, 5e-4, 1e-3, 2e-3].map(|p| (p, vec![format!("bodies.0.pressure={p}")])).into()),
