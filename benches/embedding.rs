@@ -52,8 +52,8 @@ fn haptic_model(bencher: Bencher, horizon: f64) {
     let shared = RefCell::new((simulation, Haptics::new(horizon)));
     let next = || {
         let (simulation, haptics) = &mut *shared.borrow_mut();
-        let grasp = simulation.grasp_of_grip(body, 0).expect("a closed grip");
-        haptics.model(simulation, body, &grasp).expect("a model")
+        let coupling = simulation.coupling_of_grip(body, 0).expect("a closed grip");
+        haptics.model(simulation, body, &coupling).expect("a model")
     };
     for _ in 0..50 {
         next();

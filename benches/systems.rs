@@ -12,7 +12,7 @@ use fig2::{LARGE, SMALL, hand, square};
 use glam::DVec3;
 use hecs::{Entity, World};
 use rhexis::components::{
-    Anchor, Contact, Curve, Drag, EdgeLoad, EdgeLoads, Gravity, Grip, Grips, Holds, Increment, Obstacle, Path,
+    Anchor, Contact, Curve, Drag, EdgeLoad, EdgeLoads, Gravity, Grip, Grips, Holds, Increment, Jaws, Obstacle, Path,
     PointLoad, PointLoads, Pressure, Shape, Springs, TearLog, Tearing,
 };
 use rhexis::schedule::{STEP, Stage, System};
@@ -68,8 +68,7 @@ fn laden(cells: [usize; 2]) -> (Simulation, Entity) {
         from: 0.0,
         until: f64::INFINITY,
         material_point: DVec3::new(7.0, 7.0, 0.0),
-        radius: 1.0,
-        stiffness: 1e-4,
+        jaws: Jaws { radius: 1.0, stiffness: Some(1e-4), ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO)] },
     };
     let factor = Curve::constant(1.0);

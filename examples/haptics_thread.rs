@@ -42,8 +42,8 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     simulation.settle(1.0, 1e-8)?;
 
     let mut haptics = Haptics::new(1000.0);
-    let grasp = simulation.grasp_of_grip(body, 0)?;
-    let first = haptics.model(&mut simulation, body, &grasp)?;
+    let coupling = simulation.coupling_of_grip(body, 0)?;
+    let first = haptics.model(&mut simulation, body, &coupling)?;
     let (mut sender, receiver) = haptic_feed();
     sender.send(&first);
 
@@ -54,8 +54,8 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
             let to = hand.lock().map_or(DVec3::ZERO, |hand| *hand);
             simulation.entity_mut::<&mut Grips>(body)?.list[0].path.points[1].1 = to;
             simulation.step(5.0)?;
-            let grasp = simulation.grasp_of_grip(body, 0)?;
-            sender.send(&haptics.model(&mut simulation, body, &grasp)?);
+            let coupling = simulation.coupling_of_grip(body, 0)?;
+            sender.send(&haptics.model(&mut simulation, body, &coupling)?);
         }
         device.join().map_err(|_| "the device has stopped".into())
     });

@@ -167,6 +167,15 @@ pub enum EventKind {
         /// Why.
         reason: String,
     },
+    /// Jaws were pulled harder than their force limit. Told once, until they are not any more.
+    Slipped {
+        /// Name of the grip or forceps.
+        jaws: String,
+        /// Force \[N\] that was to be held.
+        force: f64,
+        /// Whether they have let go; else the tissue slides between them.
+        is_open: bool,
+    },
     /// A body with [`Sleeping`](crate::components::Sleeping) came to rest and fell asleep.
     FellAsleep,
     /// A body that slept woke.

@@ -280,8 +280,7 @@ impl Membrane {
         }
         if let Some(grips) = self.components.get::<&Grips>() {
             for grip in &grips.list {
-                positive("grip stiffness", grip.stiffness)?;
-                not_negative("grip radius", grip.radius)?;
+                grip.jaws.check().map_err(|(what, value, must)| BodyError::OutOfRange { what, value, must })?;
             }
         }
         Ok(())

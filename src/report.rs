@@ -1,5 +1,11 @@
 //! What a step did and what it cost.
 
+mod opening;
+mod tear_course;
+
+pub use opening::{Axis, Opening, boundary_loops};
+pub use tear_course::{CourseFigures, Outcome, TearCourse};
+
 use hecs::Entity;
 use std::time::Duration;
 

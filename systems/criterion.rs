@@ -59,7 +59,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             if tearing.may_initiate {
                 let at = |&row: &u32| vertices.rest_position[row as usize];
                 let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
-                let gripped = || grips.iter().flat_map(|g| &g.held).flat_map(|held| held.rows());
+                let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
                 let least_sq = (APART * tearing.radius).powi(2);
                 let may_start = |p: DVec3| {
                     let mut others = tips.vertex.iter().chain(held()).chain(gripped()).map(at);

@@ -2,7 +2,7 @@
 
 use super::context::SECOND_STAGE;
 use super::{StepContext, parallel};
-use crate::components::{Forces, Holds, Increment, Planar, Sleeping, SolverScratch, TearDecisions};
+use crate::components::{Forces, Grips, Holds, Increment, Pinch, Planar, Sleeping, SolverScratch, TearDecisions};
 use crate::storage::Vertices;
 use glam::DVec3;
 
@@ -19,11 +19,11 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.is_held_back = false;
         scratch.start_left_over = scratch.left_over;
     }
-    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
+    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Prescription<'a>, Option<&'a Planar>);
     parallel::for_bodies::<Query>(
         world,
         |(vertices, _, scratch, ..)| scratch.rows_to_solve(vertices.len()),
-        |(vertices, increment, scratch, holds, planar)| {
+        |(vertices, increment, scratch, prescription, planar)| {
             let n = vertices.len();
             increment.start.clone_from(&vertices.position);
             increment.start_velocity.clone_from(&vertices.velocity);
@@ -34,7 +34,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.displacement.fill(DVec3::ZERO);
             increment.dt = step.dt;
 
-            mark_axes(vertices, increment, scratch, holds, planar, step.time);
+            mark_axes(vertices, increment, scratch, prescription, planar, step.time);
         },
     )
 }
@@ -57,16 +57,16 @@ pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.newton_iterations = 0;
         scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
     }
-    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
+    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Prescription<'a>, Option<&'a Planar>);
     parallel::for_bodies::<Query>(
         world,
         |(vertices, _, scratch, ..)| scratch.rows_to_solve(vertices.len()),
-        |(vertices, increment, scratch, holds, planar)| {
+        |(vertices, increment, scratch, prescription, planar)| {
             increment.middle_displacement.clone_from(&increment.displacement);
             increment.middle_velocity.clone_from(&vertices.velocity);
             let Increment { displacement, delta, .. } = &mut *increment;
             parallel::for_rows(delta, |v, delta| *delta = displacement[v] * SECOND_STAGE);
-            mark_axes(vertices, increment, scratch, holds, planar, step.time);
+            mark_axes(vertices, increment, scratch, prescription, planar, step.time);
         },
     )
 }
@@ -77,9 +77,9 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a mut Increment, &'a mut SolverScratch),
-        (Option<&'a Holds>, Option<&'a Planar>, Option<&'a TearDecisions>),
+        (Prescription<'a>, Option<&'a Planar>, Option<&'a TearDecisions>),
     );
-    for ((vertices, increment, scratch), (holds, planar, decisions)) in world.query_mut::<Query>() {
+    for ((vertices, increment, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
         scratch.is_converged = !decisions.is_some_and(|d| d.may_advance_further);
         if scratch.is_converged {
             continue;
@@ -87,18 +87,21 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
         count += 1;
         increment.delta.clear();
         increment.delta.resize(vertices.len(), DVec3::ZERO);
-        mark_axes(vertices, increment, scratch, holds, planar, step.time);
+        mark_axes(vertices, increment, scratch, prescription, planar, step.time);
         scratch.newton_iterations = 0;
     }
     count
 }
+
+/// What prescribes where vertices are: holds, and jaws that are a constraint.
+type Prescription<'a> = (Option<&'a Holds>, Option<&'a mut Grips>);
 
 /// Marks the free axes, and puts what is left of the prescribed motion into the first guess.
 fn mark_axes(
     vertices: &Vertices,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
-    holds: Option<&Holds>,
+    (holds, grips): Prescription<'_>,
     planar: Option<&Planar>,
     time: f64,
 ) {
@@ -121,4 +124,29 @@ fn mark_axes(
             }
         }
     }
+    for pinch in grips.map(|g| g.pinches.as_mut_slice()).unwrap_or_default() {
+        mark_pinched(vertices, increment, scratch, pinch, time);
+    }
+}
+
+/// Prescribes what jaws without a stiffness hold, along the axes that nothing else prescribes.
+fn mark_pinched(
+    vertices: &Vertices,
+    increment: &mut Increment,
+    scratch: &mut SolverScratch,
+    pinch: &mut Pinch,
+    time: f64,
+) {
+    let mut prescribed = std::mem::take(&mut pinch.prescribed);
+    prescribed.clear();
+    if pinch.is_constraint() {
+        for (row, target) in pinch.targets(time) {
+            let v = row as usize;
+            let axes = std::mem::replace(&mut scratch.free[v], DVec3::ZERO);
+            let wanted = target - vertices.position[v];
+            increment.delta[v] = DVec3::select(axes.cmpgt(DVec3::ZERO), wanted, increment.delta[v]);
+            prescribed.push(axes);
+        }
+    }
+    pinch.prescribed = prescribed;
 }

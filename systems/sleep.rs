@@ -9,7 +9,7 @@ use super::linear::{self, Inner, InnerSolver, Means, Operator};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
     Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Obstacle, PointLoads,
-    Pressure, Sleeping, Slumber, SolverScratch, TearDecisions, TearLog, Tearing,
+    Pose, Pressure, Sleeping, Slumber, SolverScratch, TearDecisions, TearLog, Tearing,
 };
 use crate::event::{EventKind, WokenBy};
 use crate::settings::{LinearParams, Tangent};
@@ -113,12 +113,17 @@ fn driven<'a>(drive: Drive<'a>, time: f64) -> impl Iterator<Item = f64> + 'a {
     let point_loads = point_loads.into_iter().flat_map(|loads| &loads.groups).map(|load| &load.curve);
     let edge_loads = edge_loads.into_iter().flat_map(|loads| &loads.groups).map(|load| &load.curve);
     let curves = holds.chain(pressure).chain(point_loads).chain(edge_loads).map(move |curve| curve.at(time));
+    let hands = grips.into_iter().flat_map(|grips| &grips.pinches).filter(|pinch| pinch.forceps.is_some());
+    let hands = hands.flat_map(move |pinch| {
+        let Pose { position, orientation } = pinch.motion.at(time);
+        position.to_array().into_iter().chain(orientation.to_array())
+    });
     let grips = grips.into_iter().flat_map(|grips| &grips.list).flat_map(move |grip| {
         let is_closed = (grip.from..grip.until).contains(&time);
         let hand = if is_closed { grip.path.at(time) } else { DVec3::ZERO };
         [f64::from(u8::from(is_closed)), hand.x, hand.y, hand.z]
     });
-    curves.chain(grips)
+    curves.chain(grips).chain(hands)
 }
 
 /// Whether an obstacle that has come, gone or moved could touch the body, where it was or where it is.

@@ -2,8 +2,8 @@
 
 use super::{StepContext, kernels::membrane::shear_majorant, linear, parallel};
 use crate::components::{
-    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Holds, Increment, LineSearch, PreStretch, Reactions,
-    SolverScratch,
+    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch,
+    Reactions, SolverScratch,
 };
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::{Topology, Triangles, Vertices};
@@ -30,7 +30,7 @@ type Query<'a> = (
     (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
     (&'a mut Factor, &'a mut InnerSolver),
     (Option<&'a ExternalStiffness>, Option<&'a Damping>),
-    (Option<&'a Holds>, Option<&'a mut Reactions>),
+    (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
     (Option<&'a PreStretch>, Option<&'a EnergyAudit>),
 );
 
@@ -51,7 +51,7 @@ fn solve_body(
         (forces, increment, scratch),
         (factor, inner),
         (external, damping),
-        (holds, mut reactions),
+        (holds, mut reactions, mut grips),
         (pre_stretch, audit),
     ): Query<'_>,
     step: &StepContext,
@@ -59,12 +59,11 @@ fn solve_body(
     let imbalance_before = scratch.imbalance;
     let force_scale = imbalance(vertices, forces, increment, scratch, step);
     // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
-    if step.newton_iterations > 1
-        && let (Some(holds), Some(reactions)) = (holds, reactions.as_deref_mut())
-    {
-        record_reactions(holds, reactions, |v| -scratch.residual[v]);
+    if step.newton_iterations > 1 {
+        let prescribers = (holds, reactions.as_deref_mut(), grips.as_deref_mut());
+        record_reactions(prescribers, step.time, |v| -scratch.residual[v]);
     }
-    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles) } else { 0.0 };
+    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, external) } else { 0.0 };
     if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
         scratch.is_converged = true;
         return;
@@ -111,12 +110,10 @@ fn solve_body(
         // No answer: what is not finite is caught after the step, which is then rolled back.
         Err(_) => scratch.linear_residual = f64::NAN,
     }
-    if step.newton_iterations == 1
-        && let (Some(holds), Some(reactions)) = (holds, reactions)
-    {
+    if step.newton_iterations == 1 {
         let used =
             rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: scratch.tangent, ..operator });
-        reactions_of_linear_step(&used, forces, increment, step, (holds, reactions));
+        reactions_of_linear_step(&used, forces, increment, step, (holds, reactions, grips));
     }
     if step.is_static {
         start_line_search(forces, increment, scratch);
@@ -163,11 +160,13 @@ fn imbalance(
 
 /// The nodal force \[N\] that rounding alone leaves: a strain is known to ε·|x|/edge, so a corner force Q·h·edge·strain to
 /// ε·Q·h·|x|, of which up to eight meet in a vertex. A body torn through is free of stress, and no fraction of its own
-/// forces can be reached. By the rest shape, lest a body that nothing holds and that flies off counts as at rest far away.
-fn rounding(vertices: &Vertices, triangles: &Triangles) -> f64 {
+/// forces can be reached. What springs and jaws pull with is known to ε·|x| times their stiffness. By the rest shape, lest a body that nothing holds and that flies off counts as at rest far away.
+fn rounding(vertices: &Vertices, triangles: &Triangles, external: Option<&ExternalStiffness>) -> f64 {
     let extent = vertices.rest_position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
     let stiffness = triangles.stiffness.iter().zip(&triangles.thickness).map(|(q, h)| q.q11.max(q.q22) * h);
-    8.0 * f64::EPSILON * extent * stiffness.fold(0.0, f64::max)
+    let blocks = external.map_or(&[][..], |external| &external.block);
+    let springs = blocks.iter().map(|k| k.x_axis.x.max(k.y_axis.y).max(k.z_axis.z));
+    8.0 * f64::EPSILON * extent * stiffness.chain(springs).fold(0.0, f64::max)
 }
 
 fn has_converged(increment: &Increment, scratch: &SolverScratch, step: &StepContext, least: f64) -> bool {
@@ -277,15 +276,22 @@ fn reactions_of_linear_step(
     forces: &Forces,
     increment: &Increment,
     step: &StepContext,
-    (holds, reactions): (&Holds, &mut Reactions),
+    prescribers: Prescribers<'_>,
 ) {
     let vertices = operator.vertices;
-    record_reactions(holds, reactions, |v| {
+    record_reactions(prescribers, step.time, |v| {
         operator.apply_at(v, &increment.delta) - forces.nodal[v] - step.momentum(increment, v) * vertices.mass[v]
     });
 }
 
-fn record_reactions(holds: &Holds, reactions: &mut Reactions, force: impl Fn(usize) -> DVec3) {
+/// What prescribes where vertices are.
+type Prescribers<'a> = (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>);
+
+fn record_reactions((holds, reactions, grips): Prescribers<'_>, time: f64, force: impl Fn(usize) -> DVec3) {
+    if let Some(grips) = grips {
+        grips.record_constraints(time, &force);
+    }
+    let (Some(holds), Some(reactions)) = (holds, reactions) else { return };
     reactions.groups.resize_with(holds.groups.len(), Vec::new);
     for (hold, group) in holds.groups.iter().zip(&mut reactions.groups) {
         let held = DVec3::from_array(hold.axes.map(|a| f64::from(u8::from(a))));

@@ -1,59 +1,87 @@
 //! The lead scene runs to its end: the tear follows the circle, closes on itself and frees the disc, on a mesh that is refined
-//! around its tips and coarsened behind them.
+//! around its tips and coarsened behind them; drawn outwards it runs out to the rim; and whatever the hand does, one of the two
+//! happens. The ignored tests make the tables of `docs/capsulorhexis.md`.
 
-use rhexis::components::{Refined, TearLog};
-use rhexis::event::EventKind;
-use rhexis::scene::Document;
+use glam::DVec3;
+use rhexis::components::{Grips, Refined, TearLog};
+use rhexis::event::{Event, EventKind};
+use rhexis::report::{CourseFigures, Outcome, TearCourse};
+use rhexis::scene::{Document, Instance};
 use rhexis::storage::{Topology, Triangles, Vertices, measure, validate};
+use std::f64::consts::TAU;
 
-/// Radius of the wanted opening \[mm\].
-const RADIUS: f64 = 2.625;
+/// Half of the catalog's triangles and twice its time step: a third of its cost.
+const COARSE: [&str; 3] = ["bodies.0.mesh.cap.triangles=2500", "bodies.0.refinement.budget=2.2", "run.dt=20"];
+
+fn instance(scene: &str, sets: &[String]) -> Instance {
+    let mut document = Document::named(scene).unwrap();
+    sets.iter().for_each(|set| document.set(set).unwrap());
+    document.scene().unwrap_or_else(|e| panic!("{e}")).instantiate().unwrap()
+}
+
+fn sets(list: &[&str]) -> Vec<String> {
+    list.iter().map(|&set| set.to_owned()).collect()
+}
+
+/// Runs to the end; every step is sound, and what was refused in the end has advanced.
+fn run(instance: &mut Instance) -> (CourseFigures, Vec<Event>) {
+    let body = instance.bodies[0];
+    let mut course = TearCourse::new(instance.simulation.world(), body, 0.0).unwrap();
+    let mut all = Vec::new();
+    while !instance.is_finished() {
+        let report = instance.advance().unwrap();
+        assert!(!report.has_failed);
+        let events: Vec<Event> = instance.simulation.drain_events().collect();
+        course.note(instance.simulation.world(), instance.simulation.time(), &events);
+        all.extend(events);
+    }
+    let tip_of = |kind: &EventKind| match kind {
+        EventKind::Refused { tip, .. } => *tip,
+        _ => None,
+    };
+    let moved_on = |kind: &EventKind, key| match kind {
+        EventKind::Advanced { tip, .. } | EventKind::Ended { tip, .. } => *tip == key,
+        _ => false,
+    };
+    for (i, event) in all.iter().enumerate() {
+        if let Some(key) = tip_of(&event.kind) {
+            assert!(all[i..].iter().any(|later| moved_on(&later.kind, key)), "left unresolved: {event:?}");
+        }
+    }
+    (course.figures(), all)
+}
+
+fn row(figures: &CourseFigures) -> String {
+    let CourseFigures { outcome, opening, completion, largest_radius, grasps, time, force_rms, force_peak } = figures;
+    let shape = opening
+        .map_or("–, –, –".into(), |o| format!("{:.2}, {:.3}, {:.2}", o.diameter, o.circularity, o.decentration));
+    format!(
+        "{outcome:?}: {shape}; {:.0}°, {largest_radius:.2} mm, {grasps} grasps, {:.1} s, {:.1} mN, {:.1} mN",
+        completion.to_degrees(),
+        1e-3 * time,
+        1e3 * force_rms,
+        1e3 * force_peak
+    )
+}
 
 #[test]
 fn the_tear_follows_the_circle_and_closes() {
-    // Half the triangles and twice the time step of the catalog's scene: a third of its cost.
-    let mut document = Document::named("capsulorhexis").unwrap();
-    document.set("bodies.0.mesh.cap.triangles=2500").unwrap();
-    document.set("run.dt=20").unwrap();
-    // With 0.9 edges per averaging radius a tip reads some 10 % less stress than on the catalog's mesh; at the catalog's strength
-    // the tear follows the hand so far behind that it is at 348° when the script ends.
-    document.set("bodies.0.tearing.strength_transverse=1.4").unwrap();
-    let mut instance = document.scene().unwrap().instantiate().unwrap();
+    let mut instance = instance("capsulorhexis", &sets(&COARSE));
     let body = instance.bodies[0];
     let mass = |s: &rhexis::simulation::Simulation| measure::total_mass(&s.world().get::<&Vertices>(body).unwrap());
     let start_mass = mass(&instance.simulation);
-
-    let mut advances = Vec::new();
-    let (mut has_ended, mut freed) = (false, 0);
-    let (mut steps, mut retried) = (0, 0);
-    // Once it is free there is nothing left to see, and its crumpled folds take the solver longest.
-    while !instance.is_finished() && freed == 0 {
-        let report = instance.advance().unwrap();
-        assert!(!report.has_failed);
-        (steps, retried) = (steps + 1, retried + report.rolled_back);
-        for event in instance.simulation.drain_events() {
-            match event.kind {
-                EventKind::Advanced { to, .. } => advances.push(to),
-                EventKind::Ended { .. } => has_ended = true,
-                EventKind::PieceFreed { triangle_count } => freed = triangle_count,
-                EventKind::Refused { reason, .. } => panic!("refused: {reason}"),
-                _ => {}
-            }
-        }
-    }
-    // The mesh has edges of 0.26 mm where it is not refined; the puncture itself spirals inwards by 0.05 mm, and pulling inwards does the rest.
-    for to in &advances {
-        let radius = to.x.hypot(to.y);
-        assert!((radius - RADIUS).abs() < 0.25, "the tear left the circle: radius {radius} mm");
-    }
-    // Counter-clockwise all the way from 30° to 360°.
-    let turn: f64 = advances.windows(2).map(|w| w[0].x.mul_add(w[1].y, -w[0].y * w[1].x).atan2(w[0].dot(w[1]))).sum();
-    assert!(turn.to_degrees() > 300.0, "the tear went round by {}°", turn.to_degrees());
-    assert!(has_ended && freed > 500, "the disc did not come free: {freed} triangles");
-
-    // Twice the scene's time step turns the flap far: 8 % were seen, and other folds may take more.
-    println!("{retried} parts of {steps} steps were retried");
-    assert!(5 * retried < steps, "{retried} parts of {steps} steps were retried");
+    let (figures, events) = run(&mut instance);
+    assert_eq!(figures.outcome, Outcome::Closed, "{}", row(&figures));
+    let opening = figures.opening.unwrap();
+    assert!((5.0..=5.5).contains(&opening.diameter), "{}", row(&figures));
+    assert!(opening.circularity >= 0.9 && opening.decentration <= 0.3, "{}", row(&figures));
+    assert!((3e-3..=30e-3).contains(&figures.force_rms), "{}", row(&figures));
+    assert!((5..=7).contains(&figures.grasps) && figures.completion == TAU);
+    let freed = events.iter().find_map(|event| match event.kind {
+        EventKind::PieceFreed { triangle_count } => Some(triangle_count),
+        _ => None,
+    });
+    assert!(freed.is_some_and(|count| count > 500), "{freed:?}");
 
     let simulation = &instance.simulation;
     // Sums of some thousand masses: rounding only.
@@ -61,9 +89,103 @@ fn the_tear_follows_the_circle_and_closes() {
     let world = simulation.world();
     let refined = world.get::<&Refined>(body).unwrap();
     assert!(refined.removed_count > 500, "{} vertices taken out of {}", refined.removed_count, refined.split_count);
-    assert!(refined.added <= 3 * refined.start_count as i64 / 5, "{} triangles over a budget of 60 %", refined.added);
     let log = world.get::<&TearLog>(body).unwrap();
     assert!(log.smallest_angle.unwrap().to_degrees() >= 10.0);
     let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
     validate(&vertices, &triangles, &world.get::<&Topology>(body).unwrap()).unwrap();
+}
+
+#[test]
+fn drawn_outwards_late_it_runs_out_to_the_rim() {
+    let (figures, _) = run(&mut instance("capsulorhexis-runout", &sets(&COARSE)));
+    assert_eq!(figures.outcome, Outcome::RanOut, "{}", row(&figures));
+    // The rim is a polygon in a circle of 4.9 mm.
+    assert!(figures.largest_radius > 4.85 && figures.completion > 0.3 * TAU, "{}", row(&figures));
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture meshes"]
+fn the_diameter_is_that_of_every_mesh() {
+    let mut diameters = Vec::new();
+    for (triangles, budget) in [(1500, 3.0), (5000, 1.6), (20000, 1.6)] {
+        let size = [format!("bodies.0.mesh.cap.triangles={triangles}"), format!("bodies.0.refinement.budget={budget}")];
+        let (figures, _) = run(&mut instance("capsulorhexis", &size));
+        println!("| {triangles} | {} |", row(&figures));
+        diameters.push(figures.opening.unwrap().diameter);
+    }
+    let largest = diameters.iter().copied().fold(0.0, f64::max);
+    let least = diameters.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(largest / least - 1.0 <= 0.03, "{diameters:?}");
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture ages"]
+fn the_ages() {
+    for age in ["child", "40", "60", "80"] {
+        let mut sets = sets(&COARSE);
+        sets.push(format!("scene.preset={age}"));
+        let (figures, _) = run(&mut instance("capsulorhexis", &sets));
+        println!("| {age} | {} |", row(&figures));
+    }
+}
+
+/// A hand that errs: another place and pull at each grasp, and a sway by up to 0.15 mm with a period of some seconds.
+fn perturb(grips: &mut Grips, seed: u64) {
+    let mut state = seed;
+    let mut random = || {
+        // SplitMix64 (Steele, Lea, Flood 2014), in [-1, 1).
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    for grip in &mut grips.list {
+        let near = grip.near_tip.as_mut().unwrap();
+        near.behind += 0.1 * random();
+        near.left += 0.1 * random();
+        let sway = DVec3::new(random(), random(), random()) * 0.15;
+        let (pull, period, phase) = (1.0 + 0.1 * random(), 2500.0 * (1.5 + 0.5 * random()), TAU * random());
+        let from = grip.from;
+        let start = grip.path.at(from);
+        for (time, hand) in &mut grip.path.points {
+            let swing = (TAU * (*time - from) / period + phase).sin() - phase.sin();
+            *hand = start + (*hand - start) * pull + sway * swing;
+        }
+    }
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture hands"]
+fn ten_hands_that_err_end_honestly() {
+    for seed in 1..=10 {
+        let mut sets = sets(&COARSE);
+        // Time for another grasp's worth of pull: a slower tear is no third way to end.
+        sets.push("run.duration=34000".to_owned());
+        let mut instance = instance("capsulorhexis", &sets);
+        let body = instance.bodies[0];
+        perturb(instance.simulation.entity_mut::<&mut Grips>(body).unwrap(), seed);
+        let (figures, _) = run(&mut instance);
+        println!("| {seed} | {} |", row(&figures));
+        assert_ne!(figures.outcome, Outcome::Unfinished, "seed {seed}");
+    }
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture trends"]
+fn the_trends() {
+    let outward = |mm: f64| (0..6).map(move |k| format!("bodies.0.grips.{k}.path.1.arc.outward={mm}")).collect();
+    type Values = Vec<(f64, Vec<String>)>;
+    let series: [(&str, Values); 3] = [
+        ("pull outwards [mm]", [-0.8, 0.0, 0.8, 1.6].map(|mm| (mm, outward(mm))).into()),
+        ("pre-stretch", [0.06, 0.08, 0.1, 0.12].map(|s| (s, vec![format!("bodies.0.pre_stretch={s}")])).into()),
+        ("pressure [MPa]", [0.0, 5e-4, 1e-3, 2e-3].map(|p| (p, vec![format!("bodies.0.pressure={p}")])).into()),
+    ];
+    for (what, values) in series {
+        for (value, extra) in values {
+            let all: Vec<String> = sets(&COARSE).into_iter().chain(extra).collect();
+            let (figures, _) = run(&mut instance("capsulorhexis", &all));
+            println!("| {what} | {value} | {} |", row(&figures));
+        }
+    }
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use hecs::Entity;
 use rhexis::components::{
     Anchor, Contact, Curve, Damping, Drag, EdgeLoad, EdgeLoads, EnergyAudit, EnergyBalance, Fibres, Gravity, Grip,
-    Grips, Hold, Material, Obstacle, Path, PointLoad, PointLoads, PreStretch, Pressure, Shape, Springs, TearMode,
+    Grips, Hold, Jaws, Material, Obstacle, Path, PointLoad, PointLoads, PreStretch, Pressure, Shape, Springs, TearMode,
 };
 use rhexis::event::EventKind;
 use rhexis::math::Sym2;
@@ -53,8 +53,7 @@ fn loaded_sheet() -> Membrane {
         until: 30.0,
         material_point: DVec3::new(6.0, 12.0, 0.0),
         near_tip: None,
-        radius: 2.5,
-        stiffness: 0.02,
+        jaws: Jaws { radius: 2.5, stiffness: Some(0.02), ..Jaws::default() },
         path: Path { points: vec![(4.0, DVec3::ZERO), (30.0, DVec3::new(0.2, 0.4, 0.8))] },
     };
     sheet

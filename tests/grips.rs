@@ -1,7 +1,7 @@
 //! Forceps: a pinch pulls as hard as its stiffness says, however fine the mesh and whatever is cut between the jaws.
 
 use glam::DVec3;
-use rhexis::components::{Curve, Grip, Grips, Hold, Material, Path};
+use rhexis::components::{Curve, Grip, Grips, Hold, Jaws, Material, Path};
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
 use rhexis::settings::Settings;
@@ -25,8 +25,7 @@ fn pinched(cells: usize) -> Membrane {
         until: f64::INFINITY,
         material_point: CENTRE,
         near_tip: None,
-        radius: 1.6,
-        stiffness: STIFFNESS,
+        jaws: Jaws { radius: 1.6, stiffness: Some(STIFFNESS), ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO), (10.0, HAND)] },
     };
     let hold = Hold { name: "all".into(), members, axes: [true; 3], curve: Curve::constant(0.0) };
@@ -43,9 +42,9 @@ fn a_pinch_is_as_stiff_on_every_mesh_and_after_a_cut() {
         // Nothing gives way, so the force is the pinch's stiffness times the hand's way: roundings of some dozen terms.
         let check = |simulation: &Simulation, what: &str| {
             let grips = simulation.world().get::<&Grips>(body).unwrap();
-            let error = grips.force[0].distance(HAND * STIFFNESS) / (HAND.length() * STIFFNESS);
+            let error = grips.pinches[0].force.distance(HAND * STIFFNESS) / (HAND.length() * STIFFNESS);
             assert!(error < 1e-13, "{cells} cells, {what}: {error:e}");
-            grips.held[0].rows().to_vec()
+            grips.pinches[0].held.rows().to_vec()
         };
         let before = check(&simulation, "whole");
         simulation.cut(body, &[DVec3::new(10.0, 5.03, 0.0), DVec3::new(4.3, 5.21, 0.0)]).unwrap();

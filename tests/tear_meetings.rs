@@ -7,7 +7,7 @@ use common::{DT, GRIP_SPEED, Run, SIDE, Square, state_bits};
 use glam::{DVec2, DVec3};
 use meshes::Body;
 use meshes::tears::{angles, cutter, nearest};
-use rhexis::components::{Curve, Grip, Grips, Hold, Path, TearMode, Tearing};
+use rhexis::components::{Curve, Grip, Grips, Hold, Jaws, Path, TearMode, Tearing};
 use rhexis::event::{Event, EventKind};
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
@@ -181,8 +181,7 @@ fn a_held_vertex_on_the_path_is_kept_shut_and_told() {
         from: 0.0,
         until: f64::INFINITY,
         material_point: mm(15.0, 15.0),
-        radius: 0.1,
-        stiffness: 1000.0,
+        jaws: Jaws { radius: 0.1, stiffness: Some(1000.0), ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO)] },
     };
     for (what, membrane) in

@@ -184,7 +184,7 @@ impl State {
             forces.extend(reactions.groups.iter().map(|group| group.iter().sum::<DVec3>()));
         }
         if let Ok(grips) = world.get::<&Grips>(body) {
-            forces.extend(&grips.force);
+            forces.extend(grips.pinches.iter().map(|pinch| pinch.force));
         }
         Some(Self {
             time,

@@ -169,6 +169,9 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         EventKind::Refused { tip, at, reason } => {
             json!({ "kind": "refused", "tip": tip.as_ref().map(key), "at_mm": point(at), "reason": reason })
         }
+        EventKind::Slipped { jaws, force, is_open } => {
+            json!({ "kind": "slipped", "jaws": jaws, "force_n": force, "is_open": is_open })
+        }
         EventKind::FellAsleep => json!({ "kind": "fell_asleep" }),
         EventKind::Woke { by } => json!({ "kind": "woke", "by": by.to_string() }),
         EventKind::StepFailed { reason } => json!({ "kind": "step_failed", "reason": reason }),

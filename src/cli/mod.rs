@@ -5,6 +5,7 @@
 
 mod bench;
 mod check;
+mod course;
 mod dump;
 mod files;
 mod moments;

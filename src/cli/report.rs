@@ -1,10 +1,12 @@
 //! `report.json`: the figures of a run. Every number has its unit in its name.
 
+use super::course::CourseReport;
 use super::progress::real_time_factor;
 use super::series::Observation;
 use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
 use crate::components::{Body, EnergyCriterion, Refined, Refinement, TearLog, Tearing};
+use crate::report::TearCourse;
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
@@ -19,6 +21,8 @@ use std::time::Duration;
 pub(super) enum End {
     /// It is still going; the report is a snapshot.
     Running,
+    /// A tear has ended and the scene asked to end there.
+    TearEnded,
     /// All steps are done.
     Done,
     /// No tip is left and the scene asked to end there.
@@ -75,6 +79,8 @@ pub(super) struct BodyFigures {
     pub balance_mj: Option<BTreeMap<&'static str, f64>>,
     pub reactions: Vec<ForceFigures>,
     pub grips: Vec<GripFigures>,
+    /// Absent for a body that cannot tear or is not gripped.
+    pub course: Option<CourseReport>,
     /// Absent for a body that cannot tear and was not cut.
     pub tear: Option<TearFigures>,
 }
@@ -191,6 +197,7 @@ pub(super) struct Sources<'a> {
     pub tally: &'a Tally,
     pub timings: &'a Timings,
     pub last: &'a Observation,
+    pub courses: &'a [TearCourse],
     pub elapsed: Duration,
     pub stepping: Duration,
     pub end: End,
@@ -264,6 +271,7 @@ fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyF
         balance_mj: balance.map(|balance| balance.terms().into_iter().collect()),
         reactions,
         grips,
+        course: s.courses.iter().find(|course| course.body() == body).map(|c| CourseReport::of(&c.figures())),
         tear: tear_figures(instance, body),
     }
 }

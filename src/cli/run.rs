@@ -1,5 +1,6 @@
 //! `rhexis run`.
 
+use super::course::CourseReport;
 use super::files::Files;
 use super::moments::Moments;
 use super::progress::Progress;
@@ -8,7 +9,9 @@ use super::series::{Observation, observe};
 use super::tally::Tally;
 use super::timings::Timings;
 use super::{RunArgs, Stop, document, dump, say::complain, say::say};
+use crate::components::{Grips, Tearing};
 use crate::frame::Frame;
+use crate::report::TearCourse;
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene};
 use std::path::PathBuf;
@@ -26,6 +29,8 @@ struct Running<'a> {
     tally: Tally,
     timings: Timings,
     last: Observation,
+    /// Of the bodies that can tear and are gripped, in their order.
+    courses: Vec<TearCourse>,
     start: Instant,
     stepping: Duration,
 }
@@ -51,6 +56,9 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
     }
     let files = Files::create(&folder, scene.name(), pictures, frames)?;
     let last = observe(&mut instance);
+    let world = instance.simulation.world();
+    let drawn = instance.bodies.iter().filter(|&&body| world.satisfies::<(&Tearing, &Grips)>(body));
+    let courses = drawn.filter_map(|&body| TearCourse::new(world, body, last.time)).collect();
     let mut running = Running {
         scene: &scene,
         overrides: &args.scene.set,
@@ -59,6 +67,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
         tally: Tally::default(),
         timings: Timings::new(),
         last,
+        courses,
         start: Instant::now(),
         stepping: Duration::ZERO,
     };
@@ -132,11 +141,18 @@ impl Running<'_> {
         if failures > 0 {
             return Ok(given_up(failures));
         }
-        Ok(if self.last.step < self.instance.run.steps { End::TornThrough } else { End::Done })
+        Ok(match self.last.step < self.instance.run.steps {
+            true if self.instance.run.until_ended => End::TearEnded,
+            true => End::TornThrough,
+            false => End::Done,
+        })
     }
 
     fn events(&mut self) -> Result<(), Stop> {
         let events: Vec<_> = self.instance.simulation.drain_events().collect();
+        for course in &mut self.courses {
+            course.note(self.instance.simulation.world(), self.last.time, &events);
+        }
         for event in &events {
             let body = report::body_name(&self.instance, event.body);
             self.tally.add_event(self.last.step, &body, &event.kind);
@@ -161,9 +177,9 @@ impl Running<'_> {
     }
 
     fn report(&mut self, end: End) -> RunReport {
-        let Self { scene, overrides, instance, tally, timings, last, start, stepping, .. } = self;
+        let Self { scene, overrides, instance, tally, timings, last, courses, start, stepping, .. } = self;
         let (elapsed, stepping) = (start.elapsed(), *stepping);
-        let sources = Sources { scene, overrides, tally, timings, last, elapsed, stepping, end };
+        let sources = Sources { scene, overrides, tally, timings, last, courses, elapsed, stepping, end };
         let mut report = report::report(instance, sources);
         report.caveats.extend(self.files.notes.iter().cloned());
         report
@@ -191,6 +207,7 @@ fn summary(report: &RunReport) -> String {
         End::Running => "interrupted",
         End::Done => "done",
         End::TornThrough => "torn through",
+        End::TearEnded => "the tear has ended",
         End::Failed(_) => "FAILED",
     };
     let mut lines = vec![format!(
@@ -215,6 +232,7 @@ fn summary(report: &RunReport) -> String {
         for grip in body.grips.iter().filter(|grip| grip.peak_n > 0.0) {
             lines.push(format!("    {}: {:.2} mN rms, {:.2} mN peak", grip.name, 1e3 * grip.rms_n, 1e3 * grip.peak_n));
         }
+        lines.extend(body.course.as_ref().map(CourseReport::summary));
         if let Some(tear) = &body.tear {
             lines.push(format!(
                 "    torn {:.3} mm in {} advances, {} tip(s) left, {} ended, {} piece(s) free",

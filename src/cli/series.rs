@@ -71,8 +71,7 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
             o.reactions.extend(holds.groups.iter().zip(forces).map(|(hold, force)| (named(&name, &hold.name), force)));
         }
         if let Ok(grips) = world.get::<&Grips>(body) {
-            let forces = grips.list.iter().zip(&grips.force);
-            o.grips.extend(forces.map(|(grip, force)| (named(&name, &grip.name), *force)));
+            o.grips.extend(grips.pinches.iter().map(|pinch| (named(&name, &pinch.name), pinch.force)));
         }
         if let Ok(log) = world.get::<&TearLog>(body) {
             o.torn += log.length;

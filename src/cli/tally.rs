@@ -84,6 +84,7 @@ pub(super) struct EventCounts {
     pub held_shut: u64,
     pub under_resolved: u64,
     pub refused: u64,
+    pub slipped: u64,
     pub fell_asleep: u64,
     pub woke: u64,
     pub step_failed: u64,
@@ -137,6 +138,7 @@ impl Tally {
             }
             // A consequence of advances, which are counted.
             EventKind::Released { .. } => {}
+            EventKind::Slipped { .. } => counts.slipped += 1,
             EventKind::FellAsleep => counts.fell_asleep += 1,
             EventKind::Woke { .. } => counts.woke += 1,
             EventKind::Ended { .. } => counts.ended += 1,

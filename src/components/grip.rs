@@ -1,7 +1,7 @@
-//! Forceps: a pinch that takes hold of the tissue at one time, follows a hand path and lets go.
+//! Grasps of a body: by script, which takes hold of the tissue at one time, follows a hand path and lets go, and by forceps.
 
-use crate::storage::Attached;
-use glam::{DQuat, DVec3};
+use super::{Jaws, Pinch, Pose};
+use glam::DVec3;
 
 /// A polyline through space over time, at rest before its first and after its last point.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,9 +35,9 @@ pub struct NearTip {
     pub heading: DVec3,
 }
 
-/// One grasp. Between `from` and `until` every vertex whose rest position lies within `radius` of `material_point` is drawn
-/// by a spring towards where the hand has carried it: its position at the grasp plus the hand's displacement since. What edits
-/// add between the held vertices is held as well.
+/// One grasp by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest position lies within their radius of
+/// `material_point` and carry it by the hand's displacement. What edits add between the held vertices is held as well. Tissue that
+/// has slipped out is not taken again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grip {
     /// Name in reports.
@@ -50,36 +50,51 @@ pub struct Grip {
     pub material_point: DVec3,
     /// With this, the place beside the tip with the largest criterion at the time of the grasp, while there is a tip.
     pub near_tip: Option<NearTip>,
-    /// Pinch radius \[mm\]; the nearest vertex is always taken.
-    pub radius: f64,
-    /// Stiffness of the whole pinch \[N/mm\], shared by rest area (a third of a vertex's triangles'): a finer mesh, or a tear
-    /// between the jaws, does not make it stiffer.
-    pub stiffness: f64,
+    /// How the tissue is held.
+    pub jaws: Jaws,
     /// The hand's path.
     pub path: Path,
 }
 
-/// The grasps of a body and what each holds. *Parameter* `list`; the rest follows from it.
+impl Grip {
+    /// Where the jaws are at a time \[ms\], if they closed at `origin`, by whose orientation the path is turned.
+    pub fn pose(&self, origin: &Pose, time: f64) -> Pose {
+        Pose::at(origin.carry(self.path.at(time) - self.path.at(self.from)))
+    }
+}
+
+/// The grasps of a body. *Parameter* `list`; the rest follows from it and from the forceps in the world.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grips {
-    /// The grasps.
+    /// The grasps by script.
     pub list: Vec<Grip>,
-    /// Per grasp: the vertices held and their positions \[mm\] when taken; empty before and after.
-    pub held: Vec<Attached<DVec3>>,
-    /// Per grasp: by which its path is turned.
-    pub turn: Vec<DQuat>,
-    /// Per grasp: force of the hand on the tissue \[N\] at the last step.
-    pub force: Vec<DVec3>,
+    /// What they hold, one for each in their order, then what forceps hold, in the order in which they closed.
+    pub pinches: Vec<Pinch>,
+    /// How often jaws have closed.
+    pub grasp_count: u32,
 }
 
 impl Grips {
     /// The given grasps, none taken yet.
     pub fn new(list: Vec<Grip>) -> Self {
-        Self {
-            held: vec![Attached::default(); list.len()],
-            turn: vec![DQuat::IDENTITY; list.len()],
-            force: vec![DVec3::ZERO; list.len()],
-            list,
+        let pinch = |grip: &Grip| Pinch { name: grip.name.clone(), jaws: grip.jaws, ..Pinch::default() };
+        Self { pinches: list.iter().map(pinch).collect(), list, grasp_count: 0 }
+    }
+
+    /// Whether closed jaws have hold of a vertex.
+    pub fn hold(&self, vertex: u32) -> bool {
+        self.pinches.iter().any(|pinch| pinch.held.value(vertex).is_some())
+    }
+
+    /// Takes down the forces \[N\] of jaws that prescribe, from those that keep the prescribed axes of each vertex where they are
+    /// at the end of a step \[ms\].
+    pub fn record_constraints(&mut self, time: f64, force: impl Fn(usize) -> DVec3) {
+        for pinch in self.pinches.iter_mut().filter(|pinch| pinch.is_constraint()) {
+            let prescribed = std::mem::take(&mut pinch.prescribed);
+            pinch.record(time, |place, row, target| {
+                (target, prescribed.get(place).map_or(DVec3::ZERO, |axes| force(row as usize) * *axes))
+            });
+            pinch.prescribed = prescribed;
         }
     }
 }

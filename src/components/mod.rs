@@ -2,6 +2,7 @@
 //! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
 //! system that would read it finds no match.
 
+mod blade;
 mod body;
 mod changes;
 mod curve;
@@ -10,6 +11,7 @@ mod energy_audit;
 mod energy_criterion;
 mod environment;
 mod fibres;
+mod forceps;
 mod grip;
 mod hold;
 mod loads;
@@ -22,6 +24,7 @@ mod tear_decisions;
 mod tear_log;
 mod tearing;
 
+pub use blade::Blade;
 pub use body::{Body, Planar};
 pub use changes::{Change, ChangeSet, Changes};
 pub use curve::{BadCurve, Curve};
@@ -31,6 +34,7 @@ pub use energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub use energy_criterion::EnergyCriterion;
 pub use environment::{Damping, Drag, Gravity, PreStretch, Pressure};
 pub use fibres::Fibres;
+pub use forceps::{Forceps, Jaws, Motion, Pinch, Pose, Slip};
 pub use grip::{Grip, Grips, NearTip, Path};
 pub use hold::{Hold, Holds};
 pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};

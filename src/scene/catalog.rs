@@ -21,6 +21,7 @@ macro_rules! entries {
 /// All of them, the lead scene first.
 pub const CATALOG: &[Entry] = entries![
     "capsulorhexis",
+    "capsulorhexis-runout",
     "fig2",
     "fig2-haptic",
     "fig2-iso",

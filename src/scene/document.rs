@@ -7,6 +7,7 @@ use super::error::{Fault, SceneError, Span, explain, position};
 use super::schema::SceneFile;
 use super::{Scene, catalog, mesh_file};
 use serde::Deserialize;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
@@ -130,6 +131,7 @@ impl Document {
         let root = DeTable::parse(&self.text).map_err(|e| refuse(&e))?;
         let padded = self.padded_overrides();
         let (whole, mut root) = (root.span(), root.into_inner());
+        self.apply_preset(&mut root)?;
         for ((key, _), text) in self.overrides.iter().zip(&padded) {
             let mut parsed = DeTable::parse(text).map_err(|e| refuse(&e))?.into_inner();
             if let Some(value) = parsed.remove("value") {
@@ -145,6 +147,37 @@ impl Document {
         let tree = toml::Spanned::new(whole, root);
         let file = SceneFile::deserialize(toml::Deserializer::from(tree)).map_err(|e| refuse(&e))?;
         Ok((file, spans))
+    }
+
+    /// Puts the values of the chosen preset in the places of the file's own: `[presets.NAME]` with a dotted key in quotes per value.
+    /// What `--set` changes comes after it.
+    fn apply_preset<'i>(&'i self, root: &mut DeTable<'i>) -> Result<(), SceneError> {
+        let presets = root.remove("presets").map(toml::Spanned::into_inner);
+        let set = self.overrides.iter().rev().find(|(key, _)| key == "scene.preset").map(|(_, name)| name.as_str());
+        let written = root.get("scene").and_then(|scene| scene.get_ref().get("preset"));
+        let place = written.map(toml::Spanned::span);
+        let written = written.and_then(|name| name.get_ref().as_str().map(str::to_owned));
+        let Some(name) = set.map(|name| name.trim_matches('"').to_owned()).or(written) else { return Ok(()) };
+        let mut presets = match presets {
+            Some(DeValue::Table(presets)) => presets,
+            _ => DeTable::new(),
+        };
+        let Some(DeValue::Table(values)) = presets.remove(name.as_str()).map(toml::Spanned::into_inner) else {
+            let known: Vec<String> = presets.keys().map(|key| key.get_ref().to_string()).collect();
+            let hint =
+                if known.is_empty() { "it has no presets".to_owned() } else { format!("it has {}", known.join(", ")) };
+            let what = format!("the scene has no preset `{name}`");
+            return Err(self.at(place, "scene.preset".to_owned(), what, hint));
+        };
+        for (key, value) in values {
+            let (span, key) = (key.span(), key.into_inner());
+            let Cow::Borrowed(path) = key else {
+                let hint = "write its key as plain text in quotes".to_owned();
+                return Err(self.at(Some(span), key.into_owned(), "this key has escapes".to_owned(), hint));
+            };
+            insert(root, path, value).map_err(|(what, hint)| self.at(Some(span), path.to_owned(), what, hint))?;
+        }
+        Ok(())
     }
 
     /// Each override as a document of its own, behind spaces up to its place.

@@ -2,7 +2,7 @@
 
 use super::error::{Fault, not_negative, positive};
 use super::schema::{ArcSpec, GripSpec, NearTipSpec};
-use crate::components::{Grip, NearTip, Path};
+use crate::components::{Grip, Jaws, NearTip, Path, Slip};
 use glam::{DQuat, DVec3};
 
 /// An arc is run in straight pieces of at most this angle \[°\]: at the capsule's 2.6 mm radius the chord stays within 0.1 µm.
@@ -35,10 +35,24 @@ pub(super) fn grip(spec: &GripSpec, key: &str) -> Result<Grip, Fault> {
         until: spec.until,
         material_point: spec.at.0,
         near_tip: spec.near_tip.as_ref().map(|near| near_tip(near, spec.at.0)),
-        radius: not_negative(format!("{key}.radius"), spec.radius, "mm")?,
-        stiffness: positive(format!("{key}.stiffness"), spec.stiffness, "N/mm")?,
+        jaws: jaws(spec, key)?,
         path: Path { points },
     })
+}
+
+fn jaws(spec: &GripSpec, key: &str) -> Result<Jaws, Fault> {
+    let or_none = |name: &str, value: Option<f64>, unit: &str| {
+        value.map(|value| positive(format!("{key}.{name}"), value, unit)).transpose()
+    };
+    let jaws = Jaws {
+        radius: not_negative(format!("{key}.radius"), spec.radius, "mm")?,
+        stiffness: or_none("stiffness", spec.stiffness, "N/mm")?,
+        force_limit: or_none("force_limit", spec.force_limit, "N")?,
+        slip: if spec.slides { Slip::Slide } else { Slip::LetGo },
+    };
+    let refused = |(_, _, must)| Fault::new(format!("{key}.slides"), "nothing tells how far", must);
+    jaws.check().map_err(refused)?;
+    Ok(jaws)
 }
 
 fn near_tip(spec: &NearTipSpec, at: DVec3) -> NearTip {

@@ -4,7 +4,7 @@ use super::build::{self, direction};
 use super::error::{Fault, positive};
 use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
 use super::{Scene, SceneError, copies, settings};
-use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, Tearing, Toughness};
+use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, TearLog, Tearing, Toughness};
 use crate::report::Report;
 use crate::settings::Integrator;
 use crate::simulation::{Simulation, SimulationError};
@@ -41,6 +41,8 @@ pub struct Run {
     pub steps: u64,
     /// Whether the run ends once a tear has begun and no tip is left.
     pub until_torn: bool,
+    /// Whether the run ends once a tear has ended or a piece is free.
+    pub until_ended: bool,
     /// Where a static solve ends, as a fraction of the largest corner force.
     pub static_tolerance: f64,
     /// How often tearing and equilibrium may alternate within one static step.
@@ -164,7 +166,13 @@ impl Instance {
     /// Whether all steps are done, or the tear is through where the scene asks to stop there.
     pub fn is_finished(&self) -> bool {
         let is_torn = self.run.until_torn && self.has_torn && self.tip_count() == 0;
-        is_torn || self.step >= self.run.steps
+        is_torn || self.run.until_ended && self.has_ended() || self.step >= self.run.steps
+    }
+
+    fn has_ended(&self) -> bool {
+        let world = self.simulation.world();
+        let log = |&body: &Entity| world.get::<&TearLog>(body).is_ok_and(|log| log.end_count > 0);
+        self.bodies.iter().any(log)
     }
 
     /// Steps of the scene done; a static one may have taken several equilibria.
@@ -203,6 +211,7 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         dt,
         steps,
         until_torn: spec.until_torn,
+        until_ended: spec.until_ended,
         static_tolerance,
         static_advances: spec.static_advances,
     })

@@ -38,7 +38,7 @@ pub struct ToolSpring {
 
 /// How a tool has hold of a body.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Grasp {
+pub enum Coupling {
     /// By springs, as forceps do.
     Springs {
         /// The springs.
@@ -117,7 +117,7 @@ impl Haptics {
         &mut self,
         simulation: &mut Simulation,
         body: Entity,
-        grasp: &Grasp,
+        coupling: &Coupling,
     ) -> Result<HapticModel, HapticError> {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
@@ -126,12 +126,12 @@ impl Haptics {
         );
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
         let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, damping)) = found;
-        let (position, force) = match grasp {
-            Grasp::Springs { springs, .. } => self.take_springs(vertices, springs)?,
-            Grasp::Pins { pins, force } => (self.take_pins(vertices, pins, *force)?, *force),
+        let (position, force) = match coupling {
+            Coupling::Springs { springs, .. } => self.take_springs(vertices, springs)?,
+            Coupling::Pins { pins, force } => (self.take_pins(vertices, pins, *force)?, *force),
         };
         self.mark_free(vertices, holds, planar.is_some());
-        let is_in_steps = matches!(grasp, Grasp::Springs { is_in_steps: true, .. });
+        let is_in_steps = matches!(coupling, Coupling::Springs { is_in_steps: true, .. });
         self.add_stiffness(vertices.len(), external, is_in_steps);
         let Self { horizon, factor, inner, frames, external, scratch, corner, answers, forces, springs, pinned } = self;
         let rate = 1.0 / *horizon;
@@ -269,7 +269,7 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body, or no such grip that is closed.
-    pub fn grasp_of_grip(&self, body: Entity, grip: usize) -> Result<Grasp, HapticError> {
+    pub fn coupling_of_grip(&self, body: Entity, grip: usize) -> Result<Coupling, HapticError> {
         let mut query = self.world.query_one::<(&Vertices, &Triangles, &Topology, Option<&Grips>)>(body);
         let (vertices, triangles, topology, grips) = query.get().map_err(|_| HapticError::NoSuchBody)?;
         let closed = grips.filter(|grips| grips.list.len() > grip && !grips.held[grip].rows().is_empty());
@@ -283,19 +283,19 @@ impl Simulation {
             Some(ToolSpring { vertex: vertices.key(row)?, point: taken_at + carried, stiffness })
         };
         let springs = held.rows().iter().zip(held.values()).filter_map(spring).collect();
-        Ok(Grasp::Springs { springs, is_in_steps: true })
+        Ok(Coupling::Springs { springs, is_in_steps: true })
     }
 
     /// How [pins](Self::pin) have hold of a body, with their reaction at the last step, for [`Haptics::model`].
     ///
     /// # Errors
     /// If there is no such body, or there are no pins of this name.
-    pub fn grasp_of_pins(&mut self, body: Entity, name: &str) -> Result<Grasp, HapticError> {
+    pub fn coupling_of_pins(&mut self, body: Entity, name: &str) -> Result<Coupling, HapticError> {
         let pins = self.pins(body, name)?;
         let found = self.world.query_one_mut::<(&Holds, &Reactions)>(body).map_err(|_| HapticError::NoSuchBody)?;
         let (holds, reactions) = found;
         let group = holds.groups.iter().position(|hold| hold.name == name);
         let forces = group.and_then(|group| reactions.groups.get(group));
-        Ok(Grasp::Pins { pins, force: forces.map_or(DVec3::ZERO, |forces| forces.iter().sum()) })
+        Ok(Coupling::Pins { pins, force: forces.map_or(DVec3::ZERO, |forces| forces.iter().sum()) })
     }
 }

@@ -1,6 +1,7 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
 mod advance;
+mod blade;
 mod debug_lines;
 mod error;
 mod fixed_step;
@@ -14,6 +15,7 @@ mod reorder;
 mod sleep;
 mod systems;
 mod tear;
+mod tools;
 mod view;
 
 pub use crate::components::Energies;
@@ -21,11 +23,12 @@ pub use debug_lines::{DebugKind, DebugLine, DebugLines};
 pub use error::SimulationError;
 pub use fixed_step::FixedStep;
 pub use haptic_feed::{HapticModel, HapticReceiver, HapticSender, haptic_feed};
-pub use haptics::{Grasp, HapticError, Haptics, ToolSpring};
+pub use haptics::{Coupling, HapticError, Haptics, ToolSpring};
 pub use motion::MotionError;
 pub use pin::{Pin, PinError};
 pub use query::Hit;
 pub use tear::{Cut, CutError};
+pub use tools::{Grasp, ToolError};
 pub use view::{BodyView, normals};
 
 use crate::components::{
@@ -81,11 +84,13 @@ impl Simulation {
         self.world.spawn((obstacle,))
     }
 
-    /// Takes a body or an obstacle out of the world.
+    /// Takes a body, an obstacle or a tool out of the world.
     ///
     /// # Errors
     /// If there is none.
     pub fn despawn(&mut self, entity: Entity) -> Result<(), SimulationError> {
+        // Whatever forceps hold they let go of.
+        let _ = self.open_forceps(entity);
         self.world.despawn(entity).map_err(|_| SimulationError::NoSuchBody)
     }
 

@@ -71,8 +71,8 @@ impl Simulation {
         if let Some(springs) = springs {
             springs.anchors.renumber(row);
         }
-        for held in grips.into_iter().flat_map(|grips| &mut grips.held) {
-            held.renumber(row);
+        for pinch in grips.into_iter().flat_map(|grips| &mut grips.pinches) {
+            pinch.held.renumber(row);
         }
         for load in point_loads.into_iter().flat_map(|loads| &mut loads.groups) {
             load.rows.iter_mut().for_each(|vertex| *vertex = row(*vertex));

@@ -38,6 +38,22 @@ pub enum CutError {
     /// There is no such body.
     #[error("there is no such body")]
     NoSuchBody,
+    /// There is no such blade.
+    #[error("there is no such blade")]
+    NoSuchBlade,
+    /// A blade whose numbers are out of range.
+    #[error(
+        "a blade with a reach of {reach:?} mm and a shortest cut of {least:?} mm: both must be positive and finite"
+    )]
+    BadBlade {
+        /// \[mm\].
+        reach: f64,
+        /// \[mm\].
+        least: f64,
+    },
+    /// The tool does not meet the surface.
+    #[error("there is no surface within reach, or the direction is normal to it")]
+    NothingThere,
     /// The mesh refused it.
     #[error("the cut was refused: {0}")]
     Refused(#[from] TearRefusal),

@@ -75,6 +75,11 @@ impl<T: Attachment> Attached<T> {
         &mut self.values
     }
 
+    /// The members with their values, to be rewritten.
+    pub fn entries_mut(&mut self) -> impl Iterator<Item = (u32, &mut T)> {
+        self.rows.iter().copied().zip(&mut self.values)
+    }
+
     /// The value at a vertex, if it is a member.
     pub fn value(&self, row: u32) -> Option<T> {
         self.rows.binary_search(&row).ok().map(|place| self.values[place])

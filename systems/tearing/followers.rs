@@ -40,7 +40,7 @@ impl Followers<'_> {
     /// Whether a hold or a closed grip has hold of a vertex. It keeps both lips of a tear that parts the vertex, as jaws do.
     pub fn hold(&self, vertex: u32) -> bool {
         let is_held = self.holds.as_ref().is_some_and(|h| h.groups.iter().any(|g| g.members.value(vertex).is_some()));
-        is_held || self.grips.as_ref().is_some_and(|g| g.held.iter().any(|held| held.value(vertex).is_some()))
+        is_held || self.grips.as_ref().is_some_and(|grips| grips.hold(vertex))
     }
 
     /// Whether a vertex may vanish in a collapse without changing what holds or loads the body: it is free, no load acts on
@@ -79,7 +79,7 @@ impl Followers<'_> {
                 springs.anchors.fill_in(record);
             }
             if let Some(grips) = &mut self.grips {
-                for held in &mut grips.held {
+                for held in grips.pinches.iter_mut().map(|pinch| &mut pinch.held) {
                     held.apply(record, tables);
                     held.fill_in(record);
                 }
@@ -106,7 +106,7 @@ impl Followers<'_> {
             springs.anchors.release();
         }
         if let Some(grips) = &mut self.grips {
-            grips.held.iter_mut().for_each(Follow::release);
+            grips.pinches.iter_mut().for_each(|pinch| pinch.held.release());
         }
     }
 }

@@ -6,7 +6,7 @@ use rhexis::components::{Curve, Fibres, Grip, Grips, Hold, Material, Path};
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
 use rhexis::settings::Settings;
-use rhexis::simulation::{Grasp, HapticError, Haptics, Simulation, ToolSpring};
+use rhexis::simulation::{Coupling, HapticError, Haptics, Simulation, ToolSpring};
 use rhexis::storage::{Attached, Vertices};
 
 /// Stiffness of the pinch \[N/mm\]: of the order of the tissue's own under it.
@@ -42,13 +42,13 @@ fn pinched(cells: usize, hand: DVec3) -> (Simulation, Entity) {
 fn force_at(simulation: &mut Simulation, body: Entity, hand: DVec3) -> DVec3 {
     simulation.entity_mut::<&mut Grips>(body).unwrap().list[0].path.points[1].1 = hand;
     simulation.settle(0.0, 1e-9).unwrap();
-    let grasp = simulation.grasp_of_grip(body, 0).unwrap();
-    force(simulation, body, &grasp)
+    let coupling = simulation.coupling_of_grip(body, 0).unwrap();
+    force(simulation, body, &coupling)
 }
 
-fn force(simulation: &Simulation, body: Entity, grasp: &Grasp) -> DVec3 {
+fn force(simulation: &Simulation, body: Entity, coupling: &Coupling) -> DVec3 {
     let vertices = simulation.world().get::<&Vertices>(body).unwrap();
-    let Grasp::Springs { springs, .. } = grasp else { panic!("a grip has springs") };
+    let Coupling::Springs { springs, .. } = coupling else { panic!("a grip has springs") };
     let pull = |s: &ToolSpring| (s.point - vertices.position[vertices.row(s.vertex).unwrap() as usize]) * s.stiffness;
     springs.iter().map(pull).sum()
 }
@@ -59,9 +59,9 @@ fn the_model_is_within_5_percent_within_a_fifth_of_a_millimetre() {
     // Drawn aside and out of the plane, as forceps draw.
     for hand in [DVec3::new(0.6, -0.2, 0.5), DVec3::new(0.0, 0.0, 1.5), DVec3::new(-0.8, 0.4, 0.1)] {
         let (mut simulation, body) = pinched(24, hand);
-        let grasp = simulation.grasp_of_grip(body, 0).unwrap();
-        let model = Haptics::new(1000.0).model(&mut simulation, body, &grasp).unwrap();
-        assert!(model.force.distance(force(&simulation, body, &grasp)) < 1e-12);
+        let coupling = simulation.coupling_of_grip(body, 0).unwrap();
+        let model = Haptics::new(1000.0).model(&mut simulation, body, &coupling).unwrap();
+        assert!(model.force.distance(force(&simulation, body, &coupling)) < 1e-12);
         for way in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z, DVec3::ONE.normalize()] {
             let moved = way * 0.2;
             let simulated = force_at(&mut simulation, body, hand + moved);
@@ -77,9 +77,9 @@ fn the_model_is_within_5_percent_within_a_fifth_of_a_millimetre() {
 fn the_stiffness_is_that_of_small_motions_and_gives_no_energy() {
     let hand = DVec3::new(0.5, 0.3, 0.4);
     let (mut simulation, body) = pinched(16, hand);
-    let grasp = simulation.grasp_of_grip(body, 0).unwrap();
+    let coupling = simulation.coupling_of_grip(body, 0).unwrap();
     let mut haptics = Haptics::new(1000.0);
-    let model = haptics.model(&mut simulation, body, &grasp).unwrap();
+    let model = haptics.model(&mut simulation, body, &coupling).unwrap();
     let s = model.stiffness;
     assert_eq!(s, s.transpose());
     for i in 0..60_i32 {
@@ -99,7 +99,7 @@ fn the_stiffness_is_that_of_small_motions_and_gives_no_energy() {
     println!("model {s}\nmeasured {measured}");
     assert!(off < 1e-4 * PINCH, "{off}");
     // Over a short time masses resist as well: stiffer in every direction.
-    let short = Haptics::new(1.0).model(&mut simulation, body, &grasp).unwrap().stiffness;
+    let short = Haptics::new(1.0).model(&mut simulation, body, &coupling).unwrap().stiffness;
     for axis in 0..3 {
         assert!(short.col(axis)[axis] >= s.col(axis)[axis] - 1e-9);
     }
@@ -115,8 +115,8 @@ fn pins_have_a_model_too() {
     simulation.pin(body, "tool", &keys).unwrap();
     simulation.move_pins(body, "tool", |pin| pin.place + DVec3::new(0.3, 0.1, 0.8)).unwrap();
     simulation.settle(0.0, 1e-9).unwrap();
-    let grasp = simulation.grasp_of_pins(body, "tool").unwrap();
-    let model = Haptics::new(1000.0).model(&mut simulation, body, &grasp).unwrap();
+    let coupling = simulation.coupling_of_pins(body, "tool").unwrap();
+    let model = Haptics::new(1000.0).model(&mut simulation, body, &coupling).unwrap();
     let mut worst = 0.0_f64;
     for way in [DVec3::X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
         let by = |simulation: &mut Simulation, d: DVec3| {
@@ -124,7 +124,7 @@ fn pins_have_a_model_too() {
             simulation.settle(0.0, 1e-9).unwrap();
         };
         by(&mut simulation, way * 0.2);
-        let Grasp::Pins { force, .. } = simulation.grasp_of_pins(body, "tool").unwrap() else { panic!("pins") };
+        let Coupling::Pins { force, .. } = simulation.coupling_of_pins(body, "tool").unwrap() else { panic!("pins") };
         by(&mut simulation, way * -0.2);
         let error = model.force_at(model.position + way * 0.2).distance(force) / force.length();
         println!("{way}: {error:.4} of {:.4} N", force.length());
@@ -137,17 +137,17 @@ fn pins_have_a_model_too() {
 fn what_holds_nothing_has_no_model() {
     let (mut simulation, body) = pinched(8, DVec3::X * 0.2);
     let mut haptics = Haptics::new(1000.0);
-    assert_eq!(simulation.grasp_of_grip(body, 1), Err(HapticError::NotClosed(1)));
-    let nothing = Grasp::Springs { springs: Vec::new(), is_in_steps: false };
+    assert_eq!(simulation.coupling_of_grip(body, 1), Err(HapticError::NotClosed(1)));
+    let nothing = Coupling::Springs { springs: Vec::new(), is_in_steps: false };
     assert_eq!(haptics.model(&mut simulation, body, &nothing), Err(HapticError::HoldsNothing));
-    let nothing = Grasp::Pins { pins: Vec::new(), force: DVec3::X };
+    let nothing = Coupling::Pins { pins: Vec::new(), force: DVec3::X };
     assert_eq!(haptics.model(&mut simulation, body, &nothing), Err(HapticError::HoldsNothing));
-    assert!(matches!(simulation.grasp_of_pins(body, "tool"), Err(HapticError::Pins(_))));
-    let Grasp::Springs { springs, .. } = simulation.grasp_of_grip(body, 0).unwrap() else { panic!() };
+    assert!(matches!(simulation.coupling_of_pins(body, "tool"), Err(HapticError::Pins(_))));
+    let Coupling::Springs { springs, .. } = simulation.coupling_of_grip(body, 0).unwrap() else { panic!() };
     let vertex = springs[0].vertex;
     let tool = |stiffness: f64| {
         let point = DVec3::new(9.0, 11.0, 1.0);
-        Grasp::Springs { springs: vec![ToolSpring { vertex, point, stiffness }], is_in_steps: false }
+        Coupling::Springs { springs: vec![ToolSpring { vertex, point, stiffness }], is_in_steps: false }
     };
     for bad in [0.0, -1.0, f64::NAN] {
         assert_eq!(haptics.model(&mut simulation, body, &tool(bad)), Err(HapticError::BadSpring(vertex)));

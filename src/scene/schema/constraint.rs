@@ -120,8 +120,13 @@ pub struct GripSpec {
     pub until: f64,
     /// Pinch radius \[mm\], ≥ 0; the nearest vertex is always taken.
     pub radius: f64,
-    /// Stiffness of the whole pinch \[N/mm\], > 0, shared by rest area.
-    pub stiffness: f64,
+    /// Stiffness of the whole pinch \[N/mm\], > 0, shared by rest area. Default none: what is held follows the hand exactly.
+    pub stiffness: Option<f64>,
+    /// Force \[N\], > 0, beyond which the tissue slips. Default none.
+    pub force_limit: Option<f64>,
+    /// Whether tissue that slips slides between the jaws, which takes a stiffness; else (default) they let go of it.
+    #[serde(default)]
+    pub slides: bool,
     /// The hand's path from `at`: what is held moves by the hand's displacement.
     pub path: Vec<LegSpec>,
 }

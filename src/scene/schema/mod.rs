@@ -54,6 +54,10 @@ pub struct AboutSpec {
     /// Where the numbers come from.
     #[serde(default)]
     pub reference: String,
+    /// Name of the preset whose values take the places of the file's own: a table `[presets.NAME]` with a dotted key in quotes
+    /// per value, as in `"bodies.0.material.young_fibre" = 6`. Default none.
+    #[serde(default)]
+    pub preset: String,
 }
 
 /// How time passes.
@@ -144,6 +148,10 @@ pub struct RunSpec {
     /// End early as soon as a tear has begun and no tip is left: the sheet is torn through. Default false.
     #[serde(default)]
     pub until_torn: bool,
+    /// End early as soon as a tear has ended: run into the rim, into another one, or closed on itself, so that a piece is free.
+    /// Default false.
+    #[serde(default)]
+    pub until_ended: bool,
     /// `"fast"` (default) or `"accurate"`: what dynamic steps do where no other key says it. Accurate is `integrator = "tr_bdf2"`,
     /// `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`, `stress_tolerance = inf`: three to
     /// seven times the time per step; for references, waves and spins.

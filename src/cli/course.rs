@@ -1,0 +1,71 @@
+//! The course of a tear drawn by forceps, in the report and the summary.
+
+use crate::report::{CourseFigures, Outcome};
+use serde::Serialize;
+
+/// Figures as [`CourseFigures`] defines them.
+#[derive(Serialize)]
+pub(super) struct CourseReport {
+    /// `"closed"`, `"ran_out"` or `"unfinished"`.
+    pub outcome: &'static str,
+    pub completion_deg: f64,
+    /// Absent unless the tear has closed, as the next two.
+    pub diameter_mm: Option<f64>,
+    pub circularity: Option<f64>,
+    pub decentration_mm: Option<f64>,
+    /// Of the outline where the tear has closed, else of the way of the tips.
+    pub largest_radius_mm: f64,
+    pub grasps: u32,
+    pub time_ms: f64,
+    pub force_rms_n: f64,
+    pub force_peak_n: f64,
+}
+
+impl CourseReport {
+    pub fn of(figures: &CourseFigures) -> Self {
+        let opening = figures.opening.as_ref();
+        Self {
+            outcome: match figures.outcome {
+                Outcome::Closed => "closed",
+                Outcome::RanOut => "ran_out",
+                Outcome::Unfinished => "unfinished",
+            },
+            completion_deg: figures.completion.to_degrees(),
+            diameter_mm: opening.map(|o| o.diameter),
+            circularity: opening.map(|o| o.circularity),
+            decentration_mm: opening.map(|o| o.decentration),
+            largest_radius_mm: opening.map_or(figures.largest_radius, |o| o.largest_radius),
+            grasps: figures.grasps,
+            time_ms: figures.time,
+            force_rms_n: figures.force_rms,
+            force_peak_n: figures.force_peak,
+        }
+    }
+
+    /// Its lines in the summary.
+    pub fn summary(&self) -> String {
+        let outcome = match (self.diameter_mm, self.circularity, self.decentration_mm) {
+            (Some(diameter), Some(circularity), Some(decentration)) => format!(
+                "opening: diameter {diameter:.3} mm, circularity {circularity:.3}, {decentration:.3} mm off centre, largest radius {:.3} mm",
+                self.largest_radius_mm
+            ),
+            _ if self.outcome == "ran_out" => {
+                format!(
+                    "run out to the rim at {:.0}°, {:.3} mm from the axis",
+                    self.completion_deg, self.largest_radius_mm
+                )
+            }
+            _ => format!(
+                "open: {:.0}° done, at most {:.3} mm from the axis",
+                self.completion_deg, self.largest_radius_mm
+            ),
+        };
+        format!(
+            "    {outcome}\n    {} grasp(s) in {:.2} s, {:.2} mN rms, {:.2} mN peak",
+            self.grasps,
+            1e-3 * self.time_ms,
+            1e3 * self.force_rms_n,
+            1e3 * self.force_peak_n
+        )
+    }
+}

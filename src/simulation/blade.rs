@@ -1,0 +1,86 @@
+//! Needle and blade while the simulation runs.
+
+use super::{Cut, CutError, Hit, Simulation};
+use crate::components::Blade;
+use crate::storage::{TipKey, Tips, Vertices};
+use glam::DVec3;
+use hecs::Entity;
+
+impl Simulation {
+    /// Punctures a body where its surface, as it lies now, is nearest to a point \[mm\]: a slit of a length \[mm, rest shape\] about
+    /// it, along a direction of any length, which is laid into the surface. Its ends become tips where the body can tear.
+    ///
+    /// # Errors
+    /// If the surface is farther away than `length`, if the direction is normal to it, and why the slit could not be cut; the body
+    /// is as it was.
+    pub fn puncture(&mut self, body: Entity, point: DVec3, direction: DVec3, length: f64) -> Result<Cut, CutError> {
+        let hit = self.nearest(body, point, length).ok_or(CutError::NothingThere)?;
+        let along = self.rest_direction(body, &hit, direction).ok_or(CutError::NothingThere)?;
+        let half = along * (0.5 * length);
+        self.cut(body, &[hit.rest_position - half, hit.rest_position + half])
+    }
+
+    /// Puts a blade into the world, out of any tissue.
+    ///
+    /// # Errors
+    /// For a reach or a shortest cut that is not positive and finite.
+    pub fn spawn_blade(&mut self, reach: f64, least: f64) -> Result<Entity, CutError> {
+        let is_right = |value: f64| value > 0.0 && value.is_finite();
+        if !(is_right(reach) && is_right(least)) {
+            return Err(CutError::BadBlade { reach, least });
+        }
+        Ok(self.world.spawn((Blade { reach, least, ..Blade::default() },)))
+    }
+
+    /// Draws the edge of a blade to a point of space \[mm\], where it cuts a body from where it was. Call it every frame: where
+    /// the surface is out of its reach, or the body another one, the blade is lifted, and the next stroke begins anew. Strokes
+    /// shorter than the blade's shortest cut are saved up; `None` then. A stroke that begins on the boundary makes a notch, one
+    /// inside a slit.
+    ///
+    /// # Errors
+    /// If there is no such blade, and why the cut was not made: the body is as it was, and a longer stroke may pass.
+    pub fn draw_blade(&mut self, blade: Entity, body: Entity, edge: DVec3) -> Result<Option<Cut>, CutError> {
+        let tool = self.world.query_one_mut::<&Blade>(blade).map_err(|_| CutError::NoSuchBlade)?.clone();
+        let Some(hit) = self.nearest(body, edge, tool.reach) else {
+            self.set_blade(blade, Blade { body: None, tip: None, ..tool });
+            return Ok(None);
+        };
+        if tool.body != Some(body) {
+            self.set_blade(blade, Blade { body: Some(body), from: hit.rest_position, tip: None, ..tool });
+            return Ok(None);
+        }
+        let from = tool.tip.and_then(|tip| self.place_of_tip(body, tip)).unwrap_or(tool.from);
+        if from.distance(hit.rest_position) < tool.least {
+            return Ok(None);
+        }
+        let cut = self.cut(body, &[from, hit.rest_position])?;
+        let end = cut.path.last().copied().unwrap_or(hit.rest_position);
+        self.set_blade(blade, Blade { from: end, tip: cut.tips.last().copied(), ..tool });
+        Ok(Some(cut))
+    }
+
+    fn set_blade(&mut self, blade: Entity, state: Blade) {
+        if let Ok(tool) = self.world.query_one_mut::<&mut Blade>(blade) {
+            *tool = state;
+        }
+    }
+
+    fn place_of_tip(&self, body: Entity, tip: TipKey) -> Option<DVec3> {
+        let (tips, vertices) = (self.world.get::<&Tips>(body).ok()?, self.world.get::<&Vertices>(body).ok()?);
+        let vertex = tips.vertex[tips.row(tip)? as usize];
+        Some(vertices.rest_position[vertex as usize])
+    }
+
+    /// A direction of space laid into a triangle, in the rest shape \[unit\].
+    fn rest_direction(&self, body: Entity, hit: &Hit, direction: DVec3) -> Option<DVec3> {
+        let vertices = self.world.get::<&Vertices>(body).ok()?;
+        let [a, b, c] = hit.corners.map(|key| vertices.row(key).map_or(0, |row| row as usize));
+        let (now, rest) = (&vertices.position, &vertices.rest_position);
+        let (p, q) = (now[b] - now[a], now[c] - now[a]);
+        let along = direction.try_normalize()?.reject_from(hit.normal).try_normalize()?;
+        // along = s·p + t·q by the reciprocal basis of the triangle.
+        let area = p.cross(q).length_squared();
+        let (s, t) = (along.cross(q).dot(p.cross(q)) / area, p.cross(along).dot(p.cross(q)) / area);
+        ((rest[b] - rest[a]) * s + (rest[c] - rest[a]) * t).try_normalize()
+    }
+}

@@ -1,0 +1,213 @@
+//! Forceps while the simulation runs: the host sets their pose, closes and opens them, and reads what they feel.
+
+use super::Simulation;
+use crate::components::{Body, ExternalStiffness, Forceps, Grips, Jaws, Motion, Pinch, Pose};
+use crate::event::WokenBy;
+use crate::storage::{VertexKey, Vertices};
+use glam::DVec3;
+use hecs::Entity;
+
+/// What jaws close about. Their radius in the rest shape counts from the point found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Grasp {
+    /// The point of the surface nearest to the jaws' position, no farther away than this \[mm\].
+    Nearest {
+        /// \[mm\], above zero.
+        reach: f64,
+    },
+    /// The first point of the surface on a ray.
+    Ray {
+        /// Where the ray begins \[mm\].
+        origin: DVec3,
+        /// Of any length.
+        direction: DVec3,
+        /// How far it goes \[mm\].
+        reach: f64,
+    },
+    /// A point of the tissue, in the rest shape \[mm\].
+    Point(DVec3),
+    /// These vertices, and no others: a region that the host has chosen.
+    Vertices(Vec<VertexKey>),
+}
+
+/// Why a tool did nothing; everything is as it was.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ToolError {
+    /// There is no such body.
+    #[error("there is no such body")]
+    NoSuchBody,
+    /// The entity is not the tool that was asked for.
+    #[error("there are no such forceps")]
+    NoSuchForceps,
+    /// The jaws hold something already.
+    #[error("forceps `{name}` are closed: open them before they close again")]
+    Closed {
+        /// Their name.
+        name: String,
+    },
+    /// There is no tissue where the jaws close.
+    #[error("forceps `{name}` find no tissue to take: come nearer, or give more reach")]
+    NothingThere {
+        /// Their name.
+        name: String,
+    },
+    /// A vertex that does not exist any more.
+    #[error("forceps `{name}` are to take a vertex that the body does not have: take keys from its present mesh")]
+    NoSuchVertex {
+        /// Their name.
+        name: String,
+    },
+    /// A pose or a duration that is not finite, or an orientation that is no rotation.
+    #[error(
+        "forceps `{name}` were given a pose that is no rigid motion: finite numbers, a unit quaternion, and a duration of zero or more"
+    )]
+    BadPose {
+        /// Their name.
+        name: String,
+    },
+    /// A number of the jaws outside its range.
+    #[error("forceps `{name}`: {what} is {value:?}: {must}")]
+    OutOfRange {
+        /// Their name.
+        name: String,
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        must: &'static str,
+    },
+}
+
+impl Simulation {
+    /// Puts open forceps into the world.
+    ///
+    /// # Errors
+    /// For a pose that is no rigid motion and for jaws with numbers out of range.
+    pub fn spawn_forceps(&mut self, name: &str, jaws: Jaws, pose: Pose) -> Result<Entity, ToolError> {
+        let name = name.to_owned();
+        if !pose.is_sound() {
+            return Err(ToolError::BadPose { name });
+        }
+        if let Err((what, value, must)) = jaws.check() {
+            return Err(ToolError::OutOfRange { name, what, value, must });
+        }
+        let motion = Motion::rest(pose);
+        Ok(self.world.spawn((Forceps { name, jaws, motion, ..Forceps::default() },)))
+    }
+
+    /// Moves forceps from where they are now to a pose, evenly within a time \[ms\]: that of the step or of the frame that is
+    /// about to be simulated. What they hold goes along.
+    ///
+    /// # Errors
+    /// If there are no such forceps, and for a pose or a time that is no rigid motion.
+    pub fn move_forceps(&mut self, forceps: Entity, pose: Pose, within: f64) -> Result<(), ToolError> {
+        let now = self.report.time;
+        let tool = self.world.query_one_mut::<&mut Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
+        if !(pose.is_sound() && within >= 0.0 && (now + within).is_finite()) {
+            return Err(ToolError::BadPose { name: tool.name.clone() });
+        }
+        let motion = Motion { from: tool.motion.at(now), to: pose, start: now, end: now + within };
+        tool.motion = motion;
+        if let Some(body) = tool.body
+            && let Some(pinch) = self.pinch_mut(body, forceps)
+        {
+            pinch.motion = motion;
+        }
+        Ok(())
+    }
+
+    /// Closes forceps on a body: they hold what lies in their jaws, where it is, until they open or it slips. Returns the number of
+    /// vertices held.
+    ///
+    /// # Errors
+    /// If there are no such forceps or body, if they are closed already, and if there is nothing to take.
+    pub fn close_forceps(&mut self, forceps: Entity, body: Entity, grasp: &Grasp) -> Result<usize, ToolError> {
+        let now = self.report.time;
+        let tool = self.world.query_one_mut::<&Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
+        let Forceps { name, jaws, motion, .. } = tool.clone();
+        if tool.body.is_some_and(|held| self.pinch_mut(held, forceps).is_some()) {
+            return Err(ToolError::Closed { name });
+        }
+        if !self.world.satisfies::<(&Body, &Vertices)>(body) {
+            return Err(ToolError::NoSuchBody);
+        }
+        let pose = motion.at(now);
+        let rows = self.rows_of(body, grasp, (&name, jaws.radius, &pose))?;
+        // A body may be gripped that was not made for it.
+        if !self.world.satisfies::<&Grips>(body) {
+            let _ = self.world.insert_one(body, Grips::default());
+        }
+        if !self.world.satisfies::<&ExternalStiffness>(body) {
+            let _ = self.world.insert_one(body, ExternalStiffness::default());
+        }
+        self.wake_by(body, WokenBy::Drive);
+        let found = self.world.query_one_mut::<(&mut Grips, &Vertices)>(body);
+        let (grips, vertices) = found.map_err(|_| ToolError::NoSuchBody)?;
+        let mut pinch = Pinch { name, forceps: Some(forceps), jaws, motion, ..Pinch::default() };
+        pinch.close(vertices, rows, &pose);
+        let count = pinch.held.rows().len();
+        grips.grasp_count += 1;
+        grips.pinches.push(pinch);
+        if let Ok(tool) = self.world.query_one_mut::<&mut Forceps>(forceps) {
+            tool.body = Some(body);
+        }
+        Ok(count)
+    }
+
+    /// Opens forceps; open ones stay so.
+    ///
+    /// # Errors
+    /// If there are no such forceps.
+    pub fn open_forceps(&mut self, forceps: Entity) -> Result<(), ToolError> {
+        let tool = self.world.query_one_mut::<&mut Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
+        (tool.force, tool.torque) = (DVec3::ZERO, DVec3::ZERO);
+        if let Some(body) = tool.body.take() {
+            self.wake_by(body, WokenBy::Drive);
+            if let Ok(grips) = self.world.query_one_mut::<&mut Grips>(body) {
+                grips.pinches.retain(|pinch| pinch.forceps != Some(forceps));
+            }
+        }
+        Ok(())
+    }
+
+    /// Forceps as they are: where, whether closed, and force and torque on the tissue at the last step.
+    ///
+    /// # Errors
+    /// If there are no such forceps.
+    pub fn forceps(&self, forceps: Entity) -> Result<Forceps, ToolError> {
+        self.world.get::<&Forceps>(forceps).map(|tool| (*tool).clone()).map_err(|_| ToolError::NoSuchForceps)
+    }
+
+    fn pinch_mut(&mut self, body: Entity, forceps: Entity) -> Option<&mut Pinch> {
+        let grips = self.world.query_one_mut::<&mut Grips>(body).ok()?;
+        grips.pinches.iter_mut().find(|pinch| pinch.forceps == Some(forceps))
+    }
+
+    /// The vertices that jaws of this name, radius and pose take.
+    fn rows_of(
+        &self,
+        body: Entity,
+        grasp: &Grasp,
+        (name, radius, pose): (&str, f64, &Pose),
+    ) -> Result<Vec<u32>, ToolError> {
+        let place = match grasp {
+            Grasp::Nearest { reach } => self.nearest(body, pose.position, *reach).map(|hit| hit.rest_position),
+            Grasp::Ray { origin, direction, reach } => {
+                self.cast_ray(body, *origin, *direction, *reach).map(|hit| hit.rest_position)
+            }
+            Grasp::Point(place) => place.is_finite().then_some(*place),
+            Grasp::Vertices(_) => None,
+        };
+        let vertices = self.world.get::<&Vertices>(body).map_err(|_| ToolError::NoSuchBody)?;
+        let rows: Vec<u32> = match (grasp, place) {
+            (Grasp::Vertices(keys), _) => {
+                let no_such = || ToolError::NoSuchVertex { name: name.to_owned() };
+                keys.iter().map(|&key| vertices.row(key).ok_or_else(no_such)).collect::<Result<_, _>>()?
+            }
+            (_, Some(place)) => Pinch::within(&vertices, place, radius).collect(),
+            (_, None) => Vec::new(),
+        };
+        if rows.is_empty() { Err(ToolError::NothingThere { name: name.to_owned() }) } else { Ok(rows) }
+    }
+}
