@@ -55,6 +55,7 @@ pub const STEP: &[System] = &[
     system("resume", Stage::Resume, systems::hold::resume),
     system("corotation", Stage::Evaluate, systems::corotation::corotation),
     system("assembly", Stage::Evaluate, systems::assembly::assembly),
+    system("bending", Stage::Evaluate, systems::bending::bending),
     system("energy: membrane", Stage::Evaluate, systems::energy::membrane),
     system("gravity", Stage::Evaluate, systems::gravity::gravity),
     system("pressure", Stage::Evaluate, systems::pressure::pressure),

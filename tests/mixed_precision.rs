@@ -69,6 +69,7 @@ impl Torn {
             topology: &self.topology,
             frames: &self.frames,
             external: Some(&self.external),
+            folds: None,
             inertia: 1e-2,
             viscosity: 0.1,
             tangent: self.tangent,

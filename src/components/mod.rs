@@ -2,6 +2,7 @@
 //! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
 //! system that would read it finds no match.
 
+mod bending;
 mod body;
 mod curve;
 mod derived;
@@ -21,6 +22,7 @@ mod tear_decisions;
 mod tear_log;
 mod tearing;
 
+pub use bending::Bending;
 pub use body::{Body, Planar};
 pub use curve::{BadCurve, Curve};
 pub use derived::{ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch};

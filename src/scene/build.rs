@@ -8,8 +8,8 @@ use super::schema::{
 };
 use super::{grasp, mesh_file, shape};
 use crate::components::{
-    Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
-    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
+    Anchor, Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold,
+    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -171,6 +171,10 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
             return Err(Fault::new(at("pressure"), what, "remove one of the two"));
         }
         membrane = membrane.with(Pressure { curve: curve.0.clone() });
+    }
+    if let Some(bending) = &spec.bending {
+        let stiffness = bending.stiffness.map(|d| positive(at("bending.stiffness"), d, "N·mm")).transpose()?;
+        membrane = membrane.with(Bending { stiffness });
     }
     if let Some(contact) = &spec.contact {
         membrane =

@@ -12,14 +12,16 @@ pub use error::SimulationError;
 pub use tear::{Cut, CutError};
 
 use crate::components::{
-    Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
+    Bending, Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, Sleeping,
+    SolverScratch,
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule;
 use crate::settings::{Integrator, Precision, Settings, Tangent};
-use crate::storage::{Triangles, Vertices};
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::linear::Folds;
 use crate::systems::parallel::Pool;
 use crate::systems::{Formula, StepContext, corotation};
 use advance::{advance, is_finite, iterate_and_account, restore};
@@ -229,8 +231,11 @@ impl Simulation {
     /// If there is no such body.
     pub fn energies(&mut self, body: Entity) -> Result<Energies, SimulationError> {
         self.refresh(body)?;
-        let mut query = self.world.query_one::<(&Vertices, &Triangles, &Frames, Option<&PreStretch>)>(body);
-        let (vertices, triangles, frames, pre_stretch) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        type Query<'a> =
+            (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, Option<&'a PreStretch>, Option<&'a Bending>);
+        let mut query = self.world.query_one::<Query>(body);
+        let (vertices, triangles, topology, frames, pre_stretch, bending) =
+            query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let unstretched = PreStretch::unstretched(pre_stretch);
         let elastic = frames
             .state
@@ -239,7 +244,9 @@ impl Simulation {
             .zip(&triangles.thickness)
             .map(|((s, rest), h)| 0.5 * rest.area * h * s.stress.contract(s.polar.stretch - unstretched));
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
-        Ok(Energies { elastic: elastic.sum(), kinetic: kinetic.sum() })
+        let body = (vertices, triangles, topology);
+        let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, &vertices.position));
+        Ok(Energies { elastic: elastic.sum::<f64>() + bent, kinetic: kinetic.sum() })
     }
 
     /// The energy balance of a body since its first step; `None` for one without an [`EnergyAudit`].

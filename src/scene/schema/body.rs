@@ -35,6 +35,8 @@ pub struct BodySpec {
     pub drag: Option<f64>,
     /// Follower pressure along the normal \[MPa\], over time.
     pub pressure: Option<TimeCurve>,
+    /// Makes it resist bending.
+    pub bending: Option<BendingSpec>,
     /// Makes it feel the obstacles.
     pub contact: Option<ContactSpec>,
     /// Makes it tear.
@@ -132,6 +134,15 @@ pub struct ConcentricSpec {
     /// Direction of the axis. Default z.
     #[serde(default = "along_z")]
     pub axis: Point,
+}
+
+/// `bending`: `bending = {}` takes the stiffness that follows from the material and the thickness, E·h³/(12·(1 − ν²)) of an
+/// isotropic one. Not for planar bodies.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BendingSpec {
+    /// Stiffness D \[N·mm\], > 0.
+    pub stiffness: Option<f64>,
 }
 
 /// `contact`.

@@ -11,8 +11,8 @@ mod mesh;
 mod number;
 
 pub use body::{
-    BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec,
-    RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
+    BendingSpec, BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec,
+    MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,

@@ -11,7 +11,7 @@ impl InnerSolver {
     /// Before iterations with [`InnerSolver::cycle`].
     pub fn begin_cycles(&mut self, operator: &Operator, free: &[DVec3]) {
         self.follow(operator);
-        self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
+        self.matrix.assemble(operator, &self.partition, &self.order, free);
         let mesh = (operator.vertices, operator.triangles, operator.topology);
         self.multigrid.prepare(&self.partition, &self.order, mesh, &self.matrix);
         let (n, vectors) = (free.len(), &mut self.vectors);

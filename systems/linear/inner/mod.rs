@@ -8,6 +8,7 @@
 mod cg;
 mod cycle;
 mod factored;
+mod folding;
 mod incomplete;
 mod jacobi;
 mod matrix;
@@ -183,7 +184,7 @@ impl InnerSolver {
     fn prepare(&mut self, operator: &Operator, with: &mut With, free: &[DVec3], shift: f32) {
         self.follow(operator);
         let corners = &operator.triangles.corners;
-        self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
+        self.matrix.assemble(operator, &self.partition, &self.order, free);
         match with {
             With::Own(Inner::BlockJacobi) => self.jacobi.factor(&self.partition, &self.matrix),
             With::Own(Inner::IncompleteCholesky) => {
