@@ -278,7 +278,8 @@ impl Membrane {
             positive("the strain of sleep", s.strain)?;
         }
         if let Some(c) = self.components.get::<&Contact>() {
-            positive("contact stiffness", c.stiffness)?;
+            c.stiffness.map_or(Ok(()), |stiffness| positive("contact stiffness", stiffness))?;
+            not_negative("contact friction", c.friction)?;
         }
         if let Some(d) = self.components.get::<&Drag>() {
             not_negative("drag coefficient", d.coefficient)?;

@@ -45,6 +45,7 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
 
 /// All systems in the order in which they run.
 pub const STEP: &[System] = &[
+    system("obstacles", Stage::Begin, systems::contact::move_obstacles),
     system("sleep: wake", Stage::Begin, systems::sleep::wake),
     system("energy: begin", Stage::Begin, systems::energy::begin),
     system("refine", Stage::Begin, systems::refine::refine),
@@ -68,6 +69,7 @@ pub const STEP: &[System] = &[
     system("drag", Stage::Evaluate, systems::drag::drag),
     system("energy: loads", Stage::Evaluate, systems::energy::loads),
     system("start", Stage::Start, systems::hold::start),
+    system("obstacles further", Stage::SecondStage, systems::contact::move_obstacles),
     system("second stage", Stage::SecondStage, systems::hold::second_stage),
     system("solve", Stage::Solve, systems::solve::solve),
     system("integrate", Stage::Solve, systems::integrate::integrate),

@@ -4,11 +4,13 @@ mod common;
 
 use common::Square;
 use rhexis::components::{
-    EnergyAudit, ExternalStiffness, Grips, Obstacle, Refined, Refinement, Sleeping, Springs, TearDecisions, Tearing,
+    Bending, EnergyAudit, ExternalStiffness, Grips, Obstacle, Refined, Refinement, Sleeping, Springs, TearDecisions,
+    Tearing,
 };
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::Tips;
+use rhexis::systems::linear::Folds;
 use rhexis::systems::tearing::TipMemory;
 
 #[test]
@@ -31,8 +33,9 @@ fn a_scene_without_tearing_contact_and_loads_spends_nothing_on_them() {
             || world.satisfies::<&Refinement>(body)
             || world.satisfies::<&Refined>(body),
         world.satisfies::<&ExternalStiffness>(body) || world.satisfies::<&Springs>(body),
+        world.satisfies::<&Bending>(body) || world.satisfies::<&Folds>(body),
         world.satisfies::<&Grips>(body) || world.satisfies::<&Sleeping>(body) || world.satisfies::<&EnergyAudit>(body),
     ];
-    assert_eq!(carried, [false; 4], "no component that the body was not given");
+    assert_eq!(carried, [false; 5], "no component that the body was not given");
     assert_eq!(world.query::<&Obstacle>().iter().count(), 0);
 }

@@ -177,8 +177,9 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
         membrane = membrane.with(Bending { stiffness });
     }
     if let Some(contact) = &spec.contact {
-        membrane =
-            membrane.with(Contact { stiffness: positive(at("contact.stiffness"), contact.stiffness, "N/mm³")? });
+        let stiffness = contact.stiffness.map(|k| positive(at("contact.stiffness"), k, "N/mm³")).transpose()?;
+        let friction = not_negative(at("contact.friction"), contact.friction, "")?;
+        membrane = membrane.with(Contact { stiffness, friction });
     }
     if let Some(SleepSpec { strain, steps }) = spec.sleep {
         if steps == 0 {

@@ -5,13 +5,16 @@ use crate::report::Report;
 use crate::schedule::{self, Stage};
 use crate::settings::{LinearParams, Settings};
 use crate::storage::Vertices;
-use crate::systems::StepContext;
+use crate::systems::{StepContext, contact};
 use glam::DVec3;
 use hecs::World;
 
 /// The error of the stress before a tear advances, as part of that allowed in passing: an advance cannot be taken back, and
 /// the error at a tip may be some times that in the body as a whole.
 const DECISIVE: f64 = 0.2;
+
+/// So often at the most a step is solved again because a solve has carried vertices into an obstacle.
+const CONTACT_ROUNDS: u32 = 3;
 
 /// One dynamic step, in halves where the whole leaves a state that is not finite. Returns the time \[ms\] that was done: all
 /// of `dt`, or less where even the smallest part failed.
@@ -47,6 +50,15 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &
         iterate(world, &step, report);
         if !is_finite(world) {
             return false;
+        }
+        for _ in 0..CONTACT_ROUNDS {
+            if step.newton_iterations > 1 || !contact::take_up_again(world) {
+                break;
+            }
+            run_iteration(world, &step, report);
+            if !is_finite(world) {
+                return false;
+            }
         }
         schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
         if step.newton_iterations == 1 && take_up_again_for_tips(world) {

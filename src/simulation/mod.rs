@@ -3,6 +3,7 @@
 mod advance;
 mod error;
 mod frame;
+mod obstacles;
 mod reorder;
 mod sleep;
 mod tear;
@@ -12,8 +13,7 @@ pub use error::SimulationError;
 pub use tear::{Cut, CutError};
 
 use crate::components::{
-    Bending, Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, Sleeping,
-    SolverScratch,
+    Bending, Body, EnergyAudit, EnergyBalance, Frames, Holds, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
@@ -58,11 +58,6 @@ impl Simulation {
         let mut components = membrane.build(self.next_order)?;
         self.next_order += 1;
         Ok(self.world.spawn(components.build()))
-    }
-
-    /// Puts an obstacle into the world; bodies that carry [`Contact`](crate::components::Contact) feel it.
-    pub fn spawn_obstacle(&mut self, obstacle: Obstacle) -> Entity {
-        self.world.spawn((obstacle,))
     }
 
     /// Takes a body or an obstacle out of the world.
@@ -144,6 +139,7 @@ impl Simulation {
         self.report.has_failed = done < dt;
         self.report.time += done;
         self.finish_report();
+        self.rest_obstacles();
         self.note_unfinished_tears();
         self.collect_events();
         if self.report.has_failed {
@@ -182,6 +178,7 @@ impl Simulation {
             return Err(SimulationError::NoEquilibrium { time: step.time, imbalance, iterations });
         }
         self.report.time = step.time;
+        self.rest_obstacles();
         self.collect_events();
         Ok(&self.report)
     }

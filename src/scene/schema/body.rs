@@ -149,8 +149,11 @@ pub struct BendingSpec {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSpec {
-    /// Pressure per depth of penetration \[N/mm³\], > 0.
-    pub stiffness: f64,
+    /// Pressure per depth of penetration \[N/mm³\], > 0. Default thirty times the membrane's own stiffness at every vertex.
+    pub stiffness: Option<f64>,
+    /// Coefficient of Coulomb's friction, ≥ 0. Default 0.
+    #[serde(default)]
+    pub friction: f64,
 }
 
 /// How a tear runs through the mesh.

@@ -228,6 +228,20 @@ pub enum ObstacleSpec {
     Sphere(SphereSpec),
     /// `ellipsoid = { centre, half_axes }`, its axes along x, y, z.
     Ellipsoid(EllipsoidSpec),
+    /// `capsule = { from, to, radius }`: a cylinder with round ends.
+    Capsule(CapsuleSpec),
+}
+
+/// A cylinder with round ends.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CapsuleSpec {
+    /// One end of its axis \[mm\].
+    pub from: Point,
+    /// The other end \[mm\].
+    pub to: Point,
+    /// Radius \[mm\], > 0.
+    pub radius: f64,
 }
 
 /// A half space.

@@ -19,7 +19,10 @@ struct Fold {
     by_corner: [Vec4; 3],
     /// Columns of the law.
     law: [Vec4; 3],
+    /// The same edges in the triangles across: four times the triangle plus the edge. At the boundary its own.
     across: [u32; 3],
+    /// One half where there is a triangle across, else zero.
+    inside: Vec4,
     /// Rows of the corners.
     row: [u32; 3],
 }
@@ -40,9 +43,9 @@ struct HingeBlocks {
 pub struct Folding {
     folds: Vec<Fold>,
     hinges: Vec<[HingeBlocks; 3]>,
-    tilt: Vec<Vec4>,
-    moment: Vec<Vec4>,
-    /// Per row the first entry in `incident`; one more at the end.
+    tilt: Vec<[f32; 4]>,
+    moment: Vec<[f32; 4]>,
+    /// Per row the first entry in `incident`, four times a triangle plus a corner; one more at the end.
     start: Vec<u32>,
     incident: Vec<u32>,
 }
@@ -60,7 +63,14 @@ impl Folding {
                 normal: tilt.normal.as_vec3().extend(0.0),
                 by_corner: tilt.by_corner.map(|rates| rates.as_vec3().extend(0.0)),
                 law: law.map(|[x, y, z]| glam::DVec3::new(x, y, z).as_vec3().extend(0.0)),
-                across,
+                across: std::array::from_fn(|e| match across[e] {
+                    NONE => (4 * t + e) as u32,
+                    across => 4 * (across / 3) + across % 3,
+                }),
+                inside: Vec4::from_array([0, 1, 2, 3].map(|e| match across.get(e) {
+                    Some(&across) if across != NONE => 0.5,
+                    _ => 0.0,
+                })),
                 row: corners[t].map(|v| row[v as usize]),
             }
         }));
@@ -68,13 +78,13 @@ impl Folding {
         self.hinges.extend((0..n).map(|t| [0, 1, 2].map(|e| hinge_blocks(folds, corners, t, e))));
         for pass in [&mut self.tilt, &mut self.moment] {
             empty(pass, n);
-            pass.resize(n, Vec4::ZERO);
+            pass.resize(n, [0.0; 4]);
         }
         empty(&mut self.start, vertex.len() + 1);
         empty(&mut self.incident, 3 * n);
         self.start.push(0);
         for &v in vertex {
-            self.incident.extend_from_slice(&topology.incident[v as usize]);
+            self.incident.extend(topology.incident[v as usize].iter().map(|c| 4 * (c / 3) + c % 3));
             self.start.push(self.incident.len() as u32);
         }
     }
@@ -86,17 +96,17 @@ impl Folding {
             let Fold { normal, by_corner, row, .. } = &folds[t];
             let along = |c: usize| dot(*normal, u[row[c] as usize]);
             let w = Vec4::new(along(0), along(1), along(2), 0.0);
-            *tilt = Vec4::new(dot(by_corner[0], w), dot(by_corner[1], w), dot(by_corner[2], w), 0.0);
+            *tilt = [dot(by_corner[0], w), dot(by_corner[1], w), dot(by_corner[2], w), 0.0];
         });
         parallel::for_rows(moment, |t, moment| {
             let half = with_others(&folds[t], t, tilt);
             let [x, y, z] = &folds[t].law;
-            *moment = *x * half.xxxx() + *y * half.yyyy() + *z * half.zzzz();
+            *moment = (*x * half.xxxx() + *y * half.yyyy() + *z * half.zzzz()).to_array();
         });
         parallel::for_rows(tilt, |t, corners| {
             let m = with_others(&folds[t], t, moment);
             let [x, y, z] = &folds[t].by_corner;
-            *corners = *x * m.xxxx() + *y * m.yyyy() + *z * m.zzzz();
+            *corners = (*x * m.xxxx() + *y * m.yyyy() + *z * m.zzzz()).to_array();
         });
     }
 
@@ -105,8 +115,7 @@ impl Folding {
     pub fn at(&self, row: usize) -> Vec4 {
         let mut sum = Vec4::ZERO;
         for &entry in &self.incident[self.start[row] as usize..self.start[row + 1] as usize] {
-            let t = entry as usize / 3;
-            sum += self.folds[t].normal * self.tilt[t][entry as usize % 3];
+            sum += self.folds[entry as usize / 4].normal * self.tilt.as_flattened()[entry as usize];
         }
         sum
     }
@@ -134,14 +143,10 @@ fn dot(a: Vec4, b: Vec4) -> f32 {
 
 /// Half the sum of what a triangle and those across its edges have there; zero at the boundary.
 #[inline(always)]
-fn with_others(fold: &Fold, t: usize, values: &[Vec4]) -> Vec4 {
-    let mut sum = Vec4::ZERO;
-    for (e, &across) in fold.across.iter().enumerate() {
-        if across != NONE {
-            sum[e] = 0.5 * (values[t][e] + values[across as usize / 3][across as usize % 3]);
-        }
-    }
-    sum
+fn with_others(fold: &Fold, t: usize, values: &[[f32; 4]]) -> Vec4 {
+    let (all, [a, b, c]) = (values.as_flattened(), fold.across);
+    let others = Vec4::new(all[a as usize], all[b as usize], all[c as usize], 0.0);
+    (Vec4::from_array(values[t]) + others) * fold.inside
 }
 
 fn hinge_blocks(folds: &Folds, corners: &[[u32; 3]], t: usize, e: usize) -> HingeBlocks {
