@@ -14,7 +14,7 @@ use hecs::World;
 const DECISIVE: f64 = 0.2;
 
 /// So often at the most a step is solved again because a solve has carried vertices into an obstacle.
-const CONTACT_ROUNDS: u32 = 3;
+const CONTACT_ROUNDS: u32 = 8;
 
 /// One dynamic step, in halves where the whole leaves no sound state; in the smallest of them bodies that would create energy are
 /// held back. Returns the time \[ms\] that was done: all of `dt`, or less where even the smallest part failed.
