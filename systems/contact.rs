@@ -2,7 +2,8 @@
 //!
 //! Every vertex is judged in the frame of the obstacle at the end of the step. Where it began outside, the plane that holds it
 //! back is the one at which its way, the obstacle's motion included, enters; where it began inside, as at rest it does by a little,
-//! the plane at the closest point, unless that has changed sides. What a solve has carried into an obstacle asks for another.
+//! the plane at the closest point, unless that has changed sides. What a solve has carried into an obstacle asks for another, and
+//! what is still inside then is put back onto its plane.
 
 use super::{StepContext, parallel};
 use crate::components::{Contact, ExternalStiffness, Forces, Increment, Motion, Obstacle, SolverScratch, Swept};
@@ -160,6 +161,30 @@ pub fn take_up_again(world: &mut World) -> bool {
         is_any |= asks;
     }
     is_any
+}
+
+/// Puts what is still deep in an obstacle, or through it, back onto the plane that should have held it: where a large step stretches
+/// a body far, no number of solves is sure to end on the right side. The velocity goes with it.
+pub fn put_outside(world: &mut World, step: &StepContext) {
+    let obstacles = obstacles(world);
+    type Query<'a> =
+        ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a Topology, &'a SolverScratch), Option<&'a Contact>);
+    for ((vertices, increment), (triangles, topology, scratch), contact) in world.query_mut::<Query>() {
+        if obstacles.is_empty() || contact.is_none() || increment.start.len() != vertices.len() {
+            continue;
+        }
+        for v in 0..vertices.len() {
+            for moved in &obstacles {
+                let Some(held) = held(moved, increment.start[v], vertices.position[v]) else { continue };
+                if held.depth > DEEP * topology.vertex_area(triangles, v as u32).sqrt() {
+                    let way = held.normal * held.depth * scratch.free[v];
+                    vertices.position[v] += way;
+                    increment.displacement[v] += way;
+                    vertices.velocity[v] = step.travel(increment, v) * step.rate();
+                }
+            }
+        }
+    }
 }
 
 /// The force \[N\] of an obstacle on a body as it is, along its normals.

@@ -54,8 +54,8 @@ fn an_obstacle_pushed_through_at_a_metre_per_second_never_leaves_the_membrane_on
                 worst = worst.max(deepest(&simulation, body, &moved));
             }
             println!("{shape:?}, dt {dt}: {worst}");
-            // Under a load that stretches the membrane to twice its length and more, in the step that puts it on.
-            assert!(worst < 1.2 * edge, "dt {dt}: {worst} mm inside {shape:?}");
+            // A twentieth of the root of a vertex' area is left as it is: 0.012 mm on average, more where triangles are large.
+            assert!(worst < 0.1 * edge, "dt {dt}: {worst} mm inside {shape:?}");
             // At the end the middle is in front of it: where the ray along the axis leaves the obstacle, or above.
             let above = moved.anchor() + DVec3::Z * 5.0;
             let (front, _) = moved.entry(above, moved.anchor()).unwrap();

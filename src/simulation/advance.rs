@@ -14,7 +14,7 @@ use hecs::World;
 const DECISIVE: f64 = 0.2;
 
 /// So often at the most a step is solved again because a solve has carried vertices into an obstacle.
-const CONTACT_ROUNDS: u32 = 8;
+const CONTACT_ROUNDS: u32 = 4;
 
 /// One dynamic step, in halves where the whole leaves no sound state; in the smallest of them bodies that would create energy are
 /// held back. Returns the time \[ms\] that was done: all of `dt`, or less where even the smallest part failed.
@@ -56,8 +56,12 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &
         if !is_sound(world) {
             return false;
         }
-        for _ in 0..CONTACT_ROUNDS {
+        for round in 0..=CONTACT_ROUNDS {
             if step.newton_iterations > 1 || !contact::take_up_again(world) {
+                break;
+            }
+            if round == CONTACT_ROUNDS {
+                contact::put_outside(world, &step);
                 break;
             }
             run_iteration(world, &step, report);
