@@ -1,15 +1,15 @@
 //! A body before it is spawned: mesh, material, fibres and whatever else it carries.
 
 use crate::components::{
-    Body, Contact, Drag, EnergyCriterion, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds, Increment,
-    Material, Planar, Reactions, Refined, Refinement, Sleeping, SolverScratch, Springs, TearDecisions, TearLog,
-    Tearing,
+    Bending, Body, Contact, Drag, EnergyCriterion, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds,
+    Increment, Material, Planar, Reactions, Refined, Refinement, Sleeping, SolverScratch, Springs, TearDecisions,
+    TearLog, Tearing,
 };
 use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{
     Broken, Mesh, MeshError, Tips, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
 };
-use crate::systems::linear::{Factor, InnerSolver};
+use crate::systems::linear::{Factor, Folds, InnerSolver};
 use crate::systems::tearing::{TearScratch, TipMemory};
 use glam::DVec3;
 use hecs::EntityBuilder;
@@ -47,6 +47,9 @@ pub enum BodyError {
     /// A criterion on energy for a body that does not tear.
     #[error("the energy criterion decides at tear tips: let the body tear, or leave it out")]
     EnergyCriterionWithoutTearing,
+    /// Bending of a body that stays in its plane.
+    #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
+    BendingInPlane,
     /// A fibre list of the wrong length.
     #[error("{given} fibre directions for {needed} triangles: give one per triangle, in the mesh's order")]
     FibreCount {
@@ -199,6 +202,9 @@ impl Membrane {
         if let Some(refined) = refined {
             c.add(refined);
         }
+        if c.has::<Bending>() {
+            c.add(Folds::default());
+        }
         if c.has::<Springs>() || c.has::<Grips>() || c.has::<Drag>() || c.has::<Contact>() {
             c.add(ExternalStiffness::default());
         }
@@ -262,11 +268,18 @@ impl Membrane {
             positive("toughness across the fibres", e.toughness.across)?;
             within("energy criterion ring", e.ring, e.ring > 0.0, "it must be above 0 and at most 100")?;
         }
+        if let Some(b) = self.components.get::<&Bending>() {
+            if self.components.has::<Planar>() {
+                return Err(BodyError::BendingInPlane);
+            }
+            b.stiffness.map_or(Ok(()), |d| positive("bending stiffness", d))?;
+        }
         if let Some(s) = self.components.get::<&Sleeping>() {
             positive("the strain of sleep", s.strain)?;
         }
         if let Some(c) = self.components.get::<&Contact>() {
-            positive("contact stiffness", c.stiffness)?;
+            c.stiffness.map_or(Ok(()), |stiffness| positive("contact stiffness", stiffness))?;
+            not_negative("contact friction", c.friction)?;
         }
         if let Some(d) = self.components.get::<&Drag>() {
             not_negative("drag coefficient", d.coefficient)?;

@@ -47,6 +47,7 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
 
 /// All systems in the order in which they run.
 pub const STEP: &[System] = &[
+    system("obstacles", Stage::Begin, systems::contact::move_obstacles),
     system("sleep: wake", Stage::Begin, systems::sleep::wake),
     system("energy: begin", Stage::Begin, systems::energy::begin),
     system("refine", Stage::Begin, systems::refine::refine),
@@ -58,6 +59,7 @@ pub const STEP: &[System] = &[
     system("resume", Stage::Resume, systems::hold::resume),
     system("corotation", Stage::Evaluate, systems::corotation::corotation),
     system("assembly", Stage::Evaluate, systems::assembly::assembly),
+    system("bending", Stage::Evaluate, systems::bending::bending),
     system("energy: membrane", Stage::Evaluate, systems::energy::membrane),
     system("gravity", Stage::Evaluate, systems::gravity::gravity),
     system("pressure", Stage::Evaluate, systems::pressure::pressure),
@@ -70,6 +72,7 @@ pub const STEP: &[System] = &[
     system("drag", Stage::Evaluate, systems::drag::drag),
     system("energy: loads", Stage::Evaluate, systems::energy::loads),
     system("start", Stage::Start, systems::hold::start),
+    system("obstacles further", Stage::SecondStage, systems::contact::move_obstacles),
     system("second stage", Stage::SecondStage, systems::hold::second_stage),
     system("solve", Stage::Solve, systems::solve::solve),
     system("contain", Stage::Solve, systems::contain::contain),

@@ -52,8 +52,17 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar))| {
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
-            let operator =
-                Operator { vertices, triangles, topology, frames, external: None, inertia, viscosity, tangent };
+            let operator = Operator {
+                vertices,
+                triangles,
+                topology,
+                frames,
+                external: None,
+                folds: None,
+                inertia,
+                viscosity,
+                tangent,
+            };
             let unstretched = PreStretch::unstretched(pre_stretch);
             let SolverScratch { free, partials, left_over: before, .. } = &mut *scratch;
             let is_planar = planar.is_some();

@@ -11,10 +11,11 @@
 
 use super::kernels::membrane::{ElementTangent, shear_majorant, stretch_rate};
 use super::kernels::path_work::Element;
+use super::linear::Folds;
 use super::{StepContext, parallel};
 use crate::components::{
-    Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames, Holds,
-    Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog,
+    Bending, Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames,
+    Holds, Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog,
 };
 use crate::event::EventKind;
 use crate::math::GeometricStiffness;
@@ -26,6 +27,7 @@ use glam::DVec3;
 #[derive(Clone, Copy)]
 pub struct Sheet<'a> {
     triangles: &'a Triangles,
+    bending: Option<(&'a Bending, &'a Vertices, &'a Topology)>,
     is_planar: bool,
     pre_stretch: Option<&'a PreStretch>,
 }
@@ -33,7 +35,12 @@ pub struct Sheet<'a> {
 impl<'a> Sheet<'a> {
     /// The triangles of a body with the components that its strain depends on.
     pub fn new(triangles: &'a Triangles, planar: Option<&Planar>, pre_stretch: Option<&'a PreStretch>) -> Self {
-        Self { triangles, is_planar: planar.is_some(), pre_stretch }
+        Self { triangles, bending: None, is_planar: planar.is_some(), pre_stretch }
+    }
+
+    /// With the energy of bending, where there is any.
+    pub fn bent(self, bending: Option<&'a Bending>, vertices: &'a Vertices, topology: &'a Topology) -> Self {
+        Self { bending: bending.map(|bending| (bending, vertices, topology)), ..self }
     }
 
     fn element(&self, t: usize) -> Element<'a> {
@@ -53,7 +60,10 @@ impl<'a> Sheet<'a> {
         parallel::for_rows(shares, |t, share| {
             share[0] = self.element(t).energy(self.triangles.corners[t].map(|c| x[c as usize]));
         });
-        Energies { elastic: shares.iter().map(|share| share[0]).sum(), kinetic: kinetic(v, mass) }
+        let bent = self.bending.map_or(0.0, |(bending, vertices, topology)| {
+            Folds::energy_at((vertices, self.triangles, topology), bending, x)
+        });
+        Energies { elastic: shares.iter().map(|share| share[0]).sum::<f64>() + bent, kinetic: kinetic(v, mass) }
     }
 }
 
@@ -70,14 +80,15 @@ fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
 pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
-        (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles),
-        (Option<&'a Planar>, Option<&'a PreStretch>),
+        (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles, &'a Topology),
+        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Bending>),
     );
-    for ((audit, refined, vertices, triangles), (planar, pre_stretch)) in world.query_mut::<Query>() {
+    for ((audit, refined, vertices, triangles, topology), (planar, pre_stretch, bending)) in world.query_mut::<Query>()
+    {
         count += 1;
         audit.settle();
         if audit.initial.is_none() || refined.is_some() {
-            let sheet = Sheet::new(triangles, planar, pre_stretch);
+            let sheet = Sheet::new(triangles, planar, pre_stretch).bent(bending, vertices, topology);
             let Vertices { position, velocity, mass, .. } = vertices;
             let now = sheet.energies(position, velocity, mass, &mut audit.shares);
             audit.initial.get_or_insert(now);
@@ -90,11 +101,13 @@ pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
 /// Measures what refinement and coarsening have changed between two steps.
 pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
-    type Query<'a> =
-        ((&'a mut EnergyAudit, &'a Refined, &'a Vertices, &'a Triangles), (Option<&'a Planar>, Option<&'a PreStretch>));
-    for ((audit, _, vertices, triangles), (planar, pre_stretch)) in world.query_mut::<Query>() {
+    type Query<'a> = (
+        (&'a mut EnergyAudit, &'a Refined, &'a Vertices, &'a Triangles, &'a Topology),
+        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Bending>),
+    );
+    for ((audit, _, vertices, triangles, topology), (planar, pre_stretch, bending)) in world.query_mut::<Query>() {
         count += 1;
-        let sheet = Sheet::new(triangles, planar, pre_stretch);
+        let sheet = Sheet::new(triangles, planar, pre_stretch).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;
         let now = sheet.energies(position, velocity, mass, &mut audit.shares);
         audit.note_edits(now - audit.ends[1]);
@@ -150,13 +163,13 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut EnergyAudit, &'a mut TearLog, Option<&'a TearDecisions>),
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, &'a Increment, &'a SolverScratch),
         (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>, Option<(&'a Holds, &'a Reactions)>),
-        (Option<&'a Planar>, Option<&'a PreStretch>),
+        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Bending>, Option<&'a Folds>),
     );
     for (
         (audit, log, decisions),
         (vertices, triangles, topology, frames, increment, scratch),
         (external, damping, drag, held),
-        (planar, pre_stretch),
+        (planar, pre_stretch, bending, folds),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed {
@@ -166,16 +179,18 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
             audit.void_step();
         }
         count += 1;
-        let sheet = Sheet::new(triangles, planar, pre_stretch);
-        let body = Carried { vertices, sheet, topology, frames, increment, scratch, external, drag, held };
+        let sheet = Sheet::new(triangles, planar, pre_stretch).bent(bending, vertices, topology);
+        let body = Carried { vertices, sheet, topology, frames, increment, scratch, external, drag, held, folds };
         let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
         if step.is_static && step.newton_iterations > 1 {
             body.sum_triangles(audit, |t, x, u, _| body.between_ends(t, x, u));
+            body.add_bending(audit, true);
             let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
             audit.step = body.static_terms(audit, is_relaxation);
             note_equilibrium(audit, log, step, scratch.is_converged);
         } else {
             body.sum_triangles(audit, |t, _, u, change| body.linearised(t, u, change, viscosity));
+            body.add_bending(audit, false);
             audit.step = body.dynamic_terms(audit, step);
             audit.equilibrium = None;
         }
@@ -187,12 +202,14 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
 pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
-        (&'a mut EnergyAudit, &'a TearDecisions, &'a Vertices, &'a Triangles, &'a Increment),
-        (Option<&'a Planar>, Option<&'a PreStretch>),
+        (&'a mut EnergyAudit, &'a TearDecisions, &'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
+        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Bending>),
     );
-    for ((audit, _, vertices, triangles, increment), (planar, pre_stretch)) in world.query_mut::<Query>() {
+    for ((audit, _, vertices, triangles, topology, increment), (planar, pre_stretch, bending)) in
+        world.query_mut::<Query>()
+    {
         count += 1;
-        let sheet = Sheet::new(triangles, planar, pre_stretch);
+        let sheet = Sheet::new(triangles, planar, pre_stretch).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;
         let Increment { start, start_velocity, .. } = increment;
         audit.edits_of_start = sheet.energies(start, start_velocity, mass, &mut audit.shares) - audit.ends[0];
@@ -212,6 +229,7 @@ struct Carried<'a> {
     external: Option<&'a ExternalStiffness>,
     drag: Option<&'a Drag>,
     held: Option<(&'a Holds, &'a Reactions)>,
+    folds: Option<&'a Folds>,
 }
 
 impl Carried<'_> {
@@ -233,6 +251,22 @@ impl Carried<'_> {
             let end = corners.map(|v| self.vertices.position[v]);
             *share = [element.work(x, u), scheme, damping, element.energy(x), element.energy(end)];
         });
+    }
+
+    /// Adds the terms of bending to the shares of the first triangle.
+    fn add_bending(&self, audit: &mut EnergyAudit, is_between_ends: bool) {
+        let (Some((bending, vertices, topology)), Some(folds)) = (self.sheet.bending, self.folds) else { return };
+        let Increment { start, displacement, .. } = self.increment;
+        let body = (vertices, self.sheet.triangles, topology);
+        let works = if is_between_ends {
+            Folds::works_between_ends(body, bending, start, displacement)
+        } else {
+            let is_exact = self.scratch.tangent == Tangent::Exact;
+            folds.works_of_step(body, bending, start, (&audit.displacement, displacement), is_exact)
+        };
+        if let Some(share) = audit.shares.first_mut() {
+            share.iter_mut().zip(works).for_each(|(share, work)| *share += work);
+        }
     }
 
     /// −(mean of the forces at both ends) · u.

@@ -5,6 +5,7 @@
 //! ran on. Systems do not name each other; what two of them need is a kernel, or the linear operator in [`linear`].
 
 pub mod assembly;
+pub mod bending;
 pub mod contact;
 pub mod contain;
 pub mod context;

@@ -5,7 +5,7 @@
 //! oscillation one is largest where the other is zero, so both must be small. The mass over T = a thousand steps stands for
 //! what has no stiffness of its own.
 
-use super::linear::{self, Inner, InnerSolver, Means, Operator};
+use super::linear::{self, Folds, Inner, InnerSolver, Means, Operator};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
     Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Obstacle, PointLoads,
@@ -33,7 +33,7 @@ type Drive<'a> =
 /// What the solves before sleep take.
 type Body<'a> = (
     (&'a mut Vertices, &'a Triangles, &'a Topology),
-    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>),
+    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>, Option<&'a Folds>),
     (&'a mut Increment, &'a mut InnerSolver, &'a mut SolverScratch),
 );
 
@@ -175,7 +175,7 @@ fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
 
 /// The largest strain of what the body would still move; NaN where a solve does not tell.
 fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f64 {
-    let ((vertices, triangles, topology), (frames, forces, external), (increment, inner, scratch)) = body;
+    let ((vertices, triangles, topology), (frames, forces, external, folds), (increment, inner, scratch)) = body;
     slumber.first_guess.clone_from(&increment.delta);
     slumber.left.clear();
     slumber.left.resize(vertices.len(), 0.0);
@@ -187,6 +187,7 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
         topology,
         frames,
         external: *external,
+        folds: *folds,
         inertia,
         viscosity: 0.0,
         tangent: Tangent::Rotated,

@@ -8,7 +8,7 @@ use crate::components::{
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
-use linear::{CgError, CgInfo, Factor, Inner, InnerSolver, Means, Operator, Use};
+use linear::{CgError, CgInfo, Factor, Folds, Inner, InnerSolver, Means, Operator, Use};
 
 /// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
 const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
@@ -29,7 +29,7 @@ type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
     (&'a mut Factor, &'a mut InnerSolver),
-    (Option<&'a ExternalStiffness>, Option<&'a Damping>),
+    (Option<&'a ExternalStiffness>, Option<&'a Folds>, Option<&'a Damping>),
     (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
     (Option<&'a PreStretch>, Option<&'a EnergyAudit>),
 );
@@ -50,7 +50,7 @@ fn solve_body(
         (vertices, triangles, topology, frames),
         (forces, increment, scratch),
         (factor, inner),
-        (external, damping),
+        (external, folds, damping),
         (holds, mut reactions, mut grips),
         (pre_stretch, audit),
     ): Query<'_>,
@@ -83,6 +83,7 @@ fn solve_body(
         topology,
         frames,
         external,
+        folds,
         inertia: step.inertia(),
         viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
         tangent: scratch.tangent,

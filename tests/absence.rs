@@ -4,12 +4,13 @@ mod common;
 
 use common::Square;
 use rhexis::components::{
-    Changes, EnergyAudit, ExternalStiffness, Grips, Obstacle, Refined, Refinement, Sleeping, Springs, TearDecisions,
+    Bending, Changes, EnergyAudit, ExternalStiffness, Grips, Obstacle, Refined, Refinement, Sleeping, Springs, TearDecisions,
     Tearing,
 };
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::Tips;
+use rhexis::systems::linear::Folds;
 use rhexis::systems::tearing::TipMemory;
 
 #[test]
@@ -20,7 +21,7 @@ fn a_scene_without_tearing_contact_and_loads_spends_nothing_on_them() {
     for _ in 0..5 {
         let report = simulation.step(10.0).unwrap();
         let ran: Vec<&str> = report.systems.iter().filter(|s| s.bodies > 0).map(|s| s.name).collect();
-        assert_eq!(ran, ["hold", "corotation", "assembly", "solve", "integrate"]);
+        assert_eq!(ran, ["hold", "corotation", "assembly", "solve", "contain", "integrate"]);
         for system in report.systems.iter().filter(|system| system.bodies == 0) {
             assert!(system.time.is_zero(), "{} took {:?}", system.name, system.time);
         }
@@ -32,11 +33,12 @@ fn a_scene_without_tearing_contact_and_loads_spends_nothing_on_them() {
             || world.satisfies::<&Refinement>(body)
             || world.satisfies::<&Refined>(body),
         world.satisfies::<&ExternalStiffness>(body) || world.satisfies::<&Springs>(body),
+        world.satisfies::<&Bending>(body) || world.satisfies::<&Folds>(body),
         world.satisfies::<&Changes>(body)
             || world.satisfies::<&Grips>(body)
             || world.satisfies::<&Sleeping>(body)
             || world.satisfies::<&EnergyAudit>(body),
     ];
-    assert_eq!(carried, [false; 4], "no component that the body was not given");
+    assert_eq!(carried, [false; 5], "no component that the body was not given");
     assert_eq!(world.query::<&Obstacle>().iter().count(), 0);
 }

@@ -34,7 +34,7 @@ fn laden(cells: [usize; 2]) -> Membrane {
     let anchors = Attached::new(body.select(|p| p.y == 0.0).into_iter().map(|vertex| (vertex, anchor)));
     body.with(Tearing { strength_fibre: 1e6, strength_transverse: 1e6, may_initiate: true, ..Tearing::default() })
         .with(Refinement::default())
-        .with(Contact { stiffness: 0.01 })
+        .with(Contact { stiffness: Some(0.01), friction: 0.0 })
         .with(Drag { coefficient: 1e-6 })
         .with(Gravity { acceleration: DVec3::X * 1e-6 })
         .with(Damping { time: 0.1 })

@@ -81,6 +81,7 @@ impl Torn {
             topology: &self.topology,
             frames: &self.frames,
             external: self.external.as_ref(),
+            folds: None,
             inertia: 1e-2,
             viscosity: 0.1,
             tangent: self.tangent,

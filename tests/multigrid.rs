@@ -103,6 +103,7 @@ impl System {
             topology: &self.topology,
             frames: &self.frames,
             external: self.external.as_ref(),
+            folds: None,
             inertia: self.inertia,
             viscosity: 0.0,
             tangent: Tangent::Rotated,

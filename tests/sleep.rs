@@ -106,7 +106,9 @@ fn whatever_acts_on_a_body_wakes_it() {
     let mut simulation = simulation();
     let curve = Curve::new(vec![(0.0, 0.0), (100.0, 0.3), (5000.0, 0.3), (5100.0, 0.4)]).unwrap();
     let sheet = Square { tearing: strong(), ..Square::new([20, 16], 60.0) }.out_of_plane(curve);
-    let body = simulation.spawn(sheet.with(Contact { stiffness: 0.01 }).with(Sleeping::default())).unwrap();
+    let body = simulation
+        .spawn(sheet.with(Contact { stiffness: Some(0.01), friction: 0.0 }).with(Sleeping::default()))
+        .unwrap();
     let far = DVec3::new(15.0, 15.0, 100.0);
     let ball = simulation.spawn_obstacle(Obstacle { shape: Shape::Sphere { centre: far, radius: 2.0 } });
 

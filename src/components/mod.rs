@@ -2,6 +2,7 @@
 //! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
 //! system that would read it finds no match.
 
+mod bending;
 mod blade;
 mod body;
 mod changes;
@@ -24,6 +25,7 @@ mod tear_decisions;
 mod tear_log;
 mod tearing;
 
+pub use bending::Bending;
 pub use blade::Blade;
 pub use body::{Body, Planar};
 pub use changes::{Change, ChangeSet, Changes};
@@ -39,7 +41,7 @@ pub use grip::{Grip, Grips, NearTip, Path};
 pub use hold::{Hold, Holds};
 pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use material::Material;
-pub use obstacle::{Contact, Obstacle, Shape};
+pub use obstacle::{Contact, Motion, Obstacle, Shape, Swept};
 pub use refinement::{Refined, Refinement};
 pub use sleeping::{Sleeping, Slumber};
 pub use springs::{Anchor, Springs};

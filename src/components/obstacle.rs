@@ -1,5 +1,6 @@
 //! Rigid surroundings that a body cannot enter. An obstacle is an entity of its own; a body that carries [`Contact`] feels all.
 
+use super::Path;
 use glam::DVec3;
 
 /// The shape of an obstacle.
@@ -26,6 +27,13 @@ pub enum Shape {
         /// Half axes \[mm\].
         half_axes: DVec3,
     },
+    /// All within a distance of a segment: a cylinder with round ends.
+    Capsule {
+        /// Ends of the segment \[mm\].
+        ends: [DVec3; 2],
+        /// The distance \[mm\].
+        radius: f64,
+    },
 }
 
 /// A rigid obstacle. *Parameter.*
@@ -35,45 +43,135 @@ pub struct Obstacle {
     pub shape: Shape,
 }
 
-/// Makes a body feel obstacles, without friction: a penalty force along the obstacle's normal, implicit in the step.
-/// *Parameter.*
+/// Moves an obstacle, with its orientation as it is. *Parameter.*
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Where it is drawn, for a path that passes the origin.
+    pub origin: Shape,
+    /// By how much it is displaced over time.
+    pub path: Path,
+}
+
+/// Where an obstacle was at the start of the step, so that none passes through a body unseen. *Derived.*
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swept {
+    /// Its shape then.
+    pub from: Shape,
+}
+
+/// Makes a body feel obstacles: a penalty force along the obstacle's normal on every vertex inside, implicit in the step, and
+/// friction. Vertices are felt, edges and triangles are not: an obstacle thinner than an edge may pierce the body between
+/// vertices, and a mesh should be finer than what touches it. *Parameter.*
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Contact {
-    /// Penalty stiffness per rest area \[N/mm³\], > 0: pressure over penetration.
-    pub stiffness: f64,
+    /// Penalty stiffness per rest area \[N/mm³\], > 0: pressure over penetration. Without it thirty times the membrane's own
+    /// stiffness at every vertex, for which a body at rest is less than a hundredth of an edge inside.
+    pub stiffness: Option<f64>,
+    /// Coefficient μ of Coulomb's friction, ≥ 0.
+    pub friction: f64,
 }
 
 impl Shape {
-    /// Whether the obstacle may reach into a ball: wherever it does, and for ellipsoids in some cases more.
-    pub fn reaches(&self, ball_centre: DVec3, ball_radius: f64) -> bool {
+    /// The shape displaced.
+    #[must_use]
+    pub fn moved_by(self, offset: DVec3) -> Self {
+        match self {
+            Self::Plane { point, normal } => Self::Plane { point: point + offset, normal },
+            Self::Sphere { centre, radius } => Self::Sphere { centre: centre + offset, radius },
+            Self::Ellipsoid { centre, half_axes } => Self::Ellipsoid { centre: centre + offset, half_axes },
+            Self::Capsule { ends, radius } => Self::Capsule { ends: ends.map(|end| end + offset), radius },
+        }
+    }
+
+    /// A point that goes with it \[mm\].
+    pub fn anchor(&self) -> DVec3 {
         match *self {
-            Self::Plane { point, normal } => (ball_centre - point).dot(normal) <= ball_radius,
-            Self::Sphere { centre, radius } => centre.distance(ball_centre) <= radius + ball_radius,
+            Self::Plane { point, .. } => point,
+            Self::Sphere { centre, .. } | Self::Ellipsoid { centre, .. } => centre,
+            Self::Capsule { ends: [a, b], .. } => a.midpoint(b),
+        }
+    }
+
+    /// Whether the obstacle may reach into a ball: wherever it does, and for ellipsoids and capsules in some cases more.
+    pub fn reaches(&self, ball_centre: DVec3, ball_radius: f64) -> bool {
+        let extent = match *self {
+            Self::Plane { point, normal } => return (ball_centre - point).dot(normal) <= ball_radius,
+            Self::Sphere { radius, .. } => radius,
+            Self::Ellipsoid { half_axes, .. } => half_axes.max_element(),
+            Self::Capsule { ends: [a, b], radius } => 0.5 * a.distance(b) + radius,
+        };
+        self.anchor().distance(ball_centre) <= extent + ball_radius
+    }
+
+    /// Signed distance \[mm\] (negative inside) and unit outward normal at the closest surface point. `None` at a centre, which
+    /// has no normal.
+    pub fn distance(&self, x: DVec3) -> Option<(f64, DVec3)> {
+        let from_point = |point: DVec3, radius: f64| {
+            let d = x - point;
+            let length = d.length();
+            (length > 0.0).then(|| (length - radius, d / length))
+        };
+        match *self {
+            Self::Plane { point, normal } => Some(((x - point).dot(normal), normal)),
+            Self::Sphere { centre, radius } => from_point(centre, radius),
             Self::Ellipsoid { centre, half_axes } => {
-                centre.distance(ball_centre) <= half_axes.max_element() + ball_radius
+                let (closest, normal) = closest_on_ellipsoid(x - centre, half_axes);
+                Some(((x - centre - closest).dot(normal), normal))
+            }
+            Self::Capsule { ends: [a, b], radius } => {
+                let axis = b - a;
+                let along = ((x - a).dot(axis) / axis.length_squared()).clamp(0.0, 1.0);
+                from_point(if along.is_finite() { a + axis * along } else { a }, radius)
             }
         }
     }
 
-    /// Signed distance \[mm\] (negative inside) and unit outward normal at the closest surface point; for an ellipsoid to
-    /// first order, f/|∇f| of its implicit function, exact on the surface. `None` at a centre, which has no normal.
-    pub fn distance(&self, x: DVec3) -> Option<(f64, DVec3)> {
-        match *self {
-            Self::Plane { point, normal } => Some(((x - point).dot(normal), normal)),
-            Self::Sphere { centre, radius } => {
-                let d = x - centre;
-                let length = d.length();
-                (length > 0.0).then(|| (length - radius, d / length))
+    /// Where a way from a point outside to another first meets the surface: the point \[mm\] and the normal there. In steps of the
+    /// distance, which never passes the surface (Hart 1996).
+    pub fn entry(&self, from: DVec3, to: DVec3) -> Option<(DVec3, DVec3)> {
+        const MOST: u32 = 100;
+        let length = from.distance(to);
+        let mut done = 0.0;
+        for _ in 0..MOST {
+            let x = if length > 0.0 { from.lerp(to, done / length) } else { from };
+            let (distance, normal) = self.distance(x)?;
+            if distance <= 1e-9 * length {
+                return Some((x, normal));
             }
-            Self::Ellipsoid { centre, half_axes } => {
-                let scaled = (x - centre) / half_axes;
-                let level = scaled.length();
-                let gradient = scaled / half_axes / level;
-                let steepness = gradient.length();
-                (level > 0.0 && steepness > 0.0).then(|| ((level - 1.0) / steepness, gradient / steepness))
+            done += distance;
+            if done >= length {
+                return None;
             }
         }
+        None
     }
+}
+
+/// The point of an ellipsoid about the origin that is closest to `x`, and the normal there: x = c + t·∇ with one unknown t (Eberly
+/// 2013). The function of t falls and is convex above its pole, so that Newton's method from the left never overshoots; on a plane
+/// of symmetry, where inside several points may be closest, x is taken to be a little off it.
+fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) -> (DVec3, DVec3) {
+    const OFF: f64 = 1e-12;
+    const MOST: u32 = 100;
+    let squares = half_axes * half_axes;
+    let y = x.abs().max(half_axes * OFF);
+    let sign = DVec3::select(x.cmplt(DVec3::ZERO), DVec3::NEG_ONE, DVec3::ONE);
+    let z = half_axes * y;
+    // Where one term alone is one: left of the root.
+    let mut t = (z - squares).max_element();
+    for _ in 0..MOST {
+        let ratio = z / (squares + DVec3::splat(t));
+        let value = ratio.length_squared() - 1.0;
+        let slope = -2.0 * (ratio * ratio / (squares + DVec3::splat(t))).element_sum();
+        let next = t - value / slope;
+        // To rounding, or no further.
+        if !(next > t) {
+            break;
+        }
+        t = next;
+    }
+    let closest = squares * y / (squares + DVec3::splat(t)) * sign;
+    (closest, (closest / squares).normalize_or(DVec3::Z))
 }
 
 #[cfg(test)]
@@ -84,10 +182,43 @@ mod tests {
     fn distances_are_right_on_and_near_the_surface() {
         let e = Shape::Ellipsoid { centre: DVec3::new(0.0, 0.0, -3.0), half_axes: DVec3::new(4.0, 4.0, 2.0) };
         let (d, n) = e.distance(DVec3::new(0.0, 0.0, -0.999)).unwrap();
-        // On an axis the first-order distance is exact.
+        // Beside a plane of symmetry it is taken to be off it by 1e-12 of the half axes.
         assert!((d - 0.001).abs() < 1e-12 && (n - DVec3::Z).length() < 1e-12);
         let s = Shape::Sphere { centre: DVec3::ZERO, radius: 2.0 };
         assert_eq!(s.distance(DVec3::new(0.0, 1.0, 0.0)), Some((-1.0, DVec3::Y)));
         assert_eq!(s.distance(DVec3::ZERO), None);
+    }
+
+    #[test]
+    fn the_closest_point_of_an_ellipsoid_lies_on_it_along_the_normal() {
+        let half_axes = DVec3::new(4.9, 4.9, 2.4);
+        for i in 0..400 {
+            let at = |k: f64| (f64::from(i) * k).sin();
+            let x = DVec3::new(7.0 * at(1.1), 7.0 * at(2.3), 5.0 * at(3.7));
+            let (closest, normal) = closest_on_ellipsoid(x, half_axes);
+            assert!(((closest / half_axes).length_squared() - 1.0).abs() < 1e-11, "{x}: {closest}");
+            let off = (x - closest) - normal * (x - closest).dot(normal);
+            assert!(off.length() < 1e-9, "{x}: {closest} {normal}");
+            // None of many other points is closer.
+            let distance = x.distance(closest);
+            for j in 0..200 {
+                let (s, c) = (f64::from(j) * 0.7).sin_cos();
+                let z = (f64::from(j) * 1.3).sin();
+                let other = DVec3::new(c * (1.0 - z * z).sqrt(), s * (1.0 - z * z).sqrt(), z) * half_axes;
+                assert!(x.distance(other) > distance - 1e-9);
+            }
+        }
+        // The middle, where a point of the shortest axis is closest.
+        let (closest, _) = closest_on_ellipsoid(DVec3::ZERO, half_axes);
+        assert!((closest.length() - 2.4).abs() < 1e-9, "{closest}");
+    }
+
+    #[test]
+    fn a_way_into_a_shape_meets_it_where_it_first_does() {
+        let capsule = Shape::Capsule { ends: [DVec3::NEG_X, DVec3::X], radius: 0.5 };
+        let (point, normal) = capsule.entry(DVec3::new(0.3, 0.0, 10.0), DVec3::new(0.3, 0.0, -10.0)).unwrap();
+        assert!((point - DVec3::new(0.3, 0.0, 0.5)).length() < 1e-6 && (normal - DVec3::Z).length() < 1e-6);
+        assert_eq!(capsule.entry(DVec3::new(3.0, 0.0, 10.0), DVec3::new(3.0, 0.0, -10.0)), None);
+        assert_eq!(capsule.distance(DVec3::new(3.0, 0.0, 0.0)), Some((1.5, DVec3::X)));
     }
 }

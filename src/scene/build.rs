@@ -8,8 +8,8 @@ use super::schema::{
 };
 use super::{grasp, mesh_file, shape};
 use crate::components::{
-    Anchor, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
-    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
+    Anchor, Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold,
+    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -172,9 +172,14 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
         }
         membrane = membrane.with(Pressure { curve: curve.0.clone() });
     }
+    if let Some(bending) = &spec.bending {
+        let stiffness = bending.stiffness.map(|d| positive(at("bending.stiffness"), d, "N·mm")).transpose()?;
+        membrane = membrane.with(Bending { stiffness });
+    }
     if let Some(contact) = &spec.contact {
-        membrane =
-            membrane.with(Contact { stiffness: positive(at("contact.stiffness"), contact.stiffness, "N/mm³")? });
+        let stiffness = contact.stiffness.map(|k| positive(at("contact.stiffness"), k, "N/mm³")).transpose()?;
+        let friction = not_negative(at("contact.friction"), contact.friction, "")?;
+        membrane = membrane.with(Contact { stiffness, friction });
     }
     if let Some(SleepSpec { strain, steps }) = spec.sleep {
         if steps == 0 {

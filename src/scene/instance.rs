@@ -284,6 +284,10 @@ fn shape(spec: &ObstacleSpec, key: &str) -> Result<Shape, Fault> {
             positive(format!("{key}.ellipsoid.half_axes"), e.half_axes.0.min_element(), "mm")?;
             Shape::Ellipsoid { centre: e.centre.0, half_axes: e.half_axes.0 }
         }
+        ObstacleSpec::Capsule(c) => Shape::Capsule {
+            ends: [c.from.0, c.to.0],
+            radius: positive(format!("{key}.capsule.radius"), c.radius, "mm")?,
+        },
     })
 }
 

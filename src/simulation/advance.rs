@@ -5,14 +5,17 @@ use crate::report::Report;
 use crate::schedule::{Schedule, Stage};
 use crate::settings::{LinearParams, Settings};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use crate::systems::StepContext;
 use crate::systems::tearing::will_tear;
+use crate::systems::{StepContext, contact};
 use glam::DVec3;
 use hecs::World;
 
 /// The error of the stress before a tear advances, as part of that allowed in passing: an advance cannot be taken back, and
 /// the error at a tip may be some times that in the body as a whole.
 const DECISIVE: f64 = 0.2;
+
+/// So often at the most a step is solved again because a solve has carried vertices into an obstacle.
+const CONTACT_ROUNDS: u32 = 4;
 
 /// What a step is run by, and where it is told what it did.
 pub(super) struct Running<'a> {
@@ -68,6 +71,19 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
         iterate(world, &step, running);
         if !is_sound(world) {
             return false;
+        }
+        for round in 0..=CONTACT_ROUNDS {
+            if step.newton_iterations > 1 || !contact::take_up_again(world) {
+                break;
+            }
+            if round == CONTACT_ROUNDS {
+                contact::put_outside(world, &step);
+                break;
+            }
+            run_iteration(world, &step, running);
+            if !is_sound(world) {
+                return false;
+            }
         }
         running.stage(world, &step, Stage::Decide);
         if step.newton_iterations == 1 && take_up_again_for_tears(world, &step) {

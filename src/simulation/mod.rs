@@ -9,6 +9,7 @@ mod frame;
 mod haptic_feed;
 mod haptics;
 mod motion;
+mod obstacles;
 mod pin;
 mod query;
 mod reorder;
@@ -32,14 +33,15 @@ pub use tools::{Grasp, ToolError};
 pub use view::{BodyView, normals};
 
 use crate::components::{
-    Body, EnergyAudit, EnergyBalance, Frames, Holds, Obstacle, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
+    Bending, Body, EnergyAudit, EnergyBalance, Frames, Holds, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::report::{BodyReport, Report};
 use crate::schedule::Schedule;
 use crate::settings::{Integrator, Precision, Settings, Tangent};
-use crate::storage::{Tips, Triangles, Vertices};
+use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::systems::linear::Folds;
 use crate::systems::parallel::Pool;
 use crate::systems::{Formula, StepContext, corotation};
 use advance::{Running, advance, is_finite, iterate_and_account, restore};
@@ -77,11 +79,6 @@ impl Simulation {
         let mut components = membrane.build(self.next_order)?;
         self.next_order += 1;
         Ok(self.world.spawn(components.build()))
-    }
-
-    /// Puts an obstacle into the world; bodies that carry [`Contact`](crate::components::Contact) feel it.
-    pub fn spawn_obstacle(&mut self, obstacle: Obstacle) -> Entity {
-        self.world.spawn((obstacle,))
     }
 
     /// Takes a body, an obstacle or a tool out of the world.
@@ -166,6 +163,7 @@ impl Simulation {
         self.report.has_failed = done < dt;
         self.report.time += done;
         self.finish_report();
+        self.rest_obstacles();
         self.note_unfinished_tears();
         self.collect_events();
         if self.report.has_failed {
@@ -205,6 +203,7 @@ impl Simulation {
             return Err(SimulationError::NoEquilibrium { time: step.time, imbalance, iterations });
         }
         self.report.time = step.time;
+        self.rest_obstacles();
         self.collect_events();
         Ok(&self.report)
     }
@@ -256,8 +255,11 @@ impl Simulation {
     /// If there is no such body.
     pub fn energies(&mut self, body: Entity) -> Result<Energies, SimulationError> {
         self.refresh(body)?;
-        let mut query = self.world.query_one::<(&Vertices, &Triangles, &Frames, Option<&PreStretch>)>(body);
-        let (vertices, triangles, frames, pre_stretch) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        type Query<'a> =
+            (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, Option<&'a PreStretch>, Option<&'a Bending>);
+        let mut query = self.world.query_one::<Query>(body);
+        let (vertices, triangles, topology, frames, pre_stretch, bending) =
+            query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let unstretched = PreStretch::unstretched(pre_stretch);
         let elastic = frames
             .state
@@ -266,7 +268,9 @@ impl Simulation {
             .zip(&triangles.thickness)
             .map(|((s, rest), h)| 0.5 * rest.area * h * s.stress.contract(s.polar.stretch - unstretched));
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
-        Ok(Energies { elastic: elastic.sum(), kinetic: kinetic.sum() })
+        let body = (vertices, triangles, topology);
+        let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, &vertices.position));
+        Ok(Energies { elastic: elastic.sum::<f64>() + bent, kinetic: kinetic.sum() })
     }
 
     /// The energy balance of a body since its first step; `None` for one without an [`EnergyAudit`].

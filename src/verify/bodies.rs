@@ -133,6 +133,7 @@ pub fn operator<'a>(
         topology,
         frames,
         external: None,
+        folds: None,
         inertia: 0.0,
         viscosity: 0.0,
         tangent: Tangent::Exact,

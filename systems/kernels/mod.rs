@@ -4,6 +4,7 @@ pub mod block;
 pub mod disc;
 pub mod failure;
 pub mod fan;
+pub mod fold;
 pub mod lanes;
 pub mod membrane;
 pub mod membrane_lanes;

@@ -10,6 +10,7 @@ mod cholesky;
 mod estimate;
 #[cfg_attr(not(feature = "direct"), path = "no_factor.rs")]
 mod factor;
+mod folds;
 mod inner;
 mod operator;
 #[cfg(feature = "direct")]
@@ -24,6 +25,7 @@ mod warp;
 
 pub use cg::{CgError, CgInfo};
 pub use factor::Factor;
+pub use folds::{Folds, Hinge};
 pub use inner::{Inner, InnerSolver, With};
 pub use operator::Operator;
 pub use preconditioned::{Means, Use, solve};

@@ -3,6 +3,7 @@
 //! Two passes: every triangle writes its three corner forces, every vertex gathers its corners in the order of triangle rows.
 //! No two threads write one number and every sum has one order.
 
+use super::Folds;
 use crate::components::{ExternalStiffness, Frames};
 use crate::math::ElementState;
 use crate::settings::Tangent;
@@ -26,6 +27,8 @@ pub struct Operator<'a> {
     pub frames: &'a Frames,
     /// Stiffness of springs, contact, grips and drag.
     pub external: Option<&'a ExternalStiffness>,
+    /// Bending, at the same state.
+    pub folds: Option<&'a Folds>,
     /// 1/dt² \[1/ms²\].
     pub inertia: f64,
     /// β/dt of strain-rate damping.
@@ -81,6 +84,20 @@ impl Operator<'_> {
         partials: &mut Vec<f64>,
     ) -> f64 {
         parallel::for_chunks(corner, &Products { operator: self, u });
+        if let Some(folds) = self.folds {
+            return self.apply_bending(folds, u, weight, corner, out, partials);
+        }
+        self.gather(u, weight, corner, out, partials)
+    }
+
+    fn gather(
+        &self,
+        u: &[DVec3],
+        weight: &[DVec3],
+        corner: &[[DVec3; 3]],
+        out: &mut [DVec3],
+        partials: &mut Vec<f64>,
+    ) -> f64 {
         // An incident entry is three times its triangle plus the corner: an index into the corners laid end to end.
         let corner = corner.as_flattened();
         parallel::sum_rows(out, partials, |v, out| {
@@ -92,6 +109,22 @@ impl Operator<'_> {
             *out = own + gathered;
             (weight[v] * u[v]).dot(*out)
         })
+    }
+
+    /// Out of line: most bodies have none.
+    #[inline(never)]
+    fn apply_bending(
+        &self,
+        folds: &Folds,
+        u: &[DVec3],
+        weight: &[DVec3],
+        corner: &[[DVec3; 3]],
+        out: &mut [DVec3],
+        partials: &mut Vec<f64>,
+    ) -> f64 {
+        self.gather(u, weight, corner, out, partials);
+        folds.add_product(&self.triangles.corners, self.topology, u, self.tangent == Tangent::Exact, out);
+        parallel::sum_rows(out, partials, |v, out| (weight[v] * u[v]).dot(*out))
     }
 
     /// `out` = A·u \[N\] for a u \[mm\] that is zero but at a few vertices, as prescribed motion is.
@@ -110,22 +143,45 @@ impl Operator<'_> {
                 }
             }
         }
+        if let Some(folds) = self.folds
+            && u.iter().any(|u| *u != DVec3::ZERO)
+        {
+            folds.add_product(&self.triangles.corners, self.topology, u, self.tangent == Tangent::Exact, out);
+        }
     }
 
     /// A·u \[N\] at the vertex `v` alone.
     pub fn apply_at(&self, v: usize, u: &[DVec3]) -> DVec3 {
-        self.topology.incident[v].iter().fold(self.own_block(v) * u[v], |sum, &c| {
+        let corners = &self.triangles.corners;
+        let is_exact = self.tangent == Tangent::Exact;
+        let bending = self.folds.map(|folds| folds.product_at(v, corners, self.topology, u, is_exact));
+        let own = self.own_block(v) * u[v] + bending.unwrap_or_default();
+        self.topology.incident[v].iter().fold(own, |sum, &c| {
             let (t, corner) = (c as usize / 3, c as usize % 3);
             sum + self.element(t).apply(self.triangles.corners[t].map(|v| u[v as usize]))[corner]
         })
     }
 
-    /// The 3×3 block of vertex `v` on the diagonal \[N/mm\].
+    /// The 3×3 block of vertex `v` on the diagonal \[N/mm\]; of bending that of its hinges.
     pub fn diagonal_block(&self, v: usize) -> DMat3 {
         let incident = &self.topology.incident[v];
-        incident
-            .iter()
-            .fold(self.own_block(v), |sum, &c| sum + self.element(c as usize / 3).diagonal_block(c as usize % 3))
+        let own = self.own_block(v) + self.folds.map_or(DMat3::ZERO, |folds| self.bending_block(folds, v));
+        incident.iter().fold(own, |sum, &c| sum + self.element(c as usize / 3).diagonal_block(c as usize % 3))
+    }
+
+    fn bending_block(&self, folds: &Folds, v: usize) -> DMat3 {
+        let mut sum = DMat3::ZERO;
+        for &c in &self.topology.incident[v] {
+            let (t, corner) = (c as usize / 3, c as usize % 3);
+            // The edges from the vertex and opposite to it; the one to it is from it in the triangle across.
+            for (e, place) in [(corner, 0), ((corner + 1) % 3, 2)] {
+                if let Some(hinge) = folds.hinge(&self.triangles.corners, t, e) {
+                    let g = hinge.gradient[place];
+                    sum += DMat3::from_cols(g * g.x, g * g.y, g * g.z) * hinge.stiffness;
+                }
+            }
+        }
+        sum
     }
 }
 

@@ -5,6 +5,7 @@
 //! neighbours that come earlier in the order, then its own down to the diagonal. The order is found on the graph of vertices,
 //! not of axes: the same quality from a graph of a quarter to a ninth of the size.
 
+use super::Hinge;
 use super::snapshot::Snapshot;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::amd};
@@ -21,6 +22,7 @@ pub struct Pattern {
     corners: Vec<[u32; 3]>,
     free: Vec<DVec3>,
     incident: Incident,
+    hinges: Hinges,
     /// Vertices that have a free axis, in the order of elimination.
     order: Vec<u32>,
     /// First column of each vertex.
@@ -43,7 +45,8 @@ impl Pattern {
     pub fn new(snapshot: &Snapshot) -> Option<Self> {
         let Snapshot { corners, free, .. } = snapshot;
         let incident = Incident::new(corners, free.len());
-        let order = elimination_order(corners, &incident, free)?;
+        let hinges = Hinges::new(&snapshot.hinges, free.len());
+        let order = elimination_order(corners, (&incident, &hinges), free)?;
         let mut place = vec![u32::MAX; free.len()];
         let mut first = vec![0; free.len()];
         let mut column_count = 0;
@@ -58,7 +61,7 @@ impl Pattern {
             let begin = earlier.len();
             // Those that have no place have no free axis.
             let has_come = |w: &u32| place[*w as usize] < place[v as usize];
-            neighbours(corners, incident.of(v as usize), has_come, &mut earlier);
+            neighbours(corners, incident.of(v as usize), hinges.far(v as usize), has_come, &mut earlier);
             earlier[begin..].sort_unstable_by_key(|&w| place[w as usize]);
             earlier_start.push(earlier.len() as u32);
             for own in 0..axes(free[v as usize]).count() as u32 {
@@ -70,7 +73,7 @@ impl Pattern {
             }
         }
         let (corners, free) = (corners.clone(), free.clone());
-        Some(Self { corners, free, incident, order, first, earlier_start, earlier, column_start, row })
+        Some(Self { corners, free, incident, hinges, order, first, earlier_start, earlier, column_start, row })
     }
 
     /// Whether this is the pattern for these triangles and free axes.
@@ -134,6 +137,20 @@ impl Pattern {
                     }
                 }
             }
+            for &(hinge, place) in self.hinges.of(v) {
+                // A hinge of another kind of bending than the pattern's has no place for all of it.
+                let Some(hinge) = snapshot.hinges.get(hinge as usize) else { continue };
+                let g = hinge.gradient[place as usize] * hinge.stiffness;
+                for (&w, other) in hinge.vertices.iter().zip(hinge.gradient) {
+                    // Row w, column v.
+                    let block = DMat3::from_cols(other * g.x, other * g.y, other * g.z);
+                    if w as usize == v {
+                        own += block;
+                    } else if offset[w as usize] != u32::MAX {
+                        add(w as usize, block);
+                    }
+                }
+            }
             let shift = SHIFT * axes(self.free[v]).map(|axis| own.col(axis)[axis].abs()).sum::<f64>();
             add(v, own + DMat3::from_diagonal(DVec3::splat(shift)));
             earlier.iter().for_each(|&w| offset[w as usize] = u32::MAX);
@@ -174,14 +191,60 @@ impl Incident {
     }
 }
 
-/// Appends the neighbours that pass, each once, ascending, of the vertex with these entries of [`Incident`].
-fn neighbours(corners: &[[u32; 3]], incident: &[u32], passes: impl Fn(&u32) -> bool, list: &mut Vec<u32>) {
+/// The hinges at every vertex, each with the vertex' place in it.
+#[derive(Debug, Default)]
+struct Hinges {
+    start: Vec<u32>,
+    entry: Vec<(u32, u8)>,
+    /// The vertices across, in the order of `entry`; the vertex itself where it is on the hinge's edge.
+    far: Vec<u32>,
+}
+
+impl Hinges {
+    fn new(hinges: &[Hinge], vertex_count: usize) -> Self {
+        if hinges.is_empty() {
+            return Self::default();
+        }
+        let mut start = vec![0; vertex_count + 1];
+        hinges.iter().flat_map(|hinge| hinge.vertices).for_each(|v| start[v as usize + 1] += 1);
+        (0..vertex_count).for_each(|v| start[v + 1] += start[v]);
+        let mut next = start.clone();
+        let mut entry = vec![(0, 0); 4 * hinges.len()];
+        let mut far = vec![0; 4 * hinges.len()];
+        for (i, hinge) in hinges.iter().enumerate() {
+            for (place, &v) in hinge.vertices.iter().enumerate() {
+                let at = next[v as usize] as usize;
+                entry[at] = (i as u32, place as u8);
+                far[at] = hinge.vertices[[0, 1, 3, 2][place]];
+                next[v as usize] += 1;
+            }
+        }
+        Self { start, entry, far }
+    }
+
+    fn range(&self, v: usize) -> std::ops::Range<usize> {
+        if self.start.is_empty() { 0..0 } else { self.start[v] as usize..self.start[v + 1] as usize }
+    }
+
+    fn of(&self, v: usize) -> &[(u32, u8)] {
+        &self.entry[self.range(v)]
+    }
+
+    fn far(&self, v: usize) -> &[u32] {
+        &self.far[self.range(v)]
+    }
+}
+
+/// Appends the neighbours that pass, each once, ascending, of the vertex with these entries of [`Incident`] and of
+/// [`Hinges`].
+fn neighbours(corners: &[[u32; 3]], incident: &[u32], far: &[u32], passes: impl Fn(&u32) -> bool, list: &mut Vec<u32>) {
     let begin = list.len();
     for &entry in incident {
         let (t, corner) = (entry as usize / 3, entry as usize % 3);
         let others = [corners[t][(corner + 1) % 3], corners[t][(corner + 2) % 3]];
         list.extend(others.into_iter().filter(&passes));
     }
+    list.extend(far.iter().copied().filter(&passes));
     list[begin..].sort_unstable();
     let mut kept = begin;
     for i in begin..list.len() {
@@ -194,7 +257,11 @@ fn neighbours(corners: &[[u32; 3]], incident: &[u32], passes: impl Fn(&u32) -> b
 }
 
 /// The vertices with a free axis by approximate minimum degree (Amestoy, Davis, Duff 1996).
-fn elimination_order(corners: &[[u32; 3]], incident: &Incident, free: &[DVec3]) -> Option<Vec<u32>> {
+fn elimination_order(
+    corners: &[[u32; 3]],
+    (incident, hinges): (&Incident, &Hinges),
+    free: &[DVec3],
+) -> Option<Vec<u32>> {
     let active: Vec<u32> = (0..free.len() as u32).filter(|&v| free[v as usize] != DVec3::ZERO).collect();
     if active.is_empty() {
         return None;
@@ -205,7 +272,8 @@ fn elimination_order(corners: &[[u32; 3]], incident: &Incident, free: &[DVec3]) 
     }
     let (mut start, mut row) = (vec![0_u32], Vec::new());
     for &v in &active {
-        neighbours(corners, incident.of(v as usize), |w| number[*w as usize] < number[v as usize], &mut row);
+        let far = hinges.far(v as usize);
+        neighbours(corners, incident.of(v as usize), far, |w| number[*w as usize] < number[v as usize], &mut row);
         start.push(row.len() as u32);
     }
     row.iter_mut().for_each(|w| *w = number[*w as usize]);

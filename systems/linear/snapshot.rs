@@ -1,6 +1,6 @@
 //! The operator's numbers by themselves, to be factored while the body goes on: nothing here refers to the body.
 
-use super::Operator;
+use super::{Hinge, Operator};
 use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 
@@ -13,6 +13,8 @@ pub struct Snapshot {
     pub blocks: Vec<[DMat3; 3]>,
     /// Mass and external stiffness of every vertex \[N/mm\].
     pub own: Vec<DMat3>,
+    /// Hinges of bending.
+    pub hinges: Vec<Hinge>,
     /// 1 along free axes, 0 along prescribed ones.
     pub free: Vec<DVec3>,
 }
@@ -24,7 +26,8 @@ impl Snapshot {
         let (mut blocks, mut own) = (vec![[DMat3::ZERO; 3]; corners.len()], vec![DMat3::ZERO; free.len()]);
         parallel::for_rows(&mut blocks, |t, blocks| *blocks = operator.element(t).blocks());
         parallel::for_rows(&mut own, |v, own| *own = operator.own_block(v));
-        Self { corners, blocks, own, free: free.to_vec() }
+        let hinges = operator.folds.map_or_else(Vec::new, |folds| folds.hinges(&corners).collect());
+        Self { corners, blocks, own, hinges, free: free.to_vec() }
     }
 
     /// The block of corners `i` and `j` of a triangle.

@@ -35,6 +35,8 @@ pub struct BodySpec {
     pub drag: Option<f64>,
     /// Follower pressure along the normal \[MPa\], over time.
     pub pressure: Option<TimeCurve>,
+    /// Makes it resist bending.
+    pub bending: Option<BendingSpec>,
     /// Makes it feel the obstacles.
     pub contact: Option<ContactSpec>,
     /// Makes it tear.
@@ -134,12 +136,24 @@ pub struct ConcentricSpec {
     pub axis: Point,
 }
 
+/// `bending`: `bending = {}` takes the stiffness that follows from the material and the thickness, E·h³/(12·(1 − ν²)) of an
+/// isotropic one. Not for planar bodies.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BendingSpec {
+    /// Stiffness D \[N·mm\], > 0.
+    pub stiffness: Option<f64>,
+}
+
 /// `contact`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSpec {
-    /// Pressure per depth of penetration \[N/mm³\], > 0.
-    pub stiffness: f64,
+    /// Pressure per depth of penetration \[N/mm³\], > 0. Default thirty times the membrane's own stiffness at every vertex.
+    pub stiffness: Option<f64>,
+    /// Coefficient of Coulomb's friction, ≥ 0. Default 0.
+    #[serde(default)]
+    pub friction: f64,
 }
 
 /// How a tear runs through the mesh.

@@ -11,8 +11,8 @@ mod mesh;
 mod number;
 
 pub use body::{
-    BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec, MaterialSpec,
-    RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
+    BendingSpec, BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec,
+    MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
@@ -236,6 +236,20 @@ pub enum ObstacleSpec {
     Sphere(SphereSpec),
     /// `ellipsoid = { centre, half_axes }`, its axes along x, y, z.
     Ellipsoid(EllipsoidSpec),
+    /// `capsule = { from, to, radius }`: a cylinder with round ends.
+    Capsule(CapsuleSpec),
+}
+
+/// A cylinder with round ends.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CapsuleSpec {
+    /// One end of its axis \[mm\].
+    pub from: Point,
+    /// The other end \[mm\].
+    pub to: Point,
+    /// Radius \[mm\], > 0.
+    pub radius: f64,
 }
 
 /// A half space.

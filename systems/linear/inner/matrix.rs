@@ -1,6 +1,8 @@
 //! The operator in single precision: A = own blocks + Σ over triangles, as packs over blocks of triangles.
 
 use super::empty;
+use super::folding::Folding;
+use super::order::Order;
 use super::partition::{EMPTY, Partition};
 use crate::settings::Tangent;
 use crate::systems::kernels::block::Block;
@@ -22,11 +24,14 @@ pub struct Matrix {
     segments: Vec<Vec4>,
     /// Twice the starts of the blocks' vertices.
     segment_start: Vec<u32>,
+    /// Bending, where there is any.
+    folding: Option<Folding>,
 }
 
 impl Matrix {
     /// Takes the numbers from the double-precision operator, those of the rotated tangent.
-    pub fn assemble(&mut self, operator: &Operator, partition: &Partition, vertex: &[u32], free: &[DVec3]) {
+    pub fn assemble(&mut self, operator: &Operator, partition: &Partition, order: &Order, free: &[DVec3]) {
+        let vertex = &order.vertex;
         empty(&mut self.packs, partition.triangle.len());
         self.packs.resize(partition.triangle.len(), Pack::default());
         parallel::for_chunks(&mut self.packs, &Assembly { operator, partition });
@@ -42,6 +47,13 @@ impl Matrix {
         self.segments.resize(2 * partition.vertex.len(), Vec4::ZERO);
         empty(&mut self.segment_start, partition.vertex_start.len());
         self.segment_start.extend(partition.vertex_start.iter().map(|start| 2 * start));
+        match operator.folds {
+            Some(folds) => {
+                let (corners, order) = (&operator.triangles.corners, (&order.vertex[..], &order.row[..]));
+                self.folding.get_or_insert_default().assemble(folds, corners, operator.topology, order);
+            }
+            None => self.folding = None,
+        }
     }
 
     /// Calls `diagonal(row, block)` and `edge(pack, edge, lane, block)` for the blocks of all triangles, pack by pack. The edges
@@ -71,6 +83,14 @@ impl Matrix {
                         for (e, block) in edges.iter().enumerate() {
                             edge(pack, e, lane, &block.map(|column| column.col(i)));
                         }
+                        if let Some(folding) = &self.folding {
+                            let row = |corner: usize| vertices[places[corner][lane] as usize] as usize;
+                            folding.add_blocks(
+                                partition.triangle[pack][lane] as usize,
+                                |corner, block| diagonal(row(corner), block),
+                                |e, block| edge(pack, e, lane, block),
+                            );
+                        }
                     }
                 }
             }
@@ -79,9 +99,13 @@ impl Matrix {
 
     /// `out` = A·u along free axes; returns u·(A·u). `u` is zero along prescribed axes.
     pub fn apply(&mut self, partition: &Partition, u: &[Vec4], out: &mut [Vec4], partials: &mut Vec<f64>) -> f64 {
-        let Self { packs, own, segments, segment_start } = self;
+        let Self { packs, own, segments, segment_start, folding } = self;
+        if let Some(folding) = folding {
+            folding.bend(u);
+        }
+        let folding = folding.as_ref();
         parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u });
-        parallel::sum_chunks(out, partials, &Rows { own, segments, partition, u })
+        parallel::sum_chunks(out, partials, &Rows { own, segments, partition, u, folding })
     }
 }
 
@@ -133,12 +157,13 @@ struct Rows<'a> {
     segments: &'a [Vec4],
     partition: &'a Partition,
     u: &'a [Vec4],
+    folding: Option<&'a Folding>,
 }
 
 impl Kernel<Vec4, f64> for Rows<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [Vec4]) -> f64 {
-        let Self { own, segments, partition, u } = self;
+        let Self { own, segments, partition, u, folding } = self;
         let mut product = 0.0;
         for (i, out) in rows.iter_mut().enumerate() {
             let v = first + i;
@@ -147,6 +172,9 @@ impl Kernel<Vec4, f64> for Rows<'_> {
             let sources = partition.source_start[v] as usize..partition.source_start[v + 1] as usize;
             for &source in &partition.source[sources] {
                 sum += segments[source as usize];
+            }
+            if let Some(folding) = folding {
+                sum += folding.at(v);
             }
             *out = sum * *free;
             product += dot(u, *out);

@@ -9,6 +9,7 @@ mod cg;
 mod cycle;
 mod edits;
 mod factored;
+mod folding;
 mod incomplete;
 mod jacobi;
 mod matrix;
@@ -197,7 +198,7 @@ impl InnerSolver {
     /// Takes the operator's numbers.
     fn take(&mut self, operator: &Operator, free: &[DVec3]) {
         self.follow(operator);
-        self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
+        self.matrix.assemble(operator, &self.partition, &self.order, free);
     }
 
     /// Makes what makes the iterations few.

@@ -1,0 +1,10 @@
+//! Bending stiffness.
+
+/// Resistance to a change of curvature, so that a slack flap folds over and lies down instead of crumpling. For bodies in space:
+/// one that is kept in its plane does not bend. *Parameter.*
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bending {
+    /// Stiffness D \[N·mm\], > 0; for fibrous tissue √(D₁₁·D₂₂). Without it that of a sheet which is even through its thickness,
+    /// h³/12·C: E·h³/(12·(1 − ν²)) of an isotropic one. Tissue in layers may be softer or stiffer.
+    pub stiffness: Option<f64>,
+}

@@ -1,0 +1,61 @@
+//! Obstacles: put into the world, moved, and asked for their forces.
+
+use super::{Simulation, SimulationError};
+use crate::components::{Body, Contact, Motion, Obstacle, Path, Shape, Swept};
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::contact;
+use glam::DVec3;
+use hecs::Entity;
+
+impl Simulation {
+    /// Puts an obstacle into the world; bodies that carry [`Contact`] feel it.
+    pub fn spawn_obstacle(&mut self, obstacle: Obstacle) -> Entity {
+        self.world.spawn((obstacle,))
+    }
+
+    /// Puts an obstacle into the world that is displaced along a path over time.
+    pub fn spawn_moving_obstacle(&mut self, obstacle: Obstacle, path: Path) -> Entity {
+        let origin = obstacle.shape;
+        self.world.spawn((obstacle, Motion { origin, path }, Swept { from: origin }))
+    }
+
+    /// Moves an obstacle during the next step: it begins where it is and ends as `shape`. What it meets on a straight way is taken
+    /// along; a turn, or another shape, is only looked at in its end. A path that it followed is forgotten.
+    ///
+    /// # Errors
+    /// If there is no such obstacle.
+    pub fn move_obstacle(&mut self, obstacle: Entity, shape: Shape) -> Result<(), SimulationError> {
+        let found = self.world.query_one_mut::<&mut Obstacle>(obstacle).map_err(|_| SimulationError::NoSuchBody)?;
+        let from = std::mem::replace(&mut found.shape, shape.to_owned()).to_owned();
+        // Moved twice before a step: from where it was at its start.
+        let from = self.world.get::<&Swept>(obstacle).map_or(from, |swept| swept.from);
+        let _ = self.world.remove_one::<Motion>(obstacle);
+        self.world.insert_one(obstacle, Swept { from }).map_err(|_| SimulationError::NoSuchBody)
+    }
+
+    /// The forces \[N\] of the obstacles on a body as it is, along their normals, each with its obstacle; those that do not touch
+    /// it are left out.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn contact_forces(&self, body: Entity) -> Result<Vec<(Entity, DVec3)>, SimulationError> {
+        type Query<'a> = (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, Option<&'a Contact>);
+        let mut query = self.world.query_one::<Query>(body);
+        let (_, vertices, triangles, topology, contact) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let Some(contact) = contact else { return Ok(Vec::new()) };
+        let mut obstacles = self.world.query::<(Entity, &Obstacle)>();
+        let force = |(entity, obstacle): (Entity, &Obstacle)| {
+            (entity, contact::force_of(obstacle, contact, (vertices, triangles, topology)))
+        };
+        let mut forces: Vec<_> = obstacles.iter().map(force).filter(|(_, force)| *force != DVec3::ZERO).collect();
+        forces.sort_unstable_by_key(|(entity, _)| *entity);
+        Ok(forces)
+    }
+
+    /// After a step: the obstacles that were moved stay.
+    pub(super) fn rest_obstacles(&mut self) {
+        for (obstacle, swept) in self.world.query_mut::<(&Obstacle, &mut Swept)>() {
+            swept.from = obstacle.shape;
+        }
+    }
+}

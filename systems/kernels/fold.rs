@@ -1,0 +1,89 @@
+//! Bending of a triangle: how it tilts about its edges, and its moments against the tilts.
+//!
+//! Edge `e` runs from corner `e` to the next. Along it two triangles meet at the angle θ, zero where they are level and positive
+//! where they form a valley, seen from the side of the normals. θ changes by what either triangle tilts about the edge, a tilt being
+//! linear in what the corners move along the normal.
+
+use crate::math::{Orthotropic, RestTriangle, Sym2};
+use glam::DVec3;
+
+/// A triangle squeezed to less than this part of its rest area has no meaningful normal, and is left out.
+const LEAST_AREA: f64 = 1e-3;
+
+/// The normal of a triangle and what its corners contribute to its tilts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tilt {
+    /// Unit normal; zero for a collapsed triangle.
+    pub normal: DVec3,
+    /// Per edge the tilt by a unit of each corner along the normal \[1/mm\].
+    pub by_corner: [DVec3; 3],
+}
+
+impl Tilt {
+    /// Of a triangle with corners at `x` and a rest area \[mm²\].
+    pub fn new(x: [DVec3; 3], rest_area: f64) -> Self {
+        let cross = (x[1] - x[0]).cross(x[2] - x[0]);
+        let twice_area = cross.length();
+        if !(twice_area > 2.0 * LEAST_AREA * rest_area) {
+            return Self::default();
+        }
+        let mut by_corner = [DVec3::ZERO; 3];
+        for (e, row) in by_corner.iter_mut().enumerate() {
+            let (a, b, opposite) = (e, (e + 1) % 3, (e + 2) % 3);
+            let edge = x[b] - x[a];
+            let length = edge.length();
+            let to_b = (x[opposite] - x[a]).dot(edge) / (length * twice_area);
+            row[opposite] = length / twice_area;
+            row[b] = -to_b;
+            row[a] = to_b - row[opposite];
+        }
+        Self { normal: cross / twice_area, by_corner }
+    }
+
+    /// The tilts about the three edges when the corners move by `u`.
+    #[inline(always)]
+    pub fn of(&self, u: [DVec3; 3]) -> DVec3 {
+        let w = DVec3::new(self.normal.dot(u[0]), self.normal.dot(u[1]), self.normal.dot(u[2]));
+        DVec3::new(self.by_corner[0].dot(w), self.by_corner[1].dot(w), self.by_corner[2].dot(w))
+    }
+
+    /// What moments about the three edges exert on corner `c`: the transpose of [`of`](Self::of).
+    #[inline(always)]
+    pub fn force(&self, moment: DVec3, c: usize) -> DVec3 {
+        let [x, y, z] = &self.by_corner;
+        self.normal * (x[c] * moment.x + y[c] * moment.y + z[c] * moment.z)
+    }
+}
+
+/// The angle between two triangles with these unit normals, along the edge between them as the first of them sees it.
+#[inline]
+pub fn angle(normal: DVec3, across: DVec3, edge: DVec3) -> f64 {
+    f64::atan2(-normal.cross(across).dot(edge.normalize_or_zero()), normal.dot(across))
+}
+
+/// A symmetric 3×3 matrix over the edges of a triangle: 00, 11, 22, 01, 12, 20.
+pub type OverEdges = [f64; 6];
+
+/// The product with a vector over the edges.
+#[inline(always)]
+pub fn product(m: &OverEdges, v: DVec3) -> DVec3 {
+    DVec3::new(
+        m[0] * v.x + m[3] * v.y + m[5] * v.z,
+        m[3] * v.x + m[1] * v.y + m[4] * v.z,
+        m[5] * v.x + m[4] * v.y + m[2] * v.z,
+    )
+}
+
+/// Q \[N·mm\] of the energy ½·φ·Q·φ of a triangle whose mid-edge normals stand at the angles φ to its own: the curvature is
+/// κ = Σ φₑ·(lₑ/A)·mₑ⊗mₑ with the edges' lengths and normals, and the energy ½·A·κ:D:κ (Morley 1968; Grinspun, Gingold,
+/// Reisman, Zorin 2006). The law times `scale` is D.
+pub fn law(rest: &RestTriangle, stiffness: &Orthotropic, scale: f64) -> OverEdges {
+    let gradients = rest.all_gradients();
+    // The gradient of the corner opposite points against the edge's normal, and l/A is twice its length.
+    let curvature = [2, 0, 1].map(|opposite: usize| {
+        let g = gradients[opposite];
+        Sym2::new(g.x * g.x, g.y * g.y, g.x * g.y) * (2.0 / g.length())
+    });
+    let moment = curvature.map(|k| stiffness.stress(k) * (scale * rest.area));
+    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(e, f)| moment[e].contract(curvature[f]))
+}
