@@ -6,7 +6,7 @@ use divan::{Bencher, counter::ItemsCount};
 use fig2::{hand, square};
 use glam::DVec3;
 use hecs::Entity;
-use rhexis::components::{ChangeSet, Changes, Grip, Grips, Path, Tearing};
+use rhexis::components::{ChangeSet, Changes, Grip, Grips, Jaws, Path, Tearing};
 use rhexis::settings::Settings;
 use rhexis::simulation::{DebugLines, Haptics, Simulation, normals};
 use std::cell::RefCell;
@@ -26,8 +26,7 @@ fn pinched() -> (Simulation, Entity) {
         from: 0.0,
         until: f64::INFINITY,
         material_point: DVec3::new(12.0, 17.0, 0.0),
-        radius: 1.0,
-        stiffness: 0.2,
+        jaws: Jaws { radius: 1.0, stiffness: Some(0.2), ..Jaws::default() },
         path: Path { points: vec![(0.0, DVec3::ZERO), (1000.0, DVec3::new(2.0, 1.0, 0.0))] },
     };
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).expect("threads");

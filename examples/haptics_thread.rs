@@ -2,7 +2,7 @@
 //! forceps. `cargo run --release --example haptics_thread`
 
 use glam::DVec3;
-use rhexis::components::{Curve, Damping, Grip, Grips, Hold, Material, Path};
+use rhexis::components::{Curve, Damping, Grip, Grips, Hold, Jaws, Material, Path};
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
 use rhexis::settings::Settings;
@@ -28,8 +28,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         until: f64::INFINITY,
         material_point: DVec3::new(10.0, 10.0, 0.0),
         near_tip: None,
-        radius: 0.8,
-        stiffness: 0.2,
+        jaws: Jaws { radius: 0.8, stiffness: Some(0.2), ..Jaws::default() },
         path: Path { points: vec![(1.0, DVec3::ZERO), (2.0, DVec3::ZERO)] },
     };
     sheet = sheet
@@ -62,7 +61,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let forces: Vec<DVec3> = forces.map_err(|error: Box<dyn std::error::Error>| error)?;
 
     simulation.settle(0.0, 1e-8)?;
-    let simulated = simulation.world().get::<&Grips>(body)?.force[0];
+    let simulated = simulation.world().get::<&Grips>(body)?.pinches[0].force;
     let felt = forces.last().copied().ok_or("no force was felt")?;
     println!(
         "{} forces in {} steps; at the end {felt:.4} N, simulated {simulated:.4} N",

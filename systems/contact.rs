@@ -6,7 +6,7 @@
 //! what is still inside then is put back onto its plane.
 
 use super::{StepContext, parallel};
-use crate::components::{Contact, ExternalStiffness, Forces, Increment, Motion, Obstacle, SolverScratch, Swept};
+use crate::components::{Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolverScratch, Swept};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
 use hecs::World;
@@ -40,7 +40,7 @@ struct Held {
 /// Moves the obstacles that follow a path to where they are at the end of the step.
 pub fn move_obstacles(world: &mut World, step: &StepContext) -> usize {
     let mut count = 0;
-    for (obstacle, motion, swept) in world.query_mut::<(&mut Obstacle, &Motion, &mut Swept)>() {
+    for (obstacle, motion, swept) in world.query_mut::<(&mut Obstacle, &ObstaclePath, &mut Swept)>() {
         count += 1;
         let at = |time: f64| motion.origin.moved_by(motion.path.at(time));
         *swept = Swept { from: at(step.time - step.reach()) };

@@ -4,8 +4,8 @@ mod common;
 
 use common::Square;
 use rhexis::components::{
-    Bending, Changes, EnergyAudit, ExternalStiffness, Grips, Obstacle, Refined, Refinement, Sleeping, Springs, TearDecisions,
-    Tearing,
+    Bending, Changes, EnergyAudit, ExternalStiffness, Grips, Obstacle, Refined, Refinement, Sleeping, Springs,
+    TearDecisions, Tearing,
 };
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;

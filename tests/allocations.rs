@@ -4,9 +4,7 @@ mod common;
 
 use common::Square;
 use glam::DVec3;
-use rhexis::components::{
-    ChangeSet, Changes, Curve, EnergyCriterion, Sleeping, TearLog, Tearing, Toughness,
-};
+use rhexis::components::{ChangeSet, Changes, Curve, EnergyCriterion, Sleeping, TearLog, Tearing, Toughness};
 use rhexis::scene::Document;
 use rhexis::schedule::Place;
 use rhexis::settings::{Preconditioner, Settings};

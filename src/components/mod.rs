@@ -41,7 +41,7 @@ pub use grip::{Grip, Grips, NearTip, Path};
 pub use hold::{Hold, Holds};
 pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use material::Material;
-pub use obstacle::{Contact, Motion, Obstacle, Shape, Swept};
+pub use obstacle::{Contact, Obstacle, ObstaclePath, Shape, Swept};
 pub use refinement::{Refined, Refinement};
 pub use sleeping::{Sleeping, Slumber};
 pub use springs::{Anchor, Springs};

@@ -45,7 +45,7 @@ pub struct Obstacle {
 
 /// Moves an obstacle, with its orientation as it is. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct ObstaclePath {
     /// Where it is drawn, for a path that passes the origin.
     pub origin: Shape,
     /// By how much it is displaced over time.

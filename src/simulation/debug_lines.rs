@@ -120,11 +120,9 @@ impl Simulation {
                 }
             }
         }
-        for (k, held) in grips.filter(|_| which.grips).into_iter().flat_map(|grips| grips.held.iter().enumerate()) {
-            let Some(Grips { list, turn, .. }) = grips else { continue };
-            let carried = turn[k] * (list[k].path.at(time) - list[k].path.at(list[k].from));
-            for (&row, &taken_at) in held.rows().iter().zip(held.values()) {
-                push(DebugKind::Grip, vertices.position[row as usize], taken_at + carried);
+        for pinch in grips.filter(|_| which.grips).into_iter().flat_map(|grips| &grips.pinches) {
+            for (row, target) in pinch.targets(time) {
+                push(DebugKind::Grip, vertices.position[row as usize], target);
             }
         }
         for hold in holds.filter(|_| which.grips).into_iter().flat_map(|holds| &holds.groups) {

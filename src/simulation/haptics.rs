@@ -12,13 +12,13 @@
 use super::haptic_feed::HapticModel;
 use super::{Pin, PinError, Simulation};
 use crate::components::{
-    Damping, ExternalStiffness, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
+    Damping, ExternalStiffness, Forceps, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
 };
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
 use crate::systems::corotation::{evaluate, geometric_stiffness};
-use crate::systems::linear::{self, Factor, Inner, InnerSolver, Means, Operator, Use};
+use crate::systems::linear::{self, Factor, Folds, Inner, InnerSolver, Means, Operator, Use};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
@@ -122,10 +122,10 @@ impl Haptics {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
-            (Option<&'a PreStretch>, Option<&'a Damping>),
+            (Option<&'a PreStretch>, Option<&'a Damping>, Option<&'a Folds>),
         );
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
-        let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, damping)) = found;
+        let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, damping, folds)) = found;
         let (position, force) = match coupling {
             Coupling::Springs { springs, .. } => self.take_springs(vertices, springs)?,
             Coupling::Pins { pins, force } => (self.take_pins(vertices, pins, *force)?, *force),
@@ -146,6 +146,7 @@ impl Haptics {
                 topology,
                 frames,
                 external: Some(external),
+                folds,
                 inertia: rate * rate,
                 viscosity: damping.map_or(0.0, |d| d.time) * rate,
                 tangent,
@@ -265,25 +266,41 @@ fn positive(matrix: DMat3) -> DMat3 {
 }
 
 impl Simulation {
-    /// How a closed grip of a body's [`Grips`] has hold of it now, for [`Haptics::model`].
+    /// How a closed grip of a body's [`Grips`] has hold of it now, those of forceps after those of scripts, for [`Haptics::model`].
     ///
     /// # Errors
     /// If there is no such body, or no such grip that is closed.
     pub fn coupling_of_grip(&self, body: Entity, grip: usize) -> Result<Coupling, HapticError> {
         let mut query = self.world.query_one::<(&Vertices, &Triangles, &Topology, Option<&Grips>)>(body);
         let (vertices, triangles, topology, grips) = query.get().map_err(|_| HapticError::NoSuchBody)?;
-        let closed = grips.filter(|grips| grips.list.len() > grip && !grips.held[grip].rows().is_empty());
-        let grips = closed.ok_or(HapticError::NotClosed(grip))?;
-        let (held, Grips { list, turn, .. }) = (&grips.held[grip], grips);
-        let path = &list[grip].path;
-        let carried = turn[grip] * (path.at(self.report.time) - path.at(list[grip].from));
-        let total: f64 = held.rows().iter().map(|&row| topology.vertex_area(triangles, row)).sum();
-        let spring = |(&row, &taken_at): (&u32, &DVec3)| {
-            let stiffness = list[grip].stiffness * (topology.vertex_area(triangles, row) / total);
-            Some(ToolSpring { vertex: vertices.key(row)?, point: taken_at + carried, stiffness })
+        let closed = grips.and_then(|grips| grips.pinches.get(grip)).filter(|pinch| pinch.is_closed());
+        let pinch = closed.ok_or(HapticError::NotClosed(grip))?;
+        let targets = pinch.targets(self.report.time).filter_map(|(row, point)| Some((row, vertices.key(row)?, point)));
+        let Some(stiffness) = pinch.jaws.stiffness else {
+            let rest = |row: u32| vertices.rest_position[row as usize];
+            let pins = targets.map(|(row, vertex, place)| Pin { vertex, rest_position: rest(row), place }).collect();
+            return Ok(Coupling::Pins { pins, force: pinch.force });
         };
-        let springs = held.rows().iter().zip(held.values()).filter_map(spring).collect();
-        Ok(Coupling::Springs { springs, is_in_steps: true })
+        let total: f64 = pinch.held.rows().iter().map(|&row| topology.vertex_area(triangles, row)).sum();
+        let spring = |(row, vertex, point)| {
+            let stiffness = stiffness * (topology.vertex_area(triangles, row) / total);
+            ToolSpring { vertex, point, stiffness }
+        };
+        Ok(Coupling::Springs { springs: targets.map(spring).collect(), is_in_steps: true })
+    }
+
+    /// How forceps have hold of the body between their jaws now, for [`Haptics::model`] of that body.
+    ///
+    /// # Errors
+    /// If these are no forceps, or they hold nothing.
+    pub fn coupling_of_forceps(&self, forceps: Entity) -> Result<Coupling, HapticError> {
+        let body = self.world.get::<&Forceps>(forceps).map_or(None, |forceps| forceps.body);
+        let body = body.ok_or(HapticError::HoldsNothing)?;
+        let grip = {
+            let grips = self.world.get::<&Grips>(body).map_err(|_| HapticError::NoSuchBody)?;
+            grips.pinches.iter().position(|pinch| pinch.forceps == Some(forceps))
+        };
+        self.coupling_of_grip(body, grip.ok_or(HapticError::HoldsNothing)?)
     }
 
     /// How [pins](Self::pin) have hold of a body, with their reaction at the last step, for [`Haptics::model`].

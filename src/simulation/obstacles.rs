@@ -1,7 +1,7 @@
 //! Obstacles: put into the world, moved, and asked for their forces.
 
 use super::{Simulation, SimulationError};
-use crate::components::{Body, Contact, Motion, Obstacle, Path, Shape, Swept};
+use crate::components::{Body, Contact, Obstacle, ObstaclePath, Path, Shape, Swept};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::contact;
 use glam::DVec3;
@@ -16,7 +16,7 @@ impl Simulation {
     /// Puts an obstacle into the world that is displaced along a path over time.
     pub fn spawn_moving_obstacle(&mut self, obstacle: Obstacle, path: Path) -> Entity {
         let origin = obstacle.shape;
-        self.world.spawn((obstacle, Motion { origin, path }, Swept { from: origin }))
+        self.world.spawn((obstacle, ObstaclePath { origin, path }, Swept { from: origin }))
     }
 
     /// Moves an obstacle during the next step: it begins where it is and ends as `shape`. What it meets on a straight way is taken
@@ -29,7 +29,7 @@ impl Simulation {
         let from = std::mem::replace(&mut found.shape, shape.to_owned()).to_owned();
         // Moved twice before a step: from where it was at its start.
         let from = self.world.get::<&Swept>(obstacle).map_or(from, |swept| swept.from);
-        let _ = self.world.remove_one::<Motion>(obstacle);
+        let _ = self.world.remove_one::<ObstaclePath>(obstacle);
         self.world.insert_one(obstacle, Swept { from }).map_err(|_| SimulationError::NoSuchBody)
     }
 

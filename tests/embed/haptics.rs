@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use hecs::Entity;
-use rhexis::components::{Curve, Fibres, Grip, Grips, Hold, Material, Path};
+use rhexis::components::{Curve, Fibres, Grip, Grips, Hold, Jaws, Material, Path};
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
 use rhexis::settings::Settings;
@@ -27,8 +27,7 @@ fn pinched(cells: usize, hand: DVec3) -> (Simulation, Entity) {
         until: f64::INFINITY,
         material_point: DVec3::new(9.0, 11.0, 0.0),
         near_tip: None,
-        radius: 0.8,
-        stiffness: PINCH,
+        jaws: Jaws { radius: 0.8, stiffness: Some(PINCH), ..Jaws::default() },
         path: Path { points: vec![(1.0, DVec3::ZERO), (10.0, hand)] },
     };
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
