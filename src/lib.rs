@@ -76,6 +76,7 @@ pub mod scene;
 pub mod schedule;
 pub mod settings;
 pub mod simulation;
+pub mod snapshot;
 pub mod storage;
 #[cfg(feature = "cli")]
 pub mod verify;

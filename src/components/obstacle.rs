@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// The shape of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Shape {
     /// The half space below a plane.
     Plane {
@@ -30,6 +31,7 @@ pub enum Shape {
 
 /// A rigid obstacle. *Parameter.*
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Obstacle {
     /// Where it is.
     pub shape: Shape,
@@ -38,6 +40,7 @@ pub struct Obstacle {
 /// Makes a body feel obstacles, without friction: a penalty force along the obstacle's normal, implicit in the step.
 /// *Parameter.*
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
     /// Penalty stiffness per rest area \[N/mm³\], > 0: pressure over penetration.
     pub stiffness: f64,

@@ -5,10 +5,13 @@ mod error;
 mod frame;
 mod reorder;
 mod sleep;
+mod snapshot;
 mod tear;
 
 pub use crate::components::Energies;
 pub use error::SimulationError;
+#[cfg(feature = "snapshot")]
+pub(crate) use error::check_settings;
 pub use tear::{Cut, CutError};
 
 use crate::components::{

@@ -4,6 +4,8 @@
 //! the operator, and takes effect a fixed number of solves later, so that no step waits and no result depends on threads;
 //! meanwhile the old one serves, across edits by its [`Bridge`]. A static solve, which can wait, renews it on the spot.
 
+mod state;
+
 use super::Operator;
 use super::block_jacobi::invert;
 use super::bridge::Bridge;
@@ -13,6 +15,9 @@ use super::snapshot::Snapshot;
 use crate::storage::EditRecord;
 use crate::systems::parallel::{self, Aside};
 use glam::{DMat3, DVec3, Vec4};
+pub use state::FactorState;
+use state::Origin;
+use std::sync::Arc;
 
 /// Iterations of a dynamic solve from which on a new factor is made: with a present one it takes one or two.
 const STALE: u32 = 4;
@@ -54,9 +59,18 @@ struct InUse {
 
 struct Pending {
     job: Aside<Result<Cholesky, NoFactor>>,
+    /// What it is made of.
+    origin: Origin,
     bridge: Bridge,
     /// Solves until it takes effect.
     left: u32,
+}
+
+impl Pending {
+    /// Begins to make the factor.
+    fn new(origin: Origin, bridge: Bridge, left: u32) -> Self {
+        Self { job: Aside::new(origin.clone(), Origin::factor), origin, bridge, left }
+    }
 }
 
 impl InUse {
@@ -142,9 +156,8 @@ impl Factor {
     }
 
     fn renew_aside(&mut self, operator: &Operator, free: &[DVec3]) {
-        let job =
-            Aside::new(Snapshot::new(operator, free), |snapshot| Cholesky::new(snapshot, Precision::Single, None));
-        self.pending = Some(Pending { job, bridge: Bridge::default(), left: delay(free) });
+        let origin = Origin::Operator(Arc::new(Snapshot::new(operator, free)));
+        self.pending = Some(Pending::new(origin, Bridge::default(), delay(free)));
     }
 
     /// Iterations with it in a dynamic solve at the most: with more it is worse than none.

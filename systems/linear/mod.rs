@@ -21,7 +21,7 @@ mod preconditioned;
 mod snapshot;
 
 pub use cg::{CgError, CgInfo};
-pub use factor::Factor;
-pub use inner::{Inner, InnerSolver, With};
+pub use factor::{Factor, FactorState};
+pub use inner::{Inner, InnerSolver, InnerState, With};
 pub use operator::Operator;
 pub use preconditioned::{Means, Use, solve};

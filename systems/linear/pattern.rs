@@ -40,8 +40,7 @@ fn axes(free: DVec3) -> impl Iterator<Item = usize> + Clone {
 
 impl Pattern {
     /// The pattern of an operator; `None` where there is no free axis, or no memory.
-    pub fn new(snapshot: &Snapshot) -> Option<Self> {
-        let Snapshot { corners, free, .. } = snapshot;
+    pub fn new(corners: &[[u32; 3]], free: &[DVec3]) -> Option<Self> {
         let incident = Incident::new(corners, free.len());
         let order = elimination_order(corners, &incident, free)?;
         let mut place = vec![u32::MAX; free.len()];
@@ -69,7 +68,7 @@ impl Pattern {
                 column_start.push(u32::try_from(row.len()).ok()?);
             }
         }
-        let (corners, free) = (corners.clone(), free.clone());
+        let (corners, free) = (corners.to_vec(), free.to_vec());
         Some(Self { corners, free, incident, order, first, earlier_start, earlier, column_start, row })
     }
 
@@ -81,6 +80,16 @@ impl Pattern {
     /// The free axes, 1 or 0.
     pub fn free(&self) -> &[DVec3] {
         &self.free
+    }
+
+    /// The triangles.
+    pub fn corners(&self) -> &[[u32; 3]] {
+        &self.corners
+    }
+
+    /// Number of entries of the matrix.
+    pub fn entry_count(&self) -> usize {
+        self.row.len()
     }
 
     /// Number of free axes.

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec4};
 impl InnerSolver {
     /// Before iterations with [`InnerSolver::cycle`].
     pub fn begin_cycles(&mut self, operator: &Operator, free: &[DVec3]) {
-        self.follow(operator);
+        self.follow(&operator.triangles.corners, operator.topology);
         self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
         let mesh = (operator.vertices, operator.triangles, operator.topology);
         self.multigrid.prepare(&self.partition, &self.order, mesh, &self.matrix);

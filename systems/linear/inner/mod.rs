@@ -15,11 +15,13 @@ mod multigrid;
 mod order;
 mod partition;
 mod pattern;
+mod state;
 
 use super::estimate::Limits;
 use super::{CgError, CgInfo, Factor, Operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
+use crate::storage::Topology;
 use crate::systems::parallel;
 use cg::{Reached, Vectors};
 use factored::Factored;
@@ -30,6 +32,7 @@ use matrix::Matrix;
 use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
+pub use state::InnerState;
 
 /// No round goes further than this below its own residual: from about ten times less on, single precision only adds noise.
 const LEAST_GAIN: f64 = 1e-5;
@@ -181,8 +184,8 @@ impl InnerSolver {
 
     /// Takes the operator's numbers.
     fn prepare(&mut self, operator: &Operator, with: &mut With, free: &[DVec3], shift: f32) {
-        self.follow(operator);
         let corners = &operator.triangles.corners;
+        self.follow(corners, operator.topology);
         self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
         match with {
             With::Own(Inner::BlockJacobi) => self.jacobi.factor(&self.partition, &self.matrix),
@@ -202,12 +205,11 @@ impl InnerSolver {
     }
 
     /// Finds anew what depends on the triangles where they have changed.
-    fn follow(&mut self, operator: &Operator) {
-        let corners = &operator.triangles.corners;
-        if self.corners != *corners {
+    fn follow(&mut self, corners: &[[u32; 3]], topology: &Topology) {
+        if self.corners != corners {
             empty(&mut self.corners, corners.len());
             self.corners.extend_from_slice(corners);
-            self.order.rebuild(corners, operator.topology);
+            self.order.rebuild(corners, topology);
             self.partition.rebuild(corners, &self.order.row);
             self.has_pattern = false;
             self.multigrid.forget();

@@ -1,0 +1,15 @@
+//! Entities as bytes: by their bits, so that handles stay what they are.
+
+use hecs::Entity;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+/// Writes the bits.
+pub(crate) fn serialize<S: Serializer>(entity: &Entity, serializer: S) -> Result<S::Ok, S::Error> {
+    entity.to_bits().get().serialize(serializer)
+}
+
+/// Reads an entity.
+pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Entity, D::Error> {
+    let bits = u64::deserialize(deserializer)?;
+    Entity::from_bits(bits).ok_or_else(|| D::Error::custom("no entity has these bits"))
+}
