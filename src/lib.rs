@@ -70,6 +70,7 @@ pub mod math;
 pub mod membrane;
 #[cfg(feature = "cli")]
 pub mod output;
+pub mod replay;
 pub mod report;
 #[cfg(feature = "scenes")]
 pub mod scene;

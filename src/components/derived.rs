@@ -3,6 +3,7 @@
 use crate::math::{ElementState, GeometricStiffness};
 use crate::settings::Tangent;
 use crate::storage::{Edit, EditRecord};
+use crate::systems::linear::Stops;
 use glam::{DMat3, DVec3};
 
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness.
@@ -114,6 +115,9 @@ pub struct SolverScratch {
     /// Sums per chunk of rows.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub partials: Vec<f64>,
+    /// Where solves have stopped because time was up.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub stops: Stops,
     /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
     pub stored: f64,
     /// Whether `residual` has to be exact after the solve: an energy balance counts it.
@@ -144,7 +148,8 @@ impl SolverScratch {
     /// What it tells of the last step, without the vectors, which the next one overwrites.
     pub(crate) fn without_vectors(&self) -> Self {
         let empty = Self::default();
-        let Self { free, residual, rhs, preconditioned, direction, product, inverse_block, partials, .. } = empty;
+        let Self { free, residual, rhs, preconditioned, direction, product, inverse_block, partials, stops, .. } =
+            empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
         Self {
@@ -156,6 +161,7 @@ impl SolverScratch {
             product,
             inverse_block,
             partials,
+            stops,
             stored,
             is_audited,
             iterations,

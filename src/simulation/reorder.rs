@@ -4,6 +4,7 @@ use super::{Simulation, SimulationError};
 use crate::components::{
     EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs, TearDecisions, TearSite,
 };
+use crate::replay::Input;
 use crate::storage::{Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
 use crate::systems::linear::Factor;
 use crate::systems::tearing::TipMemory;
@@ -30,6 +31,7 @@ impl Simulation {
             (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>),
             (Option<&'a mut Tips>, Option<&'a mut TearDecisions>, Option<&'a mut TipMemory>),
         );
+        self.note(|| Input::Reorder(body));
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
         let (
             (vertices, triangles, topology),

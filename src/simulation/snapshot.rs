@@ -2,6 +2,7 @@
 
 use super::Simulation;
 use crate::components::Body;
+use crate::replay::Input;
 use crate::report::Report;
 use crate::schedule;
 use crate::settings::Settings;
@@ -45,6 +46,7 @@ impl Simulation {
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let contents = &*snapshot.0;
         let solvers = contents.entities.iter().map(solvers).collect::<Result<Vec<_>, _>>()?;
+        self.note(|| Input::Restore(snapshot.clone()));
         let mut old = std::mem::take(&mut self.world);
         let world = &mut self.world;
         let strangers = old.iter().filter(|entity| !is_ours(*entity)).map(|entity| entity.entity());
@@ -60,14 +62,7 @@ impl Simulation {
             {
                 world.spawn_at(saved.entity, taken);
             }
-            let mut components = saved.clone().into_components();
-            if let Some((factor, inner)) = solvers {
-                components.add_bundle((factor, inner));
-            }
-            match world.contains(saved.entity) {
-                true => _ = world.insert(saved.entity, components.build()),
-                false => world.spawn_at(saved.entity, components.build()),
-            }
+            put(world, saved, solvers);
         }
         set_free_handles(world, contents);
         let Settings { threads, portable_instructions, .. } = self.settings;
@@ -93,6 +88,16 @@ impl Simulation {
         Ok(simulation)
     }
 
+    /// Puts a body back under its handle that was spawned when a recording was made.
+    pub(super) fn put_back(&mut self, saved: &Saved) {
+        // A body that has just been spawned has no solver yet that could not be made.
+        if let (Ok(solvers), Some(Body { order, .. })) = (solvers(saved), &saved.body) {
+            put(&mut self.world, saved, solvers);
+            self.next_order = self.next_order.max(order + 1);
+        }
+        self.note_spawned(saved.entity);
+    }
+
     /// A number that tells the state and its topology from others: the same on every platform of equal arithmetic. What it
     /// runs over is said at [`StateHash`].
     pub fn hash(&self) -> StateHash {
@@ -100,8 +105,22 @@ impl Simulation {
     }
 }
 
+/// Gives an entity its components.
+fn put(world: &mut World, saved: &Saved, solvers: Solvers) {
+    let mut components = saved.clone().into_components();
+    if let Some((factor, inner)) = solvers {
+        components.add_bundle((factor, inner));
+    }
+    match world.contains(saved.entity) {
+        true => _ = world.insert(saved.entity, components.build()),
+        false => world.spawn_at(saved.entity, components.build()),
+    }
+}
+
+type Solvers = Option<(Factor, InnerSolver)>;
+
 /// The solvers of a body.
-fn solvers(saved: &Saved) -> Result<Option<(Factor, InnerSolver)>, SnapshotError> {
+fn solvers(saved: &Saved) -> Result<Solvers, SnapshotError> {
     let Saved { body: Some(Body { name, .. }), factor: Some(factor), inner: Some(inner), .. } = saved else {
         return Ok(None);
     };

@@ -5,6 +5,7 @@ use crate::components::{
     Body, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecisions, TearLog,
 };
 use crate::event::{Event, EventKind, WokenBy};
+use crate::replay::Input;
 use crate::report::Report;
 use crate::schedule::{self, Stage};
 use crate::storage::{EditRecord, Mesh, TipKey, Tips, Topology, Triangles, Vertices};
@@ -55,6 +56,7 @@ impl Simulation {
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
             (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>),
         );
+        self.note(|| Input::Cut { body, polyline: polyline.to_vec() });
         self.wake_by(body, WokenBy::Cut);
         let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
@@ -119,7 +121,8 @@ impl Simulation {
     /// # Errors
     /// As [`settle`](Self::settle); tears made before the failure stay.
     pub fn settle_and_tear(&mut self, dt: f64, tolerance: f64, rounds: u32) -> Result<&Report, SimulationError> {
-        self.settle(dt, tolerance)?;
+        self.note(|| Input::SettleAndTear { dt, tolerance, rounds });
+        self.find_equilibrium(dt, tolerance)?;
         for _ in 0..rounds {
             let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
             let Self { world, pool, report, .. } = self;
@@ -131,7 +134,7 @@ impl Simulation {
             if !self.may_tear_further() {
                 return Ok(&self.report);
             }
-            self.settle(0.0, tolerance)?;
+            self.find_equilibrium(0.0, tolerance)?;
         }
         self.note_unfinished_tears();
         Ok(&self.report)

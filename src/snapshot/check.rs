@@ -51,6 +51,17 @@ fn check_handles(contents: &Contents) -> Result<(), SnapshotError> {
         .ok_or_else(|| SnapshotError::contradiction("the snapshot", "its handles are not one each"))
 }
 
+/// Judges a body that is to be spawned.
+pub(crate) fn check_spawned(saved: &mut Saved) -> Result<(), SnapshotError> {
+    let is_known = saved.body.as_ref().is_some_and(|body| u64::from(body.order) < MOST);
+    // A table of handles is as long as the largest of them.
+    let is_near = u64::from(saved.entity.id()) < MOST >> 6;
+    if !(is_known && is_near) {
+        return Err(SnapshotError::contradiction("a body that was spawned", "it is none"));
+    }
+    check_body(saved)
+}
+
 fn check_body(saved: &mut Saved) -> Result<(), SnapshotError> {
     let name = saved.body.as_ref().map_or(String::new(), |body| body.name.clone());
     let wrong = |what| SnapshotError::contradiction(format!("body `{name}`"), what);

@@ -17,6 +17,7 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 /// values, allowances, marks; and for every grip the number of held vertices, their rows and the positions at which they were taken.
 /// Column after column, each from the first row to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct StateHash(pub u64);
 
 impl fmt::Display for StateHash {

@@ -20,6 +20,8 @@ pub(crate) mod handle;
 mod hash;
 mod saved;
 
+#[cfg(feature = "snapshot")]
+pub(crate) use check::check_spawned;
 pub use error::SnapshotError;
 pub use hash::StateHash;
 pub(crate) use hash::hash_of;

@@ -19,9 +19,11 @@ mod pattern;
 mod preconditioned;
 #[cfg(feature = "direct")]
 mod snapshot;
+mod stops;
 
 pub use cg::{CgError, CgInfo};
 pub use factor::{Factor, FactorState};
 pub use inner::{Inner, InnerSolver, InnerState, With};
 pub use operator::Operator;
 pub use preconditioned::{Means, Use, solve};
+pub use stops::Stops;

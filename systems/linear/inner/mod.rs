@@ -135,10 +135,12 @@ impl InnerSolver {
             };
             let most = most.min(limits.iterations - info.iterations);
             // A direction without curvature may be one that single precision has lost: double precision decides.
-            let Ok(reached) = self.iterate(&mut with, &limits.of_round(norm, most)) else {
+            let round = scratch.stops.apply(limits.of_round(norm, most));
+            let Ok(reached) = self.iterate(&mut with, &round) else {
                 is_solved = false;
                 break;
             };
+            scratch.stops.note(reached.iterations, reached.is_late);
             info.iterations += reached.iterations;
             info.error_energy = reached.energy * norm * norm;
             info.is_late = reached.is_late;
