@@ -48,12 +48,13 @@
 //! ```
 //!
 //! [`Membrane`](membrane::Membrane) makes a body, [`components`] are what it can carry, [`Simulation`](simulation::Simulation)
-//! steps it, [`event`] and [`frame`](mod@frame) are what you see of it. The order of a step is one list, [`schedule::STEP`]. Units are fixed:
+//! steps it, [`snapshot`](mod@snapshot) and [`replay`] go back and repeat, [`event`] and [`frame`](mod@frame) are what you see of it. The order of a step is one list, [`schedule::STEP`]. Units are fixed:
 //! mm, g, ms, hence N, MPa, mJ.
 //!
 //! # Features
 //! - `scenes`: scene files (TOML), mesh generators, the catalog of scenes and readers for OBJ, Gmsh, VTK, PLY and STL.
 //! - `cli` (default, includes `scenes`): the `rhexis` program, pictures and ParaView files.
+//! - `snapshot` (default): snapshots and recordings as bytes and files; in memory they are there without it.
 //! - `direct` (default): static solves with a sparse Cholesky factor, several times as fast; it adds a minute of compile time.
 //!
 //! For embedding without them: `default-features = false`; a mesh is then a

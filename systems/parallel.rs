@@ -81,12 +81,7 @@ pub fn for_slices<T: Send>(out: &mut [T], f: impl Fn(usize, &mut [T]) + Sync) {
 
 /// Runs a kernel on every chunk of rows; all chunks but the last have a multiple of eight rows.
 pub fn for_chunks<T: Send>(out: &mut [T], kernel: &impl Kernel<T>) {
-    let chunk = |(c, rows): (usize, &mut [T])| run(kernel, c * CHUNK, rows);
-    if is_worth_sharing(out.len()) {
-        out.par_chunks_mut(CHUNK).enumerate().for_each(chunk);
-    } else {
-        out.chunks_mut(CHUNK).enumerate().for_each(chunk);
-    }
+    for_pieces(out, CHUNK, kernel);
 }
 
 /// Runs a kernel on every piece of so many rows.

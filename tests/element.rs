@@ -65,6 +65,19 @@ impl Case {
         let s = self.state(x);
         nodal_forces(&s.polar, s.stress, &self.rest, self.rest.area)
     }
+    fn exact_tangent<'a>(&'a self, state: &'a ElementState) -> ElementTangent<'a> {
+        let normal = if self.planar { Sym2::ZERO } else { second_piola(state.stress, state.polar.stretch) };
+        ElementTangent {
+            state,
+            rest: &self.rest,
+            stiffness: &self.stiffness,
+            normal,
+            in_plane: 0.0,
+            elastic: self.rest.area,
+            geometric: self.rest.area,
+            is_exact: true,
+        }
+    }
     fn nudged(&self, corner: usize, axis: usize, by: f64) -> [DVec3; 3] {
         let mut x = self.x;
         x[corner][axis] += by;
@@ -98,17 +111,7 @@ fn the_exact_tangent_is_the_derivative_of_the_forces() {
     for i in 0..200 {
         let c = Case::random(&mut r, i % 2 == 0);
         let state = c.state(c.x);
-        let normal = if c.planar { Sym2::ZERO } else { second_piola(state.stress, state.polar.stretch) };
-        let tangent = ElementTangent {
-            state: &state,
-            rest: &c.rest,
-            stiffness: &c.stiffness,
-            normal,
-            in_plane: 0.0,
-            elastic: c.rest.area,
-            geometric: c.rest.area,
-            is_exact: true,
-        };
+        let tangent = c.exact_tangent(&state);
         for corner in 0..3 {
             let block = tangent.diagonal_block(corner);
             for axis in 0..c.axes() {
@@ -222,19 +225,9 @@ fn the_projected_tangent_is_the_exact_one_where_that_is_semidefinite_and_is_so_e
             c.x = c.x.map(|x| DVec3::new(-x.x, x.y, x.z));
         }
         let state = c.state(c.x);
-        let normal = if c.planar { Sym2::ZERO } else { second_piola(state.stress, state.polar.stretch) };
-        let exact = ElementTangent {
-            state: &state,
-            rest: &c.rest,
-            stiffness: &c.stiffness,
-            normal,
-            in_plane: 0.0,
-            elastic: c.rest.area,
-            geometric: c.rest.area,
-            is_exact: true,
-        };
+        let exact = c.exact_tangent(&state);
         let in_plane = spin_majorant(state.stress, state.polar.stretch, &c.stiffness);
-        let projected = ElementTangent { normal: normal.positive_part(), in_plane, ..exact };
+        let projected = ElementTangent { normal: exact.normal.positive_part(), in_plane, ..exact };
         let (exact, projected) = (matrix(&exact), matrix(&projected));
         let values = eigenvalues(exact);
         let size = values.iter().fold(0.0_f64, |size, l| size.max(l.abs()));

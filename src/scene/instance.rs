@@ -8,6 +8,8 @@ use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, Tearing, Toug
 use crate::report::Report;
 use crate::settings::Integrator;
 use crate::simulation::{Simulation, SimulationError};
+#[cfg(feature = "cli")]
+use crate::snapshot::{Snapshot, SnapshotError};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
@@ -165,6 +167,24 @@ impl Instance {
     pub fn is_finished(&self) -> bool {
         let is_torn = self.run.until_torn && self.has_torn && self.tip_count() == 0;
         is_torn || self.step >= self.run.steps
+    }
+
+    /// How far the scene has come, beside the state of its simulation: steps done, and whether a tear has begun.
+    #[cfg(feature = "cli")]
+    pub(crate) fn progress(&self) -> (u64, bool) {
+        (self.step, self.has_torn)
+    }
+
+    /// Goes on from a snapshot of the same scene's simulation, and from its [`progress`](Self::progress) then.
+    ///
+    /// # Errors
+    /// As [`Simulation::restore`].
+    #[cfg(feature = "cli")]
+    pub(crate) fn resume(&mut self, snapshot: &Snapshot, (step, has_torn): (u64, bool)) -> Result<(), SnapshotError> {
+        self.simulation.restore(snapshot)?;
+        self.bodies = self.simulation.bodies();
+        (self.step, self.has_torn) = (step, has_torn);
+        Ok(())
     }
 
     /// Steps of the scene done; a static one may have taken several equilibria.

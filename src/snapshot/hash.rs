@@ -6,7 +6,7 @@ use glam::DVec3;
 use hecs::World;
 use slotmap::Key;
 use std::fmt;
-use xxhash_rust::xxh3::{Xxh3, xxh3_64};
+use xxhash_rust::xxh3::Xxh3;
 
 /// A hash of state and topology: XXH3 in 64 bits without a seed (Collet's xxHash, whose values are fixed), over numbers in
 /// little-endian order. Two states of equal arithmetic have the same hash on every platform.
@@ -27,8 +27,9 @@ impl fmt::Display for StateHash {
 }
 
 /// The checksum of bytes.
+#[cfg(feature = "snapshot")]
 pub(crate) fn sum(bytes: &[u8]) -> u64 {
-    xxh3_64(bytes)
+    xxhash_rust::xxh3::xxh3_64(bytes)
 }
 
 /// The hash of a world after so many steps, at a time \[ms\].

@@ -49,13 +49,6 @@ impl Limits {
         }
     }
 
-    /// The limits where residual and error are measured in units of `norm`.
-    pub fn in_units_of(self, norm: f64) -> Self {
-        let norm_sq = norm * norm;
-        let Self { residual_sq, energy, least_sq, .. } = self;
-        Self { residual_sq: residual_sq / norm_sq, energy: energy / norm_sq, least_sq: least_sq / norm_sq, ..self }
-    }
-
     /// Whether it may stop.
     pub fn are_met(&self, residual_sq: f64, energy: f64) -> bool {
         residual_sq <= self.residual_sq && (energy <= self.energy || residual_sq <= self.least_sq)
@@ -70,7 +63,7 @@ impl Limits {
     }
 }
 
-/// Iterations back to the later of the two comparisons.
+/// Residuals that are kept, the last one with them: the later of the two comparisons is with the oldest.
 const BACK: usize = 4;
 
 /// The squared energy norm of the error through the iterations of a solve \[mJ\].

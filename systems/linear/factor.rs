@@ -11,6 +11,7 @@ use super::block_jacobi::invert;
 use super::bridge::Bridge;
 pub use super::cholesky::NoFactor;
 use super::cholesky::{Cholesky, Precision};
+use super::scale_to_single;
 use super::snapshot::Snapshot;
 use crate::storage::EditRecord;
 use crate::systems::parallel::{self, Aside};
@@ -217,9 +218,7 @@ impl Factor {
             z.fill(DVec3::ZERO);
             return 0.0;
         };
-        // Scaled by a power of two, so that single precision neither over- nor underflows.
-        let largest = r.iter().map(|r| r.abs().max_element()).fold(0.0, f64::max);
-        let scale = if largest.is_normal() { (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2() } else { 1.0 };
+        let scale = scale_to_single(r);
         current.solve(|v| r[v] * scale, r.len(), |v, answer| z[v] = answer * free[v] / scale);
         current.touched.iter().for_each(|&(v, inverse, _)| z[v] += inverse * r[v]);
         parallel::sum_rows(z, partials, |v, z| r[v].dot(*z))

@@ -27,3 +27,11 @@ pub use inner::{Inner, InnerSolver, InnerState, With};
 pub use operator::Operator;
 pub use preconditioned::{Means, Use, solve};
 pub use stops::Stops;
+
+use glam::DVec3;
+
+/// A power of two by which a residual is multiplied on its way into single precision, so that it neither over- nor underflows there.
+fn scale_to_single(r: &[DVec3]) -> f64 {
+    let largest = r.iter().map(|r| r.abs().max_element()).fold(0.0, f64::max);
+    if largest.is_normal() { (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2() } else { 1.0 }
+}

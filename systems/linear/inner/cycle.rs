@@ -3,15 +3,14 @@
 
 use super::cg::Precondition;
 use super::{InnerSolver, empty};
-use crate::systems::linear::Operator;
+use crate::systems::linear::{Operator, scale_to_single};
 use crate::systems::parallel;
 use glam::{DVec3, Vec4};
 
 impl InnerSolver {
     /// Before iterations with [`InnerSolver::cycle`].
     pub fn begin_cycles(&mut self, operator: &Operator, free: &[DVec3]) {
-        self.follow(&operator.triangles.corners, operator.topology);
-        self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
+        self.take(operator, free);
         let mesh = (operator.vertices, operator.triangles, operator.topology);
         self.multigrid.prepare(&self.partition, &self.order, mesh, &self.matrix);
         let (n, vectors) = (free.len(), &mut self.vectors);
@@ -39,9 +38,7 @@ impl InnerSolver {
 
     /// The answer z \[mm\] of a cycle to a residual r \[N\], zero along prescribed axes; returns r·z.
     pub fn cycle(&mut self, r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
-        // Scaled by a power of two, so that single precision neither over- nor underflows.
-        let largest = r.iter().map(|r| r.abs().max_element()).fold(0.0, f64::max);
-        let scale = if largest.is_normal() { (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2() } else { 1.0 };
+        let scale = scale_to_single(r);
         let Self { order, vectors, multigrid, .. } = self;
         parallel::for_rows(&mut vectors.xr, |row, xr| {
             xr[1] = (r[order.vertex[row] as usize] * scale).as_vec3().extend(0.0);

@@ -81,9 +81,10 @@ impl Limits {
     /// Those of one round, in units of the residual's norm: a little below what is asked for, but no further than single precision
     /// can go.
     fn of_round(self, norm: f64, iterations: u32) -> Self {
-        let round = self.in_units_of(norm);
-        let aim = |residual_sq: f64| (AIM * AIM * residual_sq).max(LEAST_GAIN * LEAST_GAIN);
-        Self { residual_sq: aim(round.residual_sq), least_sq: aim(round.least_sq), iterations, ..round }
+        let norm_sq = norm * norm;
+        let aim = |residual_sq: f64| (AIM * AIM * residual_sq / norm_sq).max(LEAST_GAIN * LEAST_GAIN);
+        let (residual_sq, least_sq) = (aim(self.residual_sq), aim(self.least_sq));
+        Self { residual_sq, least_sq, energy: self.energy / norm_sq, iterations, ..self }
     }
 }
 
@@ -118,12 +119,21 @@ impl InnerSolver {
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(CgInfo, bool), CgError> {
-        let mut shift = SHIFT;
-        self.prepare(operator, &mut with, &scratch.free, shift);
-        let (reference_sq, mut residual_sq) = self.first_residual(operator, params, corner, x, scratch)?;
+        let is_single = is_single(params, scratch);
+        if is_single {
+            self.take(operator, &scratch.free);
+        }
+        let (reference_sq, mut residual_sq) = self.first_residual(operator, is_single, corner, x, scratch)?;
         let limits = Limits::new(params, reference_sq, scratch.stored);
         let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
         let mut is_solved = true;
+        let mut shift = SHIFT;
+        if !limits.are_met(residual_sq, info.error_energy) {
+            if !is_single {
+                self.take(operator, &scratch.free);
+            }
+            self.prepare(operator, &mut with, &scratch.free, shift);
+        }
         while !limits.are_met(residual_sq, info.error_energy) && info.iterations < limits.iterations && !info.is_late {
             let norm = residual_sq.sqrt();
             self.load(&scratch.residual, norm);
@@ -147,7 +157,7 @@ impl InnerSolver {
             let before_sq = residual_sq;
             // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
             let by_recursion = reached.residual_sq * residual_sq;
-            let is_known = is_single(params, scratch) && reached.iterations <= FEW;
+            let is_known = is_single && reached.iterations <= FEW;
             residual_sq = if is_known && limits.are_met(by_recursion, info.error_energy) {
                 self.add_to(x, norm);
                 by_recursion
@@ -185,10 +195,14 @@ impl InnerSolver {
     }
 
     /// Takes the operator's numbers.
+    fn take(&mut self, operator: &Operator, free: &[DVec3]) {
+        self.follow(&operator.triangles.corners, operator.topology);
+        self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
+    }
+
+    /// Makes what makes the iterations few.
     fn prepare(&mut self, operator: &Operator, with: &mut With, free: &[DVec3], shift: f32) {
         let corners = &operator.triangles.corners;
-        self.follow(corners, operator.topology);
-        self.matrix.assemble(operator, &self.partition, &self.order.vertex, free);
         match with {
             With::Own(Inner::BlockJacobi) => self.jacobi.factor(&self.partition, &self.matrix),
             With::Own(Inner::IncompleteCholesky) => {
@@ -223,12 +237,11 @@ impl InnerSolver {
     fn first_residual(
         &mut self,
         operator: &Operator,
-        params: &LinearParams,
+        is_single: bool,
         corner: &mut [[DVec3; 3]],
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(f64, f64), CgError> {
-        let is_double = !is_single(params, scratch);
         let SolverScratch { free, residual, rhs, direction, product, partials, .. } = scratch;
         for vector in [&mut *rhs, direction, product] {
             vector.resize(x.len(), DVec3::ZERO);
@@ -240,14 +253,14 @@ impl InnerSolver {
             *p = (residual[v] - product[v]) * free[v];
             p.length_squared()
         });
-        let residual_sq = if is_double {
+        let residual_sq = if is_single {
+            self.residual_of_rounded(x, free, direction, residual, partials)
+        } else {
             operator.apply(x, free, corner, product, partials);
             parallel::sum_rows(residual, partials, |v, r| {
                 *r = (rhs[v] - product[v]) * free[v];
                 r.length_squared()
             })
-        } else {
-            self.residual_of_rounded(x, free, direction, residual, partials)
         };
         if !reference_sq.is_finite() || residual_sq.is_nan() {
             return Err(CgError::NotFinite { iteration: 0 });

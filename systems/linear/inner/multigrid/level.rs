@@ -85,6 +85,17 @@ impl Level {
         parallel::for_pieces(second, size, &Forward { level: self, offset: first.len(), other: first, r: &r });
     }
 
+    /// `y` less what the columns before a row bring to it: those before the piece that begins at `start` are of the other colour.
+    #[inline(always)]
+    fn subtract_before(&self, mut y: Vec4, row: usize, start: usize, other: &[Vec4], x: &[Vec4]) -> Vec4 {
+        let blocks = self.pattern.before(row);
+        for (l, &column) in self.lower[blocks.clone()].iter().zip(&self.pattern.column[blocks]) {
+            let column = column as usize;
+            y -= block::apply(l, if column < start { other[column] } else { x[column - start] });
+        }
+        y
+    }
+
     /// `left` = r − A·x after [`Level::forward`].
     pub fn subtract(&self, x: &[Vec4], left: &mut [Vec4]) {
         parallel::for_chunks(left, &Subtract { level: self, x });
@@ -113,17 +124,12 @@ struct Forward<'a, R> {
 impl<R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4> for Forward<'_, R> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, x: &mut [Vec4]) {
-        let Self { level: Level { pattern, lower, inverse, .. }, offset, other, r } = self;
+        let Self { level, offset, other, r } = self;
         let start = offset + first;
         for i in 0..x.len() {
             let row = start + i;
-            let mut y = r(row);
-            let blocks = pattern.before(row);
-            for (l, &column) in lower[blocks.clone()].iter().zip(&pattern.column[blocks]) {
-                let column = column as usize;
-                y -= block::apply(l, if column < start { other[column] } else { x[column - start] });
-            }
-            x[i] = block::apply(&inverse[row], y);
+            let y = level.subtract_before(r(row), row, start, other, x);
+            x[i] = block::apply(&level.inverse[row], y);
         }
     }
 }
@@ -162,16 +168,12 @@ struct Backward<'a, R> {
 impl<R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4> for Backward<'_, R> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, x: &mut [Vec4]) {
-        let Self { level: Level { pattern, lower, upper, inverse, numbering, .. }, offset, other, r } = self;
+        let Self { level, offset, other, r } = self;
+        let Level { pattern, upper, inverse, numbering, .. } = level;
         let start = offset + first;
         for i in (0..x.len()).rev() {
             let row = start + i;
-            let mut y = r(row);
-            let blocks = pattern.before(row);
-            for (l, &column) in lower[blocks.clone()].iter().zip(&pattern.column[blocks]) {
-                let column = column as usize;
-                y -= block::apply(l, if column < start { other[column] } else { x[column - start] });
-            }
+            let mut y = level.subtract_before(r(row), row, start, other, x);
             let blocks = pattern.after(row);
             let end = start + x.len();
             for (u, &[column, _]) in upper[blocks.clone()].iter().zip(&pattern.below[blocks]) {
