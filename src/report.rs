@@ -40,6 +40,8 @@ pub struct BodyReport {
     /// Whether a tip could have advanced further, but the step had been taken up again as often as the settings allow, or a
     /// quasi-static tear had had all its rounds.
     pub is_tear_cut_short: bool,
+    /// Whether the body went only a part of its way in the last part of the step, lest it create energy.
+    pub is_held_back: bool,
     /// Whether the body sleeps: no system ran on it, and the other figures are those of the last step that did.
     pub is_asleep: bool,
 }
@@ -57,7 +59,7 @@ pub struct Report {
     pub systems: Vec<SystemReport>,
     /// The bodies in order of spawning.
     pub bodies: Vec<BodyReport>,
-    /// Sub-steps that were undone because they left a state that is not finite.
+    /// Sub-steps that were undone because they left a state that is not finite, or would have created energy.
     pub rolled_back: u32,
     /// Whether the step was given up and the last good state stands.
     pub has_failed: bool,

@@ -69,6 +69,7 @@ pub const STEP: &[System] = &[
     system("start", Stage::Start, systems::hold::start),
     system("second stage", Stage::SecondStage, systems::hold::second_stage),
     system("solve", Stage::Solve, systems::solve::solve),
+    system("contain", Stage::Solve, systems::contain::contain),
     system("integrate", Stage::Solve, systems::integrate::integrate),
     system("criterion", Stage::Decide, systems::criterion::criterion),
     system("energy: account", Stage::Account, systems::energy::account),

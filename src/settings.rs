@@ -137,7 +137,8 @@ pub struct Settings {
     /// How often a dynamic step is taken up again after tears have advanced by less than `max_tear_speed` allows: each time one
     /// more solve and one more advance per tip. With 0 a tip makes one advance per step.
     pub resumes: u32,
-    /// How often a step that would leave a non-finite state is retried with two steps of half the length each.
+    /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. What
+    /// would still create energy then goes only a part of its way.
     pub halvings: u32,
     /// Threads; 0 means one per core. The result has the same bits for any number. A Cholesky factor that is made aside has
     /// one of its own for as long as that takes.

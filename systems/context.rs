@@ -49,6 +49,8 @@ pub struct StepContext {
     pub is_static: bool,
     /// Taken up again after tears have advanced: no new allowance for tips.
     pub is_resumed: bool,
+    /// No shorter step is left to be tried: a body that would create energy goes only a part of its way.
+    pub is_last_resort: bool,
     /// Tangent of the solves.
     pub tangent: Tangent,
     /// Limits of each linear solve.
@@ -75,6 +77,7 @@ impl StepContext {
             },
             is_static: false,
             is_resumed: false,
+            is_last_resort: false,
             tangent: settings.tangent,
             linear: settings.linear,
             preconditioner: settings.preconditioner,
@@ -98,6 +101,7 @@ impl StepContext {
             formula: Formula::BackwardEuler,
             is_static: true,
             is_resumed: false,
+            is_last_resort: false,
             tangent: Tangent::Exact,
             linear: LinearParams::by_residual(1e-12, 20_000),
             preconditioner,

@@ -16,6 +16,8 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
         scratch.fell_back = false;
         scratch.line_search = None;
+        scratch.is_held_back = false;
+        scratch.start_left_over = scratch.left_over;
     }
     type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a Holds>, Option<&'a Planar>);
     parallel::for_bodies::<Query>(

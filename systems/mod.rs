@@ -6,6 +6,7 @@
 
 pub mod assembly;
 pub mod contact;
+pub mod contain;
 pub mod context;
 pub mod corotation;
 pub mod criterion;

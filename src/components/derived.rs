@@ -140,6 +140,14 @@ pub struct SolverScratch {
     pub fell_back: bool,
     /// The tangent that the last linear solve used.
     pub tangent: Tangent,
+    /// Energy \[mJ\] that steps along the tangent have created so far and not taken away again; never negative.
+    pub left_over: f64,
+    /// The same at the start of the step.
+    pub start_left_over: f64,
+    /// Whether the last solve would create more of it than is bearable.
+    pub creates_energy: bool,
+    /// Whether the body went only a part of its way in this step, lest that happen.
+    pub is_held_back: bool,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,
 }

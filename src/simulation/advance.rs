@@ -13,8 +13,8 @@ use hecs::World;
 /// the error at a tip may be some times that in the body as a whole.
 const DECISIVE: f64 = 0.2;
 
-/// One dynamic step, in halves where the whole leaves a state that is not finite. Returns the time \[ms\] that was done: all
-/// of `dt`, or less where even the smallest part failed.
+/// One dynamic step, in halves where the whole leaves no sound state; in the smallest of them bodies that would create energy are
+/// held back. Returns the time \[ms\] that was done: all of `dt`, or less where even the smallest part failed.
 pub(super) fn advance(
     world: &mut World,
     settings: &Settings,
@@ -30,6 +30,11 @@ pub(super) fn advance(
     restore(world);
     report.rolled_back += 1;
     if halvings == 0 {
+        let last_resort = StepContext { is_last_resort: true, ..step };
+        if solve_and_tear(world, &last_resort, settings.resumes, report) {
+            return dt;
+        }
+        restore(world);
         return 0.0;
     }
     let half = 0.5 * dt;
@@ -40,18 +45,18 @@ pub(super) fn advance(
     half + advance(world, settings, time + half, half, halvings - 1, report)
 }
 
-/// Solves the step and tears, and takes the step up again while tips may advance further. Whether the state is finite.
+/// Solves the step and tears, and takes the step up again while tips may advance further. Whether every solve has left a sound state.
 fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, report: &mut Report) -> bool {
     for resumed in 0..=resumes {
         let step = StepContext { is_resumed: resumed > 0, ..*step };
         iterate(world, &step, report);
-        if !is_finite(world) {
+        if !is_sound(world) {
             return false;
         }
         schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
         if step.newton_iterations == 1 && take_up_again_for_tips(world) {
             run_iteration(world, &decisive(step), report);
-            if !is_finite(world) {
+            if !is_sound(world) {
                 return false;
             }
             schedule::run_stage(world, &step, Stage::Decide, &mut report.systems);
@@ -146,6 +151,11 @@ pub(super) fn is_finite(world: &mut World) -> bool {
     )
 }
 
+/// Whether every state is finite and no solve has created energy.
+fn is_sound(world: &mut World) -> bool {
+    is_finite(world) && !world.query_mut::<&SolverScratch>().into_iter().any(|scratch| scratch.creates_energy)
+}
+
 /// Back to the start of the step.
 pub(super) fn restore(world: &mut World) {
     for (vertices, increment, scratch) in world.query_mut::<(&mut Vertices, &mut Increment, &mut SolverScratch)>() {
@@ -155,6 +165,8 @@ pub(super) fn restore(world: &mut World) {
         }
         increment.displacement.fill(DVec3::ZERO);
         scratch.linear_residual = 0.0;
+        scratch.left_over = scratch.start_left_over;
+        scratch.creates_energy = false;
     }
     world.query_mut::<&mut EnergyAudit>().into_iter().for_each(EnergyAudit::void_step);
 }

@@ -131,8 +131,9 @@ impl Simulation {
         bodies.into_iter().map(|(_, entity)| entity).collect()
     }
 
-    /// Moves the world on by `dt` \[ms\] as the [settings](Settings) say: by default linearly implicit backward Euler. A step that leaves a state which is not finite is undone and retried in halves; if that fails too,
-    /// the last good state stays and the report says so.
+    /// Moves the world on by `dt` \[ms\] as the [settings](Settings) say: by default linearly implicit backward Euler. A step that
+    /// leaves a state which is not finite or has created energy is undone and retried in halves; if that fails too, the last good state
+    /// stays and the report says so.
     ///
     /// # Errors
     /// For a `dt` that is not a positive finite number, and for a body with an [`EnergyAudit`] where the integrator is not backward
@@ -164,7 +165,7 @@ impl Simulation {
         self.note_unfinished_tears();
         self.collect_events();
         if self.report.has_failed {
-            let reason = format!("no part of the step of {dt} ms led to a finite state");
+            let reason = format!("no part of the step of {dt} ms led to a sound state");
             let (step, time) = (self.report.step, self.report.time);
             let failed = |body| Event { step, time, body, kind: EventKind::StepFailed { reason: reason.clone() } };
             self.events.extend(self.report.bodies.iter().map(|b| failed(b.body)));
@@ -227,6 +228,7 @@ impl Simulation {
             formula: Formula::BackwardEuler,
             is_static: true,
             is_resumed: false,
+            is_last_resort: false,
             tangent: Tangent::Exact,
             linear,
             preconditioner: self.settings.preconditioner,
@@ -324,6 +326,7 @@ impl Simulation {
                 is_converged: scratch.is_converged,
                 fell_back: scratch.fell_back,
                 is_tear_cut_short: false,
+                is_held_back: scratch.is_held_back,
                 is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
             });
         }
