@@ -160,6 +160,7 @@ impl SolverScratch {
             empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
+        let Self { left_over, start_left_over, creates_energy, is_held_back, .. } = *self;
         Self {
             free,
             residual,
@@ -181,6 +182,10 @@ impl SolverScratch {
             is_converged,
             fell_back,
             tangent,
+            left_over,
+            start_left_over,
+            creates_energy,
+            is_held_back,
             line_search,
         }
     }
