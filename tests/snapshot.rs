@@ -171,7 +171,7 @@ fn handles_name_what_they_named() {
     assert_eq!(other.spawn(square.membrane()).unwrap(), next);
 }
 
-/// Not a test: what a snapshot of 5,000 triangles costs, in the middle of a tear.
+/// Not a test: what a snapshot of 5,000 triangles costs, under load.
 #[test]
 #[ignore = "prints times"]
 fn costs() {
