@@ -20,6 +20,8 @@ mod preconditioned;
 #[cfg(feature = "direct")]
 mod snapshot;
 mod stops;
+#[cfg(feature = "direct")]
+mod warp;
 
 pub use cg::{CgError, CgInfo};
 pub use factor::{Factor, FactorState};

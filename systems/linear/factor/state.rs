@@ -3,6 +3,7 @@
 use super::super::bridge::Bridge;
 use super::super::cholesky::{Cholesky, Equations, NoFactor, Precision};
 use super::super::snapshot::Snapshot;
+use super::super::warp::Warp;
 use super::{Factor, InUse, Pending};
 use std::sync::Arc;
 
@@ -66,6 +67,7 @@ struct Current {
     equations: Equations,
     precision: Precision,
     bridge: Bridge,
+    warp: Warp,
     served: u32,
     is_worse_than_none: bool,
 }
@@ -76,6 +78,7 @@ struct Current {
 struct Coming {
     origin: Origin,
     bridge: Bridge,
+    warp: Warp,
     left: u32,
 }
 
@@ -83,16 +86,19 @@ impl Factor {
     /// What a snapshot keeps.
     pub fn state(&self) -> FactorState {
         let &Self { ref current, ref pending, without, strikes, rest } = self;
+        // Across edits a factor does not turn.
+        let turning = |bridge: &Bridge, warp: &Warp| if bridge.is_empty() { warp.state() } else { Warp::default() };
         let current = current.as_deref().map(|current| Current {
             equations: current.cholesky.equations(),
             precision: current.cholesky.precision(),
             bridge: current.bridge.clone(),
+            warp: turning(&current.bridge, &current.warp),
             served: current.served,
             is_worse_than_none: current.is_worse_than_none,
         });
-        let coming = |Pending { origin, bridge, left, .. }: &Pending| {
-            let (origin, bridge) = (origin.clone(), bridge.clone());
-            Coming { origin, bridge, left: *left }
+        let coming = |Pending { origin, bridge, warp, left, .. }: &Pending| {
+            let (origin, warp, bridge) = (origin.clone(), turning(bridge, warp), bridge.clone());
+            Coming { origin, bridge, warp, left: *left }
         };
         FactorState { current, pending: pending.as_ref().map(coming), without, strikes, rest }
     }
@@ -105,12 +111,14 @@ impl Factor {
         let &FactorState { ref current, ref pending, without, strikes, rest } = state;
         let current = current.as_ref().map(|current| {
             let cholesky = Cholesky::of_equations(&current.equations, current.precision)?;
-            let mut factor = InUse::new(cholesky, current.bridge.clone());
+            let mut factor = InUse::new(cholesky, current.bridge.clone(), current.warp.clone());
             (factor.served, factor.is_worse_than_none) = (current.served, current.is_worse_than_none);
             Ok(factor)
         });
-        let pending = pending.as_ref();
-        let pending = pending.map(|coming| Pending::new(coming.origin.clone(), coming.bridge.clone(), coming.left));
+        let begin = |Coming { origin, bridge, warp, left }: &Coming| {
+            Pending::new(origin.clone(), bridge.clone(), warp.clone(), *left)
+        };
+        let pending = pending.as_ref().map(begin);
         Ok(Self { current: current.transpose()?, pending, without, strikes, rest })
     }
 }
@@ -120,16 +128,17 @@ impl FactorState {
     /// Whether it may belong to a body of so many vertices, and names nothing that is not there.
     pub fn is_sound(&self, vertex_count: usize) -> bool {
         use crate::storage::Topology;
-        let are_sound = |equations: &Equations, bridge: &Bridge| {
+        let are_sound = |equations: &Equations, bridge: &Bridge, warp: &Warp| {
             let Equations { corners, free, .. } = equations;
             Topology::new(free.len(), corners).is_ok()
                 && free.iter().all(|free| free.to_array().iter().all(|&f| f == 0.0 || f == 1.0))
                 && bridge.is_sound(vertex_count, free.len())
+                && warp.vertex_count() == if bridge.is_empty() { free.len() } else { 0 }
         };
-        self.current.iter().all(|current| are_sound(&current.equations, &current.bridge))
+        self.current.iter().all(|current| are_sound(&current.equations, &current.bridge, &current.warp))
             && self.pending.iter().all(|coming| {
-                let Coming { origin: Origin::Equations(equations), bridge, left } = coming else { return false };
-                *left > 0 && are_sound(equations, bridge)
+                let Coming { origin: Origin::Equations(equations), bridge, warp, left } = coming else { return false };
+                *left > 0 && are_sound(equations, bridge, warp)
             })
     }
 }
