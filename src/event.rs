@@ -8,12 +8,14 @@ use std::fmt;
 
 /// One event.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Event {
     /// Step in which it happened.
     pub step: u64,
     /// Time at the end of that step \[ms\].
     pub time: f64,
     /// The body.
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
     pub body: Entity,
     /// What happened.
     pub kind: EventKind,
@@ -21,6 +23,7 @@ pub struct Event {
 
 /// The course of an advance: that of the direction which the criterion chose, or the nearest that the mesh allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Course {
     /// On the ray, through the whole triangle.
     Exact,
@@ -50,6 +53,7 @@ impl fmt::Display for Course {
 
 /// What the criterion says for a decision, and how sure it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Verdict {
     /// The criterion in the chosen direction.
     pub criterion: f64,
@@ -61,6 +65,7 @@ pub struct Verdict {
 
 /// What woke a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum WokenBy {
     /// A hold, closed forceps or a load that moves on, forceps that close or open.
     Drive,
@@ -88,6 +93,7 @@ impl fmt::Display for WokenBy {
 
 /// The kinds of event. Positions and directions are in the rest shape.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum EventKind {
     /// A tear began: a cut by a tool, or the criterion inside the tissue.
     Started {

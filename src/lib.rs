@@ -48,7 +48,8 @@
 //! ```
 //!
 //! [`Membrane`](membrane::Membrane) makes a body, [`components`] are what it can carry, [`Simulation`](simulation::Simulation)
-//! steps it, [`event`] and [`frame`](mod@frame) are what you see of it. A program that embeds it has slices and changes
+//! steps it, [`snapshot`](mod@snapshot) and [`replay`] go back and repeat, [`event`] and [`frame`](mod@frame) are what you see of it. A program
+//! that embeds it has slices and changes
 //! ([`Simulation::view`](simulation::Simulation::view)), a clock ([`FixedStep`](simulation::FixedStep)), pins, rays, systems of its own and a haptic
 //! model ([`Haptics`](simulation::Haptics)). The order of a step is one list, [`schedule::STEP`]. Units are fixed:
 //! mm, g, ms, hence N, MPa, mJ.
@@ -56,6 +57,7 @@
 //! # Features
 //! - `scenes`: scene files (TOML), mesh generators, the catalog of scenes and readers for OBJ, Gmsh, VTK, PLY and STL.
 //! - `cli` (default, includes `scenes`): the `rhexis` program, pictures and ParaView files.
+//! - `snapshot` (default): snapshots and recordings as bytes and files; in memory they are there without it.
 //! - `direct` (default): static solves with a sparse Cholesky factor, several times as fast; it adds a minute of compile time.
 //!
 //! For embedding without them: `default-features = false`; a mesh is then a
@@ -72,12 +74,14 @@ pub mod math;
 pub mod membrane;
 #[cfg(feature = "cli")]
 pub mod output;
+pub mod replay;
 pub mod report;
 #[cfg(feature = "scenes")]
 pub mod scene;
 pub mod schedule;
 pub mod settings;
 pub mod simulation;
+pub mod snapshot;
 pub mod storage;
 #[cfg(feature = "cli")]
 pub mod verify;

@@ -176,11 +176,7 @@ impl Membrane {
         });
         let c = &mut self.components;
         if c.has::<Tearing>() {
-            // Room for tears: the first of them is not to wait while whole columns move.
-            let (spare_vertices, spare_triangles) = (spare(vertices.len()), spare(triangles.len()));
-            vertices.reserve(spare_vertices);
-            triangles.reserve(spare_triangles);
-            topology.reserve(spare_vertices, spare_triangles);
+            make_room(Mesh { vertices: &mut vertices, triangles: &mut triangles, topology: &mut topology });
         }
         c.add(Body { name: self.name, order });
         c.add_bundle((vertices, triangles, topology));
@@ -242,7 +238,15 @@ impl Membrane {
         Ok(triangles)
     }
 
-    fn check_components(&self) -> Result<(), BodyError> {
+    /// Components whose parameters are to be judged, of a body with these vertices.
+    #[cfg(feature = "snapshot")]
+    pub(crate) fn of_components(name: String, positions: Vec<DVec3>, components: EntityBuilder) -> Self {
+        let mesh = TriangleMesh { positions, ..TriangleMesh::default() };
+        Self { components, ..Self::new(name, mesh, Material::figure_2()) }
+    }
+
+    /// Judges the numbers of the components.
+    pub(crate) fn check_components(&self) -> Result<(), BodyError> {
         if let Some(t) = self.components.get::<&Tearing>() {
             positive("strength_fibre", t.strength_fibre)?;
             positive("strength_transverse", t.strength_transverse)?;
@@ -331,9 +335,13 @@ fn check_rows(what: &str, rows: &[u32], count: usize) -> Result<(), BodyError> {
     }
 }
 
-/// Rows that a table of so many is given to spare.
-fn spare(count: usize) -> usize {
-    256 + count / 16
+/// Makes room for tears: the first of them is not to wait while whole columns move.
+pub(crate) fn make_room(mesh: Mesh<'_>) {
+    let spare = |count: usize| 256 + count / 16;
+    let (vertices, triangles) = (spare(mesh.vertices.len()), spare(mesh.triangles.len()));
+    mesh.vertices.reserve(vertices);
+    mesh.triangles.reserve(triangles);
+    mesh.topology.reserve(vertices, triangles);
 }
 
 fn check_holds(holds: &[Hold], count: usize) -> Result<(), BodyError> {

@@ -22,8 +22,10 @@ pub struct SystemReport {
 
 /// One body's solve.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyReport {
     /// The body.
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
     pub body: Entity,
     /// Its vertices now.
     pub vertex_count: usize,
@@ -58,12 +60,14 @@ pub struct BodyReport {
 
 /// One step, or one static solve.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Report {
     /// Steps done so far.
     pub step: u64,
     /// Time reached \[ms\].
     pub time: f64,
     /// The systems in their order.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub systems: Vec<SystemReport>,
     /// The bodies in order of spawning.
     pub bodies: Vec<BodyReport>,

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 /// Which derivative of the nodal forces a linear solve uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Tangent {
     /// Constant stiffness rotated with the triangle, contracted with the exact stretch rate, plus the tensile part of the
     /// geometric stiffness along the normal and a bound of it on in-plane waves. Always positive semidefinite; stable at any
@@ -22,6 +23,7 @@ pub enum Tangent {
 
 /// The formula of dynamic steps in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Integrator {
     /// Backward Euler: of first order, one solve per step, damps every motion that a step does not resolve.
     #[default]
@@ -37,6 +39,7 @@ pub enum Integrator {
 /// What makes the iterations of a linear solve few. It changes the time that a solve takes, and its answer within the
 /// solve's tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preconditioner {
     /// A Cholesky factor or multigrid, by size. In static solves a factor renewed on the spot, over 200,000 free axes multigrid. In
     /// dynamic steps up to 40,000 free axes a factor made aside on a thread of its own, taking effect a fixed number of solves
@@ -66,6 +69,7 @@ pub enum Preconditioner {
 
 /// What the iterations of dynamic steps compute in. Answers agree within the solve's tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Precision {
     /// Residuals in double precision, iterations in single: several times as fast. A tolerance that single precision does not
     /// reach takes several rounds, each of which starts from a residual in double precision.
@@ -78,6 +82,7 @@ pub enum Precision {
 
 /// Limits of the linear solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearParams {
     /// Stop where the residual has fallen to this fraction of the right-hand side, 1e-4 by default: a piece that is torn free turns and
     /// moves at next to no energy, and only a small residual holds the error of that motion down. A body that is held
@@ -110,6 +115,7 @@ impl Default for LinearParams {
 
 /// Settings of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Linear solve of a dynamic step.
     pub linear: LinearParams,

@@ -296,3 +296,49 @@ fn a_reader_that_leaves_early_ends_the_program_quietly() {
     assert_eq!(text(&output.stderr), "");
     assert_eq!(output.status.code(), Some(0));
 }
+
+#[test]
+fn a_killed_run_resumes_to_the_same_results() {
+    let folder = tempfile::tempdir().unwrap();
+    fn run<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        let changes = ["--set", "run.steps=60", "--set", "output.pictures=0", "--set", "output.frames=4", "--quiet"];
+        [&["run", "fig2-tear"], &changes[..], more].concat()
+    }
+    done(folder.path(), &run(&["--out", "whole", "--dump", "whole/dump"]));
+    // As one that is killed in step 45: rows beyond its last snapshot, and half of one.
+    done(folder.path(), &run(&["--out", "broken", "--steps", "45", "--snapshots", "20"]));
+    let series = folder.path().join("broken/series.csv");
+    let mut rows = std::fs::read_to_string(&series).unwrap();
+    rows.push_str("46,460");
+    std::fs::write(&series, rows).unwrap();
+    done(folder.path(), &run(&["--out", "broken", "--resume", "--dump", "broken/dump", "--threads", "2"]));
+    let names = ["series.csv", "events.jsonl", "dump/positions.csv", "dump/stresses.csv"];
+    for name in names.into_iter().filter(|name| folder.path().join("whole").join(name).exists()) {
+        let [whole, broken] = ["whole", "broken"].map(|out| read(&folder.path().join(out), name));
+        // Frames of the shorter run fall on other steps: of these the list alone is compared below.
+        assert!(whole == broken, "{name}");
+    }
+    let report = |out: &str| json(&read(&folder.path().join(out), "report.json"));
+    let (whole, broken) = (report("whole"), report("broken"));
+    for key in ["end", "steps", "simulated_ms", "bodies", "solver", "events", "ambiguous"] {
+        assert_eq!(whole[key], broken[key], "{key}");
+    }
+
+    let error = refused(folder.path(), &run(&["--out", "broken", "--resume", "--set", "run.dt=5"]), 1);
+    assert!(error.contains("another scene"), "{error}");
+    let error = refused(folder.path(), &run(&["--out", "whole", "--resume"]), 1);
+    assert!(error.contains("--snapshots"), "{error}");
+    std::fs::write(folder.path().join("broken/run.snapshot"), "no state").unwrap();
+    let error = refused(folder.path(), &run(&["--out", "broken", "--resume"]), 1);
+    assert!(error.contains("run.snapshot: this is no state of a run"), "{error}");
+}
+
+#[test]
+fn a_recorded_run_is_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    done(folder.path(), &["run", "fig2-tear", "--steps", "12", "--quiet", "--record", "tear.rec"]);
+    let told = done(folder.path(), &["replay", "tear.rec"]);
+    assert!(told.contains("12 of them steps") && told.contains("the same hash"), "{told}");
+    let error = refused(folder.path(), &["replay", "out/fig2-tear/series.csv"], 1);
+    assert!(error.contains("this is no recording"), "{error}");
+}

@@ -16,12 +16,22 @@ mod own_system;
 #[path = "../examples/trainer_loop.rs"]
 mod trainer_loop;
 
+#[cfg(feature = "snapshot")]
+#[path = "../examples/replay.rs"]
+mod replay;
+
 use rhexis::scene::{generate, mesh_file};
 use std::fmt::Write;
 
 #[test]
 fn hello_tear_follows_the_fibres() {
     hello_tear::main().unwrap();
+}
+
+#[cfg(feature = "snapshot")]
+#[test]
+fn replay_ends_with_the_same_hash() {
+    replay::main().unwrap();
 }
 
 #[test]

@@ -1,18 +1,19 @@
 //! The files that a run writes as it goes on. Each row is flushed, each whole file renamed into place: an interrupted run
 //! leaves what it had.
 
-use super::Stop;
 use super::moments::Moments;
 use super::report::RunReport;
 use super::series::Observation;
+use super::{Stop, checkpoint};
 use crate::event::{Event, EventKind, Verdict};
 use crate::frame::Frame;
 use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use slotmap::Key;
 use std::fs::File;
-use std::io::Write;
+use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
 
 /// The output directory and its open files.
@@ -62,7 +63,60 @@ impl From<OutputError> for Stop {
     }
 }
 
+/// Where the files of a run stand: to go on from there.
+#[derive(Debug, Default, Deserialize, Serialize)]
+pub(super) struct Marks {
+    /// Lengths of `series.csv` and `events.jsonl`.
+    lengths: [u64; 2],
+    /// Of the list of frames.
+    entries: String,
+    last_frame: Option<u64>,
+    last_picture: Option<u64>,
+    notes: Vec<String>,
+}
+
 impl Files {
+    /// Opens the files of a run that was interrupted and takes away what they have beyond these marks.
+    pub fn resume(folder: &Path, title: &str, moments: [Moments; 2], marks: &Marks) -> Result<Self, Stop> {
+        let [picture_moments, frame_moments] = moments;
+        let open = |name: &str, length: u64| {
+            let path = folder.join(name);
+            let file = File::options().write(true).open(&path).and_then(|mut file| {
+                if file.metadata()?.len() < length {
+                    return Err(std::io::Error::other("it is shorter than it was"));
+                }
+                file.set_len(length)?;
+                file.seek(std::io::SeekFrom::End(0))?;
+                Ok(file)
+            });
+            file.map_err(|error| Stop::Failed(format!("cannot go on with {}: {error}", path.display())))
+        };
+        let has_frames = frame_moments.count > 0;
+        let frames = has_frames.then(|| PvdWriter::resume(&folder.join("frames.pvd"), &marks.entries)).transpose()?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            title: title.to_owned(),
+            series: csv::Writer::from_writer(open("series.csv", marks.lengths[0])?),
+            events: open("events.jsonl", marks.lengths[1])?,
+            frames,
+            picture_moments,
+            frame_moments,
+            last_frame: marks.last_frame,
+            last_picture: marks.last_picture,
+            notes: marks.notes.clone(),
+        })
+    }
+
+    /// Where the files stand.
+    pub fn marks(&self) -> Result<Marks, Stop> {
+        let length = |file: &File| file.metadata().map(|data| data.len());
+        let lengths = length(self.series.get_ref()).and_then(|series| Ok([series, length(&self.events)?]));
+        let lengths = lengths.map_err(|error| cannot_write(&self.folder, error))?;
+        let entries = self.frames.as_ref().map_or("", PvdWriter::entries).to_owned();
+        let &Self { last_frame, last_picture, ref notes, .. } = self;
+        Ok(Marks { lengths, entries, last_frame, last_picture, notes: notes.clone() })
+    }
+
     /// Makes the directory and begins the files.
     pub fn create(folder: &Path, title: &str, pictures: Moments, frames: Moments) -> Result<Self, Stop> {
         std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, error))?;
@@ -70,6 +124,7 @@ impl Files {
             let path = folder.join(name);
             File::create(&path).map_err(|error| cannot_write(&path, error))
         };
+        checkpoint::remove(folder)?;
         remove_earlier(folder).map_err(|error| cannot_write(folder, error))?;
         let frame_list = if frames.count > 0 { Some(PvdWriter::create(&folder.join("frames.pvd"))?) } else { None };
         Ok(Self {

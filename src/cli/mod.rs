@@ -1,15 +1,17 @@
-//! The command line: `run`, `scenes`, `check`, `verify`, `bench`.
+//! The command line: `run`, `replay`, `scenes`, `check`, `verify`, `bench`.
 //!
 //! Exit codes: 0 done, 1 refused or failed, 2 wrong usage. Errors go to standard error, results to standard output; a reader
 //! that closes standard output early ends the program quietly.
 
 mod bench;
 mod check;
+mod checkpoint;
 mod course;
 mod dump;
 mod files;
 mod moments;
 mod progress;
+mod replay;
 mod report;
 mod run;
 mod say;
@@ -37,6 +39,9 @@ enum Command {
     /// Run a scene and write report, figures, ParaView frames and pictures.
     #[command(after_help = RUN_EXAMPLES)]
     Run(RunArgs),
+    /// Repeat a recording and compare the hash of its end: exit code 0 if it is the same.
+    #[command(after_help = "Examples:\n  rhexis run fig2-tear --record tear.rec\n  rhexis replay tear.rec")]
+    Replay(ReplayArgs),
     /// List the scenes of the catalog, or print one to copy and change.
     #[command(after_help = "Examples:\n  rhexis scenes\n  rhexis scenes --show fig2 > mine.toml")]
     Scenes(ScenesArgs),
@@ -57,13 +62,16 @@ Examples:
   rhexis run fig2-tear --set bodies.0.fibres.degrees=60 --out out/sixty
   rhexis run mine.toml --steps 20 --timings
   rhexis run fig2 --set run.mode=static --json --quiet > report.json
+  rhexis run capsulorhexis --snapshots 100      then, if it was killed:
+  rhexis run capsulorhexis --snapshots 100 --resume
 
 Written into the output directory, as the run goes on:
   report.json    figures at the end: reactions [N], energies [mJ], tears, solver, times, caveats
   series.csv     one row per step
   events.jsonl   one tear event per line
   frames.pvd     ParaView frames (.vtu): displacement [mm], stress [MPa], fibre, criterion
-  *.png          pictures of the first, some middle and the last state";
+  *.png          pictures of the first, some middle and the last state
+  run.snapshot   the last state to resume from, with --snapshots";
 
 const VERIFY_EXAMPLES: &str = "\
 Examples:
@@ -106,9 +114,25 @@ struct RunArgs {
     /// Also write positions [mm], reactions [N] and stresses [MPa] of the final state as CSV with 17 digits into DIR.
     #[arg(long, value_name = "DIR")]
     dump: Option<PathBuf>,
+    /// Every N steps keep the whole state in the output directory (run.snapshot), to resume from.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    snapshots: Option<u64>,
+    /// Go on from the last snapshot in the output directory: the results are those of a run without a break.
+    #[arg(long)]
+    resume: bool,
+    /// Record the run into FILE, for `rhexis replay`.
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    record: Option<PathBuf>,
     /// No progress bar and no summary.
     #[arg(long)]
     quiet: bool,
+}
+
+#[derive(Args)]
+struct ReplayArgs {
+    /// A recording.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
 }
 
 #[derive(Args)]
@@ -166,6 +190,7 @@ pub fn main() -> ExitCode {
     };
     let outcome = match cli.command {
         Command::Run(args) => run::run(&args),
+        Command::Replay(args) => replay::replay(&args),
         Command::Scenes(args) => scenes::scenes(&args),
         Command::Check(args) => check::check(&args),
         Command::Verify(args) => verify::verify(&args),

@@ -1,5 +1,6 @@
 //! `rhexis run`.
 
+use super::checkpoint::Checkpoint;
 use super::course::CourseReport;
 use super::files::Files;
 use super::moments::Moments;
@@ -33,6 +34,16 @@ struct Running<'a> {
     courses: Vec<TearCourse>,
     start: Instant,
     stepping: Duration,
+    /// Steps in a row that have failed.
+    failures: u32,
+    snapshots: Option<Snapshots>,
+}
+
+/// When the state is kept, where, and of which scene.
+struct Snapshots {
+    every: u64,
+    folder: PathBuf,
+    scene: u64,
 }
 
 /// Runs a scene and writes what it gives.
@@ -42,6 +53,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
         document.set(&format!("run.threads={threads}"))?;
     }
     let scene = document.scene()?;
+    let fingerprint = fingerprint(args)?;
     let mut instance = scene.instantiate()?;
     if let Some(steps) = args.steps {
         instance.run.steps = steps;
@@ -54,28 +66,46 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
         // Now: what cannot be written is better known before the run than after it.
         dump::create(folder)?;
     }
-    let files = Files::create(&folder, scene.name(), pictures, frames)?;
+    let kept = args.resume.then(|| Checkpoint::load(&folder, fingerprint)).transpose()?;
+    let files = match &kept {
+        Some(kept) => {
+            instance.resume(&kept.snapshot, kept.progress)?;
+            Files::resume(&folder, scene.name(), [pictures, frames], &kept.marks)?
+        }
+        None => Files::create(&folder, scene.name(), pictures, frames)?,
+    };
+    if args.record.is_some() {
+        instance.simulation.record();
+    }
     let last = observe(&mut instance);
     let world = instance.simulation.world();
     let drawn = instance.bodies.iter().filter(|&&body| world.satisfies::<(&Tearing, &Grips)>(body));
     let courses = drawn.filter_map(|&body| TearCourse::new(world, body, last.time)).collect();
+    let courses = kept.as_ref().map_or(courses, |kept| kept.courses.clone());
+    let times = kept.as_ref().map_or([Duration::ZERO; 2], |kept| kept.times);
+    let failures = kept.as_ref().map_or(0, |kept| kept.failures);
     let mut running = Running {
         scene: &scene,
         overrides: &args.scene.set,
         instance,
         files,
-        tally: Tally::default(),
+        tally: kept.map_or_else(Tally::default, |kept| kept.tally),
         timings: Timings::new(),
         last,
         courses,
-        start: Instant::now(),
-        stepping: Duration::ZERO,
+        start: Instant::now().checked_sub(times[1]).unwrap_or_else(Instant::now),
+        stepping: times[0],
+        failures,
+        snapshots: args.snapshots.map(|every| Snapshots { every, folder: folder.clone(), scene: fingerprint }),
     };
     let progress = Progress::new(steps, args.quiet);
-    let outcome = running.go(&progress);
+    let outcome = running.go(&progress, args.resume);
     progress.finish();
     let end = outcome?;
     let has_failed = matches!(end, End::Failed(_));
+    if let (Some(path), Some(recording)) = (&args.record, running.instance.simulation.end_recording()) {
+        recording.save(path)?;
+    }
 
     let frame = running.frame();
     let tears = running.tally.events.started;
@@ -103,11 +133,12 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
 
 impl Running<'_> {
     /// Steps to the end.
-    fn go(&mut self, progress: &Progress) -> Result<End, Stop> {
-        self.events()?;
-        self.files.row(&self.last, true)?;
-        self.frames(false)?;
-        let mut failures = 0;
+    fn go(&mut self, progress: &Progress, is_resumed: bool) -> Result<End, Stop> {
+        if !is_resumed {
+            self.events()?;
+            self.files.row(&self.last, true)?;
+            self.frames(false)?;
+        }
         while !self.instance.is_finished() {
             let before = Instant::now();
             let outcome = self.instance.advance().map(|_| ());
@@ -127,25 +158,45 @@ impl Running<'_> {
             let report = self.instance.simulation.report();
             self.tally.add(report, &self.last, tolerance);
             self.timings.add(report);
-            failures = if report.has_failed { failures + 1 } else { 0 };
+            self.failures = if report.has_failed { self.failures + 1 } else { 0 };
             let advanced_before = self.tally.events.advanced;
             self.events()?;
             self.files.row(&self.last, false)?;
             // The step in which the tear begins to run is one to see.
             self.frames(advanced_before == 0 && self.tally.events.advanced > 0)?;
             progress.show(&self.last, self.stepping);
-            if failures == MOST_FAILURES {
-                return Ok(given_up(failures));
+            if self.failures == MOST_FAILURES {
+                return Ok(given_up(self.failures));
             }
+            self.keep()?;
         }
-        if failures > 0 {
-            return Ok(given_up(failures));
+        if self.failures > 0 {
+            return Ok(given_up(self.failures));
         }
         Ok(match self.last.step < self.instance.run.steps {
             true if self.instance.run.until_ended => End::TearEnded,
             true => End::TornThrough,
             false => End::Done,
         })
+    }
+
+    /// Keeps the state, where it is due.
+    fn keep(&mut self) -> Result<(), Stop> {
+        let Some(Snapshots { every, folder, scene }) = &self.snapshots else { return Ok(()) };
+        if !self.last.step.is_multiple_of(*every) {
+            return Ok(());
+        }
+        let kept = Checkpoint {
+            scene: *scene,
+            snapshot: self.instance.simulation.snapshot(),
+            progress: self.instance.progress(),
+            tally: self.tally.clone(),
+            courses: self.courses.clone(),
+            marks: self.files.marks()?,
+            failures: self.failures,
+            times: [self.stepping, self.start.elapsed()],
+        };
+        kept.save(folder)
     }
 
     fn events(&mut self) -> Result<(), Stop> {
@@ -184,6 +235,13 @@ impl Running<'_> {
         report.caveats.extend(self.files.notes.iter().cloned());
         report
     }
+}
+
+/// What tells the scene from others: its values, but for the threads, which change no result.
+fn fingerprint(args: &RunArgs) -> Result<u64, Stop> {
+    let mut document = document(&args.scene)?;
+    document.set("run.threads=1")?;
+    Ok(document.scene()?.fingerprint())
 }
 
 /// The end of a run whose last steps all failed.

@@ -4,14 +4,14 @@ use super::series::Observation;
 use crate::event::{Course, EventKind, Verdict};
 use crate::report::Report;
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Ambiguous decisions that are listed; beyond, they are only counted.
 const MOST_LISTED: usize = 1000;
 
 /// A start or an advance whose runner-up was within 5 %.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct AmbiguousDecision {
     pub step: u64,
     pub body: String,
@@ -22,7 +22,7 @@ pub(super) struct AmbiguousDecision {
 }
 
 /// Sums and extremes over the steps done.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub(super) struct Tally {
     /// Steps.
     pub steps: u64,
@@ -54,7 +54,7 @@ pub(super) struct Tally {
 }
 
 /// How often, and when first.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub(super) struct Count {
     /// Number of steps.
     pub steps: u64,
@@ -72,7 +72,7 @@ impl Count {
 }
 
 /// Events by kind.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub(super) struct EventCounts {
     pub started: u64,
     pub advanced: u64,
@@ -90,7 +90,7 @@ pub(super) struct EventCounts {
     pub step_failed: u64,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 struct GripTally {
     squares: f64,
     steps: u64,

@@ -3,6 +3,7 @@
 /// Resistance to a change of curvature, so that a slack flap folds over and lies down instead of crumpling. For bodies in space:
 /// one that is kept in its plane does not bend. *Parameter.*
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Bending {
     /// Stiffness D \[N·mm\], > 0; for fibrous tissue √(D₁₁·D₂₂). Without it that of a sheet which is even through its thickness,
     /// h³/12·C: E·h³/(12·(1 − ν²)) of an isotropic one. Tissue in layers may be softer or stiffer.

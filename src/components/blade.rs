@@ -7,12 +7,14 @@ use hecs::Entity;
 /// The edge of a blade in the world, an entity of its own, drawn by the host through the
 /// [`Simulation`](crate::simulation::Simulation). *State.*
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Blade {
     /// Farthest from a surface \[mm\] at which the edge is still in it.
     pub reach: f64,
     /// Shortest cut \[mm, rest shape\]: strokes are saved up until they are as long. Half an edge of the mesh or more.
     pub least: f64,
     /// The body in which the edge is.
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle::option"))]
     pub body: Option<Entity>,
     /// Where its next cut begins, in that body's rest shape \[mm\].
     pub from: DVec3,

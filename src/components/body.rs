@@ -2,6 +2,7 @@
 
 /// A deformable membrane. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Body {
     /// Name used in reports and files.
     pub name: String,
@@ -11,4 +12,5 @@ pub struct Body {
 
 /// Marks a body that stays in the plane of its mesh, z = const: the area is signed, nothing moves along z. *Parameter.*
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Planar;

@@ -2,6 +2,8 @@
 
 /// A piecewise linear function of time, constant before its first and after its last point.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "snapshot", serde(try_from = "Vec<(f64, f64)>", into = "Vec<(f64, f64)>"))]
 pub struct Curve {
     points: Vec<(f64, f64)>,
 }
@@ -64,6 +66,20 @@ impl Curve {
     /// The points (time \[ms\], value).
     pub fn points(&self) -> &[(f64, f64)] {
         &self.points
+    }
+}
+
+impl TryFrom<Vec<(f64, f64)>> for Curve {
+    type Error = BadCurve;
+
+    fn try_from(points: Vec<(f64, f64)>) -> Result<Self, BadCurve> {
+        Self::new(points)
+    }
+}
+
+impl From<Curve> for Vec<(f64, f64)> {
+    fn from(curve: Curve) -> Self {
+        curve.points
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::math::{ElementState, GeometricStiffness};
 use crate::settings::Tangent;
 use crate::storage::{Edit, EditRecord};
+use crate::systems::linear::Stops;
 use glam::{DMat3, DVec3};
 
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness.
@@ -32,6 +33,7 @@ pub struct ExternalStiffness {
 
 /// Where the step started and how far it has come.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Increment {
     /// Positions at the start of the step \[mm\].
     pub start: Vec<DVec3>,
@@ -79,6 +81,7 @@ impl Increment {
 
 /// Forces \[N\] that the holds exert on their vertices, in the groups and order of [`Holds`](super::Holds).
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reactions {
     /// One force per held vertex, zero along free axes.
     pub groups: Vec<Vec<DVec3>>,
@@ -86,23 +89,35 @@ pub struct Reactions {
 
 /// Vectors of the linear solve, one entry per vertex, and what it reached.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct SolverScratch {
     /// 1 along free axes, 0 along prescribed ones.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub free: Vec<DVec3>,
     /// Residual \[N\].
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual: Vec<DVec3>,
     /// Right-hand side \[N\] of a solve that may have to begin anew.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub rhs: Vec<DVec3>,
     /// Preconditioned residual \[mm\].
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub preconditioned: Vec<DVec3>,
     /// Search direction \[mm\].
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub direction: Vec<DVec3>,
     /// Operator times direction \[N\].
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub product: Vec<DVec3>,
     /// Inverse diagonal blocks \[mm/N\].
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub inverse_block: Vec<DMat3>,
     /// Sums per chunk of rows.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub partials: Vec<f64>,
+    /// Where solves have stopped because time was up.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub stops: Stops,
     /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
     pub stored: f64,
     /// Whether `residual` has to be exact after the solve: an energy balance counts it.
@@ -138,6 +153,43 @@ pub struct SolverScratch {
 }
 
 impl SolverScratch {
+    /// What it tells of the last step, without the vectors, which the next one overwrites.
+    pub(crate) fn without_vectors(&self) -> Self {
+        let empty = Self::default();
+        let Self { free, residual, rhs, preconditioned, direction, product, inverse_block, partials, stops, .. } =
+            empty;
+        let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
+        let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
+        let Self { left_over, start_left_over, creates_energy, is_held_back, .. } = *self;
+        Self {
+            free,
+            residual,
+            rhs,
+            preconditioned,
+            direction,
+            product,
+            inverse_block,
+            partials,
+            stops,
+            stored,
+            is_audited,
+            iterations,
+            newton_iterations,
+            linear_residual,
+            stress_error,
+            is_late,
+            imbalance,
+            is_converged,
+            fell_back,
+            tangent,
+            left_over,
+            start_left_over,
+            creates_energy,
+            is_held_back,
+            line_search,
+        }
+    }
+
     /// How many of a body's rows are to be worked on in this iteration: all of them, or none.
     pub fn rows_to_solve(&self, rows: usize) -> usize {
         if self.is_converged { 0 } else { rows }
@@ -146,6 +198,7 @@ impl SolverScratch {
 
 /// What a static increment is compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct LineSearch {
     /// |increment · imbalance| before it \[mJ\].
     pub work: f64,

@@ -9,6 +9,7 @@ use glam::DVec3;
 
 /// Energies of a body \[mJ\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Energies {
     /// Elastic energy of the membrane, relative to its stress-free shape.
     pub elastic: f64,
@@ -26,6 +27,7 @@ impl std::ops::Sub for Energies {
 
 /// What a body has taken in and given away, and what it has stored, since its audit began, all \[mJ\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyBalance {
     /// Work of the holds on the body: reaction · prescribed displacement.
     pub work_of_holds: f64,
@@ -117,6 +119,7 @@ impl EnergyBalance {
 /// A step may be taken up again after tears have advanced, or undone: its terms stand aside, with what edits have changed in
 /// its start and in its end, until the next step begins.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyAudit {
     /// Energies when the audit began.
     pub(crate) initial: Option<Energies>,
@@ -144,6 +147,7 @@ pub struct EnergyAudit {
 
 /// A static equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Equilibrium {
     /// When \[ms\].
     pub time: f64,

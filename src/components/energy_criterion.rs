@@ -13,6 +13,7 @@ use super::Toughness;
 /// Starts have no crack, and some rings no field of one: see [`RingFault`](super::RingFault). There the strengths of `Tearing`
 /// decide, so give both to fit: [`Tearing::of_toughness`](super::Tearing::of_toughness) does.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyCriterion {
     /// G_c along and across the fibres \[N/mm\], both > 0.
     pub toughness: Toughness,

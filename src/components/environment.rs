@@ -6,6 +6,7 @@ use glam::DVec3;
 
 /// Damping of strain rates: the stress C:(U − I) becomes C:(U − I + β·dU/dt). Rigid motion is not braked. *Parameter.*
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Damping {
     /// β \[ms\], ≥ 0.
     pub time: f64,
@@ -13,6 +14,7 @@ pub struct Damping {
 
 /// Uniform acceleration. *Parameter.*
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Gravity {
     /// \[mm/ms²\]; the earth's is 9.81e-3.
     pub acceleration: DVec3,
@@ -20,6 +22,7 @@ pub struct Gravity {
 
 /// Follower pressure along each triangle's current normal, on its current area. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pressure {
     /// \[MPa\] over time.
     pub curve: Curve,
@@ -27,6 +30,7 @@ pub struct Pressure {
 
 /// Viscous drag of the surrounding fluid, proportional to velocity and rest area. *Parameter.*
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Drag {
     /// \[N·ms/mm³\], ≥ 0.
     pub coefficient: f64,
@@ -35,6 +39,7 @@ pub struct Drag {
 /// Pre-stretch held by the surroundings, as an initial Biot strain: the stress is C:(U − I + ε₀), so the drawn shape is
 /// under tension and a released piece shrinks to U = I − ε₀. *Parameter.*
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct PreStretch {
     /// ε₀ in the axes (fibre, transverse).
     pub strain: Sym2,

@@ -10,6 +10,7 @@ use hecs::Entity;
 
 /// Where the jaws are and how they are turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
     /// \[mm\].
     pub position: DVec3,
@@ -52,6 +53,7 @@ impl Pose {
 
 /// A hand's motion from one pose to another, at rest before and after.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motion {
     /// Until `start`.
     pub from: Pose,
@@ -81,6 +83,7 @@ impl Motion {
 
 /// What jaws do beyond their force limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Slip {
     /// They let go of all they hold.
     #[default]
@@ -92,6 +95,7 @@ pub enum Slip {
 
 /// How jaws hold. *Parameter.*
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Jaws {
     /// Pinch radius \[mm\] in the rest shape, about the point that is taken; the nearest vertex is always taken.
     pub radius: f64,
@@ -133,6 +137,7 @@ impl Jaws {
 /// Forceps in the world, an entity of their own, moved and closed by the host through the
 /// [`Simulation`](crate::simulation::Simulation). *State.*
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Forceps {
     /// Name in events.
     pub name: String,
@@ -141,6 +146,7 @@ pub struct Forceps {
     /// Where they are and where they go.
     pub motion: Motion,
     /// The body of which they hold a part.
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle::option"))]
     pub body: Option<Entity>,
     /// Force of the jaws on the tissue \[N\] at the last step; the hand feels the opposite.
     pub force: DVec3,
@@ -150,10 +156,12 @@ pub struct Forceps {
 
 /// What closed jaws hold of a body. *State*, but for what the step computes.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pinch {
     /// Name in events.
     pub name: String,
     /// The forceps in the world that hold it; `None` for a grasp by script.
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle::option"))]
     pub forceps: Option<Entity>,
     /// How they hold.
     pub jaws: Jaws,

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 /// A polyline through space over time, at rest before its first and after its last point.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Path {
     /// (time \[ms\], position \[mm\]), times ascending.
     pub points: Vec<(f64, DVec3)>,
@@ -24,6 +25,7 @@ impl Path {
 
 /// Takes the tissue beside the tear instead of at a fixed point: what a surgeon does who re-grasps the flap near the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct NearTip {
     /// How far behind the tip, against its last direction \[mm\].
     pub behind: f64,
@@ -39,6 +41,7 @@ pub struct NearTip {
 /// `material_point` and carry it by the hand's displacement. What edits add between the held vertices is held as well. Tissue that
 /// has slipped out is not taken again.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grip {
     /// Name in reports.
     pub name: String,
@@ -65,6 +68,7 @@ impl Grip {
 
 /// The grasps of a body. *Parameter* `list`; the rest follows from it and from the forceps in the world.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grips {
     /// The grasps by script.
     pub list: Vec<Grip>,

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 /// A group of vertices whose position is prescribed: rest position + curve(t) · offset. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hold {
     /// Name in reports.
     pub name: String,
@@ -19,6 +20,7 @@ pub struct Hold {
 
 /// All groups of prescribed vertices of a body. *Parameter.*
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Holds {
     /// The groups. No two prescribe the same axis of the same vertex.
     pub groups: Vec<Hold>,

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 /// Forces on single vertices. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct PointLoad {
     /// Vertex rows.
     pub rows: Vec<u32>,
@@ -17,6 +18,7 @@ pub struct PointLoad {
 
 /// All point loads of a body. *Parameter.*
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct PointLoads {
     /// The loads.
     pub groups: Vec<PointLoad>,
@@ -33,6 +35,7 @@ impl PointLoads {
 
 /// A force per rest length along boundary edges, shared equally by each edge's ends. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EdgeLoad {
     /// Vertex rows of the edges.
     pub edges: Vec<[u32; 2]>,
@@ -44,6 +47,7 @@ pub struct EdgeLoad {
 
 /// All edge loads of a body. *Parameter.*
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EdgeLoads {
     /// The loads.
     pub groups: Vec<EdgeLoad>,

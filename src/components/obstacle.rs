@@ -5,6 +5,7 @@ use glam::DVec3;
 
 /// The shape of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Shape {
     /// The half space below a plane.
     Plane {
@@ -38,6 +39,7 @@ pub enum Shape {
 
 /// A rigid obstacle. *Parameter.*
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Obstacle {
     /// Where it is.
     pub shape: Shape,
@@ -45,6 +47,7 @@ pub struct Obstacle {
 
 /// Moves an obstacle, with its orientation as it is. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct ObstaclePath {
     /// Where it is drawn, for a path that passes the origin.
     pub origin: Shape,
@@ -54,6 +57,7 @@ pub struct ObstaclePath {
 
 /// Where an obstacle was at the start of the step, so that none passes through a body unseen. *Derived.*
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Swept {
     /// Its shape then.
     pub from: Shape,
@@ -63,6 +67,7 @@ pub struct Swept {
 /// friction. Vertices are felt, edges and triangles are not: an obstacle thinner than an edge may pierce the body between
 /// vertices, and a mesh should be finer than what touches it. *Parameter.*
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
     /// Penalty stiffness per rest area \[N/mm³\], > 0: pressure over penetration. Without it thirty times the membrane's own
     /// stiffness at every vertex, for which a body at rest is less than a hundredth of an edge inside.

@@ -9,6 +9,7 @@ use glam::DVec3;
 /// so a tip is judged only by the stress of a mesh that is fine around it. The size of a triangle is the edge of the equilateral
 /// one with its area: what the reports call edges per radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Refinement {
     /// Averaging radius R over the largest size of a triangle around a tip, above 0 and at most 100. From 3 on, the stress at
     /// a tip is that of the tissue; under it that of the mesh.
@@ -47,6 +48,7 @@ impl Refinement {
 
 /// What refinement has done, and what it may take back. *State.*
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Refined {
     /// Triangles at the start.
     pub start_count: usize,

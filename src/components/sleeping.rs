@@ -21,6 +21,7 @@ use glam::DVec3;
 /// [`Simulation::world_mut`]: crate::simulation::Simulation::world_mut
 /// [`Simulation::wake`]: crate::simulation::Simulation::wake
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sleeping {
     /// Largest strain, in any triangle, of the motion that a body gives up when it falls asleep, > 0; a triangle of height h
     /// moves by this times h at most. 1e-5 by default, under the thousandth of the working strain that a dynamic step with
@@ -54,6 +55,7 @@ impl Sleeping {
 
 /// Whether a body sleeps, what it has been told of the world, and the buffers of the solves before. *State*, rebuilt by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Slumber {
     pub(crate) is_asleep: bool,
     /// Steps in which it has hardly moved.

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 /// Where a spring is fixed, and how stiff it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Anchor {
     /// Fixed point of space \[mm\].
     pub point: DVec3,
@@ -20,6 +21,7 @@ impl Attachment for Anchor {
 
 /// Linear springs of zero rest length between vertices and fixed points of space. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Springs {
     /// The vertices and their anchors.
     pub anchors: Attached<Anchor>,

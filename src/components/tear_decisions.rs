@@ -6,6 +6,7 @@ use std::fmt;
 
 /// Where a tear starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum TearSite {
     /// At the centroid of the triangle in this row.
     Triangle(u32),
@@ -15,6 +16,7 @@ pub enum TearSite {
 
 /// Which criterion a decision is of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum DecidedBy {
     /// The stress averaged over the disc.
     #[default]
@@ -27,6 +29,7 @@ pub enum DecidedBy {
 
 /// Why the ring around a tip does not have the field of one straight crack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum RingFault {
     /// No crack leads through the ring to the tip: the tip stands at an open corner, or its crack ends within the ring.
     #[error("no crack leads through the ring")]
@@ -57,6 +60,7 @@ impl fmt::Display for DecidedBy {
 
 /// The criterion's answer at a tip, a vertex of the boundary or inside a triangle. Directions are unit vectors of the rest shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearDecision {
     /// The row of the vertex or triangle.
     pub row: u32,
@@ -82,6 +86,7 @@ pub struct TearDecision {
 
 /// *Derived.* One decision per tip, in the order of the tips' rows, and one for the place where a tear may start.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearDecisions {
     /// Per tip; `None` where no direction is admissible.
     pub tips: Vec<Option<TearDecision>>,

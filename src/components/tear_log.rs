@@ -4,6 +4,7 @@ use crate::event::EventKind;
 
 /// Totals since the body was spawned, and the events not yet collected. *State.*
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearLog {
     /// Total length torn or cut in the rest shape \[mm\].
     pub length: f64,

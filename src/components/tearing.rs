@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 
 /// How a tear advances through the mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum TearMode {
     /// In any direction, by splitting triangles.
     #[default]
@@ -20,6 +21,7 @@ pub enum TearMode {
 /// [`of_toughness`](Self::of_toughness). Strength, R and toughness are tied: two of them imply the third, see
 /// [`toughness`](Self::toughness).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tearing {
     /// Strength against tearing across the fibres σ̄_F \[MPa\], > 0.
     pub strength_fibre: f64,
@@ -62,6 +64,7 @@ impl Default for Tearing {
 /// Fracture toughness G_c \[N/mm = mJ/mm² = kJ/m²\]: the energy that a long opening crack takes per area of crack, that is
 /// per length and thickness; a sheet twice as thick takes twice the energy per length at the same G_c.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Toughness {
     /// Of a crack that runs along the fibres.
     pub along: f64,

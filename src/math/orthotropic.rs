@@ -7,6 +7,7 @@ use super::Sym2;
 ///
 /// Every triangle's rest frame lies along its fibre, so this is all the material a triangle needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Orthotropic {
     /// Stiffness along the fibre \[MPa\].
     pub q11: f64,

@@ -5,6 +5,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// A symmetric 2×2 tensor with *tensor* components: `xy` is the shear strain ε_xy, not the engineering shear γ = 2ε_xy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sym2 {
     /// Component along the first axis.
     pub xx: f64,

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 /// What the mechanics needs of a triangle's rest shape. The frame's first axis is the fibre, so the fibre appears nowhere
 /// else: it lives in the gradients.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct RestTriangle {
     /// ∇N₁ and ∇N₂ \[1/mm\] in axes (fibre, transverse); ∇N₀ = −∇N₁ − ∇N₂.
     pub gradients: [DVec2; 2],

@@ -25,6 +25,21 @@ impl PvdWriter {
         Ok(writer)
     }
 
+    /// Goes on with a list that was interrupted, at the entries that it had.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn resume(path: &Path, entries: &str) -> Result<Self, OutputError> {
+        let writer = Self { path: path.to_owned(), entries: entries.to_owned() };
+        writer.save()?;
+        Ok(writer)
+    }
+
+    /// The entries so far, to go on with them.
+    pub fn entries(&self) -> &str {
+        &self.entries
+    }
+
     /// Adds the files of one moment, one part per body in the order given. `time` in \[ms\].
     ///
     /// # Errors

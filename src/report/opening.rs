@@ -20,6 +20,7 @@ const SLIT: f64 = 1e-4;
 
 /// A line through space.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Axis {
     /// A point on it \[mm\].
     pub point: DVec3,
@@ -47,6 +48,7 @@ impl Axis {
 
 /// The shape of an opening.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Opening {
     /// Diameter of the circle of the same area \[mm\].
     pub diameter: f64,

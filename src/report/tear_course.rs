@@ -20,6 +20,7 @@ const ON_RIM: f64 = 1e-6;
 
 /// How a tear around an axis has ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Outcome {
     /// It has not.
     #[default]
@@ -32,6 +33,7 @@ pub enum Outcome {
 
 /// The figures of a tear's course.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct CourseFigures {
     /// How it has ended.
     pub outcome: Outcome,
@@ -53,7 +55,9 @@ pub struct CourseFigures {
 
 /// Follows the tears of one body from its present state on.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearCourse {
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
     body: Entity,
     axis: Axis,
     rim: Vec<DVec3>,

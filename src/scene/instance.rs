@@ -8,6 +8,8 @@ use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, TearLog, Tear
 use crate::report::Report;
 use crate::settings::Integrator;
 use crate::simulation::{Simulation, SimulationError};
+#[cfg(feature = "cli")]
+use crate::snapshot::{Snapshot, SnapshotError};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
@@ -173,6 +175,24 @@ impl Instance {
         let world = self.simulation.world();
         let log = |&body: &Entity| world.get::<&TearLog>(body).is_ok_and(|log| log.end_count > 0);
         self.bodies.iter().any(log)
+    }
+
+    /// How far the scene has come, beside the state of its simulation: steps done, and whether a tear has begun.
+    #[cfg(feature = "cli")]
+    pub(crate) fn progress(&self) -> (u64, bool) {
+        (self.step, self.has_torn)
+    }
+
+    /// Goes on from a snapshot of the same scene's simulation, and from its [`progress`](Self::progress) then.
+    ///
+    /// # Errors
+    /// As [`Simulation::restore`].
+    #[cfg(feature = "cli")]
+    pub(crate) fn resume(&mut self, snapshot: &Snapshot, (step, has_torn): (u64, bool)) -> Result<(), SnapshotError> {
+        self.simulation.restore(snapshot)?;
+        self.bodies = self.simulation.bodies();
+        (self.step, self.has_torn) = (step, has_torn);
+        Ok(())
     }
 
     /// Steps of the scene done; a static one may have taken several equilibria.

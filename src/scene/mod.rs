@@ -101,6 +101,12 @@ impl Scene {
         &self.file.scene.about
     }
 
+    /// A number that tells it from other scenes, as they are with their changes.
+    #[cfg(feature = "cli")]
+    pub(crate) fn fingerprint(&self) -> u64 {
+        crate::snapshot::fingerprint(format!("{:?}", self.file).as_bytes())
+    }
+
     /// What the file says.
     pub fn file(&self) -> &SceneFile {
         &self.file

@@ -2,6 +2,7 @@
 
 use super::{Cut, CutError, Hit, Simulation};
 use crate::components::Blade;
+use crate::replay::Input;
 use crate::storage::{TipKey, Tips, Vertices};
 use glam::DVec3;
 use hecs::Entity;
@@ -25,6 +26,7 @@ impl Simulation {
     /// # Errors
     /// For a reach or a shortest cut that is not positive and finite.
     pub fn spawn_blade(&mut self, reach: f64, least: f64) -> Result<Entity, CutError> {
+        self.note(|| Input::SpawnBlade { reach, least });
         let is_right = |value: f64| value > 0.0 && value.is_finite();
         if !(is_right(reach) && is_right(least)) {
             return Err(CutError::BadBlade { reach, least });
@@ -40,6 +42,7 @@ impl Simulation {
     /// # Errors
     /// If there is no such blade, and why the cut was not made: the body is as it was, and a longer stroke may pass.
     pub fn draw_blade(&mut self, blade: Entity, body: Entity, edge: DVec3) -> Result<Option<Cut>, CutError> {
+        self.note(|| Input::DrawBlade { blade, body, edge });
         let tool = self.world.query_one_mut::<&Blade>(blade).map_err(|_| CutError::NoSuchBlade)?.clone();
         let Some(hit) = self.nearest(body, edge, tool.reach) else {
             self.set_blade(blade, Blade { body: None, tip: None, ..tool });
@@ -53,7 +56,7 @@ impl Simulation {
         if from.distance(hit.rest_position) < tool.least {
             return Ok(None);
         }
-        let cut = self.cut(body, &[from, hit.rest_position])?;
+        let cut = self.make_cut(body, &[from, hit.rest_position])?;
         let end = cut.path.last().copied().unwrap_or(hit.rest_position);
         self.set_blade(blade, Blade { from: end, tip: cut.tips.last().copied(), ..tool });
         Ok(Some(cut))

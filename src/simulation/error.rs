@@ -65,7 +65,7 @@ pub enum SimulationError {
 }
 
 /// Judges the settings; counts are taken as they are.
-pub(super) fn check_settings(settings: &Settings) -> Result<(), SimulationError> {
+pub(crate) fn check_settings(settings: &Settings) -> Result<(), SimulationError> {
     check_tolerance("linear.tolerance", settings.linear.tolerance)?;
     if !(settings.linear.stress_tolerance >= 0.0) {
         let (what, value) = ("linear.stress_tolerance", settings.linear.stress_tolerance);

@@ -12,8 +12,10 @@ mod motion;
 mod obstacles;
 mod pin;
 mod query;
+mod record;
 mod reorder;
 mod sleep;
+mod snapshot;
 mod systems;
 mod tear;
 mod tools;
@@ -22,6 +24,8 @@ mod view;
 pub use crate::components::Energies;
 pub use debug_lines::{DebugKind, DebugLine, DebugLines};
 pub use error::SimulationError;
+#[cfg(feature = "snapshot")]
+pub(crate) use error::check_settings;
 pub use fixed_step::FixedStep;
 pub use haptic_feed::{HapticModel, HapticReceiver, HapticSender, haptic_feed};
 pub use haptics::{Coupling, HapticError, Haptics, ToolSpring};
@@ -37,6 +41,7 @@ use crate::components::{
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
+use crate::replay::{Input, Recorder};
 use crate::report::{BodyReport, Report};
 use crate::schedule::Schedule;
 use crate::settings::{Integrator, Precision, Settings, Tangent};
@@ -57,6 +62,7 @@ pub struct Simulation {
     report: Report,
     events: Vec<Event>,
     next_order: u32,
+    recorder: Option<Recorder>,
 }
 
 impl Simulation {
@@ -68,7 +74,8 @@ impl Simulation {
         error::check_settings(&settings)?;
         let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SimulationError::Threads)?;
         let (world, report, events) = (World::new(), Report::default(), Vec::new());
-        Ok(Self { world, settings, pool, schedule: Schedule::default(), report, events, next_order: 0 })
+        let schedule = Schedule::default();
+        Ok(Self { world, settings, pool, schedule, report, events, next_order: 0, recorder: None })
     }
 
     /// Puts a body into the world.
@@ -78,7 +85,9 @@ impl Simulation {
     pub fn spawn(&mut self, membrane: Membrane) -> Result<Entity, BodyError> {
         let mut components = membrane.build(self.next_order)?;
         self.next_order += 1;
-        Ok(self.world.spawn(components.build()))
+        let body = self.world.spawn(components.build());
+        self.note_spawned(body);
+        Ok(body)
     }
 
     /// Takes a body, an obstacle or a tool out of the world.
@@ -86,8 +95,9 @@ impl Simulation {
     /// # Errors
     /// If there is none.
     pub fn despawn(&mut self, entity: Entity) -> Result<(), SimulationError> {
+        self.note(|| Input::Despawn(entity));
         // Whatever forceps hold they let go of.
-        let _ = self.open_forceps(entity);
+        let _ = self.release(entity);
         self.world.despawn(entity).map_err(|_| SimulationError::NoSuchBody)
     }
 
@@ -107,6 +117,7 @@ impl Simulation {
     /// For a tolerance below zero or not finite; nothing has changed then.
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), SimulationError> {
         error::check_settings(&settings)?;
+        self.note(|| Input::SetSettings(settings));
         let Settings { threads, portable_instructions, .. } = self.settings;
         self.settings = Settings { threads, portable_instructions, ..settings };
         Ok(())
@@ -148,6 +159,12 @@ impl Simulation {
     /// For a `dt` that is not a positive finite number, and for a body with an [`EnergyAudit`] where the integrator is not backward
     /// Euler; nothing has changed then.
     pub fn step(&mut self, dt: f64) -> Result<&Report, SimulationError> {
+        self.step_with(dt, &[])
+    }
+
+    /// A step whose solves stop where `stops` say, if anything, and not by the clock.
+    fn step_with(&mut self, dt: f64, stops: &[Vec<u32>]) -> Result<&Report, SimulationError> {
+        self.note(|| Input::Step { dt, stops: Vec::new() });
         if !(dt > 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
@@ -157,12 +174,14 @@ impl Simulation {
             return Err(SimulationError::AuditOfAnotherIntegrator { body: body.name.clone() });
         }
         self.begin_report();
+        self.begin_stops(stops);
         let Self { world, settings, pool, schedule, report, .. } = self;
         let (time, mut running) = (report.time, Running { schedule, report });
         let done = pool.run(|| advance(world, settings, time, dt, settings.halvings, &mut running));
         self.report.has_failed = done < dt;
         self.report.time += done;
         self.finish_report();
+        self.note_stops();
         self.rest_obstacles();
         self.note_unfinished_tears();
         self.collect_events();
@@ -182,6 +201,11 @@ impl Simulation {
     /// For a `dt` or a tolerance that is negative or not finite, and where no equilibrium is found; the state is then the one
     /// before, and time has not moved.
     pub fn settle(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
+        self.note(|| Input::Settle { dt, tolerance });
+        self.find_equilibrium(dt, tolerance)
+    }
+
+    fn find_equilibrium(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
         if !(dt >= 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
@@ -215,6 +239,7 @@ impl Simulation {
     /// For a `dt` that is negative or not finite, and where the linear solve does not reach a residual of 1e-13; the state is
     /// then the one before, and time has not moved.
     pub fn linear_response(&mut self, dt: f64) -> Result<&Report, SimulationError> {
+        self.note(|| Input::LinearResponse { dt });
         if !(dt >= 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }

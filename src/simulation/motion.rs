@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::components::{EnergyAudit, Hold, Holds, Increment, Planar};
 use crate::event::WokenBy;
+use crate::replay::Input;
 use crate::storage::Vertices;
 use glam::{DQuat, DVec3};
 use hecs::Entity;
@@ -35,6 +36,7 @@ impl Simulation {
             (&'a mut Vertices, &'a mut Increment, Option<&'a mut Holds>),
             (Option<&'a Planar>, Option<&'a mut EnergyAudit>),
         );
+        self.note(|| Input::Teleport { body, rotation, shift });
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| MotionError::NoSuchBody)?;
         let ((vertices, increment, mut holds), (planar, audit)) = found;
         if !(rotation.is_finite() && rotation.length_squared() > 0.0 && shift.is_finite()) {
@@ -78,6 +80,8 @@ impl Simulation {
     /// # Errors
     /// For a velocity that is not finite; `velocity` is asked twice for each vertex.
     pub fn set_velocity(&mut self, body: Entity, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), MotionError> {
+        self.note(|| Input::Wake(body));
+        self.lend(Some(body));
         let before = self.audited_energies(body);
         let (vertices, planar) =
             self.world.query_one_mut::<(&mut Vertices, Option<&Planar>)>(body).map_err(|_| MotionError::NoSuchBody)?;

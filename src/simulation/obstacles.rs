@@ -2,6 +2,7 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{Body, Contact, Obstacle, ObstaclePath, Path, Shape, Swept};
+use crate::replay::Input;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::contact;
 use glam::DVec3;
@@ -10,11 +11,13 @@ use hecs::Entity;
 impl Simulation {
     /// Puts an obstacle into the world; bodies that carry [`Contact`] feel it.
     pub fn spawn_obstacle(&mut self, obstacle: Obstacle) -> Entity {
+        self.note(|| Input::SpawnObstacle(obstacle));
         self.world.spawn((obstacle,))
     }
 
     /// Puts an obstacle into the world that is displaced along a path over time.
     pub fn spawn_moving_obstacle(&mut self, obstacle: Obstacle, path: Path) -> Entity {
+        self.note(|| Input::SpawnMovingObstacle(obstacle, path.clone()));
         let origin = obstacle.shape;
         self.world.spawn((obstacle, ObstaclePath { origin, path }, Swept { from: origin }))
     }
@@ -25,8 +28,9 @@ impl Simulation {
     /// # Errors
     /// If there is no such obstacle.
     pub fn move_obstacle(&mut self, obstacle: Entity, shape: Shape) -> Result<(), SimulationError> {
+        self.note(|| Input::MoveObstacle { obstacle, shape });
         let found = self.world.query_one_mut::<&mut Obstacle>(obstacle).map_err(|_| SimulationError::NoSuchBody)?;
-        let from = std::mem::replace(&mut found.shape, shape.to_owned()).to_owned();
+        let from = std::mem::replace(&mut found.shape, shape);
         // Moved twice before a step: from where it was at its start.
         let from = self.world.get::<&Swept>(obstacle).map_or(from, |swept| swept.from);
         let _ = self.world.remove_one::<ObstaclePath>(obstacle);

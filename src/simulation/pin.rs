@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::components::{Body, Curve, Hold, Holds, Reactions};
 use crate::event::WokenBy;
+use crate::replay::Input;
 use crate::storage::{Attached, VertexKey, Vertices};
 use glam::DVec3;
 use hecs::Entity;
@@ -68,6 +69,7 @@ impl Simulation {
     /// # Errors
     /// For a vertex that there is not or that is held, and for the name of a hold that is no pin.
     pub fn pin(&mut self, body: Entity, name: &str, vertices: &[VertexKey]) -> Result<(), PinError> {
+        self.note(|| Input::Pin { body, name: name.to_owned(), vertices: vertices.to_vec() });
         if !self.world.satisfies::<&Body>(body) {
             return Err(PinError::NoSuchBody);
         }
@@ -108,6 +110,7 @@ impl Simulation {
     /// # Errors
     /// For a vertex that there is not or that nothing holds.
     pub fn unpin(&mut self, body: Entity, vertices: &[VertexKey]) -> Result<(), PinError> {
+        self.note(|| Input::Unpin { body, vertices: vertices.to_vec() });
         let found = self.world.query_one_mut::<(&Vertices, Option<&mut Holds>)>(body);
         let (table, mut holds) = found.map_err(|_| PinError::NoSuchBody)?;
         for &vertex in vertices {
@@ -131,6 +134,7 @@ impl Simulation {
     /// # Errors
     /// For a name that no hold has, and for that of a hold that is no pin.
     pub fn unpin_all(&mut self, body: Entity, name: &str) -> Result<(), PinError> {
+        self.note(|| Input::UnpinAll { body, name: name.to_owned() });
         let (_, hold) = pins(&mut self.world, body, name)?;
         hold.members.clear();
         self.wake_by(body, WokenBy::Caller);
@@ -143,6 +147,8 @@ impl Simulation {
     /// # Errors
     /// For a name that no hold has, for that of a hold that is no pin, and for a place that is not finite.
     pub fn move_pins(&mut self, body: Entity, name: &str, place: impl Fn(Pin) -> DVec3) -> Result<(), PinError> {
+        self.note(|| Input::Wake(body));
+        self.lend(Some(body));
         let (table, hold) = pins(&mut self.world, body, name)?;
         let pin = |row: u32, offset: DVec3| {
             let rest_position = table.rest_position[row as usize];

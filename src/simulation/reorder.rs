@@ -5,6 +5,7 @@ use crate::components::{
     Changes, EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs, TearDecisions,
     TearSite,
 };
+use crate::replay::Input;
 use crate::storage::{Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
 use crate::systems::linear::Factor;
 use crate::systems::tearing::TipMemory;
@@ -31,6 +32,7 @@ impl Simulation {
             (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Changes>),
             (Option<&'a mut Tips>, Option<&'a mut TearDecisions>, Option<&'a mut TipMemory>),
         );
+        self.note(|| Input::Reorder(body));
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
         let (
             (vertices, triangles, topology),

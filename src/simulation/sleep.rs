@@ -3,15 +3,18 @@
 use super::{Simulation, SimulationError};
 use crate::components::{Body, Sleeping, TearLog};
 use crate::event::{EventKind, WokenBy};
+use crate::replay::Input;
 use hecs::{Entity, Query, QueryOneError, World};
 
 impl Simulation {
     /// The world, to change parameters or to add components of your own. Whatever sleeps is woken, as anything might be changed
     /// here; [`entity_mut`](Self::entity_mut) wakes one body only.
     pub fn world_mut(&mut self) -> &mut World {
+        self.note(|| Input::WakeAll);
         for (sleeping, log) in self.world.query_mut::<(&mut Sleeping, &mut TearLog)>() {
             note_woken(sleeping, log, WokenBy::Caller);
         }
+        self.lend(None);
         &mut self.world
     }
 
@@ -21,7 +24,9 @@ impl Simulation {
     /// # Errors
     /// If there is no such body or obstacle, or it does not carry all of the components.
     pub fn entity_mut<Q: Query>(&mut self, entity: Entity) -> Result<Q::Item<'_>, SimulationError> {
+        self.note(|| Input::Wake(entity));
         self.wake_by(entity, WokenBy::Caller);
+        self.lend(Some(entity));
         self.world.query_one_mut::<Q>(entity).map_err(|error| match error {
             QueryOneError::NoSuchEntity => SimulationError::NoSuchBody,
             QueryOneError::Unsatisfied => SimulationError::NoSuchComponents,
@@ -36,6 +41,7 @@ impl Simulation {
         if !self.world.satisfies::<&Body>(body) {
             return Err(SimulationError::NoSuchBody);
         }
+        self.note(|| Input::Wake(body));
         self.wake_by(body, WokenBy::Caller);
         Ok(())
     }

@@ -7,6 +7,7 @@ use crate::components::{
     TearLog,
 };
 use crate::event::{Event, EventKind, WokenBy};
+use crate::replay::Input;
 use crate::report::Report;
 use crate::schedule::Stage;
 use crate::storage::{EditRecord, Mesh, TipKey, Tips, Topology, Triangles, Vertices};
@@ -67,6 +68,12 @@ impl Simulation {
     /// # Errors
     /// Why the cut was not made; the body is as it was.
     pub fn cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
+        self.note(|| Input::Cut { body, polyline: polyline.to_vec() });
+        self.make_cut(body, polyline)
+    }
+
+    /// Cuts without writing it down.
+    pub(super) fn make_cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut TipMemory>),
@@ -142,7 +149,8 @@ impl Simulation {
     /// # Errors
     /// As [`settle`](Self::settle); tears made before the failure stay.
     pub fn settle_and_tear(&mut self, dt: f64, tolerance: f64, rounds: u32) -> Result<&Report, SimulationError> {
-        self.settle(dt, tolerance)?;
+        self.note(|| Input::SettleAndTear { dt, tolerance, rounds });
+        self.find_equilibrium(dt, tolerance)?;
         for _ in 0..rounds {
             let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
             let Self { world, pool, schedule, report, .. } = self;
@@ -155,7 +163,7 @@ impl Simulation {
             if !self.may_tear_further() {
                 return Ok(&self.report);
             }
-            self.settle(0.0, tolerance)?;
+            self.find_equilibrium(0.0, tolerance)?;
         }
         self.note_unfinished_tears();
         Ok(&self.report)

@@ -3,12 +3,14 @@
 use super::Simulation;
 use crate::components::{Body, ExternalStiffness, Forceps, Grips, Jaws, Motion, Pinch, Pose};
 use crate::event::WokenBy;
+use crate::replay::Input;
 use crate::storage::{VertexKey, Vertices};
 use glam::DVec3;
 use hecs::Entity;
 
 /// What jaws close about. Their radius in the rest shape counts from the point found.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Grasp {
     /// The point of the surface nearest to the jaws' position, no farther away than this \[mm\].
     Nearest {
@@ -85,6 +87,7 @@ impl Simulation {
     /// # Errors
     /// For a pose that is no rigid motion and for jaws with numbers out of range.
     pub fn spawn_forceps(&mut self, name: &str, jaws: Jaws, pose: Pose) -> Result<Entity, ToolError> {
+        self.note(|| Input::SpawnForceps { name: name.to_owned(), jaws, pose });
         let name = name.to_owned();
         if !pose.is_sound() {
             return Err(ToolError::BadPose { name });
@@ -102,6 +105,7 @@ impl Simulation {
     /// # Errors
     /// If there are no such forceps, and for a pose or a time that is no rigid motion.
     pub fn move_forceps(&mut self, forceps: Entity, pose: Pose, within: f64) -> Result<(), ToolError> {
+        self.note(|| Input::MoveForceps { forceps, pose, within });
         let now = self.report.time;
         let tool = self.world.query_one_mut::<&mut Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
         if !(pose.is_sound() && within >= 0.0 && (now + within).is_finite()) {
@@ -123,6 +127,7 @@ impl Simulation {
     /// # Errors
     /// If there are no such forceps or body, if they are closed already, and if there is nothing to take.
     pub fn close_forceps(&mut self, forceps: Entity, body: Entity, grasp: &Grasp) -> Result<usize, ToolError> {
+        self.note(|| Input::CloseForceps { forceps, body, grasp: grasp.clone() });
         let now = self.report.time;
         let tool = self.world.query_one_mut::<&Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
         let Forceps { name, jaws, motion, .. } = tool.clone();
@@ -160,6 +165,12 @@ impl Simulation {
     /// # Errors
     /// If there are no such forceps.
     pub fn open_forceps(&mut self, forceps: Entity) -> Result<(), ToolError> {
+        self.note(|| Input::OpenForceps(forceps));
+        self.release(forceps)
+    }
+
+    /// Opens forceps, should these be any.
+    pub(super) fn release(&mut self, forceps: Entity) -> Result<(), ToolError> {
         let tool = self.world.query_one_mut::<&mut Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
         (tool.force, tool.torque) = (DVec3::ZERO, DVec3::ZERO);
         if let Some(body) = tool.body.take() {

@@ -36,6 +36,7 @@ impl Attachment for glam::DVec3 {
 
 /// A set of vertices with a value each. Rows ascend.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize))]
 pub struct Attached<T> {
     rows: Vec<u32>,
     values: Vec<T>,
@@ -190,5 +191,30 @@ impl<T: Attachment> Follow for Attached<T> {
 
     fn release(&mut self) {
         self.buried.clear();
+    }
+}
+
+#[cfg(feature = "snapshot")]
+mod serial {
+    //! What bytes say is a set only if it has a value for every row, and the rows ascend.
+
+    use super::{Attached, VertexKey};
+    use serde::{Deserialize, Deserializer, de::Error};
+
+    #[derive(Deserialize)]
+    struct Parts<T> {
+        rows: Vec<u32>,
+        values: Vec<T>,
+        buried: Vec<(VertexKey, T)>,
+    }
+
+    impl<'de, T: Deserialize<'de>> Deserialize<'de> for Attached<T> {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            let Parts { rows, values, buried } = Parts::deserialize(deserializer)?;
+            if rows.len() != values.len() || rows.windows(2).any(|pair| pair[0] >= pair[1]) {
+                return Err(D::Error::custom("attached values out of step with their rows"));
+            }
+            Ok(Self { rows, values, buried })
+        }
     }
 }

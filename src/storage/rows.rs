@@ -6,6 +6,9 @@
 //! A removal that may be undone *buries* its key: nothing lives under it, but its slot is not given to another, so that
 //! [`exhume`](Rows::exhume) can bring back that very key. [`release`](Rows::release) frees the slots of all buried keys.
 
+#[cfg(feature = "snapshot")]
+mod serial;
+
 use super::NONE;
 use super::order::sort;
 use slotmap::{Key, SlotMap};

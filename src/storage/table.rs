@@ -21,6 +21,7 @@ macro_rules! table {
 
         $(#[$table_doc])*
         #[derive(Clone, Debug, Default)]
+        #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
         pub struct $table {
             rows: crate::storage::Rows<$key>,
             $( $(#[$column_doc])* pub $column: Vec<$type>, )*

@@ -15,6 +15,7 @@ const MOST_LINKS: usize = 4;
 
 /// The state of the vertices since the factor's snapshot. Empty until the first edit: then every vertex is an old one.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Bridge {
     link: Vec<Link>,
     is_touched: Vec<bool>,
@@ -29,6 +30,14 @@ impl Bridge {
     /// Number of vertices now, once there was an edit.
     pub fn vertex_count(&self) -> usize {
         self.link.len()
+    }
+
+    /// Whether it leads every one of `vertex_count` vertices, if any, to some of `old_count`.
+    pub fn is_sound(&self, vertex_count: usize, old_count: usize) -> bool {
+        let is_there = |&(old, weight): &(u32, f64)| (old as usize) < old_count && weight.is_finite();
+        self.link.len() == self.is_touched.len()
+            && (self.is_empty() || self.link.len() == vertex_count)
+            && self.link.iter().all(|link| !link.is_empty() && link.iter().all(is_there))
     }
 
     /// The old vertices behind a vertex with their weights.

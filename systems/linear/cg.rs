@@ -53,7 +53,7 @@ pub fn solve(
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
     let stored = scratch.stored;
-    let SolverScratch { free, residual, preconditioned, direction, product, partials, .. } = scratch;
+    let SolverScratch { free, residual, preconditioned, direction, product, partials, stops, .. } = scratch;
     for vector in [&mut *preconditioned, direction, product] {
         vector.resize(n, DVec3::ZERO);
     }
@@ -86,7 +86,7 @@ pub fn solve(
         residual_sq = reference_sq;
     }
 
-    let limits = Limits::new(params, reference_sq, stored);
+    let limits = stops.apply(Limits::new(params, reference_sq, stored));
     let mut rz = precondition(residual, free, preconditioned, partials);
     direction.copy_from_slice(preconditioned);
     let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);
@@ -110,8 +110,9 @@ pub fn solve(
         rz = next;
         parallel::for_rows(direction, |v, p| *p = preconditioned[v] + *p * beta);
         iteration += 1;
-        is_late = limits.is_late();
+        is_late = limits.is_late(iteration);
     }
+    stops.note(iteration, is_late);
     let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
     Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_late })
 }

@@ -22,6 +22,32 @@ pub struct Cholesky {
     memory: MemBuffer,
 }
 
+/// The matrix that a factor was made of.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Equations {
+    /// Corners of the triangles.
+    pub corners: Vec<[u32; 3]>,
+    /// Vertices of the hinges.
+    pub folded: Vec<[u32; 4]>,
+    /// 1 along free axes, 0 along prescribed ones.
+    pub free: Vec<DVec3>,
+    /// The entries in the order of their [`Pattern`] \[N/mm\]; none where there is no factor of these triangles.
+    pub matrix: Vec<f64>,
+}
+
+impl Equations {
+    /// Those of an operator.
+    pub fn of(snapshot: &Snapshot) -> Self {
+        let mut matrix = Vec::new();
+        let folded = snapshot.folded();
+        if let Some(pattern) = Pattern::new(&snapshot.corners, &folded, &snapshot.free) {
+            pattern.assemble(snapshot, &mut matrix);
+        }
+        Self { corners: snapshot.corners.clone(), folded, free: snapshot.free.clone(), matrix }
+    }
+}
+
 /// The factor to solve with, in single or double precision.
 enum Either {
     Single(Panels<f32>),
@@ -30,6 +56,7 @@ enum Either {
 
 /// The precision of solves with a factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Precision {
     /// Half the time. For dynamic steps.
     Single,
@@ -53,19 +80,59 @@ impl Cholesky {
     /// Where the operator is not positive definite, or there is no memory.
     pub fn new(snapshot: &Snapshot, precision: Precision, before: Option<Self>) -> Result<Self, NoFactor> {
         // First gone, then new: there is never memory for two.
-        let kept = before.filter(|before| before.fits(&snapshot.corners, &snapshot.free));
-        let mut factor = kept.map_or_else(|| Self::empty(snapshot).ok_or(NoFactor::Unavailable), Ok)?;
-        factor.panels = match (precision, factor.panels) {
-            (Precision::Single, kept @ Either::Single(_)) | (Precision::Double, kept @ Either::Double(_)) => kept,
-            (Precision::Single, _) => Either::Single(Panels::default()),
-            (Precision::Double, _) => Either::Double(Panels::default()),
-        };
-        factor.factorize(snapshot)?;
+        let folded = snapshot.folded();
+        let fits = |before: &Self| before.fits(&snapshot.corners, &snapshot.free) && before.pattern.folded() == folded;
+        let kept = before.filter(fits);
+        let empty = || Self::empty(&snapshot.corners, &folded, &snapshot.free).ok_or(NoFactor::Unavailable);
+        let mut factor = kept.map_or_else(empty, Ok)?;
+        factor.set_precision(precision);
+        factor.pattern.assemble(snapshot, &mut factor.matrix);
+        factor.factorize()?;
         Ok(factor)
     }
 
-    fn empty(snapshot: &Snapshot) -> Option<Self> {
-        let pattern = Pattern::new(snapshot)?;
+    /// Makes the factor anew that had these equations, to the same bits.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and where the equations are not those of their triangles and free axes.
+    pub fn of_equations(equations: &Equations, precision: Precision) -> Result<Self, NoFactor> {
+        let Equations { corners, folded, free, matrix } = equations;
+        let mut factor = Self::empty(corners, folded, free).ok_or(NoFactor::Unavailable)?;
+        if matrix.len() != factor.pattern.entry_count() {
+            return Err(NoFactor::Unavailable);
+        }
+        factor.set_precision(precision);
+        factor.matrix.clone_from(matrix);
+        factor.factorize()?;
+        Ok(factor)
+    }
+
+    /// What the factor was made of.
+    pub fn equations(&self) -> Equations {
+        let Self { pattern, matrix, .. } = self;
+        let (corners, folded, free) = (pattern.corners().to_vec(), pattern.folded().to_vec(), pattern.free().to_vec());
+        Equations { corners, folded, free, matrix: matrix.clone() }
+    }
+
+    /// The precision of solves with it.
+    pub fn precision(&self) -> Precision {
+        match self.panels {
+            Either::Single(_) => Precision::Single,
+            Either::Double(_) => Precision::Double,
+        }
+    }
+
+    fn set_precision(&mut self, precision: Precision) {
+        if self.precision() != precision {
+            self.panels = match precision {
+                Precision::Single => Either::Single(Panels::default()),
+                Precision::Double => Either::Double(Panels::default()),
+            };
+        }
+    }
+
+    fn empty(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &[DVec3]) -> Option<Self> {
+        let pattern = Pattern::new(corners, folded, free)?;
         // The pattern is in the order of elimination already.
         let ordering = SymmetricOrdering::Identity;
         let threshold = SupernodalThreshold::FORCE_SUPERNODAL;
@@ -80,8 +147,7 @@ impl Cholesky {
         Some(Self { pattern, symbolic, matrix: Vec::new(), factor, panels, memory })
     }
 
-    fn factorize(&mut self, snapshot: &Snapshot) -> Result<(), NoFactor> {
-        self.pattern.assemble(snapshot, &mut self.matrix);
+    fn factorize(&mut self) -> Result<(), NoFactor> {
         let matrix = self.pattern.matrix(&self.matrix);
         let stack = MemStack::new(&mut self.memory);
         let (bare, spec) = (Default::default(), Spec::default());

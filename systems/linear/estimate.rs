@@ -24,6 +24,8 @@ pub struct Limits {
     pub iterations: u32,
     /// When it must, however far it has come.
     pub end: Option<Instant>,
+    /// After how many iterations it must instead, in a step that is repeated.
+    pub stop: Option<u32>,
 }
 
 /// A relative residual this far under the error allowed is small enough.
@@ -43,6 +45,7 @@ impl Limits {
             iterations: params.iterations,
             least_sq: (FAR_BELOW * params.stress_tolerance).min(params.tolerance).powi(2) * reference_sq,
             end: params.time.map(|time| Instant::now() + time),
+            stop: None,
         }
     }
 
@@ -51,9 +54,12 @@ impl Limits {
         residual_sq <= self.residual_sq && (energy <= self.energy || residual_sq <= self.least_sq)
     }
 
-    /// Whether time is up.
-    pub fn is_late(&self) -> bool {
-        self.end.is_some_and(|end| Instant::now() >= end)
+    /// Whether time is up after so many iterations.
+    pub fn is_late(&self, iterations: u32) -> bool {
+        match self.stop {
+            Some(stop) => iterations >= stop,
+            None => self.end.is_some_and(|end| Instant::now() >= end),
+        }
     }
 }
 
@@ -159,8 +165,10 @@ mod tests {
         let limits = Limits::new(&params, 4.0, 0.0);
         assert!(!limits.are_met(0.03, 1e-30) && limits.are_met(3e-12, 1.0));
         let alone = Limits::new(&LinearParams { stress_tolerance: f64::INFINITY, ..params }, 4.0, 0.0);
-        assert!(alone.are_met(0.03, 1e30) && !alone.is_late());
+        assert!(alone.are_met(0.03, 1e30) && !alone.is_late(5));
         let late = Limits::new(&LinearParams { time: Some(std::time::Duration::ZERO), ..params }, 4.0, 1.0);
-        assert!(late.is_late());
+        assert!(late.is_late(1));
+        let repeated = Limits { stop: Some(3), ..late };
+        assert!(!repeated.is_late(2) && repeated.is_late(3));
     }
 }

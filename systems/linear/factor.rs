@@ -4,6 +4,8 @@
 //! the operator, and takes effect a fixed number of solves later, so that no step waits and no result depends on threads;
 //! meanwhile the old one serves, across edits by its [`Bridge`]. A static solve, which can wait, renews it on the spot.
 
+mod state;
+
 use super::Operator;
 use super::block_jacobi::invert;
 use super::bridge::Bridge;
@@ -15,6 +17,9 @@ use super::warp::Warp;
 use crate::storage::EditRecord;
 use crate::systems::parallel::{self, Aside};
 use glam::{DMat3, DVec3, Vec4};
+pub use state::FactorState;
+use state::Origin;
+use std::sync::Arc;
 
 /// Iterations of a dynamic solve from which on a new factor is made: with a present one it takes one or two.
 const STALE: u32 = 4;
@@ -57,10 +62,19 @@ struct InUse {
 
 struct Pending {
     job: Aside<Result<Cholesky, NoFactor>>,
+    /// What it is made of.
+    origin: Origin,
     bridge: Bridge,
     warp: Warp,
     /// Solves until it takes effect.
     left: u32,
+}
+
+impl Pending {
+    /// Begins to make the factor.
+    fn new(origin: Origin, bridge: Bridge, warp: Warp, left: u32) -> Self {
+        Self { job: Aside::new(origin.clone(), Origin::factor), origin, bridge, warp, left }
+    }
 }
 
 impl InUse {
@@ -146,10 +160,8 @@ impl Factor {
     }
 
     fn renew_aside(&mut self, operator: &Operator, free: &[DVec3]) {
-        let job =
-            Aside::new(Snapshot::new(operator, free), |snapshot| Cholesky::new(snapshot, Precision::Single, None));
-        let (bridge, warp) = (Bridge::default(), Warp::new(operator));
-        self.pending = Some(Pending { job, bridge, warp, left: delay(free) });
+        let origin = Origin::Operator(Arc::new(Snapshot::new(operator, free)));
+        self.pending = Some(Pending::new(origin, Bridge::default(), Warp::new(operator), delay(free)));
     }
 
     /// Iterations with it in a dynamic solve at the most: with more it is worse than none.

@@ -20,15 +20,17 @@ mod pattern;
 mod preconditioned;
 #[cfg(feature = "direct")]
 mod snapshot;
+mod stops;
 #[cfg(feature = "direct")]
 mod warp;
 
 pub use cg::{CgError, CgInfo};
-pub use factor::Factor;
+pub use factor::{Factor, FactorState};
 pub use folds::{Folds, Hinge};
-pub use inner::{Inner, InnerSolver, With};
+pub use inner::{Inner, InnerSolver, InnerState, With};
 pub use operator::Operator;
 pub use preconditioned::{Means, Use, solve};
+pub use stops::Stops;
 
 use glam::DVec3;
 

@@ -8,6 +8,11 @@ use glam::{DVec3, Vec4};
 #[derive(Debug, Default)]
 pub struct Factor;
 
+/// Nothing to keep.
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct FactorState;
+
 /// Why there is no factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoFactor {
@@ -18,6 +23,19 @@ pub enum NoFactor {
 }
 
 impl Factor {
+    /// Nothing.
+    pub fn state(&self) -> FactorState {
+        FactorState
+    }
+
+    /// No factor.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn of_state(_state: &FactorState) -> Result<Self, NoFactor> {
+        Ok(Self)
+    }
+
     /// False.
     pub fn is_of(&self, _corners: &[[u32; 3]], _free: &[DVec3]) -> bool {
         false
@@ -65,5 +83,13 @@ impl Factor {
     /// Zero.
     pub fn apply_single(&mut self, _xr: &[[Vec4; 2]], _row: &[u32], z: &mut [Vec4]) {
         z.fill(Vec4::ZERO);
+    }
+}
+
+#[cfg(feature = "snapshot")]
+impl FactorState {
+    /// True.
+    pub fn is_sound(&self, _vertex_count: usize) -> bool {
+        true
     }
 }

@@ -5,7 +5,6 @@
 //! neighbours that come earlier in the order, then its own down to the diagonal. The order is found on the graph of vertices,
 //! not of axes: the same quality from a graph of a quarter to a ninth of the size.
 
-use super::Hinge;
 use super::snapshot::Snapshot;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::amd};
@@ -20,6 +19,7 @@ const SHIFT: f64 = 1e-10;
 #[derive(Debug)]
 pub struct Pattern {
     corners: Vec<[u32; 3]>,
+    folded: Vec<[u32; 4]>,
     free: Vec<DVec3>,
     incident: Incident,
     hinges: Hinges,
@@ -41,11 +41,10 @@ fn axes(free: DVec3) -> impl Iterator<Item = usize> + Clone {
 }
 
 impl Pattern {
-    /// The pattern of an operator; `None` where there is no free axis, or no memory.
-    pub fn new(snapshot: &Snapshot) -> Option<Self> {
-        let Snapshot { corners, free, .. } = snapshot;
+    /// The pattern of an operator on these triangles, with bending about the edges of these hinges; `None` where there is no free axis, or no memory.
+    pub fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &[DVec3]) -> Option<Self> {
         let incident = Incident::new(corners, free.len());
-        let hinges = Hinges::new(&snapshot.hinges, free.len());
+        let hinges = Hinges::new(folded, free.len());
         let order = elimination_order(corners, (&incident, &hinges), free)?;
         let mut place = vec![u32::MAX; free.len()];
         let mut first = vec![0; free.len()];
@@ -72,8 +71,8 @@ impl Pattern {
                 column_start.push(u32::try_from(row.len()).ok()?);
             }
         }
-        let (corners, free) = (corners.clone(), free.clone());
-        Some(Self { corners, free, incident, hinges, order, first, earlier_start, earlier, column_start, row })
+        let (corners, folded, free) = (corners.to_vec(), folded.to_vec(), free.to_vec());
+        Some(Self { corners, folded, free, incident, hinges, order, first, earlier_start, earlier, column_start, row })
     }
 
     /// Whether this is the pattern for these triangles and free axes.
@@ -81,9 +80,24 @@ impl Pattern {
         self.corners == corners && self.free == free
     }
 
+    /// The vertices of the hinges.
+    pub fn folded(&self) -> &[[u32; 4]] {
+        &self.folded
+    }
+
     /// The free axes, 1 or 0.
     pub fn free(&self) -> &[DVec3] {
         &self.free
+    }
+
+    /// The triangles.
+    pub fn corners(&self) -> &[[u32; 3]] {
+        &self.corners
+    }
+
+    /// Number of entries of the matrix.
+    pub fn entry_count(&self) -> usize {
+        self.row.len()
     }
 
     /// Number of free axes.
@@ -201,21 +215,21 @@ struct Hinges {
 }
 
 impl Hinges {
-    fn new(hinges: &[Hinge], vertex_count: usize) -> Self {
+    fn new(hinges: &[[u32; 4]], vertex_count: usize) -> Self {
         if hinges.is_empty() {
             return Self::default();
         }
         let mut start = vec![0; vertex_count + 1];
-        hinges.iter().flat_map(|hinge| hinge.vertices).for_each(|v| start[v as usize + 1] += 1);
+        hinges.iter().flatten().for_each(|&v| start[v as usize + 1] += 1);
         (0..vertex_count).for_each(|v| start[v + 1] += start[v]);
         let mut next = start.clone();
         let mut entry = vec![(0, 0); 4 * hinges.len()];
         let mut far = vec![0; 4 * hinges.len()];
         for (i, hinge) in hinges.iter().enumerate() {
-            for (place, &v) in hinge.vertices.iter().enumerate() {
+            for (place, &v) in hinge.iter().enumerate() {
                 let at = next[v as usize] as usize;
                 entry[at] = (i as u32, place as u8);
-                far[at] = hinge.vertices[[0, 1, 3, 2][place]];
+                far[at] = hinge[[0, 1, 3, 2][place]];
                 next[v as usize] += 1;
             }
         }

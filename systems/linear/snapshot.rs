@@ -30,6 +30,11 @@ impl Snapshot {
         Self { corners, blocks, own, hinges, free: free.to_vec() }
     }
 
+    /// The vertices of the hinges.
+    pub fn folded(&self) -> Vec<[u32; 4]> {
+        self.hinges.iter().map(|hinge| hinge.vertices).collect()
+    }
+
     /// The block of corners `i` and `j` of a triangle.
     pub fn block(&self, t: usize, i: usize, j: usize) -> DMat3 {
         let [k11, k12, k22] = &self.blocks[t];

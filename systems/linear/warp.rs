@@ -12,11 +12,13 @@ use glam::{DMat3, DVec3};
 const SMALL: f64 = 0.02;
 
 /// The rotation of the vertices of one mesh since a state of it.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Warp {
     /// The axes at that state of the triangle that a vertex turns with, its first.
     then: Vec<[DVec3; 2]>,
     /// The turns since; empty where they are small.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     turns: Vec<DMat3>,
 }
 
@@ -50,6 +52,17 @@ impl Warp {
         if turns.iter().all(is_small) {
             turns.clear();
         }
+    }
+
+    /// What a snapshot keeps: the turns are found anew.
+    pub fn state(&self) -> Self {
+        Self { then: self.then.clone(), turns: Vec::new() }
+    }
+
+    /// Number of vertices.
+    #[cfg(feature = "snapshot")]
+    pub fn vertex_count(&self) -> usize {
+        self.then.len()
     }
 
     /// Forgets the turns: the mesh has changed.

@@ -79,7 +79,7 @@ pub fn solve(
         preconditioner.ascend((rz / before) as f32, vectors);
         error.advance(alpha, rz);
         iterations += 1;
-        is_late = limits.is_late();
+        is_late = limits.is_late(iterations);
     }
     Ok(Reached { iterations, residual_sq, energy: error.squared(), is_late })
 }

@@ -17,11 +17,13 @@ mod multigrid;
 mod order;
 mod partition;
 mod pattern;
+mod state;
 
 use super::estimate::Limits;
 use super::{CgError, CgInfo, Factor, Operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
+use crate::storage::Topology;
 use crate::systems::parallel;
 use cg::{Reached, Vectors};
 use edits::Edits;
@@ -33,6 +35,7 @@ use matrix::Matrix;
 use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
+pub use state::InnerState;
 
 /// No round goes further than this below its own residual: from about ten times less on, single precision only adds noise.
 const LEAST_GAIN: f64 = 1e-5;
@@ -148,10 +151,12 @@ impl InnerSolver {
             };
             let most = most.min(limits.iterations - info.iterations);
             // A direction without curvature may be one that single precision has lost: double precision decides.
-            let Ok(reached) = self.iterate(&mut with, &limits.of_round(norm, most)) else {
+            let round = scratch.stops.apply(limits.of_round(norm, most));
+            let Ok(reached) = self.iterate(&mut with, &round) else {
                 is_solved = false;
                 break;
             };
+            scratch.stops.note(reached.iterations, reached.is_late);
             info.iterations += reached.iterations;
             info.error_energy = reached.energy * norm * norm;
             info.is_late = reached.is_late;
@@ -197,7 +202,7 @@ impl InnerSolver {
 
     /// Takes the operator's numbers.
     fn take(&mut self, operator: &Operator, free: &[DVec3]) {
-        self.follow(operator);
+        self.follow(&operator.triangles.corners, operator.topology);
         self.matrix.assemble(operator, &self.partition, &self.order, free);
     }
 
@@ -223,9 +228,8 @@ impl InnerSolver {
     }
 
     /// Brings what depends on the triangles up to date where they have changed: a tear changes few of them.
-    fn follow(&mut self, operator: &Operator) {
-        let (corners, topology) = (&operator.triangles.corners, operator.topology);
-        if self.corners == *corners {
+    fn follow(&mut self, corners: &[[u32; 3]], topology: &Topology) {
+        if self.corners == corners {
             return;
         }
         let Self { order, partition, incomplete, edits, .. } = self;

@@ -49,6 +49,16 @@ impl Order {
         self.number();
     }
 
+    /// The order with these vertices in its rows; `None` where they are not every one once.
+    pub fn of_vertices(vertex: &[u32], changed: usize) -> Option<Self> {
+        let mut row = vec![u32::MAX; vertex.len()];
+        for (r, &v) in (0..).zip(vertex) {
+            let place = row.get_mut(v as usize).filter(|row| **row == u32::MAX)?;
+            *place = r;
+        }
+        Some(Self { vertex: vertex.to_vec(), row, changed, level: Vec::new() })
+    }
+
     /// Keeps the rows of the vertices that there were before: new ones come last, and the last rows take the places of those that are
     /// gone. Adds the vertices whose rows have changed to `moved`. A few rows at the end, all of whose neighbours come before them,
     /// hardly change the iterations; a new order is due before they are many.

@@ -12,6 +12,7 @@ use super::level::{Level, Vectors};
 use super::numbering::Numbering;
 use super::transfer::Transfer;
 use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::kernels::block::Block;
 use crate::systems::parallel;
 use glam::{DVec3, Vec4};
 
@@ -135,6 +136,23 @@ impl Hierarchy {
         pattern.gather(partition, matrix, |place| numbering.row(place as u32) as usize, diagonal, lower);
         empty(free, matrix.own.len());
         free.extend((0..matrix.own.len()).map(|row| matrix.own[numbering.place(row as u32) as usize][3]));
+        self.finish();
+    }
+
+    /// Takes the numbers that the finest level of the same mesh has had; whether they fit.
+    pub fn set(&mut self, diagonal: &[Block], lower: &[Block], free: &[Vec4]) -> bool {
+        let finest = &mut self.levels[0];
+        let (rows, blocks) = (finest.pattern.row_count(), finest.pattern.column.len());
+        if (diagonal.len(), lower.len(), free.len()) != (rows, blocks, rows) {
+            return false;
+        }
+        (finest.diagonal, finest.lower, finest.free) = (diagonal.to_vec(), lower.to_vec(), free.to_vec());
+        self.finish();
+        true
+    }
+
+    /// Finds the numbers of the coarser levels from those of the finest.
+    fn finish(&mut self) {
         self.levels[0].finish();
         for (i, transfer) in self.transfers.iter().enumerate() {
             let (fine, coarse) = self.levels.split_at_mut(i + 1);

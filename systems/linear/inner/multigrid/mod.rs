@@ -15,6 +15,7 @@ mod hierarchy;
 mod interpolation;
 mod level;
 mod numbering;
+mod state;
 mod transfer;
 
 use super::cg::{Precondition, Vectors};
@@ -25,6 +26,7 @@ use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
 use glam::DVec2;
 use hierarchy::Hierarchy;
+pub use state::MultigridState;
 
 /// To take the operator's numbers anew costs as much as so many iterations (5 to 8 from 5,000 to 150,000 triangles).
 const RENEWAL: f64 = 6.0;

@@ -1,0 +1,70 @@
+//! The state of a run on its way, from which a killed one is resumed.
+
+use super::Stop;
+use super::files::Marks;
+use super::tally::Tally;
+use crate::report::TearCourse;
+use crate::snapshot::bytes::{Kind, pack, read, replace, unpack};
+use crate::snapshot::{Snapshot, SnapshotError};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use std::time::Duration;
+
+/// The file in the output directory; a new one takes the place of the last.
+const NAME: &str = "run.snapshot";
+
+/// A run after some step.
+#[derive(Deserialize, Serialize)]
+pub(super) struct Checkpoint {
+    /// The scene's fingerprint, but for the number of steps and of threads.
+    pub scene: u64,
+    pub snapshot: Snapshot,
+    /// Steps of the scene, and whether a tear has begun.
+    pub progress: (u64, bool),
+    pub tally: Tally,
+    pub courses: Vec<TearCourse>,
+    pub marks: Marks,
+    /// Steps in a row that had failed.
+    pub failures: u32,
+    /// Processor time in steps, and time since the start.
+    pub times: [Duration; 2],
+}
+
+impl From<SnapshotError> for Stop {
+    fn from(error: SnapshotError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl Checkpoint {
+    /// Writes it into the output directory, whole or not at all.
+    pub fn save(&self, folder: &Path) -> Result<(), Stop> {
+        Ok(replace(&folder.join(NAME), &pack(Kind::Run, self)?)?)
+    }
+
+    /// The last one of a run of this scene.
+    pub fn load(folder: &Path, scene: u64) -> Result<Self, Stop> {
+        let path = folder.join(NAME);
+        if !path.exists() {
+            let folder = folder.display();
+            return Err(Stop::Failed(format!("there is no run to resume in {folder}: begin one with --snapshots N")));
+        }
+        let named = |error: SnapshotError| Stop::Failed(format!("{}: {error}", path.display()));
+        let checkpoint: Self = read(&path).and_then(|bytes| unpack(Kind::Run, &bytes)).map_err(named)?;
+        if checkpoint.scene != scene {
+            let path = path.display();
+            return Err(Stop::Failed(format!("{path} is of another scene, or of one with other values (--set)")));
+        }
+        Ok(checkpoint)
+    }
+}
+
+/// Takes away that of an earlier run.
+pub(super) fn remove(folder: &Path) -> Result<(), Stop> {
+    match std::fs::remove_file(folder.join(NAME)) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(Stop::Failed(format!("cannot remove {}: {error}", folder.join(NAME).display())))
+        }
+        _ => Ok(()),
+    }
+}

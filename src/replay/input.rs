@@ -1,0 +1,189 @@
+//! The calls of a host that change a simulation. A new one is a variant here and an arm of `Simulation::repeat`.
+
+use super::Parameters;
+use crate::components::{Jaws, Obstacle, Path, Pose, Shape};
+use crate::settings::Settings;
+use crate::simulation::Grasp;
+use crate::snapshot::{Saved, Snapshot};
+use crate::storage::VertexKey;
+use glam::{DQuat, DVec3};
+use hecs::Entity;
+
+/// One call. Those that were refused are written down too: they are refused again.
+#[derive(Clone)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Input {
+    /// A dynamic step.
+    Step {
+        /// Time step \[ms\].
+        dt: f64,
+        /// Where a solve may take so long: per body in order of spawning, after how many iterations its rounds have stopped.
+        stops: Vec<Vec<u32>>,
+    },
+    /// A static equilibrium.
+    Settle {
+        /// Time by which the loads move on \[ms\].
+        dt: f64,
+        /// Where Newton's method stops.
+        tolerance: f64,
+    },
+    /// Static equilibria and tears.
+    SettleAndTear {
+        /// Time by which the loads move on \[ms\].
+        dt: f64,
+        /// Where Newton's method stops.
+        tolerance: f64,
+        /// How often tears advance at the most.
+        rounds: u32,
+    },
+    /// A linear answer.
+    LinearResponse {
+        /// Time by which the loads move on \[ms\].
+        dt: f64,
+    },
+    /// A cut.
+    Cut {
+        /// The body.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        body: Entity,
+        /// Its points \[mm, rest shape\].
+        polyline: Vec<DVec3>,
+    },
+    /// A body was put into the world.
+    Spawn(Spawned),
+    /// An obstacle was put into the world.
+    SpawnObstacle(Obstacle),
+    /// An obstacle was put into the world that follows a path.
+    SpawnMovingObstacle(Obstacle, Path),
+    /// An obstacle was moved.
+    MoveObstacle {
+        /// The obstacle.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        obstacle: Entity,
+        /// Where it is at the end of the next step.
+        shape: Shape,
+    },
+    /// Forceps were put into the world.
+    SpawnForceps {
+        /// Their name.
+        name: String,
+        /// How they hold.
+        jaws: Jaws,
+        /// Where they are.
+        pose: Pose,
+    },
+    /// Forceps were moved.
+    MoveForceps {
+        /// The forceps.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        forceps: Entity,
+        /// Where they go.
+        pose: Pose,
+        /// In this time \[ms\].
+        within: f64,
+    },
+    /// Forceps were closed.
+    CloseForceps {
+        /// The forceps.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        forceps: Entity,
+        /// The body between them.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        body: Entity,
+        /// What of it.
+        grasp: Grasp,
+    },
+    /// Forceps were opened.
+    OpenForceps(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))] Entity),
+    /// A blade was put into the world.
+    SpawnBlade {
+        /// How far it reaches \[mm\].
+        reach: f64,
+        /// Its shortest cut \[mm\].
+        least: f64,
+    },
+    /// A blade was drawn.
+    DrawBlade {
+        /// The blade.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        blade: Entity,
+        /// Through this body.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        body: Entity,
+        /// To here \[mm\].
+        edge: DVec3,
+    },
+    /// Vertices were pinned.
+    Pin {
+        /// Of this body.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        body: Entity,
+        /// Under this name.
+        name: String,
+        /// These.
+        vertices: Vec<VertexKey>,
+    },
+    /// Vertices were let go.
+    Unpin {
+        /// Of this body.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        body: Entity,
+        /// These.
+        vertices: Vec<VertexKey>,
+    },
+    /// All pins of a name were let go.
+    UnpinAll {
+        /// Of this body.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        body: Entity,
+        /// The name.
+        name: String,
+    },
+    /// A body was set elsewhere.
+    Teleport {
+        /// The body.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        body: Entity,
+        /// Turned about the origin.
+        rotation: DQuat,
+        /// Then shifted \[mm\].
+        shift: DVec3,
+    },
+    /// A body, an obstacle or a tool was taken out.
+    Despawn(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))] Entity),
+    /// A body, or those that a changed obstacle touches, was woken.
+    Wake(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))] Entity),
+    /// All bodies were woken.
+    WakeAll,
+    /// A body's rows were sorted.
+    Reorder(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))] Entity),
+    /// Other settings.
+    SetSettings(Settings),
+    /// Components were changed from outside.
+    Change {
+        /// Of this body or obstacle.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        entity: Entity,
+        /// Those that were.
+        to: Changes,
+    },
+    /// Back to a snapshot.
+    Restore(Snapshot),
+}
+
+/// A body as it was put into the world.
+#[derive(Clone)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Spawned(pub(crate) Box<Saved>);
+
+/// Components as they are after a change.
+#[derive(Clone)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Changes(pub(crate) Box<Parameters>);
+
+impl From<Parameters> for Changes {
+    fn from(changed: Parameters) -> Self {
+        Self(Box::new(changed))
+    }
+}

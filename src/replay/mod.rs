@@ -1,0 +1,134 @@
+//! What a host has done to a simulation, recorded and repeated to the same bits.
+//!
+//! [`Simulation::record`](crate::simulation::Simulation::record) begins with a snapshot and writes down every call that changes anything, in order:
+//! steps, static solves, cuts, bodies and obstacles that come and go, settings, and what was changed through
+//! [`entity_mut`](crate::simulation::Simulation::entity_mut) and [`world_mut`](crate::simulation::Simulation::world_mut): parameters,
+//! positions and velocities. [`Recording::replay`] repeats them and compares the hash of the end. Steps whose solves have a limit of time stop where they
+//! stopped, whatever the clock says.
+
+#[cfg(feature = "snapshot")]
+mod bytes;
+mod input;
+mod parameters;
+
+pub use input::{Changes, Input, Spawned};
+pub(crate) use parameters::Parameters;
+
+use crate::simulation::Simulation;
+use crate::snapshot::{Snapshot, SnapshotError, StateHash};
+use hecs::Entity;
+
+/// Why a recording was not repeated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReplayError {
+    /// The state with which it begins is refused.
+    #[error(transparent)]
+    Start(#[from] SnapshotError),
+    /// The end has another hash: something has changed the simulation that is not recorded, or the arithmetic is another.
+    #[error(
+        "the replay ends with the hash {found}, the recording with {expected}: something that is not recorded has changed the run, or \
+             the machine computes otherwise"
+    )]
+    Diverged {
+        /// Of the recording.
+        expected: StateHash,
+        /// Of the replay.
+        found: StateHash,
+    },
+}
+
+/// A run as its start, what was done to it, and its end.
+#[derive(Clone)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Recording {
+    start: Snapshot,
+    inputs: Vec<Input>,
+    end: StateHash,
+}
+
+impl Recording {
+    /// The state with which it begins.
+    pub fn start(&self) -> &Snapshot {
+        &self.start
+    }
+
+    /// What was done, in order.
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs
+    }
+
+    /// The hash of the state at its end.
+    pub fn end(&self) -> StateHash {
+        self.end
+    }
+
+    /// Repeats all of it.
+    ///
+    /// # Errors
+    /// Where it does not begin, or does not end as the recording did.
+    pub fn replay(&self) -> Result<Simulation, ReplayError> {
+        self.replay_with(|_, _| {})
+    }
+
+    /// Repeats all of it and shows the simulation after every input.
+    ///
+    /// # Errors
+    /// As [`replay`](Self::replay).
+    pub fn replay_with(&self, mut look: impl FnMut(&Input, &Simulation)) -> Result<Simulation, ReplayError> {
+        let mut simulation = Simulation::of_snapshot(&self.start)?;
+        for input in &self.inputs {
+            simulation.repeat(input);
+            look(input, &simulation);
+        }
+        let (expected, found) = (self.end, simulation.hash());
+        if found == expected { Ok(simulation) } else { Err(ReplayError::Diverged { expected, found }) }
+    }
+}
+
+impl std::fmt::Debug for Recording {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { start, inputs, end } = self;
+        let mut shown = f.debug_struct("Recording");
+        shown.field("start", start).field("inputs", &inputs.len()).field("end", end).finish()
+    }
+}
+
+/// A recording that is being made.
+pub(crate) struct Recorder {
+    start: Snapshot,
+    inputs: Vec<Input>,
+    /// What has been handed out to be changed, as it was before.
+    lent: Vec<(Entity, Parameters)>,
+}
+
+impl Recorder {
+    pub fn new(start: Snapshot) -> Self {
+        Self { start, inputs: Vec::new(), lent: Vec::new() }
+    }
+
+    /// Writes an input down.
+    pub fn note(&mut self, input: Input) {
+        self.inputs.push(input);
+    }
+
+    /// Before an entity is handed out to be changed.
+    pub fn lend(&mut self, entity: Entity, before: Parameters) {
+        self.lent.push((entity, before));
+    }
+
+    /// What has been handed out since the last input.
+    pub fn take_lent(&mut self) -> Vec<(Entity, Parameters)> {
+        std::mem::take(&mut self.lent)
+    }
+
+    /// Where the solves of the step that was written down last have stopped.
+    pub fn note_stops(&mut self, taken: Vec<Vec<u32>>) {
+        if let Some(Input::Step { stops, .. }) = self.inputs.last_mut() {
+            *stops = taken;
+        }
+    }
+
+    pub fn finish(self, end: StateHash) -> Recording {
+        Recording { start: self.start, inputs: self.inputs, end }
+    }
+}

@@ -1,0 +1,121 @@
+//! Recording what is done to a simulation, and doing it again.
+
+use super::{Simulation, order};
+use crate::components::{Body, SolverScratch};
+use crate::replay::{Input, Parameters, Recorder, Recording, Spawned};
+use crate::snapshot::Saved;
+use hecs::Entity;
+
+impl Simulation {
+    /// Records from now on what is done; what was recorded before is dropped. Memory grows by some bytes per call.
+    pub fn record(&mut self) {
+        self.recorder = Some(Recorder::new(self.snapshot()));
+    }
+
+    /// Ends the recording; `None` where there was none.
+    pub fn end_recording(&mut self) -> Option<Recording> {
+        self.note_changes();
+        let end = self.hash();
+        self.recorder.take().map(|recorder| recorder.finish(end))
+    }
+
+    /// Whether what is done is recorded.
+    pub fn is_recording(&self) -> bool {
+        self.recorder.is_some()
+    }
+
+    /// Writes a call down, after what was changed before it.
+    pub(super) fn note(&mut self, input: impl FnOnce() -> Input) {
+        self.note_changes();
+        if let Some(recorder) = &mut self.recorder {
+            recorder.note(input());
+        }
+    }
+
+    /// Before an entity, or all of them, is handed out to be changed.
+    pub(super) fn lend(&mut self, entity: Option<Entity>) {
+        let Self { world, recorder: Some(recorder), .. } = self else { return };
+        match entity {
+            Some(entity) => recorder.lend(entity, Parameters::of(world, entity)),
+            None => {
+                let all = world.iter().map(|entity| entity.entity());
+                all.for_each(|entity| recorder.lend(entity, Parameters::of(world, entity)));
+            }
+        }
+    }
+
+    /// Writes down what has been changed of what was handed out.
+    fn note_changes(&mut self) {
+        let Self { world, recorder: Some(recorder), .. } = self else { return };
+        for (entity, before) in recorder.take_lent() {
+            if let Some(changed) = Parameters::of(world, entity).since(&before) {
+                recorder.note(Input::Change { entity, to: changed.into() });
+            }
+        }
+    }
+
+    /// Writes down the body that was put into the world.
+    pub(super) fn note_spawned(&mut self, body: Entity) {
+        if self.recorder.is_some()
+            && let Some(saved) = self.world.entity(body).ok().and_then(Saved::of)
+        {
+            self.note(|| Input::Spawn(Spawned(Box::new(saved))));
+        }
+    }
+
+    /// Before a step: its solves stop where `scripts` say, in the order of spawning; without any where time is up.
+    pub(super) fn begin_stops(&mut self, scripts: &[Vec<u32>]) {
+        if self.settings.linear.time.is_none() {
+            return;
+        }
+        for (place, body) in self.bodies().into_iter().enumerate() {
+            if let Ok(scratch) = self.world.query_one_mut::<&mut SolverScratch>(body) {
+                scratch.stops.begin(scripts.get(place).map_or(&[], Vec::as_slice));
+            }
+        }
+    }
+
+    /// After a step: where its solves have stopped.
+    pub(super) fn note_stops(&mut self) {
+        let Self { world, recorder: Some(recorder), settings, .. } = self else { return };
+        if settings.linear.time.is_none() {
+            return;
+        }
+        let mut query = world.query::<(Entity, &SolverScratch)>().with::<&Body>();
+        let mut stops: Vec<_> = query.iter().map(|(body, s)| (order(world, body), s.stops.taken().to_vec())).collect();
+        stops.sort_unstable_by_key(|&(order, _)| order);
+        recorder.note_stops(stops.into_iter().map(|(_, taken)| taken).collect());
+    }
+
+    /// Does once more what was recorded. What was refused then is refused now.
+    pub(crate) fn repeat(&mut self, input: &Input) {
+        match input {
+            Input::Step { dt, stops } => _ = self.step_with(*dt, stops),
+            Input::Settle { dt, tolerance } => _ = self.settle(*dt, *tolerance),
+            Input::SettleAndTear { dt, tolerance, rounds } => _ = self.settle_and_tear(*dt, *tolerance, *rounds),
+            Input::LinearResponse { dt } => _ = self.linear_response(*dt),
+            Input::Cut { body, polyline } => _ = self.cut(*body, polyline),
+            Input::Spawn(Spawned(saved)) => self.put_back(saved),
+            Input::SpawnObstacle(obstacle) => _ = self.spawn_obstacle(*obstacle),
+            Input::SpawnMovingObstacle(obstacle, path) => _ = self.spawn_moving_obstacle(*obstacle, path.clone()),
+            Input::MoveObstacle { obstacle, shape } => _ = self.move_obstacle(*obstacle, *shape),
+            Input::SpawnForceps { name, jaws, pose } => _ = self.spawn_forceps(name, *jaws, *pose),
+            Input::MoveForceps { forceps, pose, within } => _ = self.move_forceps(*forceps, *pose, *within),
+            Input::CloseForceps { forceps, body, grasp } => _ = self.close_forceps(*forceps, *body, grasp),
+            Input::OpenForceps(forceps) => _ = self.open_forceps(*forceps),
+            Input::SpawnBlade { reach, least } => _ = self.spawn_blade(*reach, *least),
+            Input::DrawBlade { blade, body, edge } => _ = self.draw_blade(*blade, *body, *edge),
+            Input::Pin { body, name, vertices } => _ = self.pin(*body, name, vertices),
+            Input::Unpin { body, vertices } => _ = self.unpin(*body, vertices),
+            Input::UnpinAll { body, name } => _ = self.unpin_all(*body, name),
+            Input::Teleport { body, rotation, shift } => _ = self.teleport(*body, *rotation, *shift),
+            Input::Despawn(entity) => _ = self.despawn(*entity),
+            Input::Wake(body) => _ = self.wake(*body),
+            Input::WakeAll => _ = self.world_mut(),
+            Input::Reorder(body) => _ = self.reorder(*body),
+            Input::SetSettings(settings) => _ = self.set_settings(*settings),
+            Input::Change { entity, to } => to.0.give(&mut self.world, *entity),
+            Input::Restore(snapshot) => _ = self.restore(snapshot),
+        }
+    }
+}

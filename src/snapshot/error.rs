@@ -1,0 +1,78 @@
+//! Why a snapshot or a recording is refused.
+
+use crate::membrane::BodyError;
+use crate::simulation::SimulationError;
+use crate::storage::Broken;
+
+/// Why a snapshot or a recording is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SnapshotError {
+    /// The bytes begin otherwise.
+    #[error("this is no {expected} of Rhexis")]
+    AnotherFile {
+        /// What was asked for: a snapshot or a recording.
+        expected: &'static str,
+    },
+    /// Another version of the format.
+    #[error("the format has version {found}, and this build reads version {known}: take it anew")]
+    Version {
+        /// Of the bytes.
+        found: u16,
+        /// Of this build.
+        known: u16,
+    },
+    /// Written with or without the feature `direct`, read the other way.
+    #[error("it was written by a build {} the feature `direct`, and the results of this one would differ", if *.has_factors { "with" } else { "without" })]
+    Build {
+        /// Whether the build that wrote it has factors.
+        has_factors: bool,
+    },
+    /// The bytes are not those that were written.
+    #[error("the bytes are damaged: their checksum is another")]
+    Damaged,
+    /// The bytes cannot be read.
+    #[error("the bytes cannot be read: {0}")]
+    Unreadable(String),
+    /// A body's mesh.
+    #[error("body `{body}`: {source}")]
+    Mesh {
+        /// Its name.
+        body: String,
+        /// What is wrong.
+        source: Broken,
+    },
+    /// A body's parameters.
+    #[error("body `{body}`: {source}")]
+    Body {
+        /// Its name.
+        body: String,
+        /// What is wrong.
+        source: BodyError,
+    },
+    /// Anything else that contradicts itself.
+    #[error("{owner}: {what}")]
+    Contradiction {
+        /// Whose.
+        owner: String,
+        /// What is wrong.
+        what: &'static str,
+    },
+    /// The settings.
+    #[error(transparent)]
+    Settings(#[from] SimulationError),
+    /// A file cannot be read or written.
+    #[error("{path}: {reason}")]
+    File {
+        /// Which.
+        path: String,
+        /// Why.
+        reason: String,
+    },
+}
+
+impl SnapshotError {
+    pub(crate) fn contradiction(owner: impl Into<String>, what: &'static str) -> Self {
+        Self::Contradiction { owner: owner.into(), what }
+    }
+}

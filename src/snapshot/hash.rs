@@ -1,0 +1,98 @@
+//! A number that tells two states apart.
+
+use crate::components::{Body, Grips};
+use crate::storage::{Tips, Triangles, Vertices};
+use glam::DVec3;
+use hecs::World;
+use slotmap::Key;
+use std::fmt;
+use xxhash_rust::xxh3::Xxh3;
+
+/// A hash of state and topology: XXH3 in 64 bits without a seed (Collet's xxHash, whose values are fixed), over numbers in
+/// little-endian order. Two states of equal arithmetic have the same hash on every platform.
+///
+/// It runs over the number of steps and the time; then over every body in order of spawning: its place in that order; number of
+/// vertices, their keys, positions, velocities, rest positions, masses; number of triangles, their keys, corners, fibres,
+/// elastic constants, thicknesses, densities; number of tips, their keys, vertices, last directions, ideal points, criterion
+/// values, allowances, marks; and for every grip the number of held vertices, their rows and their places in the jaws.
+/// Column after column, each from the first row to the last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct StateHash(pub u64);
+
+impl fmt::Display for StateHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}
+
+/// The checksum of bytes.
+#[cfg(feature = "snapshot")]
+pub(crate) fn sum(bytes: &[u8]) -> u64 {
+    xxhash_rust::xxh3::xxh3_64(bytes)
+}
+
+/// The hash of a world after so many steps, at a time \[ms\].
+pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
+    let mut hash = Numbers(Xxh3::new());
+    hash.whole(step);
+    hash.real(time);
+    let mut query = world.query::<(&Body, &Vertices, &Triangles, Option<&Tips>, Option<&Grips>)>();
+    let mut bodies: Vec<_> = query.iter().collect();
+    bodies.sort_unstable_by_key(|(body, ..)| body.order);
+    for (body, vertices, triangles, tips, grips) in bodies {
+        hash.whole(u64::from(body.order));
+        hash.keys(vertices.keys());
+        for column in [&vertices.position, &vertices.velocity, &vertices.rest_position] {
+            hash.points(column);
+        }
+        vertices.mass.iter().for_each(|&mass| hash.real(mass));
+        hash.keys(triangles.keys());
+        triangles.corners.iter().flatten().for_each(|&corner| hash.row(corner));
+        hash.points(&triangles.fibre);
+        for law in &triangles.stiffness {
+            [law.q11, law.q12, law.q22, law.q66].into_iter().for_each(|q| hash.real(q));
+        }
+        triangles.thickness.iter().chain(&triangles.density).for_each(|&value| hash.real(value));
+        if let Some(tips) = tips {
+            hash.keys(tips.keys());
+            tips.vertex.iter().for_each(|&vertex| hash.row(vertex));
+            hash.points(&tips.previous);
+            hash.points(&tips.ideal);
+            tips.criterion.iter().chain(&tips.allowance).for_each(|&value| hash.real(value));
+            tips.is_refused.iter().chain(&tips.is_coarse).for_each(|&mark| hash.row(u32::from(mark)));
+        }
+        for held in grips.iter().flat_map(|grips| &grips.pinches).map(|pinch| &pinch.held) {
+            hash.whole(held.rows().len() as u64);
+            held.rows().iter().for_each(|&row| hash.row(row));
+            hash.points(held.values());
+        }
+    }
+    StateHash(hash.0.digest())
+}
+
+/// Numbers on their way into the hash.
+struct Numbers(Xxh3);
+
+impl Numbers {
+    fn whole(&mut self, value: u64) {
+        self.0.update(&value.to_le_bytes());
+    }
+
+    fn row(&mut self, value: u32) {
+        self.0.update(&value.to_le_bytes());
+    }
+
+    fn real(&mut self, value: f64) {
+        self.whole(value.to_bits());
+    }
+
+    fn points(&mut self, points: &[DVec3]) {
+        points.iter().flat_map(|point| point.to_array()).for_each(|value| self.real(value));
+    }
+
+    fn keys(&mut self, keys: &[impl Key]) {
+        self.whole(keys.len() as u64);
+        keys.iter().for_each(|key| self.whole(key.data().as_ffi()));
+    }
+}

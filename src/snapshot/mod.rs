@@ -1,0 +1,94 @@
+//! The whole state of a simulation, to go back to and to go on from.
+//!
+//! [`Simulation::snapshot`](crate::simulation::Simulation::snapshot) takes one, in memory; clones of it share what it holds. With
+//! the crate's feature `snapshot` it has a form as bytes and as a file, versioned and guarded by a checksum. A simulation that
+//! [goes back](crate::simulation::Simulation::restore) to a snapshot goes on from it to the same bits as the one it was taken of, in
+//! the middle of a tear too: handles and keys name what they named, and what solvers remember from step to step is kept as well. Of that
+//! only what the rest does not tell: a Cholesky factor is made anew from its matrix, multigrid's levels from the mesh and
+//! the numbers of its finest one; charts and discs at tips follow from the rest shape.
+//!
+//! What there is to keep is one list, in `saved.rs`. Your own components are not in it: on entities that live on they stay as
+//! they are, in bytes they are not.
+
+#[cfg(feature = "snapshot")]
+pub(crate) mod bytes;
+#[cfg(feature = "snapshot")]
+mod check;
+mod error;
+#[cfg(feature = "snapshot")]
+pub(crate) mod handle;
+mod hash;
+mod saved;
+
+#[cfg(feature = "snapshot")]
+pub(crate) use check::check_spawned;
+pub use error::SnapshotError;
+pub use hash::StateHash;
+pub(crate) use hash::hash_of;
+#[cfg(feature = "cli")]
+pub(crate) use hash::sum as fingerprint;
+pub(crate) use saved::{Saved, is_ours, strip};
+
+use crate::event::Event;
+use crate::report::Report;
+use crate::settings::Settings;
+use hecs::Entity;
+use std::sync::Arc;
+
+/// The state of a simulation at one time. A clone costs nothing.
+#[derive(Clone)]
+pub struct Snapshot(pub(crate) Arc<Contents>);
+
+/// What a snapshot holds.
+#[derive(Clone)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Contents {
+    pub settings: Settings,
+    pub report: Report,
+    pub events: Vec<Event>,
+    pub next_order: u32,
+    /// In the order in which systems meet them.
+    pub entities: Vec<Saved>,
+    /// Handles that the host has given to things of its own, and those that are free, the next one last.
+    pub handles: Handles,
+}
+
+/// Entities that are none of the engine's.
+#[derive(Clone, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Handles {
+    pub others: Vec<u64>,
+    pub free: Vec<u64>,
+}
+
+impl Snapshot {
+    /// Time at which it was taken \[ms\].
+    pub fn time(&self) -> f64 {
+        self.0.report.time
+    }
+
+    /// Steps done by then.
+    pub fn step(&self) -> u64 {
+        self.0.report.step
+    }
+
+    /// The settings then.
+    pub fn settings(&self) -> &Settings {
+        &self.0.settings
+    }
+
+    /// The bodies then, in order of spawning.
+    pub fn bodies(&self) -> Vec<Entity> {
+        let bodies = self.0.entities.iter().filter_map(|saved| Some((saved.body.as_ref()?.order, saved.entity)));
+        let mut bodies: Vec<(u32, Entity)> = bodies.collect();
+        bodies.sort_unstable_by_key(|&(order, _)| order);
+        bodies.into_iter().map(|(_, entity)| entity).collect()
+    }
+}
+
+impl std::fmt::Debug for Snapshot {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (step, time) = (self.step(), self.time());
+        f.debug_struct("Snapshot").field("step", &step).field("time", &time).finish_non_exhaustive()
+    }
+}

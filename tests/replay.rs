@@ -1,0 +1,93 @@
+//! A recording repeats everything that a host has done, to the same bits.
+#![cfg(all(feature = "scenes", feature = "snapshot"))]
+
+mod common;
+
+use common::Square;
+use glam::DVec3;
+use rhexis::components::{Curve, Holds, Obstacle, Shape, Sleeping, TearLog};
+use rhexis::replay::{Input, Recording, ReplayError};
+use rhexis::settings::{LinearParams, Settings};
+use rhexis::simulation::Simulation;
+use rhexis::storage::Vertices;
+use std::time::Duration;
+
+fn simulation() -> Simulation {
+    Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap()
+}
+
+/// Ends the recording and repeats it from its bytes: with all that is kept the same, not the hash alone.
+fn repeats(mut simulation: Simulation) -> Recording {
+    let bytes = simulation.end_recording().unwrap().to_bytes().unwrap();
+    let recording = Recording::from_bytes(&bytes).unwrap();
+    let mut again = recording.replay().unwrap();
+    assert!(again.snapshot().to_bytes() == simulation.snapshot().to_bytes());
+    assert!(again.drain_events().eq(simulation.drain_events()));
+    recording
+}
+
+#[test]
+fn every_call_is_repeated() {
+    let mut s = simulation();
+    let square = Square::new([16, 14], 60.0);
+    let first = s.spawn(square.membrane().with(Sleeping::default())).unwrap();
+    s.step(5.0).unwrap();
+    s.record();
+    let second = s.spawn(square.hanging()).unwrap();
+    s.cut(first, &common::NOTCH).unwrap();
+    let ball = Obstacle { shape: Shape::Sphere { centre: DVec3::NEG_Z * 40.0, radius: 1.0 } };
+    let (obstacle, gone) = (s.spawn_obstacle(ball), s.spawn_obstacle(ball));
+    (0..5).for_each(|_| _ = s.step(5.0));
+    s.despawn(gone).unwrap();
+    assert!(s.despawn(gone).is_err() && s.step(f64::NAN).is_err() && s.cut(first, &[]).is_err());
+    s.settle(10.0, 1e-9).unwrap();
+    let before = s.snapshot();
+    s.reorder(first).unwrap();
+    s.settle_and_tear(200.0, 1e-9, 2).unwrap();
+    s.linear_response(1.0).unwrap();
+    s.restore(&before).unwrap();
+    s.entity_mut::<&mut Obstacle>(obstacle).unwrap().shape = Shape::Sphere { centre: DVec3::NEG_Z * 30.0, radius: 2.0 };
+    let curve = Curve::new(vec![(0.0, 0.0), (400.0, 1.5)]).unwrap();
+    s.entity_mut::<&mut Holds>(first).unwrap().groups.iter_mut().for_each(|hold| hold.curve = curve.clone());
+    s.entity_mut::<&mut Vertices>(second).unwrap().velocity.iter_mut().for_each(|v| *v += DVec3::X * 1e-3);
+    (0..30).for_each(|_| _ = s.step(10.0));
+    s.world_mut().remove_one::<Sleeping>(first).unwrap();
+    s.wake(second).unwrap();
+    s.set_settings(Settings { newton_iterations: 3, ..*s.settings() }).unwrap();
+    let third = s.spawn(square.membrane()).unwrap();
+    (0..10).for_each(|_| _ = s.step(10.0));
+    s.despawn(third).unwrap();
+    assert!(s.world().query::<&TearLog>().iter().any(|log| log.advance_count > 2), "the state must be one after tears");
+    let recording = repeats(s);
+    assert_eq!(recording.inputs().iter().filter(|input| matches!(input, Input::Change { .. })).count(), 4);
+}
+
+#[test]
+fn solves_that_ran_out_of_time_stop_where_they_stopped() {
+    for precision in [rhexis::settings::Precision::Mixed, rhexis::settings::Precision::Double] {
+        // Times that end some solves early, whatever the machine, and let others end.
+        for time in [Duration::ZERO, Duration::from_micros(150), Duration::from_secs(100)] {
+            let linear = LinearParams { time: Some(time), tolerance: 1e-7, ..LinearParams::default() };
+            let mut s = Simulation::new(Settings { linear, precision, threads: 1, ..Settings::default() }).unwrap();
+            s.record();
+            Square::new([20, 16], 60.0).spawn_into(&mut s);
+            let late = (0..50).filter(|_| s.step(6.0).unwrap().bodies[0].is_late).count();
+            assert!(if time.is_zero() { late > 40 } else { late == 0 || time < Duration::from_secs(1) }, "{late} late");
+            repeats(s);
+        }
+    }
+}
+
+#[test]
+fn what_is_not_recorded_is_told() {
+    let mut s = simulation();
+    s.record();
+    let body = Square::new([8, 6], 60.0).spawn_into(&mut s);
+    s.step(5.0).unwrap();
+    // Through what is there to be looked at.
+    s.world().get::<&mut Vertices>(body).unwrap().velocity[20].x += 1.0;
+    s.step(5.0).unwrap();
+    let recording = s.end_recording().unwrap();
+    assert!(matches!(recording.replay(), Err(ReplayError::Diverged { .. })));
+    assert!(s.end_recording().is_none() && !s.is_recording());
+}
