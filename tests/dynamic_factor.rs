@@ -4,8 +4,12 @@
 mod common;
 
 use common::{Run, Square, state_bits};
-use rhexis::components::Tearing;
+use glam::DVec3;
+use rhexis::components::{Fibres, Material, Tearing};
+use rhexis::membrane::Membrane;
+use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Preconditioner, Settings};
+use rhexis::simulation::Simulation;
 use rhexis::storage::Vertices;
 
 /// Solves after which the first factor of so small a body is in effect (16 and one per 200 vertices), and some.
@@ -69,6 +73,27 @@ fn a_torn_sheet_tears_alike_across_edits() {
     assert!(plain.log().advance_count > 5, "the state must be one after tears");
     if cfg!(feature = "direct") {
         assert!(few * 3 < many, "{few} against {many}");
+    }
+}
+
+/// A factor of the sheet before it has turned serves as well after: it is turned with the tissue.
+#[test]
+fn a_body_that_turns_keeps_its_factor() {
+    let mut simulation = Simulation::new(settings(Preconditioner::Auto, 1)).unwrap();
+    let mesh = generate::grid(30.0, 30.0, 30, 26).unwrap();
+    let sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(45.0)).planar();
+    let body = simulation.spawn(sheet).unwrap();
+    {
+        let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
+        let Vertices { position, velocity, .. } = &mut *vertices;
+        position.iter().zip(velocity).for_each(|(x, u)| *u = DVec3::Z.cross(*x - DVec3::new(15.0, 15.0, 0.0)) * 0.01);
+    }
+    // Two radians.
+    let iterations: Vec<u32> = (0..200).map(|_| simulation.step(1.0).unwrap().bodies[0].iterations).collect();
+    println!("{iterations:?}");
+    if cfg!(feature = "direct") {
+        let few = &iterations[WARM..];
+        assert!(few.iter().all(|&n| n <= 10), "{few:?}");
     }
 }
 

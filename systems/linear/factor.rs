@@ -11,6 +11,7 @@ pub use super::cholesky::NoFactor;
 use super::cholesky::{Cholesky, Precision};
 use super::scale_to_single;
 use super::snapshot::Snapshot;
+use super::warp::Warp;
 use crate::storage::EditRecord;
 use crate::systems::parallel::{self, Aside};
 use glam::{DMat3, DVec3, Vec4};
@@ -46,6 +47,7 @@ pub struct Factor {
 struct InUse {
     cholesky: Cholesky,
     bridge: Bridge,
+    warp: Warp,
     /// Solves it has served.
     served: u32,
     is_worse_than_none: bool,
@@ -56,23 +58,24 @@ struct InUse {
 struct Pending {
     job: Aside<Result<Cholesky, NoFactor>>,
     bridge: Bridge,
+    warp: Warp,
     /// Solves until it takes effect.
     left: u32,
 }
 
 impl InUse {
-    fn new(cholesky: Cholesky, bridge: Bridge) -> Box<Self> {
-        Box::new(Self { cholesky, bridge, served: 0, is_worse_than_none: false, touched: Vec::new() })
+    fn new(cholesky: Cholesky, bridge: Bridge, warp: Warp) -> Box<Self> {
+        Box::new(Self { cholesky, bridge, warp, served: 0, is_worse_than_none: false, touched: Vec::new() })
     }
 
     /// Takes the residual `r`, given by vertex, and hands the answer of the old mesh for every vertex to `z`.
     #[inline]
     fn solve(&mut self, r: impl Fn(usize) -> DVec3, vertex_count: usize, mut z: impl FnMut(usize, DVec3)) {
-        let Self { cholesky, bridge, .. } = self;
+        let Self { cholesky, bridge, warp, .. } = self;
         if bridge.is_empty() {
-            (0..vertex_count).for_each(|v| cholesky.put(v, r(v)));
+            (0..vertex_count).for_each(|v| cholesky.put(v, warp.back(v, r(v))));
             cholesky.solve();
-            return (0..vertex_count).for_each(|v| z(v, cholesky.part(v)));
+            return (0..vertex_count).for_each(|v| z(v, warp.forth(v, cholesky.part(v))));
         }
         cholesky.clear();
         for v in 0..vertex_count {
@@ -111,7 +114,7 @@ impl Factor {
         self.pending = None;
         let before = self.current.take().map(|current| current.cholesky);
         let cholesky = Cholesky::new(&Snapshot::new(operator, free), Precision::Double, before)?;
-        self.current = Some(InUse::new(cholesky, Bridge::default()));
+        self.current = Some(InUse::new(cholesky, Bridge::default(), Warp::new(operator)));
         Ok(())
     }
 
@@ -120,10 +123,10 @@ impl Factor {
         if let Some(pending) = &mut self.pending {
             pending.left -= 1;
             if pending.left == 0
-                && let Some(Pending { job, bridge, .. }) = self.pending.take()
+                && let Some(Pending { job, bridge, warp, .. }) = self.pending.take()
             {
                 match job.finish().and_then(Result::ok) {
-                    Some(cholesky) => self.current = Some(InUse::new(cholesky, bridge)),
+                    Some(cholesky) => self.current = Some(InUse::new(cholesky, bridge, warp)),
                     // What has no factor now will have none in the next solves either.
                     None => self.discard(),
                 }
@@ -145,7 +148,8 @@ impl Factor {
     fn renew_aside(&mut self, operator: &Operator, free: &[DVec3]) {
         let job =
             Aside::new(Snapshot::new(operator, free), |snapshot| Cholesky::new(snapshot, Precision::Single, None));
-        self.pending = Some(Pending { job, bridge: Bridge::default(), left: delay(free) });
+        let (bridge, warp) = (Bridge::default(), Warp::new(operator));
+        self.pending = Some(Pending { job, bridge, warp, left: delay(free) });
     }
 
     /// Iterations with it in a dynamic solve at the most: with more it is worse than none.
@@ -190,9 +194,14 @@ impl Factor {
         }
     }
 
-    /// Before solves with the factor at a state: the blocks of the vertices that edits have touched.
+    /// Before solves with the factor at a state: how far the tissue has turned, or the blocks of the vertices that edits have touched.
     pub fn begin(&mut self, operator: &Operator, free: &[DVec3]) {
-        if let Some(InUse { bridge, touched, .. }) = self.current.as_deref_mut() {
+        if let Some(InUse { bridge, warp, touched, .. }) = self.current.as_deref_mut() {
+            if bridge.is_empty() {
+                warp.update(operator, free);
+            } else {
+                warp.clear();
+            }
             touched.clear();
             touched.extend(bridge.touched().map(|v| (v, invert(operator.diagonal_block(v), free[v]), free[v])));
         }

@@ -19,6 +19,8 @@ mod pattern;
 mod preconditioned;
 #[cfg(feature = "direct")]
 mod snapshot;
+#[cfg(feature = "direct")]
+mod warp;
 
 pub use cg::{CgError, CgInfo};
 pub use factor::Factor;

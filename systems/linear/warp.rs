@@ -1,0 +1,77 @@
+//! Turns a factor with the tissue.
+//!
+//! The stiffness of a body that has turned since it was factored is about that of before, turned: with the rotation R of every vertex
+//! since then, R·M⁻¹·Rᵀ preconditions as M⁻¹ did (stiffness warping, Müller et al. 2002). It stays symmetric and positive.
+
+use super::Operator;
+use crate::math::Polar;
+use crate::systems::parallel;
+use glam::{DMat3, DVec3};
+
+/// Turns that all are smaller than this change no iteration: entries of R − 1.
+const SMALL: f64 = 0.02;
+
+/// The rotation of the vertices of one mesh since a state of it.
+#[derive(Debug, Default)]
+pub struct Warp {
+    /// The axes at that state of the triangle that a vertex turns with, its first.
+    then: Vec<[DVec3; 2]>,
+    /// The turns since; empty where they are small.
+    turns: Vec<DMat3>,
+}
+
+/// Axes of the first triangle of a vertex; `None` at a vertex without any.
+fn axes(operator: &Operator, v: usize) -> Option<[DVec3; 2]> {
+    let entry = *operator.topology.incident[v].first()?;
+    let Polar { fibre_axis, transverse_axis, .. } = operator.frames.state[entry as usize / 3].polar;
+    Some([fibre_axis, transverse_axis])
+}
+
+impl Warp {
+    /// No turns yet, at the operator's state.
+    pub fn new(operator: &Operator) -> Self {
+        let vertices = 0..operator.topology.incident.len();
+        Self { then: vertices.map(|v| axes(operator, v).unwrap_or([DVec3::X, DVec3::Y])).collect(), turns: Vec::new() }
+    }
+
+    /// Finds the turns up to the operator's state, on the mesh that it began with. Prescribed axes do not turn.
+    pub fn update(&mut self, operator: &Operator, free: &[DVec3]) {
+        let Self { then, turns } = self;
+        turns.resize(then.len(), DMat3::IDENTITY);
+        parallel::for_rows(turns, |v, turn| {
+            *turn = axes(operator, v).map_or(DMat3::IDENTITY, |now| between(then[v], now));
+            // In a plane the normal is one but for rounding.
+            let keeps = |axis: usize| free[v][axis] != 0.0 || (turn.col(axis)[axis] - 1.0).abs() < 1e-9;
+            if !(keeps(0) && keeps(1) && keeps(2)) {
+                *turn = DMat3::IDENTITY;
+            }
+        });
+        let is_small = |turn: &DMat3| (*turn - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, SMALL);
+        if turns.iter().all(is_small) {
+            turns.clear();
+        }
+    }
+
+    /// Forgets the turns: the mesh has changed.
+    pub fn clear(&mut self) {
+        self.turns.clear();
+    }
+
+    /// Rᵀ·r at a vertex.
+    #[inline]
+    pub fn back(&self, v: usize, r: DVec3) -> DVec3 {
+        self.turns.get(v).map_or(r, |turn| turn.transpose() * r)
+    }
+
+    /// R·z at a vertex.
+    #[inline]
+    pub fn forth(&self, v: usize, z: DVec3) -> DVec3 {
+        self.turns.get(v).map_or(z, |turn| *turn * z)
+    }
+}
+
+/// The rotation that takes one pair of axes to another.
+fn between([a, b]: [DVec3; 2], [p, q]: [DVec3; 2]) -> DMat3 {
+    let then = DMat3::from_cols(a, b, a.cross(b));
+    DMat3::from_cols(p, q, p.cross(q)) * then.transpose()
+}
