@@ -162,8 +162,8 @@ fn run_iteration(world: &mut World, step: &StepContext, running: &mut Running) {
     }
 }
 
-/// Leaves only those bodies to be iterated that are going to tear: their tissue asks to, and has not to wait until its tips may go
-/// far enough. One linear solve leaves the error of a linearisation over the whole step, or over an advance that springs open: the
+/// Leaves only those bodies to be iterated that are going to tear: their tissue asks to, and has not clearly to wait until its tips may
+/// go far enough. One linear solve leaves the error of a linearisation over the whole step, or over an advance that springs open: the
 /// path of `fig2-tear` then depends on the time step (0.83 mm between 10 and 5 ms); a second one, in the steps that tear, leaves
 /// 0.03 mm.
 fn take_up_again_for_tears(world: &mut World, step: &StepContext) -> bool {

@@ -8,6 +8,10 @@ use crate::systems::StepContext;
 /// A sum of equal parts may miss the way by roundings.
 const ROUNDED: f64 = 1.0 - 1e-9;
 
+/// A criterion above this would exceed 1 after a correction of the step as well. A tip that waits saves up only what it may go by
+/// a corrected criterion, or by one so clear.
+const CLEAR: f64 = 1.05;
+
 /// How far tips may go.
 #[derive(Clone, Copy, Debug)]
 pub enum Reach {
@@ -41,22 +45,23 @@ impl Reach {
     }
 }
 
-/// Whether the split is going to act on what the criterion has decided: a tear starts, or a tip that is to advance may go far
-/// enough.
+/// Whether the split is going to act on what the criterion has decided, and a correction may tell otherwise: a tear starts, a tip that
+/// is to advance may go far enough, or it is not clear that it is to wait for that.
 pub fn will_tear(
     tables: (&Vertices, &Triangles, &Topology),
     (tearing, tips, decisions): (&Tearing, &Tips, &TearDecisions),
     step: &StepContext,
 ) -> bool {
     let reach = Reach::new(step, tearing);
-    let may_advance = |tip: usize, decision: &TearDecision| {
+    let is_acted_on = |tip: usize, decision: &TearDecision| {
         let way = fan_chart(tables, tips.vertex[tip])
             .and_then(|(_, chart)| chart.exit(chart.to_chart(decision.direction)))
             .map_or(0.0, |exit| exit.distance);
-        decision.value > 1.0 && reach.allows(reach.allowance(tips.allowance[tip], way), way)
+        let is_clear = decision.value > CLEAR;
+        decision.value > 1.0 && (!is_clear || reach.allows(reach.allowance(tips.allowance[tip], way), way))
     };
     let mut asking = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));
-    decisions.start.is_some() || asking.any(|(tip, decision)| may_advance(tip, decision))
+    decisions.start.is_some() || asking.any(|(tip, decision)| is_acted_on(tip, decision))
 }
 
 /// Whether a tip that has just advanced may go far enough for the nearest edge that its next advance could lead to.
