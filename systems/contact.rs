@@ -141,8 +141,10 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
 }
 
 /// Leaves only those bodies to be iterated of which a solve has carried a vertex deep into an obstacle, or through it.
+/// Of obstacles that stand still what is inside was pushed there, and is pushed out in the steps that come.
 pub fn take_up_again(world: &mut World) -> bool {
-    let obstacles = obstacles(world);
+    let mut obstacles = obstacles(world);
+    obstacles.retain(|moved| moved.1 != DVec3::ZERO);
     if obstacles.is_empty() {
         return false;
     }

@@ -38,16 +38,16 @@ fn an_obstacle_pushed_through_at_a_metre_per_second_never_leaves_the_membrane_on
         Shape::Capsule { ends: [DVec3::new(-1.0, 0.0, -0.7), DVec3::new(1.0, 0.3, -0.7)], radius: 0.5 },
         Shape::Ellipsoid { centre: DVec3::NEG_Z * 1.2, half_axes: DVec3::new(1.5, 1.0, 0.8) },
     ];
-    // 0.26 mm on average.
+    // The drum of 5 mm radius is raised by 4 mm: strains of 30 to 60 %. Edges are 0.26 mm on average.
     let edge = 0.26;
     for shape in shapes {
-        for dt in [1.0, 2.0, 5.0, 10.0] {
+        for dt in [1.0, 2.0, 4.0] {
             let mut simulation = Simulation::new(Settings::default()).unwrap();
             let body = simulation.spawn(drum(5.0, 2700, 0.08, Contact::default())).unwrap();
-            let path = Path { points: vec![(0.0, DVec3::ZERO), (10.0, DVec3::Z * 10.0)] };
+            let path = Path { points: vec![(0.0, DVec3::ZERO), (4.0, DVec3::Z * 4.0)] };
             let obstacle = simulation.spawn_moving_obstacle(Obstacle { shape }, path);
             let (mut moved, mut worst) = (shape, 0.0_f64);
-            while simulation.time() < 10.0 {
+            while simulation.time() < 4.0 {
                 simulation.step(dt).unwrap();
                 moved = shape.moved_by(DVec3::Z * simulation.time());
                 assert_eq!(simulation.world().get::<&Obstacle>(obstacle).unwrap().shape, moved);
@@ -56,13 +56,12 @@ fn an_obstacle_pushed_through_at_a_metre_per_second_never_leaves_the_membrane_on
             println!("{shape:?}, dt {dt}: {worst}");
             // A twentieth of the root of a vertex' area is left as it is: 0.012 mm on average, more where triangles are large.
             assert!(worst < 0.1 * edge, "dt {dt}: {worst} mm inside {shape:?}");
-            // At the end the middle is in front of it: where the ray along the axis leaves the obstacle, or above.
-            let above = moved.anchor() + DVec3::Z * 5.0;
-            let (front, _) = moved.entry(above, moved.anchor()).unwrap();
-            let near_axis = |x: &&DVec3| x.truncate().distance(front.truncate()) < 0.3;
-            let lowest =
-                positions(&simulation, body).iter().filter(near_axis).map(|x| x.z).fold(f64::INFINITY, f64::min);
-            assert!(lowest > front.z - 0.3 && lowest < 50.0, "dt {dt}: {lowest} behind {}", front.z);
+            // At the end the tissue that it met first is in front of it, above the middle.
+            let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+            let met = |v: &usize| vertices.rest_position[*v].length() < 0.3;
+            let lowest = (0..vertices.len()).filter(met).map(|v| vertices.position[v].z).fold(f64::INFINITY, f64::min);
+            println!("{lowest} over {}", moved.anchor().z);
+            assert!(lowest > moved.anchor().z, "dt {dt}: {lowest} behind {moved:?}");
         }
     }
 }
