@@ -122,7 +122,7 @@ fn the_diameter_is_that_of_every_mesh() {
 #[test]
 #[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture ages"]
 fn the_ages() {
-    for age in ["child", "40", "60", "80"] {
+    for age in ["child", "40y", "60y", "80y"] {
         let mut sets = sets(&COARSE);
         sets.push(format!("scene.preset={age}"));
         let (figures, _) = run(&mut instance("capsulorhexis", &sets));
