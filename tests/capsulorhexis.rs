@@ -99,8 +99,9 @@ fn the_tear_follows_the_circle_and_closes() {
 fn drawn_outwards_late_it_runs_out_to_the_rim() {
     let (figures, _) = run(&mut instance("capsulorhexis-runout", &sets(&COARSE)));
     assert_eq!(figures.outcome, Outcome::RanOut, "{}", row(&figures));
-    // The rim is a polygon in a circle of 4.9 mm.
-    assert!(figures.largest_radius > 4.85 && figures.completion > 0.3 * TAU, "{}", row(&figures));
+    // The rim is a polygon in a circle of 4.9 mm. The tear goes straight there from 160°; were it the flap that tears off at its
+    // inner end, far more of the circle would have been passed.
+    assert!(figures.largest_radius > 4.85 && (0.4 * TAU..0.6 * TAU).contains(&figures.completion), "{}", row(&figures));
 }
 
 #[test]
@@ -121,7 +122,7 @@ fn the_diameter_is_that_of_every_mesh() {
 #[test]
 #[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture ages"]
 fn the_ages() {
-    for age in ["child", "40", "60", "80"] {
+    for age in ["child", "40y", "60y", "80y"] {
         let mut sets = sets(&COARSE);
         sets.push(format!("scene.preset={age}"));
         let (figures, _) = run(&mut instance("capsulorhexis", &sets));
