@@ -50,6 +50,9 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         world,
         |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar))| {
+            if goes_nowhere_far(increment, triangles) {
+                return;
+            }
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
             let operator = Operator {
@@ -90,6 +93,17 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         },
     )
+}
+
+/// Whether the largest displacement says already that no triangle's gradient changes by much.
+fn goes_nowhere_far(increment: &mut Increment, triangles: &Triangles) -> bool {
+    let steepest = *increment.steepest.get_or_insert_with(|| {
+        let steep = triangles.rest.iter().map(|rest| rest.gradients[0].length() + rest.gradients[1].length());
+        steep.fold(0.0, f64::max)
+    });
+    let largest_sq = increment.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.length_squared()));
+    // Of a triangle's corners two may go by that against the third, each in its own direction.
+    2.0 * largest_sq.sqrt() * steepest <= FAR
 }
 
 /// A displacement of which only a part is gone along free axes.

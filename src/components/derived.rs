@@ -49,6 +49,9 @@ pub struct Increment {
     pub middle_displacement: Vec<DVec3>,
     /// Velocity there \[mm/ms\].
     pub middle_velocity: Vec<DVec3>,
+    /// The largest gradient that displacements by 1 mm make in a triangle \[1/mm\]; none after an edit.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub steepest: Option<f64>,
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
 }
@@ -57,6 +60,7 @@ impl Increment {
     /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and
     /// the one that a collapse removes is gone.
     pub fn follow(&mut self, record: &EditRecord) {
+        self.steepest = None;
         let Self { start, start_velocity, displacement, middle_displacement, middle_velocity, .. } = self;
         for values in [start, start_velocity, displacement, middle_displacement, middle_velocity] {
             for (row, parents) in record.created() {

@@ -11,13 +11,17 @@ use glam::{DMat3, DVec3};
 /// Turns that all are smaller than this change no iteration: entries of R − 1.
 const SMALL: f64 = 0.02;
 
+/// One in so many vertices tells whether any has turned: the time of a look at all of them is a tenth of a step's. A turn that
+/// fewer have made costs an iteration.
+const SAMPLE: usize = 8;
+
 /// The rotation of the vertices of one mesh since a state of it.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Warp {
     /// The axes at that state of the triangle that a vertex turns with, its first.
     then: Vec<[DVec3; 2]>,
-    /// The turns since; empty where they are small.
+    /// The turns since; empty where they all are small.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     turns: Vec<DMat3>,
 }
@@ -39,6 +43,10 @@ impl Warp {
     /// Finds the turns up to the operator's state, on the mesh that it began with. Prescribed axes do not turn.
     pub fn update(&mut self, operator: &Operator, free: &[DVec3]) {
         let Self { then, turns } = self;
+        let is_turned = |v: usize| axes(operator, v).is_some_and(|now| !is_small(&between(then[v], now)));
+        if !(0..then.len()).step_by(SAMPLE).any(is_turned) {
+            return turns.clear();
+        }
         turns.resize(then.len(), DMat3::IDENTITY);
         parallel::for_rows(turns, |v, turn| {
             *turn = axes(operator, v).map_or(DMat3::IDENTITY, |now| between(then[v], now));
@@ -48,10 +56,6 @@ impl Warp {
                 *turn = DMat3::IDENTITY;
             }
         });
-        let is_small = |turn: &DMat3| (*turn - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, SMALL);
-        if turns.iter().all(is_small) {
-            turns.clear();
-        }
     }
 
     /// What a snapshot keeps: the turns are found anew.
@@ -81,6 +85,10 @@ impl Warp {
     pub fn forth(&self, v: usize, z: DVec3) -> DVec3 {
         self.turns.get(v).map_or(z, |turn| *turn * z)
     }
+}
+
+fn is_small(turn: &DMat3) -> bool {
+    turn.abs_diff_eq(DMat3::IDENTITY, SMALL)
 }
 
 /// The rotation that takes one pair of axes to another.
