@@ -86,10 +86,16 @@ impl InUse {
     #[inline]
     fn solve(&mut self, r: impl Fn(usize) -> DVec3, vertex_count: usize, mut z: impl FnMut(usize, DVec3)) {
         let Self { cholesky, bridge, warp, .. } = self;
-        if bridge.is_empty() {
-            (0..vertex_count).for_each(|v| cholesky.put(v, warp.back(v, r(v))));
+        if bridge.is_empty() && warp.turns().is_empty() {
+            (0..vertex_count).for_each(|v| cholesky.put(v, r(v)));
             cholesky.solve();
-            return (0..vertex_count).for_each(|v| z(v, warp.forth(v, cholesky.part(v))));
+            return (0..vertex_count).for_each(|v| z(v, cholesky.part(v)));
+        }
+        if bridge.is_empty() {
+            let turns = warp.turns().iter().enumerate();
+            turns.clone().for_each(|(v, turn)| cholesky.put(v, turn.transpose() * r(v)));
+            cholesky.solve();
+            return turns.for_each(|(v, turn)| z(v, *turn * cholesky.part(v)));
         }
         cholesky.clear();
         for v in 0..vertex_count {

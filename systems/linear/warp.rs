@@ -9,7 +9,7 @@ use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 
 /// Turns that all are smaller than this change no iteration: entries of R − 1.
-const SMALL: f64 = 0.02;
+const SMALL: f64 = 0.1;
 
 /// One in so many vertices tells whether any has turned: the time of a look at all of them is a tenth of a step's. A turn that
 /// fewer have made costs an iteration.
@@ -74,16 +74,9 @@ impl Warp {
         self.turns.clear();
     }
 
-    /// Rᵀ·r at a vertex.
-    #[inline]
-    pub fn back(&self, v: usize, r: DVec3) -> DVec3 {
-        self.turns.get(v).map_or(r, |turn| turn.transpose() * r)
-    }
-
-    /// R·z at a vertex.
-    #[inline]
-    pub fn forth(&self, v: usize, z: DVec3) -> DVec3 {
-        self.turns.get(v).map_or(z, |turn| *turn * z)
+    /// The turn R of every vertex; none where all are small.
+    pub fn turns(&self) -> &[DMat3] {
+        &self.turns
     }
 }
 
