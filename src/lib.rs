@@ -84,6 +84,8 @@ pub mod simulation;
 pub mod snapshot;
 pub mod storage;
 #[cfg(feature = "cli")]
+pub mod stress;
+#[cfg(feature = "cli")]
 pub mod verify;
 
 #[path = "../systems/mod.rs"]

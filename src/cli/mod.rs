@@ -1,4 +1,4 @@
-//! The command line: `run`, `replay`, `scenes`, `check`, `verify`, `bench`.
+//! The command line: `run`, `replay`, `scenes`, `check`, `verify`, `stress`, `bench`.
 //!
 //! Exit codes: 0 done, 1 refused or failed, 2 wrong usage. Errors go to standard error, results to standard output; a reader
 //! that closes standard output early ends the program quietly.
@@ -17,6 +17,7 @@ mod run;
 mod say;
 mod scenes;
 mod series;
+mod stress;
 mod tally;
 mod timings;
 mod verify;
@@ -51,6 +52,9 @@ enum Command {
     /// Compare the engine with independent computations; fails if a tolerance is missed.
     #[command(after_help = VERIFY_EXAMPLES)]
     Verify(VerifyArgs),
+    /// Run hostile random tools on random scenes; fails if anything breaks.
+    #[command(after_help = STRESS_EXAMPLES)]
+    Stress(StressArgs),
     /// Measure run time against error.
     #[command(subcommand, after_help = bench::EXAMPLES)]
     Bench(bench::Bench),
@@ -81,6 +85,14 @@ Examples:
   rhexis verify tear --quick
 
 Plots of tear paths and curves are written into the output directory as SVG, PNG and CSV.";
+
+const STRESS_EXAMPLES: &str = "\
+Examples:
+  rhexis stress
+  rhexis stress --minutes 60 --seed 7 --json > stress.json
+  rhexis stress --seed 7 --case 1234      that case alone, once more
+
+A case that fails is saved as a recording, for `rhexis replay`.";
 
 #[derive(Args)]
 struct SceneArgs {
@@ -158,6 +170,34 @@ struct VerifyArgs {
     json: bool,
 }
 
+#[derive(Args)]
+struct StressArgs {
+    /// Run cases until there are so many steps [default: 20000].
+    #[arg(long, value_name = "N", conflicts_with = "minutes")]
+    steps: Option<u64>,
+    /// Run cases for so long.
+    #[arg(long, value_name = "M", value_parser = minutes)]
+    minutes: Option<f64>,
+    /// Seed of the cases.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Only the case with this number.
+    #[arg(long, value_name = "K", conflicts_with_all = ["steps", "minutes"])]
+    case: Option<u64>,
+    /// Directory for recordings of failed cases [default: out/stress].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the counts and the failures as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A year of minutes at the most.
+fn minutes(text: &str) -> Result<f64, String> {
+    let minutes: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    (minutes > 0.0 && minutes <= 525_600.0).then_some(minutes).ok_or_else(|| "it must be above 0 and at most 525600".to_owned())
+}
+
 /// Why a command ended early.
 enum Stop {
     /// The scene was refused.
@@ -194,6 +234,7 @@ pub fn main() -> ExitCode {
         Command::Scenes(args) => scenes::scenes(&args),
         Command::Check(args) => check::check(&args),
         Command::Verify(args) => verify::verify(&args),
+        Command::Stress(args) => stress::stress(&args),
         Command::Bench(what) => bench::bench(&what),
     };
     match outcome {

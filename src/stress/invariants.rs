@@ -1,0 +1,111 @@
+//! What must hold after every step.
+
+use super::FailureKind;
+use super::scene::Scene;
+use crate::simulation::Simulation;
+use crate::storage::{Broken, Topology, Triangles, Vertices, measure, validate};
+use glam::DVec3;
+use hecs::Entity;
+
+/// A part of the area and of the mass that rounding may take in a case: some hundred edits, each of some digits.
+const ROUNDING: f64 = 1e-9;
+
+/// What is in a body that nothing feeds may grow by so much: the engine lets a tenth of what is there come from nowhere, of which a tenth
+/// is there again.
+const GROWTH: f64 = 1.112;
+
+/// The strain whose energy counts as being in a body, as in `systems/contain.rs`.
+const SLACK: f64 = 0.01;
+
+/// A body as it was.
+pub(super) struct Ledger {
+    area: f64,
+    mass: f64,
+    angle: f64,
+    energy: Option<Start>,
+}
+
+/// From when on no energy may come in.
+struct Start {
+    energy: f64,
+    rest_positions: Vec<DVec3>,
+    corners: Vec<[u32; 3]>,
+}
+
+impl Ledger {
+    /// Of a body as it is.
+    pub fn new(simulation: &Simulation, body: Entity) -> Self {
+        let mut query = simulation.world().query_one::<(&Vertices, &Triangles)>(body);
+        let Ok((vertices, triangles)) = query.get() else {
+            return Self { area: 0.0, mass: 0.0, angle: 0.0, energy: None };
+        };
+        let angle = measure::rest_angles(vertices, triangles).fold(f64::MAX, f64::min);
+        Self { area: measure::total_area(triangles), mass: measure::total_mass(vertices), angle, energy: None }
+    }
+
+    /// Somebody has acted: energy counts from now on.
+    pub fn forget_energy(&mut self) {
+        self.energy = None;
+    }
+}
+
+/// The first invariant that a body breaks.
+pub(super) fn broken(scene: &mut Scene, body: Entity, ledger: &mut Ledger) -> Option<(FailureKind, String)> {
+    let Scene { simulation, is_free, .. } = scene;
+    if let Some(found) = broken_tables(simulation, body, ledger) {
+        return Some(found);
+    }
+    let energies = match simulation.energies(body) {
+        Ok(energies) => energies,
+        Err(error) => return Some((FailureKind::Refused, error.to_string())),
+    };
+    let energy = energies.elastic + energies.kinetic;
+    if !energy.is_finite() {
+        return Some((FailureKind::NotFinite, format!("energies of {energies:?}")));
+    }
+    if *is_free { gained(simulation, body, ledger, energy) } else { None }
+}
+
+fn broken_tables(simulation: &Simulation, body: Entity, ledger: &Ledger) -> Option<(FailureKind, String)> {
+    let mut query = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body);
+    let Ok((vertices, triangles, topology)) = query.get() else {
+        return Some((FailureKind::Mesh, "the body has lost its tables".to_owned()));
+    };
+    if let Err(broken) = validate(vertices, triangles, topology) {
+        let is_number = matches!(broken, Broken::NotFinite { .. });
+        return Some((if is_number { FailureKind::NotFinite } else { FailureKind::Mesh }, broken.to_string()));
+    }
+    let (area, mass) = (measure::total_area(triangles), measure::total_mass(vertices));
+    for (kind, now, before) in [(FailureKind::Area, area, ledger.area), (FailureKind::Mass, mass, ledger.mass)] {
+        if !((now - before).abs() <= ROUNDING * before) {
+            return Some((kind, format!("{now:e}, at first {before:e}")));
+        }
+    }
+    let (angle, least) = (measure::rest_angles(vertices, triangles).fold(f64::MAX, f64::min), ledger.angle);
+    let least = least.min(10_f64.to_radians()) * (1.0 - ROUNDING);
+    (!(angle >= least)).then(|| (FailureKind::Angle, format!("{}°, at first {}°", angle.to_degrees(), ledger.angle.to_degrees())))
+}
+
+/// Whether a body that nothing acts on has more than it had.
+fn gained(simulation: &Simulation, body: Entity, ledger: &mut Ledger, energy: f64) -> Option<(FailureKind, String)> {
+    let mut query = simulation.world().query_one::<(&Vertices, &Triangles)>(body);
+    let Ok((vertices, triangles)) = query.get() else { return None };
+    let is_same = |start: &&Start| {
+        start.corners == triangles.corners && start.rest_positions == vertices.rest_position
+    };
+    // An edit of the mesh may take the state over with another energy.
+    let Some(start) = ledger.energy.as_ref().filter(is_same) else {
+        let (rest_positions, corners) = (vertices.rest_position.clone(), triangles.corners.clone());
+        ledger.energy = Some(Start { energy, rest_positions, corners });
+        return None;
+    };
+    let slack = |t: usize| {
+        let law = &triangles.stiffness[t];
+        0.5 * triangles.rest[t].area * triangles.thickness[t] * (law.q11 + law.q22) * (SLACK * SLACK)
+    };
+    let slack: f64 = (0..triangles.len()).map(slack).sum();
+    let most = GROWTH * (start.energy + slack);
+    (!(energy <= most)).then(|| {
+        (FailureKind::Energy, format!("{energy:e} mJ, {:e} at first, a strain of 1 % would store {slack:e}", start.energy))
+    })
+}
