@@ -67,16 +67,19 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 tangent,
             };
             let unstretched = PreStretch::unstretched(pre_stretch);
-            let SolverScratch { free, partials, left_over: before, .. } = &mut *scratch;
+            let SolverScratch { free, partials, left_over, .. } = &mut *scratch;
             let is_planar = planar.is_some();
             let solved = Solved { operator, increment, free, unstretched, is_planar, rate: step.rate() };
-            let Some(mut sum) = solved.left_over(1.0, *before, partials) else { return };
+            let Some(more) = solved.left_over(1.0, partials) else { return };
             let most = SHARE * solved.energy(partials);
+            // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
+            let before = left_over.min(most);
+            let mut sum = before + more;
             let mut part = 1.0;
             // A sum that is no number is too much.
             while step.is_last_resort && !(sum <= most) && part > 0.0 {
                 part = if part > LEAST_PART { 0.5 * part } else { 0.0 };
-                sum = solved.left_over(part, *before, partials).unwrap_or(0.0);
+                sum = before + solved.left_over(part, partials).unwrap_or(0.0);
             }
             scratch.creates_energy = !(sum <= most);
             if scratch.creates_energy {
@@ -131,8 +134,8 @@ impl Solved<'_> {
         0.5 * self.volume(t) * state.stress.contract(state.polar.stretch - self.unstretched)
     }
 
-    /// `before` and what this `part` of the answer leaves over \[mJ\]; `None` where no triangle goes far.
-    fn left_over(&self, part: f64, before: f64, partials: &mut Vec<f64>) -> Option<f64> {
+    /// What this `part` of the answer leaves over \[mJ\]; `None` where no triangle goes far.
+    fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> Option<f64> {
         let Self { operator: Operator { vertices, triangles, frames, .. }, increment, .. } = self;
         let sum = parallel::sum(triangles.len(), partials, |t| {
             let rest = &triangles.rest[t];
@@ -156,7 +159,7 @@ impl Solved<'_> {
             let velocity = (increment.displacement[v] + delta) * self.rate;
             0.5 * vertices.mass[v] * (velocity - increment.start_velocity[v]).length_squared()
         };
-        (sum != 0.0).then(|| before + sum - parallel::sum(vertices.len(), partials, dissipated))
+        (sum != 0.0).then(|| sum - parallel::sum(vertices.len(), partials, dissipated))
     }
 
     /// What is in the body at the start: stored, as motion, and what it would store at the strain [`SLACK`] \[mJ\].

@@ -195,7 +195,9 @@ struct StressArgs {
 /// A year of minutes at the most.
 fn minutes(text: &str) -> Result<f64, String> {
     let minutes: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    (minutes > 0.0 && minutes <= 525_600.0).then_some(minutes).ok_or_else(|| "it must be above 0 and at most 525600".to_owned())
+    (minutes > 0.0 && minutes <= 525_600.0)
+        .then_some(minutes)
+        .ok_or_else(|| "it must be above 0 and at most 525600".to_owned())
 }
 
 /// Why a command ended early.

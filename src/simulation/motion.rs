@@ -62,6 +62,7 @@ impl Simulation {
         increment.displacement.iter_mut().for_each(|u| *u = rotation * *u);
         // Nothing lies between where it was and where it is.
         increment.start.clear();
+        increment.start_velocity.clear();
         for hold in holds.iter_mut().flat_map(|holds| &mut holds.groups) {
             hold.members.update(|row, offset| {
                 let rest = vertices.rest_position[row as usize];

@@ -17,8 +17,12 @@ const GROWTH: f64 = 1.112;
 /// The strain whose energy counts as being in a body, as in `systems/contain.rs`.
 const SLACK: f64 = 0.01;
 
+/// On a curved surface the flat triangles that edits make are chords: on the coarsest closed ones they take or give so much of the area.
+const CHORDS: f64 = 0.25;
+
 /// A body as it was.
 pub(super) struct Ledger {
+    is_flat: bool,
     area: f64,
     mass: f64,
     angle: f64,
@@ -37,10 +41,17 @@ impl Ledger {
     pub fn new(simulation: &Simulation, body: Entity) -> Self {
         let mut query = simulation.world().query_one::<(&Vertices, &Triangles)>(body);
         let Ok((vertices, triangles)) = query.get() else {
-            return Self { area: 0.0, mass: 0.0, angle: 0.0, energy: None };
+            return Self { is_flat: true, area: 0.0, mass: 0.0, angle: 0.0, energy: None };
         };
         let angle = measure::rest_angles(vertices, triangles).fold(f64::MAX, f64::min);
-        Self { area: measure::total_area(triangles), mass: measure::total_mass(vertices), angle, energy: None }
+        let normals = || {
+            let corners = triangles.corners.iter().map(|&corners| measure::rest_corners(vertices, corners));
+            corners.map(|[a, b, c]| (b - a).cross(c - a).normalize_or_zero())
+        };
+        let first = normals().next().unwrap_or_default();
+        let is_flat = normals().all(|normal| normal.dot(first) > 1.0 - ROUNDING);
+        let (area, mass) = (measure::total_area(triangles), measure::total_mass(vertices));
+        Self { is_flat, area, mass, angle, energy: None }
     }
 
     /// Somebody has acted: energy counts from now on.
@@ -76,23 +87,24 @@ fn broken_tables(simulation: &Simulation, body: Entity, ledger: &Ledger) -> Opti
         return Some((if is_number { FailureKind::NotFinite } else { FailureKind::Mesh }, broken.to_string()));
     }
     let (area, mass) = (measure::total_area(triangles), measure::total_mass(vertices));
-    for (kind, now, before) in [(FailureKind::Area, area, ledger.area), (FailureKind::Mass, mass, ledger.mass)] {
-        if !((now - before).abs() <= ROUNDING * before) {
+    let share = if ledger.is_flat { ROUNDING } else { CHORDS };
+    let sums = [(FailureKind::Area, area, ledger.area, share), (FailureKind::Mass, mass, ledger.mass, ROUNDING)];
+    for (kind, now, before, share) in sums {
+        if !((now - before).abs() <= share * before) {
             return Some((kind, format!("{now:e}, at first {before:e}")));
         }
     }
     let (angle, least) = (measure::rest_angles(vertices, triangles).fold(f64::MAX, f64::min), ledger.angle);
     let least = least.min(10_f64.to_radians()) * (1.0 - ROUNDING);
-    (!(angle >= least)).then(|| (FailureKind::Angle, format!("{}°, at first {}°", angle.to_degrees(), ledger.angle.to_degrees())))
+    (!(angle >= least))
+        .then(|| (FailureKind::Angle, format!("{}°, at first {}°", angle.to_degrees(), ledger.angle.to_degrees())))
 }
 
 /// Whether a body that nothing acts on has more than it had.
 fn gained(simulation: &Simulation, body: Entity, ledger: &mut Ledger, energy: f64) -> Option<(FailureKind, String)> {
     let mut query = simulation.world().query_one::<(&Vertices, &Triangles)>(body);
     let Ok((vertices, triangles)) = query.get() else { return None };
-    let is_same = |start: &&Start| {
-        start.corners == triangles.corners && start.rest_positions == vertices.rest_position
-    };
+    let is_same = |start: &&Start| start.corners == triangles.corners && start.rest_positions == vertices.rest_position;
     // An edit of the mesh may take the state over with another energy.
     let Some(start) = ledger.energy.as_ref().filter(is_same) else {
         let (rest_positions, corners) = (vertices.rest_position.clone(), triangles.corners.clone());
@@ -106,6 +118,9 @@ fn gained(simulation: &Simulation, body: Entity, ledger: &mut Ledger, energy: f6
     let slack: f64 = (0..triangles.len()).map(slack).sum();
     let most = GROWTH * (start.energy + slack);
     (!(energy <= most)).then(|| {
-        (FailureKind::Energy, format!("{energy:e} mJ, {:e} at first, a strain of 1 % would store {slack:e}", start.energy))
+        (
+            FailureKind::Energy,
+            format!("{energy:e} mJ, {:e} at first, a strain of 1 % would store {slack:e}", start.energy),
+        )
     })
 }

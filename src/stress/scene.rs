@@ -4,7 +4,8 @@ use super::dice::Dice;
 use super::surface;
 use crate::components::{
     Anchor, Bending, Changes, Contact, Curve, Damping, Drag, EnergyAudit, EnergyCriterion, Fibres, Gravity, Hold,
-    Material, Obstacle, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Shape, Sleeping, Springs, TearMode, Tearing, Toughness,
+    Material, Obstacle, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Shape, Sleeping, Springs, TearMode,
+    Tearing, Toughness,
 };
 use crate::math::Sym2;
 use crate::membrane::Membrane;
@@ -202,8 +203,7 @@ fn outside(
             let point = rest[row] + in_plane(dice.point()) * 0.1 * size;
             (row as u32, Anchor { point, stiffness: tension * dice.decades(-3.0, 3.0) })
         };
-        let anchors: Vec<_> =
-            (0..rest.len()).filter_map(|row| dice.chance(0.3).then(|| anchor(row, dice))).collect();
+        let anchors: Vec<_> = (0..rest.len()).filter_map(|row| dice.chance(0.3).then(|| anchor(row, dice))).collect();
         body = body.with(Springs { anchors: Attached::new(anchors) });
     }
     if dice.chance(0.2) {
@@ -234,7 +234,10 @@ pub(super) fn shape(dice: &mut Dice, size: f64) -> Shape {
     match dice.below(4) {
         0 => Shape::Plane { point: centre, normal: dice.direction() },
         1 => Shape::Sphere { centre, radius },
-        2 => Shape::Ellipsoid { centre, half_axes: DVec3::from_array([(); 3].map(|()| radius * dice.decades(-1.0, 0.5))) },
+        2 => Shape::Ellipsoid {
+            centre,
+            half_axes: DVec3::from_array([(); 3].map(|()| radius * dice.decades(-1.0, 0.5))),
+        },
         _ => Shape::Capsule { ends: [centre, centre + dice.point() * size], radius },
     }
 }

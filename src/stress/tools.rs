@@ -150,7 +150,8 @@ fn crush(simulation: &mut Simulation, actor: Actor, dice: &mut Dice, size: f64) 
     let Ok(vertices) = simulation.entity_mut::<&mut Vertices>(actor.entity) else { return };
     let in_plane = |x: DVec3, of: DVec3| if actor.is_planar { x.with_z(of.z) } else { x };
     let middle = lowest(&vertices.position).midpoint(highest(&vertices.position));
-    let (axis, amount) = (in_plane(dice.direction(), DVec3::ZERO).normalize_or(DVec3::X), size * dice.decades(-4.0, 0.5));
+    let (axis, amount) =
+        (in_plane(dice.direction(), DVec3::ZERO).normalize_or(DVec3::X), size * dice.decades(-4.0, 0.5));
     let kind = dice.below(7);
     let other = vertices.position[dice.below(vertices.len())];
     for x in &mut vertices.position {
@@ -194,10 +195,12 @@ pub(super) fn cut(simulation: &mut Simulation, body: Entity, dice: &mut Dice) {
     let points: Vec<DVec3> = {
         let Ok(vertices) = simulation.world().get::<&Vertices>(body) else { return };
         let count = 2 + dice.below(3);
-        (0..count).map(|_| vertices.rest_position[dice.below(vertices.len())].lerp(
-            vertices.rest_position[dice.below(vertices.len())],
-            dice.between(0.0, 0.5),
-        )).collect()
+        (0..count)
+            .map(|_| {
+                vertices.rest_position[dice.below(vertices.len())]
+                    .lerp(vertices.rest_position[dice.below(vertices.len())], dice.between(0.0, 0.5))
+            })
+            .collect()
     };
     let _ = simulation.cut(body, &points);
 }
