@@ -1,8 +1,8 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
-use crate::math::{ElementState, GeometricStiffness};
+use crate::math::{ElementState, GeometricStiffness, Orthotropic};
 use crate::settings::Tangent;
-use crate::storage::{Edit, EditRecord};
+use crate::storage::{Edit, EditRecord, Triangles};
 use crate::systems::linear::Stops;
 use glam::{DMat3, DVec3};
 
@@ -13,6 +13,16 @@ pub struct Frames {
     pub state: Vec<ElementState>,
     /// Geometric stiffness there.
     pub geometric: Vec<GeometricStiffness>,
+    /// Stiffness \[MPa\] there of a body with [`StiffeningFibres`](super::StiffeningFibres); empty without them.
+    pub stiffened: Vec<Orthotropic>,
+}
+
+impl Frames {
+    /// The stiffness \[MPa\] of every triangle at its state: that of the material, but for what stiffens.
+    #[inline(always)]
+    pub fn stiffness<'a>(&'a self, triangles: &'a Triangles) -> &'a [Orthotropic] {
+        if self.stiffened.len() == triangles.len() { &self.stiffened } else { &triangles.stiffness }
+    }
 }
 
 /// Nodal forces and the corner buffer they are gathered from.

@@ -46,7 +46,7 @@ impl Operator<'_> {
         ElementTangent {
             state,
             rest: &self.triangles.rest[t],
-            stiffness: &self.triangles.stiffness[t],
+            stiffness: &self.frames.stiffness(self.triangles)[t],
             normal: self.frames.geometric[t].normal,
             in_plane: self.frames.geometric[t].in_plane,
             elastic: volume * (1.0 + self.viscosity),
