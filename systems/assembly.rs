@@ -47,13 +47,12 @@ pub fn membrane_forces(
         let (state, Triangles { rest, thickness, .. }) = (&frames.state, triangles);
         return parallel::for_chunks(&mut forces.corner, &CornerForces { state, rest, thickness });
     }
-    let stiffness = frames.stiffness(triangles);
     parallel::for_rows(&mut forces.corner, |t, corner| {
         let state = &frames.state[t];
         let rest = &triangles.rest[t];
         let u = triangles.corners[t].map(|v| travel(v as usize));
         let rate = membrane::stretch_rate(&state.polar, rest, u);
-        let stress = state.stress + stiffness[t].stress(rate * viscosity);
+        let stress = state.stress + frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), rate * viscosity);
         *corner = membrane::nodal_forces(&state.polar, stress, rest, rest.area * triangles.thickness[t]);
     });
 }

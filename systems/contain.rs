@@ -116,17 +116,17 @@ impl Solved<'_> {
     }
 
     fn stored(&self, t: usize, state: &ElementState) -> f64 {
-        let strain = state.polar.stretch - self.unstretched;
-        0.5 * self.volume(t) * StiffeningFibres::twice_energy(self.fibres, strain, state.stress)
+        let twice = StiffeningFibres::twice_energy(self.fibres, state.polar.stretch, self.unstretched, state.stress);
+        0.5 * self.volume(t) * twice
     }
 
     /// Whether fibres could stiffen to more than twice what the tangent takes them for when the gradient changes by `change`.
     fn stiffens(&self, t: usize, change: f64) -> bool {
         self.fibres.is_some_and(|fibres| {
             let Operator { triangles, frames, .. } = self.operator;
-            let strain = frames.state[t].polar.stretch.xx - self.unstretched.xx;
-            let most = triangles.stiffness[t].q11 + fibres.response(strain + change).stiffness;
-            most > 2.0 * frames.stiffness(triangles)[t].q11
+            let strain = StiffeningFibres::strain(frames.state[t].polar.stretch, self.unstretched);
+            let stiffness = |e: f64| triangles.stiffness[t].q11 + fibres.response(e).stiffness;
+            stiffness(strain + change) > 2.0 * stiffness(strain)
         })
     }
 
@@ -146,8 +146,7 @@ impl Solved<'_> {
             let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
             let start = &frames.state[t];
             let mut end = membrane::state(x, rest, &triangles.stiffness[t], self.is_planar, self.unstretched);
-            let strain = end.polar.stretch - self.unstretched;
-            end.stress = StiffeningFibres::stiffen(self.fibres, strain, end.stress);
+            end.stress = StiffeningFibres::stiffen(self.fibres, end.polar.stretch, self.unstretched, end.stress);
             let rate = membrane::stretch_rate(&start.polar, rest, u);
             let pull = self.operator.element(t).apply(u);
             let work = self.volume(t) * start.stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
@@ -165,7 +164,7 @@ impl Solved<'_> {
     fn energy(&self, partials: &mut Vec<f64>) -> f64 {
         let Operator { vertices, triangles, frames, .. } = self.operator;
         let stored = parallel::sum(triangles.len(), partials, |t| {
-            let law = &frames.stiffness(triangles)[t];
+            let law = frames.stiffness(triangles, t);
             self.stored(t, &frames.state[t]) + 0.5 * self.volume(t) * (law.q11 + law.q22) * (SLACK * SLACK)
         });
         let motion = |v: usize| 0.5 * vertices.mass[v] * self.increment.start_velocity[v].length_squared();

@@ -3,8 +3,8 @@
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
 use super::{Formula, StepContext, parallel};
-use crate::components::{FibreResponse, Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
-use crate::math::{ElementState, GeometricStiffness, Orthotropic, Polar, Sym2};
+use crate::components::{CoupledStiffness, Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
+use crate::math::{ElementState, GeometricStiffness, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Triangles, Vertices};
 
@@ -49,13 +49,13 @@ pub fn evaluate(
 /// Adds what the fibres do beyond the linear law to the stress, and fills in the stiffness.
 fn stiffen(frames: &mut Frames, material: &[Orthotropic], unstretched: Sym2, fibres: &StiffeningFibres) {
     let Frames { state, stiffened, .. } = frames;
-    let response = |polar: &Polar| fibres.response(polar.stretch.xx - unstretched.xx);
-    parallel::for_rows(state, |_, state| state.stress.xx += response(&state.polar).stress);
     stiffened.clear();
-    stiffened.extend_from_slice(material);
-    parallel::for_rows(stiffened, |t, law| {
-        let FibreResponse { stiffness, .. } = response(&state[t].polar);
-        law.q11 += stiffness;
+    stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0 }));
+    parallel::for_rows(stiffened, |t, stiffened| {
+        *stiffened = fibres.stiffness(state[t].polar.stretch, unstretched, &stiffened.law);
+    });
+    parallel::for_rows(state, |_, state| {
+        state.stress = StiffeningFibres::stiffen(Some(fibres), state.polar.stretch, unstretched, state.stress);
     });
 }
 
@@ -69,8 +69,8 @@ pub fn geometric_stiffness(
 ) {
     let Frames { state, geometric, stiffened } = frames;
     geometric.resize(state.len(), GeometricStiffness::default());
-    let stiffness = if stiffened.is_empty() { &triangles.stiffness } else { &*stiffened };
     if tangent == Tangent::Rotated {
+        let stiffness = &triangles.stiffness;
         return parallel::for_chunks(geometric, &Geometric { state, stiffness, is_planar, reserve });
     }
     parallel::for_rows(geometric, |t, geometric| {
@@ -79,7 +79,10 @@ pub fn geometric_stiffness(
         *geometric = match tangent {
             Tangent::Projected => GeometricStiffness {
                 normal: normal.positive_part(),
-                in_plane: membrane::spin_majorant(stress, polar.stretch, &stiffness[t]),
+                in_plane: match stiffened.get(t) {
+                    None => membrane::spin_majorant(stress, polar.stretch, &triangles.stiffness[t], 0.0),
+                    Some(CoupledStiffness { law, q16 }) => membrane::spin_majorant(stress, polar.stretch, law, *q16),
+                },
             },
             _ => GeometricStiffness { normal, in_plane: 0.0 },
         };

@@ -282,20 +282,22 @@ impl Carried<'_> {
     fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3], viscosity: f64) -> [f64; 2] {
         let Sheet { triangles, .. } = self.sheet;
         let (state, rest) = (&self.frames.state[t], &triangles.rest[t]);
-        let stiffness = &self.frames.stiffness(triangles)[t];
+        let (stiffness, coupling) = (self.frames.stiffness(triangles, t), self.frames.coupling(t));
         let volume = rest.area * triangles.thickness[t];
         let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric[t];
         let is_exact = self.scratch.tangent != Tangent::Rotated;
         if !is_exact {
             // The frames may hold what goes with another tangent, which was indefinite; what goes with this one stays.
             normal = normal.positive_part();
-            in_plane = shear_majorant(state.stress, state.polar.stretch, stiffness, StepContext::RESERVE_OF_EULER);
+            let law = &triangles.stiffness[t];
+            in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
         }
+        let (elastic, geometric) = (volume, volume);
         let tangent =
-            ElementTangent { state, rest, stiffness, normal, in_plane, elastic: volume, geometric: volume, is_exact };
+            ElementTangent { state, rest, stiffness, coupling, normal, in_plane, elastic, geometric, is_exact };
         let rate = stretch_rate(&state.polar, rest, u);
         let scheme = volume * state.stress.contract(rate) + dot(&tangent.apply(change), &u);
-        [scheme, volume * viscosity * stiffness.stress(rate).contract(rate)]
+        [scheme, volume * viscosity * stiffness.coupled_stress(coupling, rate).contract(rate)]
     }
 
     /// Sum of a column of the shares.

@@ -135,7 +135,7 @@ fn twice_stored(
         let volume = triangles.rest[t].area * triangles.thickness[t];
         let strain = match frames.stiffened.get(t) {
             None => state.polar.stretch - unstretched,
-            Some(law) => law.strain(state.stress),
+            Some(stiffened) => stiffened.law.strain(state.stress),
         };
         volume * state.stress.contract(strain)
     };
@@ -169,7 +169,10 @@ fn imbalance(
 /// forces can be reached. What springs and jaws pull with is known to ε·|x| times their stiffness. By the rest shape, lest a body that nothing holds and that flies off counts as at rest far away.
 fn rounding(vertices: &Vertices, triangles: &Triangles, frames: &Frames, external: Option<&ExternalStiffness>) -> f64 {
     let extent = vertices.rest_position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
-    let stiffness = frames.stiffness(triangles).iter().zip(&triangles.thickness).map(|(q, h)| q.q11.max(q.q22) * h);
+    let stiffness = triangles.thickness.iter().enumerate().map(|(t, h)| {
+        let q = frames.stiffness(triangles, t);
+        q.q11.max(q.q22) * h
+    });
     let blocks = external.map_or(&[][..], |external| &external.block);
     let springs = blocks.iter().map(|k| k.x_axis.x.max(k.y_axis.y).max(k.z_axis.z));
     8.0 * f64::EPSILON * extent * stiffness.chain(springs).fold(0.0, f64::max)
@@ -270,12 +273,8 @@ fn solve_or_fall_back(
     for (t, state) in operator.frames.state.iter().enumerate() {
         let geometric = &mut frames.geometric[t];
         geometric.normal = geometric.normal.positive_part();
-        geometric.in_plane = shear_majorant(
-            state.stress,
-            state.polar.stretch,
-            &operator.frames.stiffness(operator.triangles)[t],
-            reserve,
-        );
+        geometric.in_plane =
+            shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t], reserve);
     }
     solve(&Operator { frames, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
 }

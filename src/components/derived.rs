@@ -1,5 +1,6 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
+use super::CoupledStiffness;
 use crate::math::{ElementState, GeometricStiffness, Orthotropic};
 use crate::settings::Tangent;
 use crate::storage::{Edit, EditRecord, Triangles};
@@ -14,14 +15,20 @@ pub struct Frames {
     /// Geometric stiffness there.
     pub geometric: Vec<GeometricStiffness>,
     /// Stiffness \[MPa\] there of a body with [`StiffeningFibres`](super::StiffeningFibres); empty without them.
-    pub stiffened: Vec<Orthotropic>,
+    pub stiffened: Vec<CoupledStiffness>,
 }
 
 impl Frames {
-    /// The stiffness \[MPa\] of every triangle at its state: that of the material, but for what stiffens.
+    /// The stiffness \[MPa\] of a triangle at its state: that of the material, but for what stiffens.
     #[inline(always)]
-    pub fn stiffness<'a>(&'a self, triangles: &'a Triangles) -> &'a [Orthotropic] {
-        if self.stiffened.len() == triangles.len() { &self.stiffened } else { &triangles.stiffness }
+    pub fn stiffness<'a>(&'a self, triangles: &'a Triangles, t: usize) -> &'a Orthotropic {
+        self.stiffened.get(t).map_or_else(|| &triangles.stiffness[t], |stiffened| &stiffened.law)
+    }
+
+    /// What couples strain along the fibre and shear there \[MPa\].
+    #[inline(always)]
+    pub fn coupling(&self, t: usize) -> f64 {
+        self.stiffened.get(t).map_or(0.0, |stiffened| stiffened.q16)
     }
 }
 

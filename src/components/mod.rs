@@ -46,7 +46,7 @@ pub use obstacle::{Contact, Obstacle, ObstaclePath, Shape, Swept};
 pub use refinement::{Refined, Refinement};
 pub use sleeping::{Sleeping, Slumber};
 pub use springs::{Anchor, Springs};
-pub use stiffening_fibres::{FibreResponse, StiffeningFibres};
+pub use stiffening_fibres::{CoupledStiffness, FibreResponse, StiffeningFibres};
 pub use tear_decisions::{DecidedBy, RingFault, TearDecision, TearDecisions, TearSite};
 pub use tear_log::TearLog;
 pub use tearing::{InadmissibleToughness, TearMode, Tearing, Toughness};

@@ -1,19 +1,20 @@
 //! Fibres that stiffen as they are drawn out.
 
-use crate::math::Sym2;
+use crate::math::{Orthotropic, Sym2};
 
 /// k₂·e² from which on the stress goes along its tangent.
 const MOST_EXPONENT: f64 = 4.0;
 
-/// Fibres that stiffen in tension, beside the linear law: with the strain e = U₁₁ − U₀₁₁ along the fibre the energy per volume gains
+/// Fibres that stiffen in tension, beside the linear law: with the fibre's stretch λ = |F·f| and its strain e = λ − λ₀ the energy per
+/// volume gains
 ///
 /// W(e) = k₁/(2·k₂)·(exp(k₂·e²) − 1)  for e > 0, and nothing for e ≤ 0
 ///
 /// (Holzapfel, Gasser, Ogden, *A new constitutive framework for arterial wall mechanics*, J. Elast. 61 (2000) 1, eq. 65, with the
-/// Biot strain of the fibre in place of their invariant). Small strains have Young's modulus E_F + k₁ along the fibre in
-/// tension and E_F in compression. From e = 2/√k₂ on, where the stiffness is 491·k₁, the stress goes on along its tangent:
-/// no strain overflows. What converts toughness into strength is the linear law at no strain. *Parameter*, of the whole body; not with
-/// an [`EnergyCriterion`](super::EnergyCriterion), whose fields are those of a linear law.
+/// strain λ − λ₀ in place of their λ² − 1). λ₀ is 1, or what a held pre-stretch leaves of it. Small strains have Young's modulus
+/// E_F + k₁ along the fibre in tension and E_F in compression. From e = 2/√k₂ on, where the stiffness is 491·k₁, the stress goes on
+/// along its tangent: no strain overflows. What converts toughness into strength is the linear law at no strain. *Parameter*, of
+/// the whole body; not with an [`EnergyCriterion`](super::EnergyCriterion), whose fields are those of a linear law.
 ///
 /// ```
 /// use rhexis::components::StiffeningFibres;
@@ -74,25 +75,57 @@ impl StiffeningFibres {
         }
     }
 
-    /// The stress \[MPa\] of a body at a `strain` in the fibre's axes, from that of its linear law.
+    /// e, from the stretch and that which is free of stress.
     #[inline]
-    pub fn stiffen(this: Option<&Self>, strain: Sym2, mut linear: Sym2) -> Sym2 {
-        if let Some(fibres) = this {
-            linear.xx += fibres.response(strain.xx).stress;
-        }
-        linear
+    pub fn strain(stretch: Sym2, unstretched: Sym2) -> f64 {
+        length(stretch) - length(unstretched)
     }
 
-    /// Twice the energy per volume \[MPa\] of a body at a strain and the whole stress there.
+    /// Biot stress \[MPa\] of a body at a stretch in the fibre's axes, from that of its linear law: W′·λ̂ with the unit vector
+    /// λ̂ = (U₁₁, U₁₂)/λ is the force of the fibres in the frame, and its symmetric part the stress.
     #[inline]
-    pub fn twice_energy(this: Option<&Self>, strain: Sym2, stress: Sym2) -> f64 {
-        let linear = stress.contract(strain);
-        match this {
-            None => linear,
-            Some(fibres) => {
-                let FibreResponse { energy, stress, .. } = fibres.response(strain.xx);
-                linear + (2.0 * energy - stress * strain.xx)
-            }
-        }
+    pub fn stiffen(this: Option<&Self>, stretch: Sym2, unstretched: Sym2, linear: Sym2) -> Sym2 {
+        this.map_or(linear, |fibres| linear + fibres.biot(stretch, unstretched))
     }
+
+    fn biot(&self, stretch: Sym2, unstretched: Sym2) -> Sym2 {
+        let strain = Self::strain(stretch, unstretched);
+        let pull = self.response(strain).stress / length(stretch).max(f64::MIN_POSITIVE);
+        Sym2::new(pull * stretch.xx, 0.0, 0.5 * pull * stretch.xy)
+    }
+
+    /// Twice the energy per volume \[MPa\] of a body at a stretch and the whole stress there.
+    #[inline]
+    pub fn twice_energy(this: Option<&Self>, stretch: Sym2, unstretched: Sym2, stress: Sym2) -> f64 {
+        let strain = stretch - unstretched;
+        let Some(fibres) = this else { return stress.contract(strain) };
+        let own = fibres.response(Self::strain(stretch, unstretched)).energy;
+        (stress - fibres.biot(stretch, unstretched)).contract(strain) + 2.0 * own
+    }
+
+    /// The stiffness of a body at a stretch, from that of its linear law: with λ̂ = (c, s) the second derivative of W by the
+    /// stretch is W″·(c·dU₁₁ + s·dU₁₂)² + W′/λ·(c·dU₁₂ − s·dU₁₁)².
+    pub fn stiffness(&self, stretch: Sym2, unstretched: Sym2, linear: &Orthotropic) -> CoupledStiffness {
+        let FibreResponse { stress, stiffness, .. } = self.response(Self::strain(stretch, unstretched));
+        let length = length(stretch).max(f64::MIN_POSITIVE);
+        let (c, s, turn) = (stretch.xx / length, stretch.xy / length, stress / length);
+        let mut law = *linear;
+        law.q11 += stiffness * c * c + turn * s * s;
+        law.q66 += 0.25 * (stiffness * s * s + turn * c * c);
+        CoupledStiffness { law, q16: 0.5 * (stiffness - turn) * c * s }
+    }
+}
+
+/// λ: the length of the fibre over that at rest.
+fn length(stretch: Sym2) -> f64 {
+    stretch.xx.hypot(stretch.xy)
+}
+
+/// Stiffness that couples strain along the fibre and shear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoupledStiffness {
+    /// Its orthotropic part.
+    pub law: Orthotropic,
+    /// The coupling \[MPa\]: stress along the fibre per engineering shear.
+    pub q16: f64,
 }

@@ -290,8 +290,8 @@ impl Simulation {
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let unstretched = PreStretch::unstretched(pre_stretch);
         let elastic = frames.state.iter().zip(&triangles.rest).zip(&triangles.thickness).map(|((s, rest), h)| {
-            let strain = s.polar.stretch - unstretched;
-            0.5 * rest.area * h * StiffeningFibres::twice_energy(fibres, strain, s.stress)
+            let twice = StiffeningFibres::twice_energy(fibres, s.polar.stretch, unstretched, s.stress);
+            0.5 * rest.area * h * twice
         });
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
         let body = (vertices, triangles, topology);

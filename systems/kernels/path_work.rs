@@ -38,14 +38,14 @@ pub struct Element<'a> {
 impl Element<'_> {
     fn state(&self, x: [DVec3; 3]) -> ElementState {
         let state = membrane::state(x, self.rest, self.stiffness, self.is_planar, self.unstretched);
-        let strain = state.polar.stretch - self.unstretched;
-        ElementState { stress: StiffeningFibres::stiffen(self.fibres, strain, state.stress), ..state }
+        let stress = StiffeningFibres::stiffen(self.fibres, state.polar.stretch, self.unstretched, state.stress);
+        ElementState { stress, ..state }
     }
 
     /// Elastic energy with corners at `x` \[mJ\].
     pub fn energy(&self, x: [DVec3; 3]) -> f64 {
         let ElementState { polar, stress } = self.state(x);
-        0.5 * self.volume * StiffeningFibres::twice_energy(self.fibres, polar.stretch - self.unstretched, stress)
+        0.5 * self.volume * StiffeningFibres::twice_energy(self.fibres, polar.stretch, self.unstretched, stress)
     }
 
     /// −force · `u` with corners at `x` \[mJ\]: the derivative of the energy along `u`.

@@ -96,9 +96,10 @@ impl Surface<'_> {
             let triangle = self.triangles.at(t);
             let energy = |rest: &RestTriangle, now: [DVec3; 3]| {
                 let state = membrane::state(now, rest, &triangle.stiffness, self.is_planar, self.unstretched);
-                let strain = state.polar.stretch - self.unstretched;
-                let stress = StiffeningFibres::stiffen(self.fibres, strain, state.stress);
-                0.5 * rest.area * triangle.thickness * StiffeningFibres::twice_energy(self.fibres, strain, stress)
+                let u = state.polar.stretch;
+                let stress = StiffeningFibres::stiffen(self.fibres, u, self.unstretched, state.stress);
+                let twice = StiffeningFibres::twice_energy(self.fibres, u, self.unstretched, stress);
+                0.5 * rest.area * triangle.thickness * twice
             };
             before += energy(&triangle.rest, triangle.corners.map(|v| self.vertices.position[v as usize]));
             let stress = FAINT * strength;

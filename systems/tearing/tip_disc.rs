@@ -138,9 +138,8 @@ impl Disc {
             gradients.iter_mut().zip(members).for_each(|(f, member)| *f = gradient(member));
             for (member, u) in members.iter().zip(stretches(&gradients, is_planar)) {
                 let &Member { triangle, along, across, mixed } = member;
-                let strain = u - unstretched;
-                let s = triangles.stiffness[triangle as usize].stress(strain);
-                let s = StiffeningFibres::stiffen(fibres, strain, s);
+                let s = triangles.stiffness[triangle as usize].stress(u - unstretched);
+                let s = StiffeningFibres::stiffen(fibres, u, unstretched, s);
                 let twice = 2.0 * mixed * s.xy;
                 sum += Sym2::new(
                     along * s.xx + across * s.yy - twice,

@@ -66,7 +66,7 @@ impl Surface<'_> {
         let x = triangles.corners[triangle].map(|v| vertices.position[v as usize]);
         let (rest, stiffness) = (&triangles.rest[triangle], &triangles.stiffness[triangle]);
         let state = membrane::state(x, rest, stiffness, self.is_planar, self.unstretched);
-        StiffeningFibres::stiffen(self.fibres, state.polar.stretch - self.unstretched, state.stress)
+        StiffeningFibres::stiffen(self.fibres, state.polar.stretch, self.unstretched, state.stress)
     }
 }
 

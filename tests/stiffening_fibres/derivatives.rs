@@ -52,9 +52,12 @@ impl Tables {
     fn energy(&self) -> f64 {
         let (frames, triangles) = (self.frames(Tangent::Exact), &self.triangles);
         let energy = |t: usize| {
-            let strain = frames.state[t].polar.stretch - Sym2::IDENTITY;
+            let stretch = frames.state[t].polar.stretch;
+            let strain = stretch - Sym2::IDENTITY;
             let linear = 0.5 * triangles.stiffness[t].stress(strain).contract(strain);
-            triangles.rest[t].area * triangles.thickness[t] * (linear + FIBRES.response(strain.xx).energy)
+            triangles.rest[t].area
+                * triangles.thickness[t]
+                * (linear + FIBRES.response(stretch.xx.hypot(stretch.xy) - 1.0).energy)
         };
         (0..triangles.len()).map(energy).sum()
     }

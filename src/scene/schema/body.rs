@@ -138,8 +138,8 @@ pub struct ConcentricSpec {
     pub axis: Point,
 }
 
-/// `stiffening_fibres`: adds k₁·e·exp(k₂·e²) to the stress along the fibres in tension, for a strain e of theirs up to 2/√k₂, and
-/// from there on its tangent. Not with `energy_criterion`.
+/// `stiffening_fibres`: adds k₁·e·exp(k₂·e²) to the stress along the fibres in tension, e their strain; from 2/√k₂ on the stress
+/// goes on along its tangent. Not with `energy_criterion`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StiffeningFibresSpec {
