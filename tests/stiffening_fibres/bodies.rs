@@ -133,7 +133,10 @@ fn a_free_sheet_keeps_its_energy_and_its_angular_momentum() {
         println!("dt {dt}: energy {drift:+.2e}, angular momentum {off:.1e}");
         found.push((drift, off));
     }
-    println!("{found:?}");
+    // Of third and of second order in the step, and lost, not made: 2e-6 of either at the shortest.
+    let [(first, spin), _, (last, last_spin)] = found[..] else { unreachable!() };
+    assert!(first < last && last < 0.0 && first / last > 16.0 && last > -5e-6, "{found:?}");
+    assert!(spin / last_spin > 8.0 && last_spin < 5e-6, "{found:?}");
 }
 
 #[test]
@@ -151,8 +154,8 @@ fn a_linearly_implicit_step_makes_no_energy() {
             most = most.max(energy(&mut simulation) / start);
         }
         println!("dt {dt}: at most {most} of the energy at the start");
-        // What `contain` bears is a tenth.
-        assert!(most < 1.1, "dt {dt}: {most}");
+        // Already the first step takes more than half of it: its waves are shorter than any of these steps.
+        assert!(most < 0.5, "dt {dt}: {most}");
     }
 }
 
