@@ -3,8 +3,8 @@
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
 use super::{Formula, StepContext, parallel};
-use crate::components::{CoupledStiffness, Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
-use crate::math::{ElementState, GeometricStiffness, Orthotropic, Sym2};
+use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
+use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Triangles, Vertices};
 

@@ -1,7 +1,7 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
-use super::{CoupledStiffness, Stops};
-use crate::math::{ElementState, GeometricStiffness, Orthotropic};
+use super::Stops;
+use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic};
 use crate::settings::Tangent;
 use crate::storage::{Edit, EditRecord, Triangles};
 use glam::{DMat3, DVec3};
@@ -13,7 +13,7 @@ pub struct Frames {
     pub state: Vec<ElementState>,
     /// Geometric stiffness there.
     pub geometric: Vec<GeometricStiffness>,
-    /// Stiffness \[MPa\] there of a body with [`StiffeningFibres`](super::StiffeningFibres); empty without them.
+    /// Stiffness \[MPa\] there of a body with [`StiffeningFibres`](crate::math::StiffeningFibres); empty without them.
     pub stiffened: Vec<CoupledStiffness>,
 }
 

@@ -2,8 +2,7 @@
 //! true force, by Gauss's rule with five points (exact to the ninth degree).
 
 use super::membrane;
-use crate::components::StiffeningFibres;
-use crate::math::{ElementState, Orthotropic, RestTriangle, Sym2};
+use crate::math::{ElementState, Orthotropic, RestTriangle, StiffeningFibres, Sym2};
 use glam::DVec3;
 
 /// Points and weights of Gauss's rule on \[0, 1\] (Abramowitz and Stegun 1964, table 25.4).

@@ -2,8 +2,8 @@
 
 use crate::{FIBRES, sheet, simulate};
 use glam::{DMat3, DQuat, DVec3};
-use rhexis::components::{FibreResponse, Forces, Frames, StiffeningFibres};
-use rhexis::math::Sym2;
+use rhexis::components::{Forces, Frames};
+use rhexis::math::{FibreResponse, StiffeningFibres, Sym2};
 use rhexis::settings::{Settings, Tangent};
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::linear::Operator;

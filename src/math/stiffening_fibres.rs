@@ -1,6 +1,6 @@
 //! Fibres that stiffen as they are drawn out.
 
-use crate::math::{Orthotropic, Sym2};
+use super::{Orthotropic, Sym2};
 
 /// k₂·e² from which on the stress goes along its tangent.
 const MOST_EXPONENT: f64 = 4.0;
@@ -14,7 +14,7 @@ const MOST_EXPONENT: f64 = 4.0;
 /// strain λ − λ₀ in place of their λ² − 1). λ₀ is 1, or what a held pre-stretch leaves of it. Small strains have Young's modulus
 /// E_F + k₁ along the fibre in tension and E_F in compression. From e = 2/√k₂ on, where the stiffness is 491·k₁, the stress goes on
 /// along its tangent: no strain overflows. What converts toughness into strength is the linear law at no strain. *Parameter*, of
-/// the whole body; not with an [`EnergyCriterion`](super::EnergyCriterion), whose fields are those of a linear law.
+/// the whole body; not with an [`EnergyCriterion`](crate::components::EnergyCriterion), whose fields are those of a linear law.
 ///
 /// ```
 /// use rhexis::components::StiffeningFibres;
