@@ -10,7 +10,7 @@ const MOST_EXPONENT: f64 = 4.0;
 ///
 /// W(e) = k₁/(2·k₂)·(exp(k₂·e²) − 1)  for e > 0, and nothing for e ≤ 0
 ///
-/// (Holzapfel, Gasser, Ogden, *A new constitutive framework for arterial wall mechanics*, J. Elast. 61 (2000) 1, eq. 65, with the
+/// (Holzapfel, Gasser, Ogden, *A new constitutive framework for arterial wall mechanics*, J. Elast. 61 (2000) 1, its fibre part with the
 /// strain λ − λ₀ in place of their λ² − 1). λ₀ is 1, or what a held pre-stretch leaves of it. Small strains have Young's modulus
 /// E_F + k₁ along the fibre in tension and E_F in compression. From e = 2/√k₂ on, where the stiffness is 491·k₁, the stress goes on
 /// along its tangent: no strain overflows. What converts toughness into strength is the linear law at no strain. *Parameter*, of
