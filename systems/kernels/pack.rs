@@ -37,7 +37,7 @@ impl Pack {
     #[inline(always)]
     pub fn new<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
         let mut f = [[0.0_f32; LANES]; 21];
-        let mut turning = [[0.0_f32; LANES]; 5];
+        let (mut turning, mut coupling) = ([[0.0_f32; LANES]; 5], [[0.0_f32; LANES]]);
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
             if is_exact {
@@ -46,6 +46,7 @@ impl Pack {
                     row[lane] = *value as f32;
                 }
             }
+            coupling[0][lane] = (e.coupling * e.elastic) as f32;
             let (polar, rest) = (&e.state.polar, e.rest);
             let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
             let [q, s] = e.skew();
@@ -77,6 +78,7 @@ impl Pack {
             g: [[f[8], f[9]], [f[10], f[11]]],
             b: [strain_rates(f[8], f[9], f[6], f[7], one), strain_rates(f[10], f[11], f[6], f[7], one)],
             law: [f[14], f[15], f[16], f[17]],
+            coupling: (coupling != [[0.0; LANES]]).then(|| singles(lanes, &coupling)[0]),
             normal: [f[18], f[19], f[20]],
             turning: is_exact.then(|| singles(lanes, &turning)),
         };
@@ -190,6 +192,8 @@ struct Element<L: Lanes> {
     b: [[[Singles<L>; 3]; 2]; 2],
     /// Stiffness 11, 12, 22, 66.
     law: [Singles<L>; 4],
+    /// Stiffness 16, where there is any.
+    coupling: Option<Singles<L>>,
     /// Out-of-plane stiffness 11, 22, 12.
     normal: [Singles<L>; 3],
     /// ½·ℓ and 1/tr U of an exact tangent.
@@ -204,8 +208,14 @@ impl<L: Lanes> Element<L> {
         let [n11, n22, n12] = self.normal;
         let [r1, r2, n] = self.axes;
         let (gi, gj, bi, bj) = (self.g[i], self.g[j], self.b[i], self.b[j]);
-        let t0 = [c11 * bj[0][0] + c12 * bj[0][1], c12 * bj[0][0] + c22 * bj[0][1], c66 * bj[0][2]];
-        let t1 = [c11 * bj[1][0] + c12 * bj[1][1], c12 * bj[1][0] + c22 * bj[1][1], c66 * bj[1][2]];
+        let mut t0 = [c11 * bj[0][0] + c12 * bj[0][1], c12 * bj[0][0] + c22 * bj[0][1], c66 * bj[0][2]];
+        let mut t1 = [c11 * bj[1][0] + c12 * bj[1][1], c12 * bj[1][0] + c22 * bj[1][1], c66 * bj[1][2]];
+        if let Some(c16) = self.coupling {
+            for (t, b) in [(&mut t0, bj[0]), (&mut t1, bj[1])] {
+                t[0] = t[0] + c16 * b[2];
+                t[2] = t[2] + c16 * b[0];
+            }
+        }
         // In the triangle's axes; then the two halves of the turn into global ones.
         let mut a = [[dot(bi[0], t0), dot(bi[0], t1)], [dot(bi[1], t0), dot(bi[1], t1)]];
         if let Some([l11, l12, l21, l22, inverse]) = self.turning {
@@ -252,6 +262,7 @@ mod tests {
         law: Orthotropic,
         normal: Sym2,
         in_plane: f64,
+        coupling: f64,
     }
 
     impl Triangle {
@@ -272,6 +283,7 @@ mod tests {
                 law,
                 normal: stress.positive_part(),
                 in_plane: next().abs(),
+                coupling: 0.6 * next(),
             }
         }
 
@@ -280,6 +292,7 @@ mod tests {
                 state: &self.state,
                 rest: &self.rest,
                 stiffness: &self.law,
+                coupling: self.coupling,
                 normal: self.normal,
                 in_plane: self.in_plane,
                 elastic: 0.3,

@@ -46,7 +46,8 @@ impl Operator<'_> {
         ElementTangent {
             state,
             rest: &self.triangles.rest[t],
-            stiffness: &self.triangles.stiffness[t],
+            stiffness: self.frames.stiffness(self.triangles, t),
+            coupling: self.frames.coupling(t),
             normal: self.frames.geometric[t].normal,
             in_plane: self.frames.geometric[t].in_plane,
             elastic: volume * (1.0 + self.viscosity),
@@ -63,8 +64,8 @@ impl Operator<'_> {
             return element;
         }
         let state = element.state;
-        let in_plane =
-            shear_majorant(state.stress, state.polar.stretch, element.stiffness, StepContext::RESERVE_OF_EULER);
+        let law = &self.triangles.stiffness[t];
+        let in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
         ElementTangent { normal: element.normal.positive_part(), in_plane, is_exact: false, ..element }
     }
 
