@@ -47,18 +47,41 @@ impl Tilt {
         DVec3::new(self.by_corner[0].dot(w), self.by_corner[1].dot(w), self.by_corner[2].dot(w))
     }
 
-    /// What moments about the three edges exert on corner `c`: the transpose of [`of`](Self::of).
+    /// What moments about the three edges exert on the corners along the normal: the transpose of [`of`](Self::of).
     #[inline(always)]
-    pub fn force(&self, moment: DVec3, c: usize) -> DVec3 {
+    pub fn along(&self, moment: DVec3) -> DVec3 {
         let [x, y, z] = &self.by_corner;
-        self.normal * (x[c] * moment.x + y[c] * moment.y + z[c] * moment.z)
+        *x * moment.x + *y * moment.y + *z * moment.z
     }
 }
+
+/// Below this tangent an angle is a sum of seven powers of it, to the last digit.
+const SMALL: f64 = 1.0 / 16.0;
 
 /// The angle between two triangles with these unit normals, along the edge between them as the first of them sees it.
 #[inline]
 pub fn angle(normal: DVec3, across: DVec3, edge: DVec3) -> f64 {
-    f64::atan2(-normal.cross(across).dot(edge.normalize_or_zero()), normal.dot(across))
+    let (sine, cosine) = (-normal.cross(across).dot(edge.normalize_or_zero()), normal.dot(across));
+    if sine.abs() < SMALL * cosine {
+        let tangent = sine / cosine;
+        let s = tangent * tangent;
+        let powers = 1.0 / 7.0 - s * (1.0 / 9.0 - s * (1.0 / 11.0 - s * (1.0 / 13.0)));
+        return tangent - tangent * s * (1.0 / 3.0 - s * (1.0 / 5.0 - s * powers));
+    }
+    f64::atan2(sine, cosine)
+}
+
+/// A difference of two angles in −π..π the way round that is shorter.
+#[inline(always)]
+pub fn shorter_way(difference: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    if difference > PI {
+        difference - TAU
+    } else if difference < -PI {
+        difference + TAU
+    } else {
+        difference
+    }
 }
 
 /// A symmetric 3×3 matrix over the edges of a triangle: 00, 11, 22, 01, 12, 20.

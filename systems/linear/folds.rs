@@ -45,11 +45,26 @@ pub struct Folds {
     half: Vec<DVec3>,
     /// 1 + β/s, with the span s of the step and the time β of strain-rate damping.
     factor: f64,
-    passes: Mutex<[Vec<DVec3>; 2]>,
+    passes: Mutex<Passes>,
+}
+
+/// What passes over the triangles leave for each other.
+#[derive(Debug, Default)]
+struct Passes {
+    /// Tilts of a displacement, later moments, at last forces on corners along the normals.
+    rows: Vec<DVec3>,
+    /// Half angles and moments.
+    bent: Vec<[DVec3; 2]>,
 }
 
 /// Tables of a body.
 type Body<'a> = (&'a Vertices, &'a Triangles, &'a Topology);
+
+/// Whether a triangle is the first of the two at an edge.
+#[inline(always)]
+fn is_first(t: usize, e: usize, across: u32) -> bool {
+    across != NONE && ((3 * t + e) as u32) < across
+}
 
 fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
@@ -132,26 +147,36 @@ impl Folds {
 
     /// Finds tilts and angles with the vertices at positions `x`; the step's tangent is taken there. `factor` is 1 + β/s.
     pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64) {
-        let Self { rest, tilt, half, .. } = self;
+        let Self { rest, tilt, half, passes, .. } = self;
         self.factor = factor;
         tilt.resize(rest.len(), Tilt::default());
         parallel::for_rows(tilt, |t, tilt| {
             *tilt = Tilt::new(corners[t].map(|v| x[v as usize]), rest[t].made_of.0.area);
         });
+        // Each angle once: both of its triangles see it the same, bit for bit.
+        let off = &mut passes.get_mut().unwrap_or_else(PoisonError::into_inner).rows;
+        off.resize(rest.len(), DVec3::ZERO);
+        parallel::for_rows(off, |t, off| {
+            for e in 0..3 {
+                let across = rest[t].across[e];
+                if is_first(t, e, across) {
+                    let edge = x[corners[t][(e + 1) % 3] as usize] - x[corners[t][e] as usize];
+                    let now = fold::angle(tilt[t].normal, tilt[across as usize / 3].normal, edge);
+                    off[e] = 0.5 * fold::shorter_way(now - rest[t].angle[e]);
+                }
+            }
+        });
         half.resize(rest.len(), DVec3::ZERO);
         parallel::for_rows(half, |t, half| {
             for e in 0..3 {
                 let across = rest[t].across[e];
-                let edge = || x[corners[t][(e + 1) % 3] as usize] - x[corners[t][e] as usize];
-                let off = if across == NONE {
+                half[e] = if across == NONE {
                     0.0
+                } else if is_first(t, e, across) {
+                    off[t][e]
                 } else {
-                    let now = fold::angle(tilt[t].normal, tilt[across as usize / 3].normal, edge());
-                    // The way round that is shorter.
-                    (now - rest[t].angle[e] + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
-                        - std::f64::consts::PI
+                    off[across as usize / 3][across as usize % 3]
                 };
-                half[e] = 0.5 * off;
             }
         });
     }
@@ -166,9 +191,14 @@ impl Folds {
         (0..self.rest.len()).map(turned).sum()
     }
 
-    /// The energy \[mJ\] with the vertices at positions `x`, from rest data made anew.
-    pub fn energy_at((vertices, triangles, topology): Body<'_>, bending: &Bending, x: &[DVec3]) -> f64 {
-        let mut folds = Self::default();
+    /// The energy \[mJ\] with the vertices at positions `x`, from rest data made anew, or brought up from those `before`.
+    pub fn energy_at(
+        (vertices, triangles, topology): Body<'_>,
+        bending: &Bending,
+        before: Option<&Self>,
+        x: &[DVec3],
+    ) -> f64 {
+        let mut folds = Self { rest: before.map_or_else(Vec::new, |before| before.rest.clone()), ..Self::default() };
         folds.refresh(vertices, triangles, topology, bending);
         folds.evaluate(&triangles.corners, x, 1.0);
         folds.energy()
@@ -190,7 +220,7 @@ impl Folds {
         folds.refresh(vertices, triangles, topology, bending);
         let corners = &triangles.corners;
         let mean = [start, &vertices.position].map(|x| 0.5 * folds.slope_at(corners, topology, x, u));
-        let ends = [start, &vertices.position].map(|x| Self::energy_at(body, bending, x));
+        let ends = [start, &vertices.position].map(|x| Self::energy_at(body, bending, None, x));
         [ends[1] - ends[0], mean[0] + mean[1], 0.0, ends[0], ends[1]]
     }
 
@@ -212,10 +242,10 @@ impl Folds {
         };
         let change: Vec<DVec3> = u.iter().zip(at).map(|(u, at)| *u - *at).collect();
         let mut forces = vec![DVec3::ZERO; u.len()];
-        self.spread(|t| self.half[t], true, -1.0, (corners, topology), &mut forces);
+        self.spread((1.0, 0.0), |_| DVec3::ZERO, (true, -1.0), (corners, topology), &mut forces);
         let (before, after) = (dot(&product(at, true), u), dot(&product(&change, is_exact), u));
         let viscous = (self.factor - 1.0) / self.factor;
-        let ends = [start, &vertices.position].map(|x| Self::energy_at(body, bending, x));
+        let ends = [start, &vertices.position].map(|x| Self::energy_at(body, bending, None, x));
         let scheme = after * (1.0 - viscous) - dot(&forces, u);
         [ends[1] - ends[0], scheme, viscous * (before + after), ends[0], ends[1]]
     }
@@ -261,35 +291,50 @@ impl Folds {
         second(t) + fold::product(&self.rest[t].law, self.turned(t, second))
     }
 
-    /// Adds to every vertex `sign` times the forces of moments for half angles, in passes.
+    /// Adds to every vertex `sign` times the forces of moments, in passes: for `at` times the half angles as they are, and `by` times
+    /// their change by a displacement `u`.
     fn spread(
         &self,
-        half: impl Fn(usize) -> DVec3 + Sync,
-        is_exact: bool,
-        sign: f64,
+        (at, by): (f64, f64),
+        u: impl Fn(usize) -> DVec3 + Sync,
+        (is_exact, sign): (bool, f64),
         (corners, topology): (&[[u32; 3]], &Topology),
         out: &mut [DVec3],
     ) {
         let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        let [a, b] = &mut *passes;
+        let Passes { rows, bent } = &mut *passes;
         debug_assert_eq!(corners.len(), self.rest.len());
-        for pass in [&mut *a, &mut *b] {
-            pass.resize(self.rest.len(), DVec3::ZERO);
-        }
-        parallel::for_rows(a, |t, m| *m = fold::product(&self.rest[t].law, half(t)));
-        let moments = if is_exact {
-            parallel::for_rows(b, |t, m| *m = fold::product(&self.rest[t].law, half(t) + self.turned(t, |t| a[t])));
-            parallel::for_rows(a, |t, m| *m = b[t] + fold::product(&self.rest[t].law, self.turned(t, |t| b[t])));
-            a
-        } else {
-            a
-        };
-        parallel::for_rows(out, |v, out| {
-            let forces = topology.incident[v].iter().map(|&c| {
-                let (t, corner) = (c as usize / 3, c as usize % 3);
-                self.tilt[t].force(self.half_of_tilts(t, |t| moments[t]), corner)
+        rows.resize(self.rest.len(), DVec3::ZERO);
+        bent.resize(self.rest.len(), Default::default());
+        if by != 0.0 {
+            parallel::for_rows(rows, |t, tilts| {
+                let [a, b, c] = corners[t];
+                *tilts = self.tilt[t].of([u(a as usize), u(b as usize), u(c as usize)]);
             });
-            *out += forces.sum::<DVec3>() * sign;
+        }
+        parallel::for_rows(bent, |t, bent| {
+            let mut half = if at == 0.0 { DVec3::ZERO } else { self.half[t] * at };
+            if by != 0.0 {
+                half += self.half_of_tilts(t, |t| rows[t]) * by;
+            }
+            *bent = [half, fold::product(&self.rest[t].law, half)];
+        });
+        if is_exact {
+            parallel::for_rows(rows, |t, m| {
+                *m = fold::product(&self.rest[t].law, bent[t][0] + self.turned(t, |t| bent[t][1]));
+            });
+            parallel::for_rows(bent, |t, bent| {
+                bent[1] = rows[t] + fold::product(&self.rest[t].law, self.turned(t, |t| rows[t]));
+            });
+        }
+        parallel::for_rows(rows, |t, along| *along = self.tilt[t].along(self.half_of_tilts(t, |t| bent[t][1])));
+        parallel::for_rows(out, |v, out| {
+            let mut sum = DVec3::ZERO;
+            for &c in &topology.incident[v] {
+                let (t, corner) = (c as usize / 3, c as usize % 3);
+                sum += self.tilt[t].normal * rows[t][corner];
+            }
+            *out += sum * sign;
         });
     }
 
@@ -301,13 +346,7 @@ impl Folds {
         travel: impl Fn(usize) -> DVec3 + Sync,
         forces: &mut [DVec3],
     ) {
-        let viscosity = self.factor - 1.0;
-        if viscosity == 0.0 {
-            return self.spread(|t| self.half[t], true, -1.0, (corners, topology), forces);
-        }
-        let tilt = |t: usize| self.tilt[t].of(corners[t].map(|v| travel(v as usize)));
-        let half = |t: usize| self.half[t] + self.half_of_tilts(t, tilt) * viscosity;
-        self.spread(half, true, -1.0, (corners, topology), forces);
+        self.spread((1.0, self.factor - 1.0), travel, (true, -1.0), (corners, topology), forces);
     }
 
     /// Adds the product \[N\] of the tangent with u \[mm\]: of the energy, but for the change of the angles' derivatives, or of the
@@ -320,9 +359,7 @@ impl Folds {
         is_exact: bool,
         out: &mut [DVec3],
     ) {
-        let tilt = |t: usize| self.tilt[t].of(corners[t].map(|v| u[v as usize]));
-        let half = |t: usize| self.half_of_tilts(t, tilt) * self.factor;
-        self.spread(half, is_exact, 1.0, (corners, topology), out);
+        self.spread((0.0, self.factor), |v| u[v], (is_exact, 1.0), (corners, topology), out);
     }
 
     /// The product \[N\] at one vertex alone.
@@ -339,7 +376,7 @@ impl Folds {
         let moment = |t: usize| self.moment(t, &half, is_exact);
         let force = |&c: &u32| {
             let (t, corner) = (c as usize / 3, c as usize % 3);
-            self.tilt[t].force(self.half_of_tilts(t, moment), corner)
+            self.tilt[t].normal * self.tilt[t].along(self.half_of_tilts(t, moment))[corner]
         };
         topology.incident[v].iter().map(force).sum()
     }
@@ -368,12 +405,23 @@ impl Folds {
     /// All hinges, each once.
     pub fn hinges(&self, corners: &[[u32; 3]]) -> impl Iterator<Item = Hinge> {
         let edges = (0..self.rest.len()).flat_map(|t| [0, 1, 2].map(|e| (t, e)));
-        let once = edges.filter(|&(t, e)| ((3 * t + e) as u32) < self.rest[t].across[e]);
+        let once = edges.filter(|&(t, e)| is_first(t, e, self.rest[t].across[e]));
         once.filter_map(move |(t, e)| self.hinge(corners, t, e))
     }
 
-    /// What a triangle needs in a product of the majorant: its tilts, its law times 1 + β/s, and the edges across.
-    pub fn row(&self, t: usize) -> (&Tilt, OverEdges, [u32; 3]) {
-        (&self.tilt[t], self.rest[t].law.map(|q| q * self.factor), self.rest[t].across)
+    /// The tilts of a triangle.
+    pub fn tilt(&self, t: usize) -> &Tilt {
+        &self.tilt[t]
+    }
+
+    /// The law of a triangle times 1 + β/s \[N·mm\].
+    #[inline(always)]
+    pub fn law(&self, t: usize) -> OverEdges {
+        self.rest[t].law.map(|q| q * self.factor)
+    }
+
+    /// The edges of a triangle as those across have them, three times the triangle plus the edge; [`NONE`] at the boundary.
+    pub fn across(&self, t: usize) -> [u32; 3] {
+        self.rest[t].across
     }
 }
