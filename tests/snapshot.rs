@@ -79,8 +79,7 @@ fn a_capsule_with_grips_and_refinement() {
     let at = [10, 40, 60, 75];
     let run = goes_on_alike("capsulorhexis", scene("capsulorhexis", &changes), &at, 90, |s| _ = s.step(20.0));
     assert!(advances(&run) > 5 && run.world().query::<&Refined>().iter().any(|refined| refined.split_count > 10));
-    let is_held =
-        run.world().query::<&Grips>().iter().any(|grips| grips.pinches.iter().any(|pinch| pinch.is_closed()));
+    let is_held = run.world().query::<&Grips>().iter().any(|grips| grips.pinches.iter().any(|pinch| pinch.is_closed()));
     assert!(is_held, "forceps are closed");
 }
 

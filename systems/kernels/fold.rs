@@ -21,23 +21,25 @@ pub struct Tilt {
 
 impl Tilt {
     /// Of a triangle with corners at `x` and a rest area \[mm²\].
+    #[inline(always)]
     pub fn new(x: [DVec3; 3], rest_area: f64) -> Self {
-        let cross = (x[1] - x[0]).cross(x[2] - x[0]);
+        let edges = [x[1] - x[0], x[2] - x[1], x[0] - x[2]];
+        let cross = edges[2].cross(edges[0]);
         let twice_area = cross.length();
         if !(twice_area > 2.0 * LEAST_AREA * rest_area) {
             return Self::default();
         }
-        let mut by_corner = [DVec3::ZERO; 3];
-        for (e, row) in by_corner.iter_mut().enumerate() {
-            let (a, b, opposite) = (e, (e + 1) % 3, (e + 2) % 3);
-            let edge = x[b] - x[a];
-            let length = edge.length();
-            let to_b = (x[opposite] - x[a]).dot(edge) / (length * twice_area);
-            row[opposite] = length / twice_area;
-            row[b] = -to_b;
-            row[a] = to_b - row[opposite];
-        }
-        Self { normal: cross / twice_area, by_corner }
+        let inverse = 1.0 / twice_area;
+        let [a, b, c] = edges.map(|edge| edge.length());
+        // Where the height over an edge stands on it, from the begin and from the end.
+        let [ab, bc, ca] = [edges[0].dot(edges[1]), edges[1].dot(edges[2]), edges[2].dot(edges[0])];
+        let (of_a, of_b, of_c) = (inverse / a, inverse / b, inverse / c);
+        let by_corner = [
+            DVec3::new(ab * of_a, ca * of_a, a * inverse),
+            DVec3::new(b * inverse, bc * of_b, ab * of_b),
+            DVec3::new(bc * of_c, c * inverse, ca * of_c),
+        ];
+        Self { normal: cross * inverse, by_corner }
     }
 
     /// The tilts about the three edges when the corners move by `u`.

@@ -53,11 +53,7 @@ impl FoldPack {
         for i in 0..6 {
             q[i] = entry(lanes, &self.law[i]);
         }
-        let values = [
-            q[0] * x + q[3] * y + q[5] * z,
-            q[3] * x + q[1] * y + q[4] * z,
-            q[5] * x + q[4] * y + q[2] * z,
-        ];
+        let values = [q[0] * x + q[3] * y + q[5] * z, q[3] * x + q[1] * y + q[4] * z, q[5] * x + q[4] * y + q[2] * z];
         put(values, moments);
     }
 

@@ -9,6 +9,8 @@
 //! With h half the angles, Q the triangles' laws ([`fold::law`]) and J the differences of moments over edges, times −ω/k:
 //! energy ½·φ·Q·φ with φ = (1 + J·Q)·h, moments (1 + Q·J)·Q·φ. Without J it is the majorant that dynamic steps take as tangent.
 
+mod energy;
+
 use crate::components::Bending;
 use crate::math::{Orthotropic, RestTriangle};
 use crate::storage::{NONE, Topology, Triangles, Vertices, measure};
@@ -21,11 +23,12 @@ use std::sync::{Mutex, PoisonError};
 /// itself, whose modes lie between 0 and 3).
 const TURN: f64 = 0.65;
 
+/// What the rest data of a triangle are made of: besides, its neighbours and the factor of its law.
+type MadeOf = (RestTriangle, [u32; 3], Orthotropic, f64);
+
 /// The shape a triangle bends from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct RestFold {
-    /// What it was made of.
-    made_of: (RestTriangle, [u32; 3], Orthotropic, f64),
     law: OverEdges,
     /// Rest angles, zero at the boundary.
     angle: DVec3,
@@ -39,6 +42,7 @@ struct RestFold {
 #[derive(Debug, Default)]
 pub struct Folds {
     rest: Vec<RestFold>,
+    made_of: Vec<MadeOf>,
     is_changed: Vec<bool>,
     tilt: Vec<Tilt>,
     /// Half of what the angles are off their rest values.
@@ -66,10 +70,6 @@ fn is_first(t: usize, e: usize, across: u32) -> bool {
     across != NONE && ((3 * t + e) as u32) < across
 }
 
-fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
-}
-
 /// Four vertices around an edge, for matrices that need entries: the two of the edge, then those opposite.
 #[derive(Clone, Copy, Debug)]
 pub struct Hinge {
@@ -92,23 +92,22 @@ impl Folds {
             let scale = bending.stiffness.map_or(even, |d| d / (stiffness.q11 * stiffness.q22).sqrt());
             (triangles.rest[t], topology.neighbours[t], stiffness, scale)
         };
-        let rest = &self.rest;
+        let before = &self.made_of;
         self.is_changed.clear();
-        self.is_changed.extend((0..count).map(|t| rest.get(t).is_none_or(|rest| rest.made_of != made_of(t))));
-        if rest.len() == count && !self.is_changed.contains(&true) {
+        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| *before != made_of(t))));
+        if before.len() == count && !self.is_changed.contains(&true) {
             return;
         }
-        let empty = RestFold {
-            made_of: (RestTriangle { gradients: Default::default(), area: 0.0 }, [NONE; 3], made_of(0).2, 0.0),
-            law: [0.0; 6],
-            angle: DVec3::ZERO,
-            turn: DVec3::ZERO,
-            across: [NONE; 3],
-        };
-        self.rest.resize(count, empty);
+        self.rest.resize(count, RestFold::default());
+        self.made_of.truncate(count);
         for t in (0..count).filter(|&t| self.is_changed[t]) {
             let made_of = made_of(t);
-            (self.rest[t].made_of, self.rest[t].law) = (made_of, fold::law(&made_of.0, &made_of.2, made_of.3));
+            self.rest[t].law = fold::law(&made_of.0, &made_of.2, made_of.3);
+            match self.made_of.get_mut(t) {
+                Some(before) => *before = made_of,
+                // All that are new are changed, and come in order.
+                None => self.made_of.push(made_of),
+            }
         }
         let normal = |t: usize| {
             let [a, b, c] = measure::rest_corners(vertices, triangles.corners[t]);
@@ -142,16 +141,17 @@ impl Folds {
 
     /// Whether the rest data are the same, bit for bit.
     pub fn has_rest_of(&self, other: &Self) -> bool {
-        self.rest == other.rest
+        self.rest == other.rest && self.made_of == other.made_of
     }
 
     /// Finds tilts and angles with the vertices at positions `x`; the step's tangent is taken there. `factor` is 1 + β/s.
     pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64) {
-        let Self { rest, tilt, half, passes, .. } = self;
+        let Self { rest, made_of, tilt, half, passes, .. } = self;
         self.factor = factor;
         tilt.resize(rest.len(), Tilt::default());
         parallel::for_rows(tilt, |t, tilt| {
-            *tilt = Tilt::new(corners[t].map(|v| x[v as usize]), rest[t].made_of.0.area);
+            let [a, b, c] = corners[t];
+            *tilt = Tilt::new([x[a as usize], x[b as usize], x[c as usize]], made_of[t].0.area);
         });
         // Each angle once: both of its triangles see it the same, bit for bit.
         let off = &mut passes.get_mut().unwrap_or_else(PoisonError::into_inner).rows;
@@ -179,75 +179,6 @@ impl Folds {
                 };
             }
         });
-    }
-
-    /// The energy \[mJ\] of the angles last evaluated.
-    pub fn energy(&self) -> f64 {
-        let moment = |t: usize| fold::product(&self.rest[t].law, self.half[t]);
-        let turned = |t: usize| {
-            let phi = self.half[t] + self.turned(t, moment);
-            0.5 * phi.dot(fold::product(&self.rest[t].law, phi))
-        };
-        (0..self.rest.len()).map(turned).sum()
-    }
-
-    /// The energy \[mJ\] with the vertices at positions `x`, from rest data made anew, or brought up from those `before`.
-    pub fn energy_at(
-        (vertices, triangles, topology): Body<'_>,
-        bending: &Bending,
-        before: Option<&Self>,
-        x: &[DVec3],
-    ) -> f64 {
-        let mut folds = Self { rest: before.map_or_else(Vec::new, |before| before.rest.clone()), ..Self::default() };
-        folds.refresh(vertices, triangles, topology, bending);
-        folds.evaluate(&triangles.corners, x, 1.0);
-        folds.energy()
-    }
-
-    /// −f(x)·u \[mJ\] with the vertices at positions `x`.
-    fn slope_at(&mut self, corners: &[[u32; 3]], topology: &Topology, x: &[DVec3], u: &[DVec3]) -> f64 {
-        self.evaluate(corners, x, 1.0);
-        let mut forces = vec![DVec3::ZERO; u.len()];
-        self.add_forces(corners, topology, |_| DVec3::ZERO, &mut forces);
-        -dot(&forces, u)
-    }
-
-    /// For a balance of energy over a step from `start` by `u` that has been solved statically: true work, that of the mean of the
-    /// forces at both ends, dissipation, energy at the start and at the end.
-    pub fn works_between_ends(body: Body<'_>, bending: &Bending, start: &[DVec3], u: &[DVec3]) -> [f64; 5] {
-        let (vertices, triangles, topology) = body;
-        let mut folds = Self::default();
-        folds.refresh(vertices, triangles, topology, bending);
-        let corners = &triangles.corners;
-        let mean = [start, &vertices.position].map(|x| 0.5 * folds.slope_at(corners, topology, x, u));
-        let ends = [start, &vertices.position].map(|x| Self::energy_at(body, bending, None, x));
-        [ends[1] - ends[0], mean[0] + mean[1], 0.0, ends[0], ends[1]]
-    }
-
-    /// The same for a dynamic step whose last solve was at the displacement `at`, where the angles were last evaluated.
-    pub fn works_of_step(
-        &self,
-        body: Body<'_>,
-        bending: &Bending,
-        start: &[DVec3],
-        (at, u): (&[DVec3], &[DVec3]),
-        is_exact: bool,
-    ) -> [f64; 5] {
-        let (vertices, triangles, topology) = body;
-        let corners = &triangles.corners;
-        let product = |u: &[DVec3], is_exact: bool| {
-            let mut product = vec![DVec3::ZERO; u.len()];
-            self.add_product(corners, topology, u, is_exact, &mut product);
-            product
-        };
-        let change: Vec<DVec3> = u.iter().zip(at).map(|(u, at)| *u - *at).collect();
-        let mut forces = vec![DVec3::ZERO; u.len()];
-        self.spread((1.0, 0.0), |_| DVec3::ZERO, (true, -1.0), (corners, topology), &mut forces);
-        let (before, after) = (dot(&product(at, true), u), dot(&product(&change, is_exact), u));
-        let viscous = (self.factor - 1.0) / self.factor;
-        let ends = [start, &vertices.position].map(|x| Self::energy_at(body, bending, None, x));
-        let scheme = after * (1.0 - viscous) - dot(&forces, u);
-        [ends[1] - ends[0], scheme, viscous * (before + after), ends[0], ends[1]]
     }
 
     /// What the differences of moments turn the mid-edge normals of a triangle by.
@@ -291,18 +222,38 @@ impl Folds {
         second(t) + fold::product(&self.rest[t].law, self.turned(t, second))
     }
 
-    /// Adds to every vertex `sign` times the forces of moments, in passes: for `at` times the half angles as they are, and `by` times
+    /// Adds to every vertex `sign` times the forces of moments: for `at` times the half angles as they are, and `by` times
     /// their change by a displacement `u`.
     fn spread(
         &self,
-        (at, by): (f64, f64),
+        scales: (f64, f64),
         u: impl Fn(usize) -> DVec3 + Sync,
         (is_exact, sign): (bool, f64),
         (corners, topology): (&[[u32; 3]], &Topology),
         out: &mut [DVec3],
     ) {
         let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        let Passes { rows, bent } = &mut *passes;
+        self.find_forces(scales, u, is_exact, corners, &mut passes);
+        let rows = &passes.rows;
+        parallel::for_rows(out, |v, out| {
+            let mut sum = DVec3::ZERO;
+            for &c in &topology.incident[v] {
+                let (t, corner) = (c as usize / 3, c as usize % 3);
+                sum += self.tilt[t].normal * rows[t][corner];
+            }
+            *out += sum * sign;
+        });
+    }
+
+    /// Leaves in `rows` the forces on the corners along the normals.
+    fn find_forces(
+        &self,
+        (at, by): (f64, f64),
+        u: impl Fn(usize) -> DVec3 + Sync,
+        is_exact: bool,
+        corners: &[[u32; 3]],
+        Passes { rows, bent }: &mut Passes,
+    ) {
         debug_assert_eq!(corners.len(), self.rest.len());
         rows.resize(self.rest.len(), DVec3::ZERO);
         bent.resize(self.rest.len(), Default::default());
@@ -328,14 +279,6 @@ impl Folds {
             });
         }
         parallel::for_rows(rows, |t, along| *along = self.tilt[t].along(self.half_of_tilts(t, |t| bent[t][1])));
-        parallel::for_rows(out, |v, out| {
-            let mut sum = DVec3::ZERO;
-            for &c in &topology.incident[v] {
-                let (t, corner) = (c as usize / 3, c as usize % 3);
-                sum += self.tilt[t].normal * rows[t][corner];
-            }
-            *out += sum * sign;
-        });
     }
 
     /// Adds the forces \[N\] at the angles last evaluated; `travel` is what the vertices travel in the span of the step.
@@ -360,6 +303,19 @@ impl Folds {
         out: &mut [DVec3],
     ) {
         self.spread((0.0, self.factor), |v| u[v], (is_exact, 1.0), (corners, topology), out);
+    }
+
+    /// Adds the product \[N\] to the forces on the corners of the triangles.
+    pub fn add_to_corners(&self, corners: &[[u32; 3]], u: &[DVec3], is_exact: bool, out: &mut [[DVec3; 3]]) {
+        let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
+        self.find_forces((0.0, self.factor), |v| u[v], is_exact, corners, &mut passes);
+        let rows = &passes.rows;
+        parallel::for_rows(out, |t, out| {
+            let (normal, along) = (self.tilt[t].normal, rows[t]);
+            out[0] += normal * along.x;
+            out[1] += normal * along.y;
+            out[2] += normal * along.z;
+        });
     }
 
     /// The product \[N\] at one vertex alone.
