@@ -17,6 +17,8 @@ pub struct Tilt {
     pub normal: DVec3,
     /// Per edge the tilt by a unit of each corner along the normal \[1/mm\].
     pub by_corner: [DVec3; 3],
+    /// Lengths of the edges \[mm\].
+    pub length: DVec3,
 }
 
 impl Tilt {
@@ -26,11 +28,12 @@ impl Tilt {
         let edges = [x[1] - x[0], x[2] - x[1], x[0] - x[2]];
         let cross = edges[2].cross(edges[0]);
         let twice_area = cross.length();
+        let [a, b, c] = [edges[0].length(), edges[1].length(), edges[2].length()];
+        let length = DVec3::new(a, b, c);
         if !(twice_area > 2.0 * LEAST_AREA * rest_area) {
-            return Self::default();
+            return Self { length, ..Self::default() };
         }
         let inverse = 1.0 / twice_area;
-        let [a, b, c] = edges.map(|edge| edge.length());
         // Where the height over an edge stands on it, from the begin and from the end.
         let [ab, bc, ca] = [edges[0].dot(edges[1]), edges[1].dot(edges[2]), edges[2].dot(edges[0])];
         let (of_a, of_b, of_c) = (inverse / a, inverse / b, inverse / c);
@@ -39,7 +42,7 @@ impl Tilt {
             DVec3::new(b * inverse, bc * of_b, ab * of_b),
             DVec3::new(bc * of_c, c * inverse, ca * of_c),
         ];
-        Self { normal: cross * inverse, by_corner }
+        Self { normal: cross * inverse, by_corner, length }
     }
 
     /// The tilts about the three edges when the corners move by `u`.

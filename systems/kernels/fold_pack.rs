@@ -3,6 +3,10 @@
 //!
 //! Layout: eight numbers per entry, a lane per triangle. Tilts and moments of a pack are 24 numbers, edge by edge, and those of
 //! all packs one list: an edge is found from across by its place in that.
+//!
+//! Tilts are times the length of their edge here, laws over both: with the edges e₀, e₁, e₂ one after the other and
+//! cₑ = eₑ·eₑ₊₁/(2·area), heights a and b of corners 1 and 2 over corner 0 tilt by c₂·(a − b) − c₀·b, c₁·a + c₀·b and
+//! −c₁·a − c₂·(a − b): three numbers, which are minus the cotangents of the angles, and the tilts sum to zero.
 
 use super::lanes::{Lanes, SINGLES, Singles};
 use super::pack::LANES;
@@ -19,9 +23,9 @@ type Entry = [f32; SINGLES];
 pub struct FoldPack {
     /// Components of the normal.
     pub normal: [Entry; 3],
-    /// Per edge the tilts by corners 1 and 2 \[1/mm\]. A translation tilts nothing, which gives corner 0.
-    pub by_corner: [[Entry; 2]; 3],
-    /// A quarter of the law between edges that have a triangle across: 00, 11, 22, 01, 12, 20 \[N·mm\].
+    /// cₑ.
+    pub minus_cotangent: [Entry; 3],
+    /// A quarter of the law between edges that have a triangle across, over the lengths of both: 00, 11, 22, 01, 12, 20 \[N/mm\].
     pub law: [Entry; 6],
     /// Place of every edge as the triangle across has it; its own at the boundary.
     pub across: [[u32; LANES]; 3],
@@ -38,11 +42,9 @@ impl FoldPack {
         let n = [entry(lanes, &self.normal[0]), entry(lanes, &self.normal[1]), entry(lanes, &self.normal[2])];
         let a = n[0] * (u1[0] - u0[0]) + n[1] * (u1[1] - u0[1]) + n[2] * (u1[2] - u0[2]);
         let b = n[0] * (u2[0] - u0[0]) + n[1] * (u2[1] - u0[1]) + n[2] * (u2[2] - u0[2]);
-        let mut values = [a; 3];
-        for e in 0..3 {
-            values[e] = entry(lanes, &self.by_corner[e][0]) * a + entry(lanes, &self.by_corner[e][1]) * b;
-        }
-        put(values, tilts);
+        let (p, q) = (entry(lanes, &self.minus_cotangent[2]) * (a - b), entry(lanes, &self.minus_cotangent[0]) * b);
+        let r = entry(lanes, &self.minus_cotangent[1]) * a;
+        put([p - q, q + r, Singles::splat(lanes, 0.0) - (r + p)], tilts);
     }
 
     /// Half the moments of its triangles by the tilts of all.
@@ -62,14 +64,11 @@ impl FoldPack {
     pub fn forces<L: Lanes>(&self, lanes: L, pack: usize, moments: &[f32]) -> [[Singles<L>; 3]; 2] {
         let m = self.with_others(lanes, pack, moments);
         let n = [entry(lanes, &self.normal[0]), entry(lanes, &self.normal[1]), entry(lanes, &self.normal[2])];
-        let mut forces = [n; 2];
-        for corner in 0..2 {
-            let along = entry(lanes, &self.by_corner[0][corner]) * m[0]
-                + entry(lanes, &self.by_corner[1][corner]) * m[1]
-                + entry(lanes, &self.by_corner[2][corner]) * m[2];
-            forces[corner] = [n[0] * along, n[1] * along, n[2] * along];
-        }
-        forces
+        let p = entry(lanes, &self.minus_cotangent[2]) * (m[0] - m[2]);
+        let q = entry(lanes, &self.minus_cotangent[0]) * (m[1] - m[0]);
+        let r = entry(lanes, &self.minus_cotangent[1]) * (m[1] - m[2]);
+        let (along, across) = (p + r, q - p);
+        [[n[0] * along, n[1] * along, n[2] * along], [n[0] * across, n[1] * across, n[2] * across]]
     }
 
     /// The sums of what its triangles and those across have at their edges; anything at the boundary.

@@ -61,7 +61,7 @@ impl Folding {
                 let own = (p * NUMBERS + lane) as u32;
                 pack.across = [0, 1, 2].map(|e| with_lane(pack.across[e], lane, own + (e * LANES) as u32));
                 if t != EMPTY {
-                    fill(pack, lane, &sides[t as usize], folds.law(t as usize), place);
+                    fill(pack, lane, folds, t as usize, &sides[t as usize], place);
                     (0..3).for_each(|c| pack.row[c][lane] = row[corners[t as usize][c] as usize]);
                 }
             }
@@ -142,21 +142,21 @@ fn with_lane(mut lanes: [u32; LANES], lane: usize, value: u32) -> [u32; LANES] {
 
 /// Fills a lane of a pack, but for the rows.
 #[inline(always)]
-fn fill(pack: &mut FoldPack, lane: usize, side: &Side, law: [f64; 6], place: &[u32]) {
-    (0..3).for_each(|axis| pack.normal[axis][lane] = side.normal[axis]);
-    let mut inside = [0.0; 3];
+fn fill(pack: &mut FoldPack, lane: usize, folds: &Folds, t: usize, side: &Side, place: &[u32]) {
+    let (tilt, law) = (folds.tilt(t), folds.law(t));
+    let mut scale = [0.0; 3];
     for e in 0..3 {
-        // Corners 1 and 2 as the edge has them.
-        pack.by_corner[e][0][lane] = side.edge[e][(4 - e) % 3];
-        pack.by_corner[e][1][lane] = side.edge[e][(5 - e) % 3];
+        pack.normal[e][lane] = side.normal[e];
+        pack.minus_cotangent[e][lane] = (tilt.by_corner[(e + 1) % 3][(e + 2) % 3] * tilt.length[(e + 1) % 3]) as f32;
         if side.across[e] != NONE {
             let (t, edge) = (side.across[e] as usize / 3, side.across[e] % 3);
             pack.across[e][lane] = place[t] + edge * LANES as u32;
-            inside[e] = 0.5;
+            // An edge without length has no normals beside it.
+            scale[e] = if tilt.length[e] > 0.0 { 0.5 / tilt.length[e] } else { 0.0 };
         }
     }
     for (i, [e, f]) in [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]].into_iter().enumerate() {
-        pack.law[i][lane] = (law[i] * inside[e] * inside[f]) as f32;
+        pack.law[i][lane] = (law[i] * scale[e] * scale[f]) as f32;
     }
 }
 
