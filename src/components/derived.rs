@@ -1,9 +1,9 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
+use super::Stops;
 use crate::math::{ElementState, GeometricStiffness};
 use crate::settings::Tangent;
 use crate::storage::{Edit, EditRecord};
-use crate::systems::linear::Stops;
 use glam::{DMat3, DVec3};
 
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness.

@@ -162,12 +162,14 @@ fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) -> (DVec3, DVec3) {
     let y = x.abs().max(half_axes * OFF);
     let sign = DVec3::select(x.cmplt(DVec3::ZERO), DVec3::NEG_ONE, DVec3::ONE);
     let z = half_axes * y;
+    // t counts from the pole of the shortest axis, where the sums would cancel.
+    let above = squares - DVec3::splat(squares.min_element());
     // Where one term alone is one: left of the root.
-    let mut t = (z - squares).max_element();
+    let mut t = (z - above).max_element();
     for _ in 0..MOST {
-        let ratio = z / (squares + DVec3::splat(t));
+        let ratio = z / (above + DVec3::splat(t));
         let value = ratio.length_squared() - 1.0;
-        let slope = -2.0 * (ratio * ratio / (squares + DVec3::splat(t))).element_sum();
+        let slope = -2.0 * (ratio * ratio / (above + DVec3::splat(t))).element_sum();
         let next = t - value / slope;
         // To rounding, or no further.
         if !(next > t) {
@@ -175,7 +177,7 @@ fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) -> (DVec3, DVec3) {
         }
         t = next;
     }
-    let closest = squares * y / (squares + DVec3::splat(t)) * sign;
+    let closest = squares * y / (above + DVec3::splat(t)) * sign;
     (closest, (closest / squares).normalize_or(DVec3::Z))
 }
 

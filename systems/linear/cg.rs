@@ -86,7 +86,7 @@ pub fn solve(
         residual_sq = reference_sq;
     }
 
-    let limits = stops.apply(Limits::new(params, reference_sq, stored));
+    let limits = Limits::new(params, reference_sq, stored).repeating(stops);
     let mut rz = precondition(residual, free, preconditioned, partials);
     direction.copy_from_slice(preconditioned);
     let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);

@@ -8,6 +8,7 @@
 //! over r_j·z_j, the larger of that for the first residual and for one a few iterations ago (Strakoš, Tichý 2002 justify
 //! such sums in floating point).
 
+use crate::components::Stops;
 use crate::settings::LinearParams;
 use std::time::Instant;
 
@@ -47,6 +48,11 @@ impl Limits {
             end: params.time.map(|time| Instant::now() + time),
             stop: None,
         }
+    }
+
+    /// The limits of a round of iterations that stops where it stopped before, where that is being repeated.
+    pub fn repeating(self, stops: &mut Stops) -> Self {
+        if self.end.is_none() { self } else { Self { stop: stops.next_round(), ..self } }
     }
 
     /// Whether it may stop.

@@ -20,7 +20,6 @@ mod pattern;
 mod preconditioned;
 #[cfg(feature = "direct")]
 mod snapshot;
-mod stops;
 #[cfg(feature = "direct")]
 mod warp;
 
@@ -30,7 +29,6 @@ pub use folds::{Folds, Hinge};
 pub use inner::{Inner, InnerSolver, InnerState, With};
 pub use operator::Operator;
 pub use preconditioned::{Means, Use, solve};
-pub use stops::Stops;
 
 use glam::DVec3;
 

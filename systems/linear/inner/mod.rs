@@ -151,7 +151,7 @@ impl InnerSolver {
             };
             let most = most.min(limits.iterations - info.iterations);
             // A direction without curvature may be one that single precision has lost: double precision decides.
-            let round = scratch.stops.apply(limits.of_round(norm, most));
+            let round = limits.of_round(norm, most).repeating(&mut scratch.stops);
             let Ok(reached) = self.iterate(&mut with, &round) else {
                 is_solved = false;
                 break;

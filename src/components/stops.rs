@@ -1,7 +1,5 @@
 //! Where solves whose time was up have stopped, so that the step can be repeated.
 
-use super::estimate::Limits;
-
 /// The stops of a step's solves in their order, and those that a repetition is to make instead of looking at the clock.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stops {
@@ -26,18 +24,15 @@ impl Stops {
         &self.taken
     }
 
-    /// Before a round of iterations: its limits, with the stop that the script says.
-    pub(super) fn apply(&mut self, limits: Limits) -> Limits {
-        if limits.end.is_none() {
-            return limits;
-        }
+    /// Before a round of iterations with a limit of time: the stop that the script says.
+    pub fn next_round(&mut self) -> Option<u32> {
         let stop = self.script.get(self.taken.len()).copied();
         self.taken.push(Self::NEVER);
-        Limits { stop, ..limits }
+        stop
     }
 
     /// After a round that has stopped because time was up.
-    pub(super) fn note(&mut self, iterations: u32, is_late: bool) {
+    pub fn note(&mut self, iterations: u32, is_late: bool) {
         if is_late && let Some(last) = self.taken.last_mut() {
             *last = iterations;
         }
