@@ -66,7 +66,7 @@ impl<'a> Sheet<'a> {
             share[0] = self.element(t).energy(self.triangles.corners[t].map(|c| x[c as usize]));
         });
         let bent = self.bending.map_or(0.0, |(bending, vertices, topology)| {
-            Folds::energy_at((vertices, self.triangles, topology), bending, x)
+            Folds::energy_at((vertices, self.triangles, topology), bending, None, x)
         });
         Energies { elastic: shares.iter().map(|share| share[0]).sum::<f64>() + bent, kinetic: kinetic(v, mass) }
     }

@@ -283,10 +283,11 @@ impl Simulation {
         self.refresh(body)?;
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>, Option<&'a Bending>),
+            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Bending>, Option<&'a Folds>),
         );
         let mut query = self.world.query_one::<Query>(body);
-        let ((vertices, triangles, topology, frames), (pre_stretch, fibres, bending)) =
+        let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let unstretched = PreStretch::unstretched(pre_stretch);
         let elastic = frames.state.iter().zip(&triangles.rest).zip(&triangles.thickness).map(|((s, rest), h)| {
@@ -295,7 +296,7 @@ impl Simulation {
         });
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
         let body = (vertices, triangles, topology);
-        let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, &vertices.position));
+        let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, folds, &vertices.position));
         Ok(Energies { elastic: elastic.sum::<f64>() + bent, kinetic: kinetic.sum() })
     }
 

@@ -90,9 +90,9 @@ impl Pack {
         Self { k11, k12, k22: [xx, xy, xz, yy, yz, zz] }
     }
 
-    /// Adds the product with `u` to `out` \[N\].
+    /// The product with `u` at corners 1 and 2 \[N\]; at corner 0 it is minus their sum.
     #[inline(always)]
-    pub fn apply<L: Lanes>(&self, lanes: L, places: &Places, u: &[Vec4], out: &mut [Vec4]) {
+    pub fn forces<L: Lanes>(&self, lanes: L, places: &Places, u: &[Vec4]) -> [[Singles<L>; 3]; 2] {
         let u0 = gather(lanes, &places[0], u);
         let (u1, u2) = (gather(lanes, &places[1], u), gather(lanes, &places[2], u));
         let (ax, ay, az) = (u1[0] - u0[0], u1[1] - u0[1], u1[2] - u0[2]);
@@ -104,7 +104,13 @@ impl Pack {
         let hx = (m[0] * ax + m[3] * ay + m[6] * az) + (l[0] * bx + l[1] * by + l[2] * bz);
         let hy = (m[1] * ax + m[4] * ay + m[7] * az) + (l[1] * bx + l[3] * by + l[4] * bz);
         let hz = (m[2] * ax + m[5] * ay + m[8] * az) + (l[2] * bx + l[4] * by + l[5] * bz);
-        let (f1, f2) = (Singles::rows([fx, fy, fz]), Singles::rows([hx, hy, hz]));
+        [[fx, fy, fz], [hx, hy, hz]]
+    }
+
+    /// Adds forces on corners 1 and 2, and minus their sum on corner 0, to `out` \[N\].
+    #[inline(always)]
+    pub fn scatter<L: Lanes>(places: &Places, [f1, f2]: [[Singles<L>; 3]; 2], out: &mut [Vec4]) {
+        let (f1, f2) = (Singles::rows(f1), Singles::rows(f2));
         for lane in 0..LANES {
             let (a, b) = (f1[lane], f2[lane]);
             out[places[0][lane] as usize] -= a + b;
@@ -313,7 +319,7 @@ mod tests {
             // The empty lanes share its vertices with the first: they must add nothing.
             let places = [[0, 3, 6, 0, 0, 0, 0, 0], [1, 4, 7, 1, 1, 1, 1, 1], [2, 5, 8, 2, 2, 2, 2, 2]];
             let mut out = vec![Vec4::ZERO; 9];
-            pack.apply(Portable, &places, &u, &mut out);
+            Pack::scatter(&places, pack.forces(Portable, &places, &u), &mut out);
             let (corners, edges) = pack.blocks(0);
             for (t, triangle) in triangles.iter().enumerate() {
                 let tangent = triangle.tangent(is_exact);

@@ -86,7 +86,7 @@ impl Operator<'_> {
     ) -> f64 {
         parallel::for_chunks(corner, &Products { operator: self, u });
         if let Some(folds) = self.folds {
-            return self.apply_bending(folds, u, weight, corner, out, partials);
+            folds.add_to_corners(&self.triangles.corners, u, self.tangent == Tangent::Exact, corner);
         }
         self.gather(u, weight, corner, out, partials)
     }
@@ -110,22 +110,6 @@ impl Operator<'_> {
             *out = own + gathered;
             (weight[v] * u[v]).dot(*out)
         })
-    }
-
-    /// Out of line: most bodies have none.
-    #[inline(never)]
-    fn apply_bending(
-        &self,
-        folds: &Folds,
-        u: &[DVec3],
-        weight: &[DVec3],
-        corner: &[[DVec3; 3]],
-        out: &mut [DVec3],
-        partials: &mut Vec<f64>,
-    ) -> f64 {
-        self.gather(u, weight, corner, out, partials);
-        folds.add_product(&self.triangles.corners, self.topology, u, self.tangent == Tangent::Exact, out);
-        parallel::sum_rows(out, partials, |v, out| (weight[v] * u[v]).dot(*out))
     }
 
     /// `out` = A·u \[N\] for a u \[mm\] that is zero but at a few vertices, as prescribed motion is.
