@@ -2,8 +2,8 @@
 
 use crate::components::{
     Bending, Body, Contact, Drag, EnergyCriterion, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds,
-    Increment, Material, Planar, Reactions, Refined, Refinement, Sleeping, SolverScratch, Springs, TearDecisions,
-    TearLog, Tearing,
+    Increment, Material, Planar, Reactions, Refined, Refinement, Sleeping, SolverScratch, Springs, StiffeningFibres,
+    TearDecisions, TearLog, Tearing,
 };
 use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{
@@ -47,6 +47,9 @@ pub enum BodyError {
     /// A criterion on energy for a body that does not tear.
     #[error("the energy criterion decides at tear tips: let the body tear, or leave it out")]
     EnergyCriterionWithoutTearing,
+    /// A criterion on energy for fibres that stiffen.
+    #[error("the energy criterion reads the fields of a linear law: leave it or the stiffening of the fibres out")]
+    EnergyCriterionOfStiffeningFibres,
     /// Bending of a body that stays in its plane.
     #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
     BendingInPlane,
@@ -268,9 +271,15 @@ impl Membrane {
             if !self.components.has::<Tearing>() {
                 return Err(BodyError::EnergyCriterionWithoutTearing);
             }
+            if self.components.has::<StiffeningFibres>() {
+                return Err(BodyError::EnergyCriterionOfStiffeningFibres);
+            }
             positive("toughness along the fibres", e.toughness.along)?;
             positive("toughness across the fibres", e.toughness.across)?;
             within("energy criterion ring", e.ring, e.ring > 0.0, "it must be above 0 and at most 100")?;
+        }
+        if let Some(fibres) = self.components.get::<&StiffeningFibres>() {
+            fibres.check().map_err(|(what, value, must)| BodyError::OutOfRange { what, value, must })?;
         }
         if let Some(b) = self.components.get::<&Bending>() {
             if self.components.has::<Planar>() {

@@ -34,7 +34,7 @@ pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
 }
 
 /// Corner forces of every triangle. `viscosity` is β/s with the span s of the step's formula, by which the stretch rate of what
-/// the vertices `travel` in it adds to the strain.
+/// the vertices `travel` in it adds to the strain, at the present stiffness.
 pub fn membrane_forces(
     triangles: &Triangles,
     frames: &Frames,
@@ -52,7 +52,7 @@ pub fn membrane_forces(
         let rest = &triangles.rest[t];
         let u = triangles.corners[t].map(|v| travel(v as usize));
         let rate = membrane::stretch_rate(&state.polar, rest, u);
-        let stress = state.stress + triangles.stiffness[t].stress(rate * viscosity);
+        let stress = state.stress + frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), rate * viscosity);
         *corner = membrane::nodal_forces(&state.polar, stress, rest, rest.area * triangles.thickness[t]);
     });
 }

@@ -3,20 +3,22 @@
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
 use super::{Formula, StepContext, parallel};
-use crate::components::{Frames, Planar, PreStretch, SolverScratch};
-use crate::math::{ElementState, GeometricStiffness, Sym2};
+use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
+use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Triangles, Vertices};
 
 /// Fills [`Frames`].
 pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
-    type Query<'a> =
-        (&'a Vertices, &'a Triangles, &'a mut Frames, &'a SolverScratch, Option<&'a Planar>, Option<&'a PreStretch>);
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a mut Frames, &'a SolverScratch),
+        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+    );
     parallel::for_bodies::<Query>(
         world,
-        |(_, triangles, _, scratch, _, _)| scratch.rows_to_solve(triangles.len()),
-        |(vertices, triangles, frames, scratch, planar, pre_stretch)| {
-            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
+        |((_, triangles, _, scratch), _)| scratch.rows_to_solve(triangles.len()),
+        |((vertices, triangles, frames, scratch), (planar, pre_stretch, fibres))| {
+            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres);
             // Nothing is solved for at the start of a step of two stages.
             if step.formula != Formula::Start {
                 geometric_stiffness(frames, triangles, planar.is_some(), step.tangent_of(scratch), step.reserve());
@@ -25,18 +27,36 @@ pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// State of every triangle at the vertices' positions.
+/// State of every triangle at the vertices' positions, and its stiffness where fibres stiffen.
 pub fn evaluate(
     vertices: &Vertices,
     triangles: &Triangles,
     frames: &mut Frames,
     is_planar: bool,
     pre_stretch: Option<&PreStretch>,
+    fibres: Option<&StiffeningFibres>,
 ) {
     let unstretched = PreStretch::unstretched(pre_stretch);
     frames.state.resize(triangles.len(), ElementState::REST);
     let (Triangles { corners, rest, stiffness, .. }, position) = (triangles, &vertices.position);
     parallel::for_chunks(&mut frames.state, &States { corners, position, rest, stiffness, is_planar, unstretched });
+    match fibres {
+        None => frames.stiffened.clear(),
+        Some(fibres) => stiffen(frames, stiffness, unstretched, fibres),
+    }
+}
+
+/// Adds what the fibres do beyond the linear law to the stress, and fills in the stiffness.
+fn stiffen(frames: &mut Frames, material: &[Orthotropic], unstretched: Sym2, fibres: &StiffeningFibres) {
+    let Frames { state, stiffened, .. } = frames;
+    stiffened.clear();
+    stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0 }));
+    parallel::for_rows(stiffened, |t, stiffened| {
+        *stiffened = fibres.stiffness(state[t].polar.stretch, unstretched, &stiffened.law);
+    });
+    parallel::for_rows(state, |_, state| {
+        state.stress = StiffeningFibres::stiffen(Some(fibres), state.polar.stretch, unstretched, state.stress);
+    });
 }
 
 /// Geometric stiffness of every triangle at its state, as the tangent needs it.
@@ -47,10 +67,10 @@ pub fn geometric_stiffness(
     tangent: Tangent,
     reserve: f64,
 ) {
-    let Frames { state, geometric } = frames;
+    let Frames { state, geometric, stiffened } = frames;
     geometric.resize(state.len(), GeometricStiffness::default());
-    let stiffness = &triangles.stiffness;
     if tangent == Tangent::Rotated {
+        let stiffness = &triangles.stiffness;
         return parallel::for_chunks(geometric, &Geometric { state, stiffness, is_planar, reserve });
     }
     parallel::for_rows(geometric, |t, geometric| {
@@ -59,7 +79,10 @@ pub fn geometric_stiffness(
         *geometric = match tangent {
             Tangent::Projected => GeometricStiffness {
                 normal: normal.positive_part(),
-                in_plane: membrane::spin_majorant(stress, polar.stretch, &stiffness[t]),
+                in_plane: match stiffened.get(t) {
+                    None => membrane::spin_majorant(stress, polar.stretch, &triangles.stiffness[t], 0.0),
+                    Some(CoupledStiffness { law, q16 }) => membrane::spin_majorant(stress, polar.stretch, law, *q16),
+                },
             },
             _ => GeometricStiffness { normal, in_plane: 0.0 },
         };

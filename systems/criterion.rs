@@ -6,7 +6,8 @@ use super::tearing::{
 };
 use super::{StepContext, parallel};
 use crate::components::{
-    EnergyCriterion, Grips, Holds, Planar, PreStretch, Sleeping, TearDecision, TearDecisions, TearSite, Tearing,
+    EnergyCriterion, Grips, Holds, Planar, PreStretch, Sleeping, StiffeningFibres, TearDecision, TearDecisions,
+    TearSite, Tearing,
 };
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
@@ -31,7 +32,10 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
         (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>),
-        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
+        (
+            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
+        ),
     );
     parallel::for_bodies::<Query>(
         world,
@@ -44,9 +48,9 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         },
         |((vertices, triangles, topology, tearing), (tips, decisions, memory, _), about)| {
-            let (planar, pre_stretch, holds, grips, energy) = about;
+            let ((planar, pre_stretch, fibres), (holds, grips, energy)) = about;
             let unstretched = PreStretch::unstretched(pre_stretch);
-            let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched };
+            let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres };
             for tip in 0..tips.len() {
                 let place = (tips.vertex[tip], tips.previous[tip]);
                 let decision = match energy {

@@ -15,7 +15,7 @@ use super::linear::Folds;
 use super::{StepContext, parallel};
 use crate::components::{
     Bending, Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames,
-    Holds, Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog,
+    Holds, Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, StiffeningFibres, TearDecisions, TearLog,
 };
 use crate::event::EventKind;
 use crate::math::GeometricStiffness;
@@ -30,12 +30,16 @@ pub struct Sheet<'a> {
     bending: Option<(&'a Bending, &'a Vertices, &'a Topology)>,
     is_planar: bool,
     pre_stretch: Option<&'a PreStretch>,
+    fibres: Option<&'a StiffeningFibres>,
 }
 
+/// The components, beside bending, that the energy of the triangles depends on.
+type Strained<'a> = (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>);
+
 impl<'a> Sheet<'a> {
-    /// The triangles of a body with the components that its strain depends on.
-    pub fn new(triangles: &'a Triangles, planar: Option<&Planar>, pre_stretch: Option<&'a PreStretch>) -> Self {
-        Self { triangles, bending: None, is_planar: planar.is_some(), pre_stretch }
+    /// The triangles of a body with the components that their energy depends on.
+    pub fn new(triangles: &'a Triangles, (planar, pre_stretch, fibres): Strained<'a>) -> Self {
+        Self { triangles, bending: None, is_planar: planar.is_some(), pre_stretch, fibres }
     }
 
     /// With the energy of bending, where there is any.
@@ -51,6 +55,7 @@ impl<'a> Sheet<'a> {
             volume: rest.area * self.triangles.thickness[t],
             is_planar: self.is_planar,
             unstretched: PreStretch::unstretched(self.pre_stretch),
+            fibres: self.fibres,
         }
     }
 
@@ -61,7 +66,7 @@ impl<'a> Sheet<'a> {
             share[0] = self.element(t).energy(self.triangles.corners[t].map(|c| x[c as usize]));
         });
         let bent = self.bending.map_or(0.0, |(bending, vertices, topology)| {
-            Folds::energy_at((vertices, self.triangles, topology), bending, x)
+            Folds::energy_at((vertices, self.triangles, topology), bending, None, x)
         });
         Energies { elastic: shares.iter().map(|share| share[0]).sum::<f64>() + bent, kinetic: kinetic(v, mass) }
     }
@@ -81,14 +86,13 @@ pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles, &'a Topology),
-        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Bending>),
+        (Strained<'a>, Option<&'a Bending>),
     );
-    for ((audit, refined, vertices, triangles, topology), (planar, pre_stretch, bending)) in world.query_mut::<Query>()
-    {
+    for ((audit, refined, vertices, triangles, topology), (strained, bending)) in world.query_mut::<Query>() {
         count += 1;
         audit.settle();
         if audit.initial.is_none() || refined.is_some() {
-            let sheet = Sheet::new(triangles, planar, pre_stretch).bent(bending, vertices, topology);
+            let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
             let Vertices { position, velocity, mass, .. } = vertices;
             let now = sheet.energies(position, velocity, mass, &mut audit.shares);
             audit.initial.get_or_insert(now);
@@ -103,11 +107,11 @@ pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, &'a Refined, &'a Vertices, &'a Triangles, &'a Topology),
-        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Bending>),
+        (Strained<'a>, Option<&'a Bending>),
     );
-    for ((audit, _, vertices, triangles, topology), (planar, pre_stretch, bending)) in world.query_mut::<Query>() {
+    for ((audit, _, vertices, triangles, topology), (strained, bending)) in world.query_mut::<Query>() {
         count += 1;
-        let sheet = Sheet::new(triangles, planar, pre_stretch).bent(bending, vertices, topology);
+        let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;
         let now = sheet.energies(position, velocity, mass, &mut audit.shares);
         audit.note_edits(now - audit.ends[1]);
@@ -163,13 +167,13 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut EnergyAudit, &'a mut TearLog, Option<&'a TearDecisions>),
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, &'a Increment, &'a SolverScratch),
         (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>, Option<(&'a Holds, &'a Reactions)>),
-        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Bending>, Option<&'a Folds>),
+        (Strained<'a>, Option<&'a Bending>, Option<&'a Folds>),
     );
     for (
         (audit, log, decisions),
         (vertices, triangles, topology, frames, increment, scratch),
         (external, damping, drag, held),
-        (planar, pre_stretch, bending, folds),
+        (strained, bending, folds),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed {
@@ -179,7 +183,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
             audit.void_step();
         }
         count += 1;
-        let sheet = Sheet::new(triangles, planar, pre_stretch).bent(bending, vertices, topology);
+        let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let body = Carried { vertices, sheet, topology, frames, increment, scratch, external, drag, held, folds };
         let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
         if step.is_static && step.newton_iterations > 1 {
@@ -203,13 +207,11 @@ pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, &'a TearDecisions, &'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
-        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a Bending>),
+        (Strained<'a>, Option<&'a Bending>),
     );
-    for ((audit, _, vertices, triangles, topology, increment), (planar, pre_stretch, bending)) in
-        world.query_mut::<Query>()
-    {
+    for ((audit, _, vertices, triangles, topology, increment), (strained, bending)) in world.query_mut::<Query>() {
         count += 1;
-        let sheet = Sheet::new(triangles, planar, pre_stretch).bent(bending, vertices, topology);
+        let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;
         let Increment { start, start_velocity, .. } = increment;
         audit.edits_of_start = sheet.energies(start, start_velocity, mass, &mut audit.shares) - audit.ends[0];
@@ -279,20 +281,23 @@ impl Carried<'_> {
     /// −(f(x_k) − K·δ) · u with the tangent that was used, and dt·v·C·v.
     fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3], viscosity: f64) -> [f64; 2] {
         let Sheet { triangles, .. } = self.sheet;
-        let (state, rest, stiffness) = (&self.frames.state[t], &triangles.rest[t], &triangles.stiffness[t]);
+        let (state, rest) = (&self.frames.state[t], &triangles.rest[t]);
+        let (stiffness, coupling) = (self.frames.stiffness(triangles, t), self.frames.coupling(t));
         let volume = rest.area * triangles.thickness[t];
         let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric[t];
         let is_exact = self.scratch.tangent != Tangent::Rotated;
         if !is_exact {
             // The frames may hold what goes with another tangent, which was indefinite; what goes with this one stays.
             normal = normal.positive_part();
-            in_plane = shear_majorant(state.stress, state.polar.stretch, stiffness, StepContext::RESERVE_OF_EULER);
+            let law = &triangles.stiffness[t];
+            in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
         }
+        let (elastic, geometric) = (volume, volume);
         let tangent =
-            ElementTangent { state, rest, stiffness, normal, in_plane, elastic: volume, geometric: volume, is_exact };
+            ElementTangent { state, rest, stiffness, coupling, normal, in_plane, elastic, geometric, is_exact };
         let rate = stretch_rate(&state.polar, rest, u);
         let scheme = volume * state.stress.contract(rate) + dot(&tangent.apply(change), &u);
-        [scheme, volume * viscosity * stiffness.stress(rate).contract(rate)]
+        [scheme, volume * viscosity * stiffness.coupled_stress(coupling, rate).contract(rate)]
     }
 
     /// Sum of a column of the shares.

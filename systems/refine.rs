@@ -8,7 +8,7 @@ use super::tearing::{
 };
 use crate::components::{
     Changes, EdgeLoads, EnergyAudit, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined, Refinement,
-    Springs, TearDecisions, Tearing,
+    Springs, StiffeningFibres, TearDecisions, Tearing,
 };
 use crate::math::Sym2;
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
@@ -34,7 +34,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Changes>),
-        (Option<&'a Planar>, Option<&'a PreStretch>),
+        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
     );
     for (
         (vertices, triangles, topology, increment, factor),
@@ -42,7 +42,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (scratch, memory, audit),
         (holds, springs, grips),
         (point_loads, edge_loads, changes),
-        (planar, pre_stretch),
+        (planar, pre_stretch, fibres),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -72,7 +72,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         };
         let mesh = Mesh { vertices, triangles, topology };
         let mut refiner =
-            Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched };
+            Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched, fibres };
         if is_behind {
             refiner.coarsen();
         }
@@ -113,6 +113,7 @@ struct Refiner<'a> {
     scratch: &'a mut TearScratch,
     is_planar: bool,
     unstretched: Sym2,
+    fibres: Option<&'a StiffeningFibres>,
 }
 
 impl Refiner<'_> {
@@ -236,6 +237,7 @@ impl Refiner<'_> {
             topology: self.mesh.topology,
             is_planar: self.is_planar,
             unstretched: self.unstretched,
+            fibres: self.fibres,
         };
         let strength = self.tearing.strength_transverse.min(self.tearing.strength_fibre);
         plan_thin_out(&surface, row, strength, &is_wanted)

@@ -165,7 +165,10 @@ fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
     let Some((tearing, tips, decisions)) = tears else { return true };
     let ((_, triangles, _), (frames, ..), _) = body;
     let least = tearing.strength_transverse.min(tearing.strength_fibre);
-    let stiffest = triangles.stiffness.iter().map(|q| q.q11.max(q.q22) + q.q12.abs() + q.q66).fold(0.0, f64::max);
+    let stiffest = (0..triangles.len())
+        .map(|t| frames.stiffness(triangles, t))
+        .map(|q| q.q11.max(q.q22) + q.q12.abs() + q.q66)
+        .fold(0.0, f64::max);
     let more = stiffest * sleeping.strain;
     let is_sound = || frames.state.iter().all(|state| state.stress.principal_values().0 + more <= least);
     tips.criterion.iter().all(|c| c + more / least <= 1.0)

@@ -63,7 +63,7 @@ fn solve_body(
         let prescribers = (holds, reactions.as_deref_mut(), grips.as_deref_mut());
         record_reactions(prescribers, step.time, |v| -scratch.residual[v]);
     }
-    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, external) } else { 0.0 };
+    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, frames, external) } else { 0.0 };
     if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
         scratch.is_converged = true;
         return;
@@ -121,7 +121,8 @@ fn solve_body(
     }
 }
 
-/// Σ V·T:(U − U₀) \[mJ\] at the start of the step.
+/// Σ V·T:C⁻¹:T \[mJ\] at the start of the step, in whose norm the error of the stress is estimated: with the linear law it is
+/// Σ V·T:(U − U₀), twice the stored energy.
 fn twice_stored(
     triangles: &Triangles,
     frames: &Frames,
@@ -132,7 +133,11 @@ fn twice_stored(
     let energy = |t: usize| {
         let state = &frames.state[t];
         let volume = triangles.rest[t].area * triangles.thickness[t];
-        volume * state.stress.contract(state.polar.stretch - unstretched)
+        let strain = match frames.stiffened.get(t) {
+            None => state.polar.stretch - unstretched,
+            Some(stiffened) => stiffened.law.strain(state.stress),
+        };
+        volume * state.stress.contract(strain)
     };
     parallel::sum(frames.state.len(), &mut scratch.partials, energy)
 }
@@ -162,9 +167,12 @@ fn imbalance(
 /// The nodal force \[N\] that rounding alone leaves: a strain is known to ε·|x|/edge, so a corner force Q·h·edge·strain to
 /// ε·Q·h·|x|, of which up to eight meet in a vertex. A body torn through is free of stress, and no fraction of its own
 /// forces can be reached. What springs and jaws pull with is known to ε·|x| times their stiffness. By the rest shape, lest a body that nothing holds and that flies off counts as at rest far away.
-fn rounding(vertices: &Vertices, triangles: &Triangles, external: Option<&ExternalStiffness>) -> f64 {
+fn rounding(vertices: &Vertices, triangles: &Triangles, frames: &Frames, external: Option<&ExternalStiffness>) -> f64 {
     let extent = vertices.rest_position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
-    let stiffness = triangles.stiffness.iter().zip(&triangles.thickness).map(|(q, h)| q.q11.max(q.q22) * h);
+    let stiffness = triangles.thickness.iter().enumerate().map(|(t, h)| {
+        let q = frames.stiffness(triangles, t);
+        q.q11.max(q.q22) * h
+    });
     let blocks = external.map_or(&[][..], |external| &external.block);
     let springs = blocks.iter().map(|k| k.x_axis.x.max(k.y_axis.y).max(k.z_axis.z));
     8.0 * f64::EPSILON * extent * stiffness.chain(springs).fold(0.0, f64::max)

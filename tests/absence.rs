@@ -4,7 +4,7 @@ mod common;
 
 use common::Square;
 use rhexis::components::{
-    Bending, Changes, EnergyAudit, ExternalStiffness, Grips, Obstacle, Refined, Refinement, Sleeping, Springs,
+    Bending, Changes, EnergyAudit, ExternalStiffness, Frames, Grips, Obstacle, Refined, Refinement, Sleeping, Springs,
     TearDecisions, Tearing,
 };
 use rhexis::settings::Settings;
@@ -40,5 +40,6 @@ fn a_scene_without_tearing_contact_and_loads_spends_nothing_on_them() {
             || world.satisfies::<&EnergyAudit>(body),
     ];
     assert_eq!(carried, [false; 5], "no component that the body was not given");
+    assert_eq!(world.get::<&Frames>(body).unwrap().stiffened.capacity(), 0, "no stiffness but the material's");
     assert_eq!(world.query::<&Obstacle>().iter().count(), 0);
 }

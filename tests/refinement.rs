@@ -125,6 +125,7 @@ fn decision(simulation: &Simulation, body: Entity) -> TearDecision {
         topology: &topology,
         is_planar: world.get::<&Planar>(body).is_ok(),
         unstretched: PreStretch::unstretched(None),
+        fibres: None,
     };
     let tip = (tips.vertex[0], tips.previous[0]);
     tip_decision(&surface, &tearing, 0, tip, &mut TipMemory::default()).unwrap()

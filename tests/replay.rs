@@ -5,11 +5,17 @@ mod common;
 
 use common::Square;
 use glam::DVec3;
-use rhexis::components::{Curve, Holds, Obstacle, Shape, Sleeping, TearLog};
+use rhexis::components::{
+    Bending, ChangeSet, Changes, Contact, Curve, Fibres, Hold, Holds, Jaws, Material, Obstacle, Path, Pose, Shape,
+    Sleeping, Slip, TearLog, Tearing,
+};
+use rhexis::membrane::Membrane;
 use rhexis::replay::{Input, Recording, ReplayError};
+use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Settings};
-use rhexis::simulation::Simulation;
-use rhexis::storage::Vertices;
+use rhexis::simulation::{Grasp, Simulation};
+use rhexis::snapshot::Snapshot;
+use rhexis::storage::{Attached, Vertices};
 use std::time::Duration;
 
 fn simulation() -> Simulation {
@@ -60,6 +66,64 @@ fn every_call_is_repeated() {
     assert!(s.world().query::<&TearLog>().iter().any(|log| log.advance_count > 2), "the state must be one after tears");
     let recording = repeats(s);
     assert_eq!(recording.inputs().iter().filter(|input| matches!(input, Input::Change { .. })).count(), 4);
+}
+
+/// A host that pins, pulls, cuts and moves things about, on a sheet that bends and touches.
+#[test]
+fn tools_are_repeated_and_restored() {
+    let mut s = simulation();
+    let mesh = generate::grid(16.0, 14.0, 16, 14).unwrap();
+    let mut sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(60.0));
+    let members = Attached::new(sheet.select(|p| p.x == 0.0 || p.x == 16.0).into_iter().map(|row| (row, DVec3::ZERO)));
+    sheet = sheet.hold(Hold { name: "sides".into(), members, axes: [true; 3], curve: Curve::constant(0.0) });
+    sheet = sheet.with(Bending::default()).with(Contact::default()).with(Tearing::default());
+    let body = s.spawn(sheet.with(Changes::default())).unwrap();
+    s.record();
+    let ball = |x: f64| Shape::Sphere { centre: DVec3::new(x, 8.0, -2.1), radius: 2.0 };
+    let path = Path { points: vec![(0.0, DVec3::ZERO), (300.0, DVec3::Z)] };
+    s.spawn_moving_obstacle(Obstacle { shape: ball(12.0) }, path);
+    let pushed = s.spawn_obstacle(Obstacle { shape: ball(5.0) });
+    let middle = DVec3::new(8.0, 4.0, 0.0);
+    let jaws = Jaws { radius: 1.5, stiffness: Some(0.5), force_limit: Some(0.02), slip: Slip::Slide };
+    let soft = s.spawn_forceps("soft", jaws, Pose::at(middle)).unwrap();
+    let rigid =
+        s.spawn_forceps("rigid", Jaws { radius: 1.0, ..Jaws::default() }, Pose::at(DVec3::new(3.0, 3.0, 0.0))).unwrap();
+    assert!(s.close_forceps(rigid, rigid, &Grasp::Nearest { reach: 1.0 }).is_err());
+    for forceps in [soft, rigid] {
+        s.close_forceps(forceps, body, &Grasp::Nearest { reach: 1.0 }).unwrap();
+    }
+    let blade = s.spawn_blade(0.5, 1.0).unwrap();
+    let keys: Vec<_> = s.world().get::<&Vertices>(body).unwrap().keys()[106..110].to_vec();
+    s.pin(body, "tool", &keys).unwrap();
+    for i in 0..40 {
+        let by = DVec3::new(0.02, 0.03, 0.05) * f64::from(i);
+        s.move_forceps(soft, Pose::at(middle + by), 5.0).unwrap();
+        s.move_pins(body, "tool", |pin| pin.place + DVec3::Z * 0.01).unwrap();
+        s.move_obstacle(pushed, ball(5.0 + 0.02 * f64::from(i))).unwrap();
+        // Refused or not, as the sheet lies.
+        let _ = s.draw_blade(blade, body, DVec3::new(6.0 + 0.2 * f64::from(i), 13.0, 0.0));
+        s.step(5.0).unwrap();
+        if i == 20 {
+            s.open_forceps(rigid).unwrap();
+            s.unpin(body, &keys[..2]).unwrap();
+            let _ = s.puncture(body, DVec3::new(4.0, 10.0, 0.0), DVec3::X, 2.0);
+        }
+    }
+    s.despawn(blade).unwrap();
+    s.unpin_all(body, "tool").unwrap();
+    s.set_velocity(body, |x| DVec3::Z * (1e-3 * x.x)).unwrap();
+    let before = Snapshot::from_bytes(&s.snapshot().to_bytes().unwrap()).unwrap();
+    (0..10).for_each(|_| _ = s.step(5.0));
+    let mut other = Simulation::of_snapshot(&before).unwrap();
+    (0..10).for_each(|_| _ = other.step(5.0));
+    assert!(other.hash() == s.hash() && other.snapshot().to_bytes() == s.snapshot().to_bytes());
+    // What a host has a copy of is to be taken anew.
+    let mut changes = ChangeSet::default();
+    other.drain_changes(body, &mut changes).unwrap();
+    assert!(changes.is_whole);
+    let log = s.world().get::<&TearLog>(body).map(|log| log.length).unwrap();
+    assert!(log > 2.0, "the blade has cut {log} mm");
+    repeats(s);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use rhexis::systems::tearing::{DiscAverage, Surface, TipMemory};
 
 fn surface(body: &Body, is_planar: bool) -> Surface<'_> {
     let Body { vertices, triangles, topology } = body;
-    Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY }
+    Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY, fibres: None }
 }
 
 fn average(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius: f64) -> Option<DiscAverage> {

@@ -1,4 +1,5 @@
-//! The two states that decide which solver is used when: a flat taut sheet, and a lens capsule half torn, its flap folded over.
+//! The states that decide which solver is used when: a flat taut sheet, and a lens capsule half torn, its flap folded over,
+//! without bending and with it.
 
 use super::clock::median;
 use super::solve::{Isolated, WAYS, Way, relative};
@@ -31,7 +32,10 @@ const SHEETS: [([usize; 2], Depth); 4] =
 const CAPSULES: [(usize, f64, Depth); 3] =
     [(1500, 2_000.0, Depth::Quick), (5000, 16_500.0, Depth::Usual), (20_000, 16_500.0, Depth::Full)];
 
-/// Measures iterations, time and error of every way to solve in both states.
+/// The states of the capsule, with what sets them.
+const FLAPS: [(&str, &[&str]); 2] = [("capsule, torn", &[]), ("capsule, torn, bending", &["bodies.0.bending={}"])];
+
+/// Measures iterations, time and error of every way to solve in these states.
 ///
 /// # Errors
 /// Where a state is not reached.
@@ -42,7 +46,7 @@ pub fn ladder(context: &Context) -> Result<Vec<Table>, BenchError> {
     table.remark("factor of the present state is at hand), `setup first` what a mesh needs on top, `setup again` the same once it is known");
     let sheets = SHEETS.iter().filter(|(_, from)| *from <= context.depth).map(|&(cells, _)| cells);
     let capsules: Vec<_> = CAPSULES.iter().filter(|(.., from)| *from <= context.depth).collect();
-    context.begin(sheets.clone().count() + capsules.len());
+    context.begin(sheets.clone().count() + FLAPS.len() * capsules.len());
     for cells in sheets {
         context.now(format!("flat taut sheet of {} triangles", 2 * cells[0] * cells[1]));
         measure(&mut table, "flat, taut", &mut taut_sheet(cells)?)?;
@@ -51,9 +55,11 @@ pub fn ladder(context: &Context) -> Result<Vec<Table>, BenchError> {
     // A quick run's small capsule would stand beside the large ones as if it were half torn.
     let skipped = if context.depth == Depth::Quick { 0 } else { 1 };
     for &&(triangles, time, _) in capsules.iter().skip(skipped) {
-        context.now(format!("capsule of {triangles} triangles, torn up to {time} ms"));
-        measure(&mut table, "capsule, torn", &mut torn_capsule(triangles, time)?)?;
-        context.done();
+        for (state, sets) in FLAPS {
+            context.now(format!("{state}: {triangles} triangles, up to {time} ms"));
+            measure(&mut table, state, &mut torn_capsule(triangles, time, sets)?)?;
+            context.done();
+        }
     }
     Ok(vec![table])
 }
@@ -76,8 +82,9 @@ pub fn taut_sheet(cells: [usize; 2]) -> Result<(Isolated, usize), BenchError> {
 }
 
 /// The lead scene at a time, in the step after the next advance of the tear.
-fn torn_capsule(triangles: usize, time: f64) -> Result<(Isolated, usize), BenchError> {
-    let sets = [format!("bodies.0.mesh.cap.triangles={triangles}")];
+fn torn_capsule(triangles: usize, time: f64, sets: &[&str]) -> Result<(Isolated, usize), BenchError> {
+    let mut sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+    sets.push(format!("bodies.0.mesh.cap.triangles={triangles}"));
     let mut instance = instantiate("capsulorhexis", &sets)?;
     while !instance.is_finished() {
         instance.advance()?;

@@ -1,9 +1,9 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
 use super::Stops;
-use crate::math::{ElementState, GeometricStiffness};
+use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic};
 use crate::settings::Tangent;
-use crate::storage::{Edit, EditRecord};
+use crate::storage::{Edit, EditRecord, Triangles};
 use glam::{DMat3, DVec3};
 
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness.
@@ -13,6 +13,22 @@ pub struct Frames {
     pub state: Vec<ElementState>,
     /// Geometric stiffness there.
     pub geometric: Vec<GeometricStiffness>,
+    /// Stiffness \[MPa\] there of a body with [`StiffeningFibres`](crate::math::StiffeningFibres); empty without them.
+    pub stiffened: Vec<CoupledStiffness>,
+}
+
+impl Frames {
+    /// The stiffness \[MPa\] of a triangle at its state: that of the material, but for what stiffens.
+    #[inline(always)]
+    pub fn stiffness<'a>(&'a self, triangles: &'a Triangles, t: usize) -> &'a Orthotropic {
+        self.stiffened.get(t).map_or_else(|| &triangles.stiffness[t], |stiffened| &stiffened.law)
+    }
+
+    /// What couples strain along the fibre and shear there \[MPa\].
+    #[inline(always)]
+    pub fn coupling(&self, t: usize) -> f64 {
+        self.stiffened.get(t).map_or(0.0, |stiffened| stiffened.q16)
+    }
 }
 
 /// Nodal forces and the corner buffer they are gathered from.

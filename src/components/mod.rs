@@ -26,6 +26,7 @@ mod tear_decisions;
 mod tear_log;
 mod tearing;
 
+pub use crate::math::StiffeningFibres;
 pub use bending::Bending;
 pub use blade::Blade;
 pub use body::{Body, Planar};

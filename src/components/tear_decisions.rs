@@ -46,6 +46,9 @@ pub enum RingFault {
     /// The field opens nothing: no energy is released in any direction.
     #[error("the ring releases no energy")]
     NoRelease,
+    /// The fibres stiffen, and the fields by which the ring is read are those of a linear law.
+    #[error("the fibres stiffen")]
+    Stiffening,
 }
 
 impl fmt::Display for DecidedBy {

@@ -6,11 +6,13 @@
 mod element;
 mod fracture;
 mod orthotropic;
+mod stiffening_fibres;
 mod sym2;
 mod triangle;
 
 pub use element::{ElementState, GeometricStiffness, Polar};
 pub use fracture::{CrackTip, Modes, Slopes};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
+pub use stiffening_fibres::{CoupledStiffness, FibreResponse, StiffeningFibres};
 pub use sym2::Sym2;
 pub use triangle::{RestTriangle, SmallestAngle, smallest_angle};

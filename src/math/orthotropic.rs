@@ -95,6 +95,17 @@ impl Orthotropic {
         )
     }
 
+    /// The same with `q16` \[MPa\] beside, which couples strain along the fibre and engineering shear.
+    #[inline(always)]
+    pub fn coupled_stress(&self, q16: f64, strain: Sym2) -> Sym2 {
+        let mut stress = self.stress(strain);
+        if q16 != 0.0 {
+            stress.xx += 2.0 * q16 * strain.xy;
+            stress.xy += q16 * strain.xx;
+        }
+        stress
+    }
+
     /// Strain in the fibre's axes (tensor shear) from a stress \[MPa\] there: the inverse of [`stress`](Self::stress).
     #[inline]
     pub fn strain(&self, stress: Sym2) -> Sym2 {

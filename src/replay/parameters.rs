@@ -64,6 +64,7 @@ parameters! {
     pressure: Pressure,
     drag: Drag,
     pre_stretch: PreStretch,
+    stiffening_fibres: StiffeningFibres,
     contact: Contact,
     bending: Bending,
     obstacle: Obstacle,

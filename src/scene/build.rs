@@ -3,13 +3,14 @@
 use super::error::{Fault, not_negative, positive};
 use super::region::Surface;
 use super::schema::{
-    BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec,
-    TearingSpec,
+    BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
+    StiffeningFibresSpec, TearModeSpec, TearingSpec,
 };
 use super::{grasp, mesh_file, shape};
 use crate::components::{
     Anchor, Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold,
-    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
+    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, StiffeningFibres, TearMode,
+    Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -155,6 +156,17 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     let at = |name: &str| format!("{key}.{name}");
     if let Some(strain) = spec.pre_stretch {
         membrane = membrane.with(PreStretch { strain: strain.0 });
+    }
+    if let Some(StiffeningFibresSpec { k1, k2 }) = spec.stiffening_fibres {
+        let fibres = StiffeningFibres { k1, k2 };
+        if let Err((what, value, must)) = fibres.check() {
+            return Err(Fault::new(at("stiffening_fibres"), format!("{what} is {value}"), must));
+        }
+        if spec.energy_criterion.is_some() {
+            let what = "the energy criterion reads the fields of a linear law, and these fibres stiffen";
+            return Err(Fault::new(at("stiffening_fibres"), what, "remove one of the two"));
+        }
+        membrane = membrane.with(fibres);
     }
     if let Some(time) = spec.damping {
         membrane = membrane.with(Damping { time: not_negative(at("damping"), time, "ms")? });

@@ -13,6 +13,7 @@ use super::haptic_feed::HapticModel;
 use super::{Pin, PinError, Simulation};
 use crate::components::{
     Damping, ExternalStiffness, Forceps, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
+    StiffeningFibres,
 };
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
@@ -122,10 +123,10 @@ impl Haptics {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
-            (Option<&'a PreStretch>, Option<&'a Damping>, Option<&'a Folds>),
+            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>, Option<&'a Damping>, Option<&'a Folds>),
         );
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
-        let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, damping, folds)) = found;
+        let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, fibres, damping, folds)) = found;
         let (position, force) = match coupling {
             Coupling::Springs { springs, .. } => self.take_springs(vertices, springs)?,
             Coupling::Pins { pins, force } => (self.take_pins(vertices, pins, *force)?, *force),
@@ -137,7 +138,7 @@ impl Haptics {
         let rate = 1.0 / *horizon;
         corner.resize(triangles.len(), [DVec3::ZERO; 3]);
         let solved = simulation.pool.run(|| {
-            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch);
+            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres);
             let tangent = Tangent::Projected;
             geometric_stiffness(frames, triangles, planar.is_some(), tangent, StepContext::RESERVE_OF_EULER);
             let operator = Operator {

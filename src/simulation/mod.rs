@@ -38,6 +38,7 @@ pub use view::{BodyView, normals};
 
 use crate::components::{
     Bending, Body, EnergyAudit, EnergyBalance, Frames, Holds, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
+    StiffeningFibres,
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
@@ -280,21 +281,22 @@ impl Simulation {
     /// If there is no such body.
     pub fn energies(&mut self, body: Entity) -> Result<Energies, SimulationError> {
         self.refresh(body)?;
-        type Query<'a> =
-            (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, Option<&'a PreStretch>, Option<&'a Bending>);
+        type Query<'a> = (
+            (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Bending>, Option<&'a Folds>),
+        );
         let mut query = self.world.query_one::<Query>(body);
-        let (vertices, triangles, topology, frames, pre_stretch, bending) =
+        let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let unstretched = PreStretch::unstretched(pre_stretch);
-        let elastic = frames
-            .state
-            .iter()
-            .zip(&triangles.rest)
-            .zip(&triangles.thickness)
-            .map(|((s, rest), h)| 0.5 * rest.area * h * s.stress.contract(s.polar.stretch - unstretched));
+        let elastic = frames.state.iter().zip(&triangles.rest).zip(&triangles.thickness).map(|((s, rest), h)| {
+            let twice = StiffeningFibres::twice_energy(fibres, s.polar.stretch, unstretched, s.stress);
+            0.5 * rest.area * h * twice
+        });
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
         let body = (vertices, triangles, topology);
-        let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, &vertices.position));
+        let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, folds, &vertices.position));
         Ok(Energies { elastic: elastic.sum::<f64>() + bent, kinetic: kinetic.sum() })
     }
 
@@ -324,10 +326,13 @@ impl Simulation {
     /// # Errors
     /// If there is no such body.
     pub fn refresh(&mut self, body: Entity) -> Result<(), SimulationError> {
-        type Query<'a> = (&'a Vertices, &'a Triangles, &'a mut Frames, Option<&'a Planar>, Option<&'a PreStretch>);
-        let found = self.world.query_one_mut::<Query>(body);
-        let (vertices, triangles, frames, planar, pre_stretch) = found.map_err(|_| SimulationError::NoSuchBody)?;
-        self.pool.run(|| corotation::evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch));
+        type Query<'a> = (
+            (&'a Vertices, &'a Triangles, &'a mut Frames),
+            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+        );
+        let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
+        let ((vertices, triangles, frames), (planar, pre_stretch, fibres)) = found;
+        self.pool.run(|| corotation::evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres));
         Ok(())
     }
 

@@ -49,6 +49,7 @@ impl Simulation {
         [start, start_velocity, displacement, delta].into_iter().for_each(|values| order.sort_vertices(values));
         order.sort_triangles(&mut frames.state);
         order.sort_triangles(&mut frames.geometric);
+        order.sort_triangles(&mut frames.stiffened);
         *factor = Factor::default();
         if let Some(memory) = memory {
             *memory = TipMemory::default();

@@ -119,6 +119,7 @@ saved! {
         pressure: Pressure,
         drag: Drag,
         pre_stretch: PreStretch,
+        stiffening_fibres: StiffeningFibres,
         contact: Contact,
         bending: Bending,
         obstacle: Obstacle,

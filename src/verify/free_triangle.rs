@@ -50,7 +50,7 @@ impl Flow {
     fn acceleration(&mut self, x: &[DVec3; 3]) -> [DVec3; 3] {
         let Snapshot { vertices, triangles, topology, frames } = &mut self.body;
         vertices.position.copy_from_slice(x);
-        corotation::evaluate(vertices, triangles, frames, false, None);
+        corotation::evaluate(vertices, triangles, frames, false, None, None);
         assembly::membrane_forces(triangles, frames, |_| DVec3::ZERO, 0.0, &mut self.forces);
         assembly::gather(topology, &mut self.forces, vertices.len());
         [0, 1, 2].map(|v| self.forces.nodal[v] / vertices.mass[v])

@@ -17,27 +17,32 @@ pub struct Tilt {
     pub normal: DVec3,
     /// Per edge the tilt by a unit of each corner along the normal \[1/mm\].
     pub by_corner: [DVec3; 3],
+    /// Lengths of the edges \[mm\].
+    pub length: DVec3,
 }
 
 impl Tilt {
     /// Of a triangle with corners at `x` and a rest area \[mm²\].
+    #[inline(always)]
     pub fn new(x: [DVec3; 3], rest_area: f64) -> Self {
-        let cross = (x[1] - x[0]).cross(x[2] - x[0]);
+        let edges = [x[1] - x[0], x[2] - x[1], x[0] - x[2]];
+        let cross = edges[2].cross(edges[0]);
         let twice_area = cross.length();
+        let [a, b, c] = [edges[0].length(), edges[1].length(), edges[2].length()];
+        let length = DVec3::new(a, b, c);
         if !(twice_area > 2.0 * LEAST_AREA * rest_area) {
-            return Self::default();
+            return Self { length, ..Self::default() };
         }
-        let mut by_corner = [DVec3::ZERO; 3];
-        for (e, row) in by_corner.iter_mut().enumerate() {
-            let (a, b, opposite) = (e, (e + 1) % 3, (e + 2) % 3);
-            let edge = x[b] - x[a];
-            let length = edge.length();
-            let to_b = (x[opposite] - x[a]).dot(edge) / (length * twice_area);
-            row[opposite] = length / twice_area;
-            row[b] = -to_b;
-            row[a] = to_b - row[opposite];
-        }
-        Self { normal: cross / twice_area, by_corner }
+        let inverse = 1.0 / twice_area;
+        // Where the height over an edge stands on it, from the begin and from the end.
+        let [ab, bc, ca] = [edges[0].dot(edges[1]), edges[1].dot(edges[2]), edges[2].dot(edges[0])];
+        let (of_a, of_b, of_c) = (inverse / a, inverse / b, inverse / c);
+        let by_corner = [
+            DVec3::new(ab * of_a, ca * of_a, a * inverse),
+            DVec3::new(b * inverse, bc * of_b, ab * of_b),
+            DVec3::new(bc * of_c, c * inverse, ca * of_c),
+        ];
+        Self { normal: cross * inverse, by_corner, length }
     }
 
     /// The tilts about the three edges when the corners move by `u`.
@@ -47,18 +52,41 @@ impl Tilt {
         DVec3::new(self.by_corner[0].dot(w), self.by_corner[1].dot(w), self.by_corner[2].dot(w))
     }
 
-    /// What moments about the three edges exert on corner `c`: the transpose of [`of`](Self::of).
+    /// What moments about the three edges exert on the corners along the normal: the transpose of [`of`](Self::of).
     #[inline(always)]
-    pub fn force(&self, moment: DVec3, c: usize) -> DVec3 {
+    pub fn along(&self, moment: DVec3) -> DVec3 {
         let [x, y, z] = &self.by_corner;
-        self.normal * (x[c] * moment.x + y[c] * moment.y + z[c] * moment.z)
+        *x * moment.x + *y * moment.y + *z * moment.z
     }
 }
+
+/// Below this tangent an angle is a sum of seven powers of it, to the last digit.
+const SMALL: f64 = 1.0 / 16.0;
 
 /// The angle between two triangles with these unit normals, along the edge between them as the first of them sees it.
 #[inline]
 pub fn angle(normal: DVec3, across: DVec3, edge: DVec3) -> f64 {
-    f64::atan2(-normal.cross(across).dot(edge.normalize_or_zero()), normal.dot(across))
+    let (sine, cosine) = (-normal.cross(across).dot(edge.normalize_or_zero()), normal.dot(across));
+    if sine.abs() < SMALL * cosine {
+        let tangent = sine / cosine;
+        let s = tangent * tangent;
+        let powers = 1.0 / 7.0 - s * (1.0 / 9.0 - s * (1.0 / 11.0 - s * (1.0 / 13.0)));
+        return tangent - tangent * s * (1.0 / 3.0 - s * (1.0 / 5.0 - s * powers));
+    }
+    f64::atan2(sine, cosine)
+}
+
+/// A difference of two angles in −π..π the way round that is shorter.
+#[inline(always)]
+pub fn shorter_way(difference: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    if difference > PI {
+        difference - TAU
+    } else if difference < -PI {
+        difference + TAU
+    } else {
+        difference
+    }
 }
 
 /// A symmetric 3×3 matrix over the edges of a triangle: 00, 11, 22, 01, 12, 20.

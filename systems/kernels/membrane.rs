@@ -132,18 +132,19 @@ fn turning(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
 /// With the stretch rate dU and the spin ω as unknowns the Hessian is dU:C:dU + ω·(l:dU) + k·ω². C is positive definite, so that
 /// only one direction can be negative, and it is where the Schur complement k − ¼·l:C⁻¹:l is: p is what that lacks. Where
 /// nothing lacks the Hessian stays as it is. Clamping the negative eigenvalue instead takes an iteration for four axes, and
-/// stiffens strains where this stiffens the turn alone.
+/// stiffens strains where this stiffens the turn alone. `q16` \[MPa\] belongs to C and couples strain along the fibre and shear.
 #[inline]
-pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic) -> f64 {
+pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, q16: f64) -> f64 {
     let inverse = inverse_trace(stretch);
     let l = turning(stress, stretch, inverse);
     // The gradient change of a unit of spin that strains nothing.
     let (skew, half) = (0.5 * (stretch.xx - stretch.yy), 0.5 / inverse);
     let turn = [-stretch.xy, skew - half, skew + half, stretch.xy];
     let own: f64 = l.iter().zip(turn).map(|(l, turn)| l * turn).sum();
-    let (xx, yy, shear) = (l[0], l[3], l[1] + l[2]);
-    let direct =
-        (law.q22 * xx * xx - 2.0 * law.q12 * xx * yy + law.q11 * yy * yy) / (law.q11 * law.q22 - law.q12 * law.q12);
+    let shear = l[1] + l[2];
+    // The shear eliminated first.
+    let (xx, yy, q11) = (l[0] - 0.5 * shear * (q16 / law.q66), l[3], law.q11 - q16 * (q16 / law.q66));
+    let direct = (law.q22 * xx * xx - 2.0 * law.q12 * xx * yy + q11 * yy * yy) / (q11 * law.q22 - law.q12 * law.q12);
     (0.25 * (direct + shear * shear / (4.0 * law.q66)) - own).max(0.0)
 }
 
@@ -178,6 +179,8 @@ pub struct ElementTangent<'a> {
     pub rest: &'a RestTriangle,
     /// Elastic constants.
     pub stiffness: &'a Orthotropic,
+    /// What couples strain along the fibre and engineering shear beside them \[MPa\].
+    pub coupling: f64,
     /// Out-of-plane stiffness \[MPa\]: S for the exact tangent, S⁺ for the others.
     pub normal: Sym2,
     /// In-plane stiffness \[MPa\]: what [`shear_majorant`] gives for the rotated tangent, what [`spin_majorant`] gives for the
@@ -235,7 +238,7 @@ impl ElementTangent<'_> {
         let u = self.state.polar.stretch;
         let inverse = inverse_trace(u);
         let (_, du) = rates(a, u, inverse);
-        let dt = self.stiffness.stress(du) * self.elastic;
+        let dt = self.stiffness.coupled_stress(self.coupling, du) * self.elastic;
         let c = self.in_plane * self.geometric;
         let deviator = c * (du.xx - du.yy);
         first_piola(dt + Sym2::new(deviator, -deviator, 2.0 * c * du.xy), u, inverse)
@@ -247,7 +250,7 @@ impl ElementTangent<'_> {
         let u = self.state.polar.stretch;
         let (inverse, l) = self.turning();
         let (spin, du) = rates(a, u, inverse);
-        let dpi = first_piola(self.stiffness.stress(du) * self.elastic, u, inverse);
+        let dpi = first_piola(self.stiffness.coupled_stress(self.coupling, du) * self.elastic, u, inverse);
         let half = 0.5 * self.geometric;
         let turned = half * spin;
         let along = half * inverse * (l[0] * a[0] + l[1] * a[1] + l[2] * a[2] + l[3] * a[3]);

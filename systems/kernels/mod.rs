@@ -5,6 +5,7 @@ pub mod disc;
 pub mod failure;
 pub mod fan;
 pub mod fold;
+pub mod fold_pack;
 pub mod lanes;
 pub mod membrane;
 pub mod membrane_lanes;

@@ -37,7 +37,7 @@ impl Pack {
     #[inline(always)]
     pub fn new<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
         let mut f = [[0.0_f32; LANES]; 21];
-        let mut turning = [[0.0_f32; LANES]; 5];
+        let (mut turning, mut coupling) = ([[0.0_f32; LANES]; 5], [[0.0_f32; LANES]]);
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
             if is_exact {
@@ -46,6 +46,7 @@ impl Pack {
                     row[lane] = *value as f32;
                 }
             }
+            coupling[0][lane] = (e.coupling * e.elastic) as f32;
             let (polar, rest) = (&e.state.polar, e.rest);
             let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
             let [q, s] = e.skew();
@@ -77,6 +78,7 @@ impl Pack {
             g: [[f[8], f[9]], [f[10], f[11]]],
             b: [strain_rates(f[8], f[9], f[6], f[7], one), strain_rates(f[10], f[11], f[6], f[7], one)],
             law: [f[14], f[15], f[16], f[17]],
+            coupling: (coupling != [[0.0; LANES]]).then(|| singles(lanes, &coupling)[0]),
             normal: [f[18], f[19], f[20]],
             turning: is_exact.then(|| singles(lanes, &turning)),
         };
@@ -88,9 +90,9 @@ impl Pack {
         Self { k11, k12, k22: [xx, xy, xz, yy, yz, zz] }
     }
 
-    /// Adds the product with `u` to `out` \[N\].
+    /// The product with `u` at corners 1 and 2 \[N\]; at corner 0 it is minus their sum.
     #[inline(always)]
-    pub fn apply<L: Lanes>(&self, lanes: L, places: &Places, u: &[Vec4], out: &mut [Vec4]) {
+    pub fn forces<L: Lanes>(&self, lanes: L, places: &Places, u: &[Vec4]) -> [[Singles<L>; 3]; 2] {
         let u0 = gather(lanes, &places[0], u);
         let (u1, u2) = (gather(lanes, &places[1], u), gather(lanes, &places[2], u));
         let (ax, ay, az) = (u1[0] - u0[0], u1[1] - u0[1], u1[2] - u0[2]);
@@ -102,7 +104,13 @@ impl Pack {
         let hx = (m[0] * ax + m[3] * ay + m[6] * az) + (l[0] * bx + l[1] * by + l[2] * bz);
         let hy = (m[1] * ax + m[4] * ay + m[7] * az) + (l[1] * bx + l[3] * by + l[4] * bz);
         let hz = (m[2] * ax + m[5] * ay + m[8] * az) + (l[2] * bx + l[4] * by + l[5] * bz);
-        let (f1, f2) = (Singles::rows([fx, fy, fz]), Singles::rows([hx, hy, hz]));
+        [[fx, fy, fz], [hx, hy, hz]]
+    }
+
+    /// Adds forces on corners 1 and 2, and minus their sum on corner 0, to `out` \[N\].
+    #[inline(always)]
+    pub fn scatter<L: Lanes>(places: &Places, [f1, f2]: [[Singles<L>; 3]; 2], out: &mut [Vec4]) {
+        let (f1, f2) = (Singles::rows(f1), Singles::rows(f2));
         for lane in 0..LANES {
             let (a, b) = (f1[lane], f2[lane]);
             out[places[0][lane] as usize] -= a + b;
@@ -190,6 +198,8 @@ struct Element<L: Lanes> {
     b: [[[Singles<L>; 3]; 2]; 2],
     /// Stiffness 11, 12, 22, 66.
     law: [Singles<L>; 4],
+    /// Stiffness 16, where there is any.
+    coupling: Option<Singles<L>>,
     /// Out-of-plane stiffness 11, 22, 12.
     normal: [Singles<L>; 3],
     /// ½·ℓ and 1/tr U of an exact tangent.
@@ -204,8 +214,14 @@ impl<L: Lanes> Element<L> {
         let [n11, n22, n12] = self.normal;
         let [r1, r2, n] = self.axes;
         let (gi, gj, bi, bj) = (self.g[i], self.g[j], self.b[i], self.b[j]);
-        let t0 = [c11 * bj[0][0] + c12 * bj[0][1], c12 * bj[0][0] + c22 * bj[0][1], c66 * bj[0][2]];
-        let t1 = [c11 * bj[1][0] + c12 * bj[1][1], c12 * bj[1][0] + c22 * bj[1][1], c66 * bj[1][2]];
+        let mut t0 = [c11 * bj[0][0] + c12 * bj[0][1], c12 * bj[0][0] + c22 * bj[0][1], c66 * bj[0][2]];
+        let mut t1 = [c11 * bj[1][0] + c12 * bj[1][1], c12 * bj[1][0] + c22 * bj[1][1], c66 * bj[1][2]];
+        if let Some(c16) = self.coupling {
+            for (t, b) in [(&mut t0, bj[0]), (&mut t1, bj[1])] {
+                t[0] = t[0] + c16 * b[2];
+                t[2] = t[2] + c16 * b[0];
+            }
+        }
         // In the triangle's axes; then the two halves of the turn into global ones.
         let mut a = [[dot(bi[0], t0), dot(bi[0], t1)], [dot(bi[1], t0), dot(bi[1], t1)]];
         if let Some([l11, l12, l21, l22, inverse]) = self.turning {
@@ -252,6 +268,7 @@ mod tests {
         law: Orthotropic,
         normal: Sym2,
         in_plane: f64,
+        coupling: f64,
     }
 
     impl Triangle {
@@ -272,6 +289,7 @@ mod tests {
                 law,
                 normal: stress.positive_part(),
                 in_plane: next().abs(),
+                coupling: 0.6 * next(),
             }
         }
 
@@ -280,6 +298,7 @@ mod tests {
                 state: &self.state,
                 rest: &self.rest,
                 stiffness: &self.law,
+                coupling: self.coupling,
                 normal: self.normal,
                 in_plane: self.in_plane,
                 elastic: 0.3,
@@ -300,7 +319,7 @@ mod tests {
             // The empty lanes share its vertices with the first: they must add nothing.
             let places = [[0, 3, 6, 0, 0, 0, 0, 0], [1, 4, 7, 1, 1, 1, 1, 1], [2, 5, 8, 2, 2, 2, 2, 2]];
             let mut out = vec![Vec4::ZERO; 9];
-            pack.apply(Portable, &places, &u, &mut out);
+            Pack::scatter(&places, pack.forces(Portable, &places, &u), &mut out);
             let (corners, edges) = pack.blocks(0);
             for (t, triangle) in triangles.iter().enumerate() {
                 let tangent = triangle.tangent(is_exact);

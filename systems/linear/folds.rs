@@ -9,6 +9,8 @@
 //! With h half the angles, Q the triangles' laws ([`fold::law`]) and J the differences of moments over edges, times −ω/k:
 //! energy ½·φ·Q·φ with φ = (1 + J·Q)·h, moments (1 + Q·J)·Q·φ. Without J it is the majorant that dynamic steps take as tangent.
 
+mod energy;
+
 use crate::components::Bending;
 use crate::math::{Orthotropic, RestTriangle};
 use crate::storage::{NONE, Topology, Triangles, Vertices, measure};
@@ -21,11 +23,12 @@ use std::sync::{Mutex, PoisonError};
 /// itself, whose modes lie between 0 and 3).
 const TURN: f64 = 0.65;
 
+/// What the rest data of a triangle are made of: besides, its neighbours and the factor of its law.
+type MadeOf = (RestTriangle, [u32; 3], Orthotropic, f64);
+
 /// The shape a triangle bends from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct RestFold {
-    /// What it was made of.
-    made_of: (RestTriangle, [u32; 3], Orthotropic, f64),
     law: OverEdges,
     /// Rest angles, zero at the boundary.
     angle: DVec3,
@@ -39,20 +42,32 @@ struct RestFold {
 #[derive(Debug, Default)]
 pub struct Folds {
     rest: Vec<RestFold>,
+    made_of: Vec<MadeOf>,
     is_changed: Vec<bool>,
     tilt: Vec<Tilt>,
     /// Half of what the angles are off their rest values.
     half: Vec<DVec3>,
     /// 1 + β/s, with the span s of the step and the time β of strain-rate damping.
     factor: f64,
-    passes: Mutex<[Vec<DVec3>; 2]>,
+    passes: Mutex<Passes>,
+}
+
+/// What passes over the triangles leave for each other.
+#[derive(Debug, Default)]
+struct Passes {
+    /// Tilts of a displacement, later moments, at last forces on corners along the normals.
+    rows: Vec<DVec3>,
+    /// Half angles and moments.
+    bent: Vec<[DVec3; 2]>,
 }
 
 /// Tables of a body.
 type Body<'a> = (&'a Vertices, &'a Triangles, &'a Topology);
 
-fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+/// Whether a triangle is the first of the two at an edge.
+#[inline(always)]
+fn is_first(t: usize, e: usize, across: u32) -> bool {
+    across != NONE && ((3 * t + e) as u32) < across
 }
 
 /// Four vertices around an edge, for matrices that need entries: the two of the edge, then those opposite.
@@ -77,23 +92,22 @@ impl Folds {
             let scale = bending.stiffness.map_or(even, |d| d / (stiffness.q11 * stiffness.q22).sqrt());
             (triangles.rest[t], topology.neighbours[t], stiffness, scale)
         };
-        let rest = &self.rest;
+        let before = &self.made_of;
         self.is_changed.clear();
-        self.is_changed.extend((0..count).map(|t| rest.get(t).is_none_or(|rest| rest.made_of != made_of(t))));
-        if rest.len() == count && !self.is_changed.contains(&true) {
+        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| *before != made_of(t))));
+        if before.len() == count && !self.is_changed.contains(&true) {
             return;
         }
-        let empty = RestFold {
-            made_of: (RestTriangle { gradients: Default::default(), area: 0.0 }, [NONE; 3], made_of(0).2, 0.0),
-            law: [0.0; 6],
-            angle: DVec3::ZERO,
-            turn: DVec3::ZERO,
-            across: [NONE; 3],
-        };
-        self.rest.resize(count, empty);
+        self.rest.resize(count, RestFold::default());
+        self.made_of.truncate(count);
         for t in (0..count).filter(|&t| self.is_changed[t]) {
             let made_of = made_of(t);
-            (self.rest[t].made_of, self.rest[t].law) = (made_of, fold::law(&made_of.0, &made_of.2, made_of.3));
+            self.rest[t].law = fold::law(&made_of.0, &made_of.2, made_of.3);
+            match self.made_of.get_mut(t) {
+                Some(before) => *before = made_of,
+                // All that are new are changed, and come in order.
+                None => self.made_of.push(made_of),
+            }
         }
         let normal = |t: usize| {
             let [a, b, c] = measure::rest_corners(vertices, triangles.corners[t]);
@@ -127,97 +141,44 @@ impl Folds {
 
     /// Whether the rest data are the same, bit for bit.
     pub fn has_rest_of(&self, other: &Self) -> bool {
-        self.rest == other.rest
+        self.rest == other.rest && self.made_of == other.made_of
     }
 
     /// Finds tilts and angles with the vertices at positions `x`; the step's tangent is taken there. `factor` is 1 + β/s.
     pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64) {
-        let Self { rest, tilt, half, .. } = self;
+        let Self { rest, made_of, tilt, half, passes, .. } = self;
         self.factor = factor;
         tilt.resize(rest.len(), Tilt::default());
         parallel::for_rows(tilt, |t, tilt| {
-            *tilt = Tilt::new(corners[t].map(|v| x[v as usize]), rest[t].made_of.0.area);
+            let [a, b, c] = corners[t];
+            *tilt = Tilt::new([x[a as usize], x[b as usize], x[c as usize]], made_of[t].0.area);
+        });
+        // Each angle once: both of its triangles see it the same, bit for bit.
+        let off = &mut passes.get_mut().unwrap_or_else(PoisonError::into_inner).rows;
+        off.resize(rest.len(), DVec3::ZERO);
+        parallel::for_rows(off, |t, off| {
+            for e in 0..3 {
+                let across = rest[t].across[e];
+                if is_first(t, e, across) {
+                    let edge = x[corners[t][(e + 1) % 3] as usize] - x[corners[t][e] as usize];
+                    let now = fold::angle(tilt[t].normal, tilt[across as usize / 3].normal, edge);
+                    off[e] = 0.5 * fold::shorter_way(now - rest[t].angle[e]);
+                }
+            }
         });
         half.resize(rest.len(), DVec3::ZERO);
         parallel::for_rows(half, |t, half| {
             for e in 0..3 {
                 let across = rest[t].across[e];
-                let edge = || x[corners[t][(e + 1) % 3] as usize] - x[corners[t][e] as usize];
-                let off = if across == NONE {
+                half[e] = if across == NONE {
                     0.0
+                } else if is_first(t, e, across) {
+                    off[t][e]
                 } else {
-                    let now = fold::angle(tilt[t].normal, tilt[across as usize / 3].normal, edge());
-                    // The way round that is shorter.
-                    (now - rest[t].angle[e] + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
-                        - std::f64::consts::PI
+                    off[across as usize / 3][across as usize % 3]
                 };
-                half[e] = 0.5 * off;
             }
         });
-    }
-
-    /// The energy \[mJ\] of the angles last evaluated.
-    pub fn energy(&self) -> f64 {
-        let moment = |t: usize| fold::product(&self.rest[t].law, self.half[t]);
-        let turned = |t: usize| {
-            let phi = self.half[t] + self.turned(t, moment);
-            0.5 * phi.dot(fold::product(&self.rest[t].law, phi))
-        };
-        (0..self.rest.len()).map(turned).sum()
-    }
-
-    /// The energy \[mJ\] with the vertices at positions `x`, from rest data made anew.
-    pub fn energy_at((vertices, triangles, topology): Body<'_>, bending: &Bending, x: &[DVec3]) -> f64 {
-        let mut folds = Self::default();
-        folds.refresh(vertices, triangles, topology, bending);
-        folds.evaluate(&triangles.corners, x, 1.0);
-        folds.energy()
-    }
-
-    /// −f(x)·u \[mJ\] with the vertices at positions `x`.
-    fn slope_at(&mut self, corners: &[[u32; 3]], topology: &Topology, x: &[DVec3], u: &[DVec3]) -> f64 {
-        self.evaluate(corners, x, 1.0);
-        let mut forces = vec![DVec3::ZERO; u.len()];
-        self.add_forces(corners, topology, |_| DVec3::ZERO, &mut forces);
-        -dot(&forces, u)
-    }
-
-    /// For a balance of energy over a step from `start` by `u` that has been solved statically: true work, that of the mean of the
-    /// forces at both ends, dissipation, energy at the start and at the end.
-    pub fn works_between_ends(body: Body<'_>, bending: &Bending, start: &[DVec3], u: &[DVec3]) -> [f64; 5] {
-        let (vertices, triangles, topology) = body;
-        let mut folds = Self::default();
-        folds.refresh(vertices, triangles, topology, bending);
-        let corners = &triangles.corners;
-        let mean = [start, &vertices.position].map(|x| 0.5 * folds.slope_at(corners, topology, x, u));
-        let ends = [start, &vertices.position].map(|x| Self::energy_at(body, bending, x));
-        [ends[1] - ends[0], mean[0] + mean[1], 0.0, ends[0], ends[1]]
-    }
-
-    /// The same for a dynamic step whose last solve was at the displacement `at`, where the angles were last evaluated.
-    pub fn works_of_step(
-        &self,
-        body: Body<'_>,
-        bending: &Bending,
-        start: &[DVec3],
-        (at, u): (&[DVec3], &[DVec3]),
-        is_exact: bool,
-    ) -> [f64; 5] {
-        let (vertices, triangles, topology) = body;
-        let corners = &triangles.corners;
-        let product = |u: &[DVec3], is_exact: bool| {
-            let mut product = vec![DVec3::ZERO; u.len()];
-            self.add_product(corners, topology, u, is_exact, &mut product);
-            product
-        };
-        let change: Vec<DVec3> = u.iter().zip(at).map(|(u, at)| *u - *at).collect();
-        let mut forces = vec![DVec3::ZERO; u.len()];
-        self.spread(|t| self.half[t], true, -1.0, (corners, topology), &mut forces);
-        let (before, after) = (dot(&product(at, true), u), dot(&product(&change, is_exact), u));
-        let viscous = (self.factor - 1.0) / self.factor;
-        let ends = [start, &vertices.position].map(|x| Self::energy_at(body, bending, x));
-        let scheme = after * (1.0 - viscous) - dot(&forces, u);
-        [ends[1] - ends[0], scheme, viscous * (before + after), ends[0], ends[1]]
     }
 
     /// What the differences of moments turn the mid-edge normals of a triangle by.
@@ -261,36 +222,63 @@ impl Folds {
         second(t) + fold::product(&self.rest[t].law, self.turned(t, second))
     }
 
-    /// Adds to every vertex `sign` times the forces of moments for half angles, in passes.
+    /// Adds to every vertex `sign` times the forces of moments: for `at` times the half angles as they are, and `by` times
+    /// their change by a displacement `u`.
     fn spread(
         &self,
-        half: impl Fn(usize) -> DVec3 + Sync,
-        is_exact: bool,
-        sign: f64,
+        scales: (f64, f64),
+        u: impl Fn(usize) -> DVec3 + Sync,
+        (is_exact, sign): (bool, f64),
         (corners, topology): (&[[u32; 3]], &Topology),
         out: &mut [DVec3],
     ) {
         let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        let [a, b] = &mut *passes;
-        debug_assert_eq!(corners.len(), self.rest.len());
-        for pass in [&mut *a, &mut *b] {
-            pass.resize(self.rest.len(), DVec3::ZERO);
-        }
-        parallel::for_rows(a, |t, m| *m = fold::product(&self.rest[t].law, half(t)));
-        let moments = if is_exact {
-            parallel::for_rows(b, |t, m| *m = fold::product(&self.rest[t].law, half(t) + self.turned(t, |t| a[t])));
-            parallel::for_rows(a, |t, m| *m = b[t] + fold::product(&self.rest[t].law, self.turned(t, |t| b[t])));
-            a
-        } else {
-            a
-        };
+        self.find_forces(scales, u, is_exact, corners, &mut passes);
+        let rows = &passes.rows;
         parallel::for_rows(out, |v, out| {
-            let forces = topology.incident[v].iter().map(|&c| {
+            let mut sum = DVec3::ZERO;
+            for &c in &topology.incident[v] {
                 let (t, corner) = (c as usize / 3, c as usize % 3);
-                self.tilt[t].force(self.half_of_tilts(t, |t| moments[t]), corner)
-            });
-            *out += forces.sum::<DVec3>() * sign;
+                sum += self.tilt[t].normal * rows[t][corner];
+            }
+            *out += sum * sign;
         });
+    }
+
+    /// Leaves in `rows` the forces on the corners along the normals.
+    fn find_forces(
+        &self,
+        (at, by): (f64, f64),
+        u: impl Fn(usize) -> DVec3 + Sync,
+        is_exact: bool,
+        corners: &[[u32; 3]],
+        Passes { rows, bent }: &mut Passes,
+    ) {
+        debug_assert_eq!(corners.len(), self.rest.len());
+        rows.resize(self.rest.len(), DVec3::ZERO);
+        bent.resize(self.rest.len(), Default::default());
+        if by != 0.0 {
+            parallel::for_rows(rows, |t, tilts| {
+                let [a, b, c] = corners[t];
+                *tilts = self.tilt[t].of([u(a as usize), u(b as usize), u(c as usize)]);
+            });
+        }
+        parallel::for_rows(bent, |t, bent| {
+            let mut half = if at == 0.0 { DVec3::ZERO } else { self.half[t] * at };
+            if by != 0.0 {
+                half += self.half_of_tilts(t, |t| rows[t]) * by;
+            }
+            *bent = [half, fold::product(&self.rest[t].law, half)];
+        });
+        if is_exact {
+            parallel::for_rows(rows, |t, m| {
+                *m = fold::product(&self.rest[t].law, bent[t][0] + self.turned(t, |t| bent[t][1]));
+            });
+            parallel::for_rows(bent, |t, bent| {
+                bent[1] = rows[t] + fold::product(&self.rest[t].law, self.turned(t, |t| rows[t]));
+            });
+        }
+        parallel::for_rows(rows, |t, along| *along = self.tilt[t].along(self.half_of_tilts(t, |t| bent[t][1])));
     }
 
     /// Adds the forces \[N\] at the angles last evaluated; `travel` is what the vertices travel in the span of the step.
@@ -301,13 +289,7 @@ impl Folds {
         travel: impl Fn(usize) -> DVec3 + Sync,
         forces: &mut [DVec3],
     ) {
-        let viscosity = self.factor - 1.0;
-        if viscosity == 0.0 {
-            return self.spread(|t| self.half[t], true, -1.0, (corners, topology), forces);
-        }
-        let tilt = |t: usize| self.tilt[t].of(corners[t].map(|v| travel(v as usize)));
-        let half = |t: usize| self.half[t] + self.half_of_tilts(t, tilt) * viscosity;
-        self.spread(half, true, -1.0, (corners, topology), forces);
+        self.spread((1.0, self.factor - 1.0), travel, (true, -1.0), (corners, topology), forces);
     }
 
     /// Adds the product \[N\] of the tangent with u \[mm\]: of the energy, but for the change of the angles' derivatives, or of the
@@ -320,9 +302,20 @@ impl Folds {
         is_exact: bool,
         out: &mut [DVec3],
     ) {
-        let tilt = |t: usize| self.tilt[t].of(corners[t].map(|v| u[v as usize]));
-        let half = |t: usize| self.half_of_tilts(t, tilt) * self.factor;
-        self.spread(half, is_exact, 1.0, (corners, topology), out);
+        self.spread((0.0, self.factor), |v| u[v], (is_exact, 1.0), (corners, topology), out);
+    }
+
+    /// Adds the product \[N\] to the forces on the corners of the triangles.
+    pub fn add_to_corners(&self, corners: &[[u32; 3]], u: &[DVec3], is_exact: bool, out: &mut [[DVec3; 3]]) {
+        let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
+        self.find_forces((0.0, self.factor), |v| u[v], is_exact, corners, &mut passes);
+        let rows = &passes.rows;
+        parallel::for_rows(out, |t, out| {
+            let (normal, along) = (self.tilt[t].normal, rows[t]);
+            out[0] += normal * along.x;
+            out[1] += normal * along.y;
+            out[2] += normal * along.z;
+        });
     }
 
     /// The product \[N\] at one vertex alone.
@@ -339,7 +332,7 @@ impl Folds {
         let moment = |t: usize| self.moment(t, &half, is_exact);
         let force = |&c: &u32| {
             let (t, corner) = (c as usize / 3, c as usize % 3);
-            self.tilt[t].force(self.half_of_tilts(t, moment), corner)
+            self.tilt[t].normal * self.tilt[t].along(self.half_of_tilts(t, moment))[corner]
         };
         topology.incident[v].iter().map(force).sum()
     }
@@ -368,12 +361,23 @@ impl Folds {
     /// All hinges, each once.
     pub fn hinges(&self, corners: &[[u32; 3]]) -> impl Iterator<Item = Hinge> {
         let edges = (0..self.rest.len()).flat_map(|t| [0, 1, 2].map(|e| (t, e)));
-        let once = edges.filter(|&(t, e)| ((3 * t + e) as u32) < self.rest[t].across[e]);
+        let once = edges.filter(|&(t, e)| is_first(t, e, self.rest[t].across[e]));
         once.filter_map(move |(t, e)| self.hinge(corners, t, e))
     }
 
-    /// What a triangle needs in a product of the majorant: its tilts, its law times 1 + β/s, and the edges across.
-    pub fn row(&self, t: usize) -> (&Tilt, OverEdges, [u32; 3]) {
-        (&self.tilt[t], self.rest[t].law.map(|q| q * self.factor), self.rest[t].across)
+    /// The tilts of a triangle.
+    pub fn tilt(&self, t: usize) -> &Tilt {
+        &self.tilt[t]
+    }
+
+    /// The law of a triangle times 1 + β/s \[N·mm\].
+    #[inline(always)]
+    pub fn law(&self, t: usize) -> OverEdges {
+        self.rest[t].law.map(|q| q * self.factor)
+    }
+
+    /// The edges of a triangle as those across have them, three times the triangle plus the edge; [`NONE`] at the boundary.
+    pub fn across(&self, t: usize) -> [u32; 3] {
+        self.rest[t].across
     }
 }

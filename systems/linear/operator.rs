@@ -46,7 +46,8 @@ impl Operator<'_> {
         ElementTangent {
             state,
             rest: &self.triangles.rest[t],
-            stiffness: &self.triangles.stiffness[t],
+            stiffness: self.frames.stiffness(self.triangles, t),
+            coupling: self.frames.coupling(t),
             normal: self.frames.geometric[t].normal,
             in_plane: self.frames.geometric[t].in_plane,
             elastic: volume * (1.0 + self.viscosity),
@@ -63,8 +64,8 @@ impl Operator<'_> {
             return element;
         }
         let state = element.state;
-        let in_plane =
-            shear_majorant(state.stress, state.polar.stretch, element.stiffness, StepContext::RESERVE_OF_EULER);
+        let law = &self.triangles.stiffness[t];
+        let in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
         ElementTangent { normal: element.normal.positive_part(), in_plane, is_exact: false, ..element }
     }
 
@@ -85,7 +86,7 @@ impl Operator<'_> {
     ) -> f64 {
         parallel::for_chunks(corner, &Products { operator: self, u });
         if let Some(folds) = self.folds {
-            return self.apply_bending(folds, u, weight, corner, out, partials);
+            folds.add_to_corners(&self.triangles.corners, u, self.tangent == Tangent::Exact, corner);
         }
         self.gather(u, weight, corner, out, partials)
     }
@@ -109,22 +110,6 @@ impl Operator<'_> {
             *out = own + gathered;
             (weight[v] * u[v]).dot(*out)
         })
-    }
-
-    /// Out of line: most bodies have none.
-    #[inline(never)]
-    fn apply_bending(
-        &self,
-        folds: &Folds,
-        u: &[DVec3],
-        weight: &[DVec3],
-        corner: &[[DVec3; 3]],
-        out: &mut [DVec3],
-        partials: &mut Vec<f64>,
-    ) -> f64 {
-        self.gather(u, weight, corner, out, partials);
-        folds.add_product(&self.triangles.corners, self.topology, u, self.tangent == Tangent::Exact, out);
-        parallel::sum_rows(out, partials, |v, out| (weight[v] * u[v]).dot(*out))
     }
 
     /// `out` = A·u \[N\] for a u \[mm\] that is zero but at a few vertices, as prescribed motion is.

@@ -182,6 +182,9 @@ impl Ring {
         if let Some(fault) = self.fault {
             return Err(fault);
         }
+        if surface.fibres.is_some() {
+            return Err(RingFault::Stiffening);
+        }
         let Crack { ahead, fibre, law, tip } = self.crack.ok_or(RingFault::NoCrack)?;
         let Surface { triangles, is_planar, unstretched, .. } = *surface;
         let (mut area, mut mean) = (0.0, [DVec3::ZERO; 2]);

@@ -4,6 +4,7 @@
 //! rest surface and in space, angles stay good, and the elastic energy of the triangles changes little.
 
 use super::Surface;
+use crate::components::StiffeningFibres;
 use crate::math::{RestTriangle, smallest_angle};
 use crate::systems::kernels::membrane;
 use glam::DVec3;
@@ -95,12 +96,15 @@ impl Surface<'_> {
             let triangle = self.triangles.at(t);
             let energy = |rest: &RestTriangle, now: [DVec3; 3]| {
                 let state = membrane::state(now, rest, &triangle.stiffness, self.is_planar, self.unstretched);
-                let strain = state.polar.stretch - self.unstretched;
-                0.5 * rest.area * triangle.thickness * state.stress.contract(strain)
+                let u = state.polar.stretch;
+                let stress = StiffeningFibres::stiffen(self.fibres, u, self.unstretched, state.stress);
+                let twice = StiffeningFibres::twice_energy(self.fibres, u, self.unstretched, stress);
+                0.5 * rest.area * triangle.thickness * twice
             };
             before += energy(&triangle.rest, triangle.corners.map(|v| self.vertices.position[v as usize]));
             let stress = FAINT * strength;
-            let stiffness = triangle.stiffness.q11.max(triangle.stiffness.q22);
+            let along = triangle.stiffness.q11 + self.fibres.map_or(0.0, |fibres| fibres.k1);
+            let stiffness = along.max(triangle.stiffness.q22);
             faint += 0.5 * triangle.rest.area * triangle.thickness * stress * stress / stiffness;
             if !triangle.corners.contains(&into) {
                 let (rest, now) = self.with_corner(t, corner, into);

@@ -27,6 +27,8 @@ pub struct BodySpec {
     pub fibres: Option<FibreSpec>,
     /// Initial strain held by the surroundings: the drawn shape is under tension, a freed piece shrinks by it.
     pub pre_stretch: Option<Strain>,
+    /// Fibres that stiffen as they are drawn out.
+    pub stiffening_fibres: Option<StiffeningFibresSpec>,
     /// Strain-rate damping β \[ms\], ≥ 0: the stress gains β · C : dU/dt.
     pub damping: Option<f64>,
     /// Acceleration \[mm/ms²\]; the earth's is `[0, 0, -9.81e-3]`.
@@ -134,6 +136,17 @@ pub struct ConcentricSpec {
     /// Direction of the axis. Default z.
     #[serde(default = "along_z")]
     pub axis: Point,
+}
+
+/// `stiffening_fibres`: adds k₁·e·exp(k₂·e²) to the stress along the fibres in tension, e their strain; from 2/√k₂ on the stress
+/// goes on along its tangent. Not with `energy_criterion`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StiffeningFibresSpec {
+    /// k₁ \[MPa\], > 0 and at most 1e12.
+    pub k1: f64,
+    /// k₂, from 1e-9 to 1e9.
+    pub k2: f64,
 }
 
 /// `bending`: `bending = {}` takes the stiffness that follows from the material and the thickness, E·h³/(12·(1 − ν²)) of an

@@ -12,7 +12,7 @@ mod number;
 
 pub use body::{
     BendingSpec, BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec,
-    MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
+    MaterialSpec, RefinementSpec, SleepSpec, StiffeningFibresSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,

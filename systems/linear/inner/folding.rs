@@ -1,167 +1,203 @@
-//! Bending in single precision: the product in passes over the triangles, as in [`Folds`], and hinges for preconditioners.
+//! Bending in single precision: the product in passes over packs of triangles, as in [`Folds`], and hinges for preconditioners.
 //!
 //! A hinge couples the two vertices opposite its edge, which are no neighbours: an incomplete factor without fill and the levels of
 //! multigrid have no place for that. It is left out, and so much added to the two diagonal blocks that what is left is
 //! semidefinite still: without, curvature would be negative along smooth shapes.
 
 use super::empty;
-use crate::storage::{NONE, Topology};
-use crate::systems::kernels::block::Block;
+use super::partition::{EMPTY, Partition};
+use crate::storage::NONE;
+use crate::systems::kernels::block::{self, Block};
+use crate::systems::kernels::fold_pack::{FoldPack, NUMBERS};
+use crate::systems::kernels::lanes::{Lanes, Singles};
+use crate::systems::kernels::pack::LANES;
+use crate::systems::kernels::simd::Kernel;
 use crate::systems::linear::Folds;
 use crate::systems::parallel;
 use glam::{Vec4, Vec4Swizzles};
 
-/// What a triangle needs in a product.
-#[derive(Clone, Copy, Debug)]
-struct Fold {
-    normal: Vec4,
-    /// Tilt about every edge by its corners.
-    by_corner: [Vec4; 3],
-    /// Columns of the law.
-    law: [Vec4; 3],
-    /// The same edges in the triangles across: four times the triangle plus the edge. At the boundary its own.
-    across: [u32; 3],
-    /// One half where there is a triangle across, else zero.
-    inside: Vec4,
-    /// Rows of the corners.
-    row: [u32; 3],
-}
-
-/// A hinge seen from a triangle: what it adds to the blocks of the triangle's corners and edges.
+/// A triangle's part of its hinges.
 #[derive(Clone, Copy, Debug, Default)]
-struct HingeBlocks {
-    /// Derivatives of the angle by the corners of the triangle, times the root of the stiffness.
-    gradient: [Vec4; 3],
-    /// Factors of the blocks on the diagonal.
-    diagonal: [f32; 3],
-    /// Factors of the blocks of the edges 1–0, 2–0, 2–1.
-    edge: [f32; 3],
+struct Side {
+    normal: Vec4,
+    /// Per edge the tilts by the corner where it begins, where it ends and opposite, then the stiffness.
+    edge: [Vec4; 3],
+    /// The same edges in the triangles across: three times the triangle plus the edge, or [`NONE`].
+    across: [u32; 3],
 }
 
 /// The bending part of the operator.
 #[derive(Debug, Default)]
 pub struct Folding {
-    folds: Vec<Fold>,
-    hinges: Vec<[HingeBlocks; 3]>,
-    tilt: Vec<[f32; 4]>,
-    moment: Vec<[f32; 4]>,
-    /// Per row the first entry in `incident`, four times a triangle plus a corner; one more at the end.
+    packs: Vec<FoldPack>,
+    sides: Vec<Side>,
+    tilt: Vec<f32>,
+    moment: Vec<f32>,
+    /// Of every triangle its place in the lists of numbers.
+    place: Vec<u32>,
+    /// First number of every block of packs; one more entry at the end.
     start: Vec<u32>,
-    incident: Vec<u32>,
 }
 
 impl Folding {
     /// Takes the numbers of the majorant.
-    pub fn assemble(&mut self, folds: &Folds, corners: &[[u32; 3]], topology: &Topology, order: (&[u32], &[u32])) {
-        let (vertex, row) = order;
-        let n = corners.len();
-        empty(&mut self.folds, n);
-        self.folds.extend((0..n).map(|t| {
-            let (tilt, q, across) = folds.row(t);
-            let law = [[q[0], q[3], q[5]], [q[3], q[1], q[4]], [q[5], q[4], q[2]]];
-            Fold {
-                normal: tilt.normal.as_vec3().extend(0.0),
-                by_corner: tilt.by_corner.map(|rates| rates.as_vec3().extend(0.0)),
-                law: law.map(|[x, y, z]| glam::DVec3::new(x, y, z).as_vec3().extend(0.0)),
-                across: std::array::from_fn(|e| match across[e] {
-                    NONE => (4 * t + e) as u32,
-                    across => 4 * (across / 3) + across % 3,
-                }),
-                inside: Vec4::from_array([0, 1, 2, 3].map(|e| match across.get(e) {
-                    Some(&across) if across != NONE => 0.5,
-                    _ => 0.0,
-                })),
-                row: corners[t].map(|v| row[v as usize]),
+    pub fn assemble(&mut self, folds: &Folds, corners: &[[u32; 3]], partition: &Partition, row: &[u32]) {
+        let (count, numbers) = (corners.len(), NUMBERS * partition.triangle.len());
+        empty(&mut self.place, count);
+        self.place.resize(count, 0);
+        for (pack, triangles) in partition.triangle.iter().enumerate() {
+            for (lane, &t) in triangles.iter().enumerate().filter(|(_, t)| **t != EMPTY) {
+                self.place[t as usize] = (pack * NUMBERS + lane) as u32;
             }
-        }));
-        empty(&mut self.hinges, n);
-        self.hinges.extend((0..n).map(|t| [0, 1, 2].map(|e| hinge_blocks(folds, corners, t, e))));
+        }
+        empty(&mut self.sides, count);
+        self.sides.resize(count, Side::default());
+        parallel::for_rows(&mut self.sides, |t, side| *side = Side::new(folds, t));
+        empty(&mut self.packs, partition.triangle.len());
+        self.packs.resize(partition.triangle.len(), FoldPack::default());
+        let Self { packs, sides, place, .. } = self;
+        parallel::for_rows(packs, |p, pack| {
+            for (lane, &t) in partition.triangle[p].iter().enumerate() {
+                let own = (p * NUMBERS + lane) as u32;
+                pack.across = [0, 1, 2].map(|e| with_lane(pack.across[e], lane, own + (e * LANES) as u32));
+                if t != EMPTY {
+                    fill(pack, lane, folds, t as usize, &sides[t as usize], place);
+                    (0..3).for_each(|c| pack.row[c][lane] = row[corners[t as usize][c] as usize]);
+                }
+            }
+        });
         for pass in [&mut self.tilt, &mut self.moment] {
-            empty(pass, n);
-            pass.resize(n, [0.0; 4]);
+            empty(pass, numbers);
+            pass.resize(numbers, 0.0);
         }
-        empty(&mut self.start, vertex.len() + 1);
-        empty(&mut self.incident, 3 * n);
-        self.start.push(0);
-        for &v in vertex {
-            self.incident.extend(topology.incident[v as usize].iter().map(|c| 4 * (c / 3) + c % 3));
-            self.start.push(self.incident.len() as u32);
-        }
+        empty(&mut self.start, partition.pack_start.len());
+        self.start.extend(partition.pack_start.iter().map(|start| NUMBERS as u32 * start));
     }
 
-    /// The moments on every triangle by a displacement; [`at`](Self::at) has their forces then.
-    pub fn bend(&mut self, u: &[Vec4]) {
-        let Self { folds, tilt, moment, .. } = self;
-        parallel::for_rows(tilt, |t, tilt| {
-            let Fold { normal, by_corner, row, .. } = &folds[t];
-            let along = |c: usize| dot(*normal, u[row[c] as usize]);
-            let w = Vec4::new(along(0), along(1), along(2), 0.0);
-            *tilt = [dot(by_corner[0], w), dot(by_corner[1], w), dot(by_corner[2], w), 0.0];
-        });
-        parallel::for_rows(moment, |t, moment| {
-            let half = with_others(&folds[t], t, tilt);
-            let [x, y, z] = &folds[t].law;
-            *moment = (*x * half.xxxx() + *y * half.yyyy() + *z * half.zzzz()).to_array();
-        });
-        parallel::for_rows(tilt, |t, corners| {
-            let m = with_others(&folds[t], t, moment);
-            let [x, y, z] = &folds[t].by_corner;
-            *corners = (*x * m.xxxx() + *y * m.yyyy() + *z * m.zzzz()).to_array();
-        });
+    /// The moments on every triangle by a displacement; [`forces`](Self::forces) has their forces then.
+    pub fn bend(&mut self, partition: &Partition, u: &[Vec4]) {
+        let Self { packs, tilt, moment, start, .. } = self;
+        let first = &partition.pack_start;
+        parallel::for_parts(tilt, start, &Tilts { packs, first, u });
+        parallel::for_parts(moment, start, &Moments { packs, first, tilt });
     }
 
-    /// The force on a row.
+    /// The forces on corners 1 and 2 of the triangles of a pack.
     #[inline(always)]
-    pub fn at(&self, row: usize) -> Vec4 {
-        let mut sum = Vec4::ZERO;
-        for &entry in &self.incident[self.start[row] as usize..self.start[row + 1] as usize] {
-            sum += self.folds[entry as usize / 4].normal * self.tilt.as_flattened()[entry as usize];
-        }
-        sum
+    pub fn forces<L: Lanes>(&self, lanes: L, pack: usize) -> [[Singles<L>; 3]; 2] {
+        self.packs[pack].forces(lanes, pack, &self.moment)
     }
 
-    /// Calls `diagonal(corner, block)` and `edge(edge, block)` for the hinges of a triangle, those that it shares by halves.
+    /// Adds the hinges of a triangle, those that it shares by halves, to the blocks of its corners and of its edges 1–0, 2–0, 2–1.
     #[inline(always)]
-    pub fn add_blocks(&self, t: usize, mut diagonal: impl FnMut(usize, &Block), mut edge: impl FnMut(usize, &Block)) {
-        let outer = |a: Vec4, b: Vec4| [a * b.xxxx(), a * b.yyyy(), a * b.zzzz()];
-        for hinge in &self.hinges[t] {
-            let g = &hinge.gradient;
-            for corner in 0..3 {
-                diagonal(corner, &outer(g[corner] * hinge.diagonal[corner], g[corner]));
+    pub fn add_blocks(&self, t: usize, corners: &mut [Block; 3], edges: &mut [Block; 3]) {
+        let side = &self.sides[t];
+        for (e, [a, b, opposite]) in [[0, 1, 2], [1, 2, 0], [2, 0, 1]].into_iter().enumerate() {
+            if side.across[e] == NONE {
+                continue;
             }
-            for (e, [a, b]) in [[1, 0], [2, 0], [2, 1]].into_iter().enumerate() {
-                edge(e, &outer(g[a] * hinge.edge[e], g[b]));
-            }
+            let across = side.across[e] as usize;
+            let other = &self.sides[across / 3];
+            let (own, far) = (side.edge[e], other.edge[across % 3]);
+            // Corners where an edge begins and ends change places across it.
+            let at_a = side.normal * own.xxxx() + other.normal * far.yyyy();
+            let at_b = side.normal * own.yyyy() + other.normal * far.xxxx();
+            let at_opposite = side.normal * own.zzzz();
+            let stiffness = Vec4::splat(own.w + far.w);
+            let lumped = if own.z > 0.0 { 1.0 + far.z / own.z } else { 0.0 };
+            // What its own edge and its two vertices have comes from the triangle across as well.
+            let (half_a, half_b) = (at_a * stiffness * 0.5, at_b * stiffness * 0.5);
+            let whole = at_opposite * stiffness;
+            add_outer(&mut corners[a], half_a, at_a);
+            add_outer(&mut corners[b], half_b, at_b);
+            add_outer(&mut corners[opposite], whole * lumped, at_opposite);
+            let mut between = |p: usize, of_p: Vec4, q: usize, of_q: Vec4| {
+                let (row, column) = if p > q { (of_p, of_q) } else { (of_q, of_p) };
+                add_outer(&mut edges[p + q - 1], row, column);
+            };
+            between(a, half_a, b, at_b);
+            between(opposite, whole, a, at_a);
+            between(opposite, whole, b, at_b);
         }
     }
 }
 
-#[inline(always)]
-fn dot(a: Vec4, b: Vec4) -> f32 {
-    a.x * b.x + a.y * b.y + a.z * b.z
-}
-
-/// Half the sum of what a triangle and those across its edges have there; zero at the boundary.
-#[inline(always)]
-fn with_others(fold: &Fold, t: usize, values: &[[f32; 4]]) -> Vec4 {
-    let (all, [a, b, c]) = (values.as_flattened(), fold.across);
-    let others = Vec4::new(all[a as usize], all[b as usize], all[c as usize], 0.0);
-    (Vec4::from_array(values[t]) + others) * fold.inside
-}
-
-fn hinge_blocks(folds: &Folds, corners: &[[u32; 3]], t: usize, e: usize) -> HingeBlocks {
-    let Some(hinge) = folds.hinge(corners, t, e) else { return HingeBlocks::default() };
-    let root = hinge.stiffness.sqrt();
-    let (a, b, opposite) = (e, (e + 1) % 3, (e + 2) % 3);
-    let mut blocks = HingeBlocks::default();
-    for (corner, gradient) in [a, b, opposite].into_iter().zip(hinge.gradient) {
-        blocks.gradient[corner] = (gradient * root).as_vec3().extend(0.0);
+impl Side {
+    fn new(folds: &Folds, t: usize) -> Self {
+        let (tilt, law, across) = (folds.tilt(t), folds.law(t), folds.across(t));
+        let mut edge = [Vec4::ZERO; 3];
+        for e in 0..3 {
+            let rates = tilt.by_corner[e];
+            let rates = [rates[e], rates[(e + 1) % 3], rates[(e + 2) % 3], 0.25 * law[e]];
+            edge[e] = Vec4::from_array(rates.map(|x| x as f32));
+        }
+        Self { normal: tilt.normal.as_vec3().extend(0.0), edge, across }
     }
-    let [near, far] = [hinge.gradient[2].length(), hinge.gradient[3].length()];
-    // What its own edge and its two vertices have comes from the triangle across as well.
-    blocks.diagonal = [0.5; 3];
-    blocks.diagonal[opposite] = if near > 0.0 { (1.0 + far / near) as f32 } else { 0.0 };
-    blocks.edge = [1.0; 3];
-    blocks.edge[a + b - 1] = 0.5;
-    blocks
+}
+
+fn with_lane(mut lanes: [u32; LANES], lane: usize, value: u32) -> [u32; LANES] {
+    lanes[lane] = value;
+    lanes
+}
+
+/// Fills a lane of a pack, but for the rows.
+#[inline(always)]
+fn fill(pack: &mut FoldPack, lane: usize, folds: &Folds, t: usize, side: &Side, place: &[u32]) {
+    let (tilt, law) = (folds.tilt(t), folds.law(t));
+    let mut scale = [0.0; 3];
+    for e in 0..3 {
+        pack.normal[e][lane] = side.normal[e];
+        pack.minus_cotangent[e][lane] = (tilt.by_corner[(e + 1) % 3][(e + 2) % 3] * tilt.length[(e + 1) % 3]) as f32;
+        if side.across[e] != NONE {
+            let (t, edge) = (side.across[e] as usize / 3, side.across[e] % 3);
+            pack.across[e][lane] = place[t] + edge * LANES as u32;
+            // An edge without length has no normals beside it.
+            scale[e] = if tilt.length[e] > 0.0 { 0.5 / tilt.length[e] } else { 0.0 };
+        }
+    }
+    for (i, [e, f]) in [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]].into_iter().enumerate() {
+        pack.law[i][lane] = (law[i] * scale[e] * scale[f]) as f32;
+    }
+}
+
+/// a += p·qᵀ.
+#[inline(always)]
+fn add_outer(a: &mut Block, p: Vec4, q: Vec4) {
+    block::add(a, &[p * q.xxxx(), p * q.yyyy(), p * q.zzzz()]);
+}
+
+/// The tilts of each block of triangles.
+struct Tilts<'a> {
+    packs: &'a [FoldPack],
+    /// First pack of every block.
+    first: &'a [u32],
+    u: &'a [Vec4],
+}
+
+impl Kernel<f32> for Tilts<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, block: usize, tilts: &mut [f32]) {
+        let packs = &self.packs[self.first[block] as usize..];
+        for (pack, tilts) in packs.iter().zip(tilts.as_chunks_mut::<NUMBERS>().0) {
+            pack.tilt(lanes, self.u, tilts);
+        }
+    }
+}
+
+/// The moments of each block of triangles.
+struct Moments<'a> {
+    packs: &'a [FoldPack],
+    /// First pack of every block.
+    first: &'a [u32],
+    tilt: &'a [f32],
+}
+
+impl Kernel<f32> for Moments<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, block: usize, moments: &mut [f32]) {
+        let first = self.first[block] as usize;
+        for (i, moments) in moments.as_chunks_mut::<NUMBERS>().0.iter_mut().enumerate() {
+            self.packs[first + i].moment(lanes, first + i, self.tilt, moments);
+        }
+    }
 }

@@ -49,8 +49,8 @@ impl Matrix {
         self.segment_start.extend(partition.vertex_start.iter().map(|start| 2 * start));
         match operator.folds {
             Some(folds) => {
-                let (corners, order) = (&operator.triangles.corners, (&order.vertex[..], &order.row[..]));
-                self.folding.get_or_insert_default().assemble(folds, corners, operator.topology, order);
+                let corners = &operator.triangles.corners;
+                self.folding.get_or_insert_default().assemble(folds, corners, partition, &order.row);
             }
             None => self.folding = None,
         }
@@ -76,20 +76,17 @@ impl Matrix {
                         if partition.triangle[pack][lane] == EMPTY {
                             continue;
                         }
+                        let mut corners = corners.map(|block| block.map(|column| column.col(i)));
+                        let mut edges = edges.map(|block| block.map(|column| column.col(i)));
+                        if let Some(folding) = &self.folding {
+                            folding.add_blocks(partition.triangle[pack][lane] as usize, &mut corners, &mut edges);
+                        }
                         for (corner, block) in corners.iter().enumerate() {
                             let row = vertices[places[corner][lane] as usize] as usize;
-                            diagonal(row, &block.map(|column| column.col(i)));
+                            diagonal(row, block);
                         }
                         for (e, block) in edges.iter().enumerate() {
-                            edge(pack, e, lane, &block.map(|column| column.col(i)));
-                        }
-                        if let Some(folding) = &self.folding {
-                            let row = |corner: usize| vertices[places[corner][lane] as usize] as usize;
-                            folding.add_blocks(
-                                partition.triangle[pack][lane] as usize,
-                                |corner, block| diagonal(row(corner), block),
-                                |e, block| edge(pack, e, lane, block),
-                            );
+                            edge(pack, e, lane, block);
                         }
                     }
                 }
@@ -101,11 +98,11 @@ impl Matrix {
     pub fn apply(&mut self, partition: &Partition, u: &[Vec4], out: &mut [Vec4], partials: &mut Vec<f64>) -> f64 {
         let Self { packs, own, segments, segment_start, folding } = self;
         if let Some(folding) = folding {
-            folding.bend(u);
+            folding.bend(partition, u);
         }
         let folding = folding.as_ref();
-        parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u });
-        parallel::sum_chunks(out, partials, &Rows { own, segments, partition, u, folding })
+        parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u, folding });
+        parallel::sum_chunks(out, partials, &Rows { own, segments, partition, u })
     }
 }
 
@@ -132,12 +129,13 @@ struct Blocks<'a> {
     packs: &'a [Pack],
     partition: &'a Partition,
     u: &'a [Vec4],
+    folding: Option<&'a Folding>,
 }
 
 impl Kernel<Vec4> for Blocks<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, block: usize, segment: &mut [Vec4]) {
-        let Self { packs, partition, u } = self;
+        let Self { packs, partition, u, folding } = self;
         let (out, local) = segment.split_at_mut(segment.len() / 2);
         let start = partition.vertex_start[block] as usize;
         for ((out, local), &v) in out.iter_mut().zip(local.iter_mut()).zip(&partition.vertex[start..]) {
@@ -145,8 +143,18 @@ impl Kernel<Vec4> for Blocks<'_> {
             *local = u[v as usize];
         }
         let packs_of = partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize;
-        for (pack, places) in packs[packs_of.clone()].iter().zip(&partition.places[packs_of]) {
-            pack.apply(lanes, places, local, out);
+        let Some(folding) = folding else {
+            for (pack, places) in packs[packs_of.clone()].iter().zip(&partition.places[packs_of]) {
+                Pack::scatter(places, pack.forces(lanes, places, local), out);
+            }
+            return;
+        };
+        for p in packs_of {
+            let places = &partition.places[p];
+            let ([a, b], [bent_a, bent_b]) = (packs[p].forces(lanes, places, local), folding.forces(lanes, p));
+            let a = [a[0] + bent_a[0], a[1] + bent_a[1], a[2] + bent_a[2]];
+            let b = [b[0] + bent_b[0], b[1] + bent_b[1], b[2] + bent_b[2]];
+            Pack::scatter(places, [a, b], out);
         }
     }
 }
@@ -157,13 +165,12 @@ struct Rows<'a> {
     segments: &'a [Vec4],
     partition: &'a Partition,
     u: &'a [Vec4],
-    folding: Option<&'a Folding>,
 }
 
 impl Kernel<Vec4, f64> for Rows<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [Vec4]) -> f64 {
-        let Self { own, segments, partition, u, folding } = self;
+        let Self { own, segments, partition, u } = self;
         let mut product = 0.0;
         for (i, out) in rows.iter_mut().enumerate() {
             let v = first + i;
@@ -172,9 +179,6 @@ impl Kernel<Vec4, f64> for Rows<'_> {
             let sources = partition.source_start[v] as usize..partition.source_start[v + 1] as usize;
             for &source in &partition.source[sources] {
                 sum += segments[source as usize];
-            }
-            if let Some(folding) = folding {
-                sum += folding.at(v);
             }
             *out = sum * *free;
             product += dot(u, *out);

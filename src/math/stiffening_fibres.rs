@@ -1,0 +1,131 @@
+//! Fibres that stiffen as they are drawn out.
+
+use super::{Orthotropic, Sym2};
+
+/// k₂·e² from which on the stress goes along its tangent.
+const MOST_EXPONENT: f64 = 4.0;
+
+/// Fibres that stiffen in tension, beside the linear law: with the fibre's stretch λ = |F·f| and its strain e = λ − λ₀ the energy per
+/// volume gains
+///
+/// W(e) = k₁/(2·k₂)·(exp(k₂·e²) − 1)  for e > 0, and nothing for e ≤ 0
+///
+/// (Holzapfel, Gasser, Ogden, *A new constitutive framework for arterial wall mechanics*, J. Elast. 61 (2000) 1, its fibre part with the
+/// strain λ − λ₀ in place of their λ² − 1). λ₀ is 1, or what a held pre-stretch leaves of it. Small strains have Young's modulus
+/// E_F + k₁ along the fibre in tension and E_F in compression. From e = 2/√k₂ on, where the stiffness is 491·k₁, the stress goes on
+/// along its tangent: no strain overflows. What converts toughness into strength is the linear law at no strain. *Parameter*, of
+/// the whole body; not with an [`EnergyCriterion`](crate::components::EnergyCriterion), whose fields are those of a linear law.
+///
+/// ```
+/// use rhexis::components::StiffeningFibres;
+/// let fibres = StiffeningFibres { k1: 2.0, k2: 8.0 };
+/// let (stress, e) = (fibres.response(0.2).stress, 0.2_f64);
+/// assert!((stress - 2.0 * e * (8.0 * e * e).exp()).abs() < 1e-15);
+/// assert_eq!(fibres.response(-0.2).stress, 0.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct StiffeningFibres {
+    /// Stiffness k₁ \[MPa\] with which fibres begin to be drawn out, > 0 and at most 1e12.
+    pub k1: f64,
+    /// How fast they stiffen, k₂, from 1e-9 to 1e9: the stress has left the straight line by a half where e² = 0.41/k₂.
+    pub k2: f64,
+}
+
+/// What the fibres add at a strain.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FibreResponse {
+    /// W \[mJ/mm³\].
+    pub energy: f64,
+    /// W′ \[MPa\].
+    pub stress: f64,
+    /// W″ \[MPa\], never negative.
+    pub stiffness: f64,
+}
+
+impl StiffeningFibres {
+    /// What is out of range, if anything: its name, its value, and what it must be.
+    pub(crate) fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
+        if !(self.k1 > 0.0 && self.k1 <= 1e12) {
+            return Err(("k1 of the stiffening fibres", self.k1, "it must be above 0 and at most 1e12 MPa"));
+        }
+        if !(self.k2 >= 1e-9 && self.k2 <= 1e9) {
+            return Err(("k2 of the stiffening fibres", self.k2, "it must be from 1e-9 to 1e9"));
+        }
+        Ok(())
+    }
+
+    /// The answer to the strain `e` along the fibre.
+    pub fn response(&self, e: f64) -> FibreResponse {
+        let Self { k1, k2 } = *self;
+        if e <= 0.0 {
+            return FibreResponse::default();
+        }
+        let limit = (MOST_EXPONENT / k2).sqrt();
+        let inside = e.min(limit);
+        let exponent = k2 * inside * inside;
+        let grown = exponent.exp();
+        let stiffness = k1 * (1.0 + 2.0 * exponent) * grown;
+        let stress = k1 * inside * grown;
+        let beyond = e - inside;
+        FibreResponse {
+            energy: 0.5 * k1 / k2 * exponent.exp_m1() + beyond * (stress + 0.5 * stiffness * beyond),
+            stress: stress + stiffness * beyond,
+            stiffness,
+        }
+    }
+
+    /// e, from the stretch and that which is free of stress.
+    #[inline]
+    pub fn strain(stretch: Sym2, unstretched: Sym2) -> f64 {
+        length(stretch) - length(unstretched)
+    }
+
+    /// Biot stress \[MPa\] of a body at a stretch in the fibre's axes, from that of its linear law: W′·λ̂ with the unit vector
+    /// λ̂ = (U₁₁, U₁₂)/λ is the force of the fibres in the frame, and its symmetric part the stress.
+    #[inline]
+    pub fn stiffen(this: Option<&Self>, stretch: Sym2, unstretched: Sym2, linear: Sym2) -> Sym2 {
+        this.map_or(linear, |fibres| linear + fibres.biot(stretch, unstretched))
+    }
+
+    fn biot(&self, stretch: Sym2, unstretched: Sym2) -> Sym2 {
+        let strain = Self::strain(stretch, unstretched);
+        let pull = self.response(strain).stress / length(stretch).max(f64::MIN_POSITIVE);
+        Sym2::new(pull * stretch.xx, 0.0, 0.5 * pull * stretch.xy)
+    }
+
+    /// Twice the energy per volume \[MPa\] of a body at a stretch and the whole stress there.
+    #[inline]
+    pub fn twice_energy(this: Option<&Self>, stretch: Sym2, unstretched: Sym2, stress: Sym2) -> f64 {
+        let strain = stretch - unstretched;
+        let Some(fibres) = this else { return stress.contract(strain) };
+        let own = fibres.response(Self::strain(stretch, unstretched)).energy;
+        (stress - fibres.biot(stretch, unstretched)).contract(strain) + 2.0 * own
+    }
+
+    /// The stiffness of a body at a stretch, from that of its linear law: with λ̂ = (c, s) the second derivative of W by the
+    /// stretch is W″·(c·dU₁₁ + s·dU₁₂)² + W′/λ·(c·dU₁₂ − s·dU₁₁)².
+    pub fn stiffness(&self, stretch: Sym2, unstretched: Sym2, linear: &Orthotropic) -> CoupledStiffness {
+        let FibreResponse { stress, stiffness, .. } = self.response(Self::strain(stretch, unstretched));
+        let length = length(stretch).max(f64::MIN_POSITIVE);
+        let (c, s, turn) = (stretch.xx / length, stretch.xy / length, stress / length);
+        let mut law = *linear;
+        law.q11 += stiffness * c * c + turn * s * s;
+        law.q66 += 0.25 * (stiffness * s * s + turn * c * c);
+        CoupledStiffness { law, q16: 0.5 * (stiffness - turn) * c * s }
+    }
+}
+
+/// λ: the length of the fibre over that at rest.
+fn length(stretch: Sym2) -> f64 {
+    stretch.xx.hypot(stretch.xy)
+}
+
+/// Stiffness that couples strain along the fibre and shear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoupledStiffness {
+    /// Its orthotropic part.
+    pub law: Orthotropic,
+    /// The coupling \[MPa\]: stress along the fibre per engineering shear.
+    pub q16: f64,
+}
