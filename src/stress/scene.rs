@@ -203,7 +203,8 @@ fn outside(
             let point = rest[row] + in_plane(dice.point()) * 0.1 * size;
             (row as u32, Anchor { point, stiffness: tension * dice.decades(-3.0, 3.0) })
         };
-        let anchors: Vec<_> = (0..rest.len()).filter_map(|row| dice.chance(0.3).then(|| anchor(row, dice))).collect();
+        let anchors: Vec<_> =
+            (0..rest.len()).flat_map(|row| if dice.chance(0.3) { Some(anchor(row, dice)) } else { None }).collect();
         body = body.with(Springs { anchors: Attached::new(anchors) });
     }
     if dice.chance(0.2) {
