@@ -192,9 +192,9 @@ fn iterations_do_not_grow_with_the_mesh() {
     SIZES[..2].iter().for_each(|cells| assert_few_on_squares(*cells));
 }
 
-/// Up to 1.5 million triangles. `cargo test --release --test multigrid -- --ignored`.
+/// Up to 1.5 million triangles.
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "minutes: cargo test --release --test multigrid -- --ignored"]
 fn iterations_do_not_grow_with_large_meshes() {
     SIZES[2..].iter().for_each(|cells| assert_few_on_squares(*cells));
     assert_few("capsule", &System::capsule(150_000), [10, 20]);

@@ -234,9 +234,9 @@ fn nothing_breaks_whatever_is_torn() {
     storms(0..4, 40, 150);
 }
 
-/// A quarter of a million events. `cargo test --release --test random_tears -- --ignored`.
+/// A quarter of a million events.
 #[test]
-#[ignore = "takes a minute"]
+#[ignore = "a minute: cargo test --release --test random_tears -- --ignored"]
 fn nothing_breaks_in_a_long_storm() {
     storms(4..250, 40, 300);
 }

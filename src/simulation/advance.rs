@@ -1,4 +1,4 @@
-//! One step of the world: solves, tears, and what is done where a state is not finite.
+//! One step of the world: solves, tears, and what is done where it leaves no sound state.
 
 use crate::components::{EnergyAudit, Increment, Sleeping, SolverScratch, TearDecisions, Tearing};
 use crate::report::Report;
