@@ -100,13 +100,23 @@ pub fn sum_chunks<T: Send, S: Copy + Default + Send + Sum>(
     partials: &mut Vec<S>,
     kernel: &impl Kernel<T, S>,
 ) -> S {
+    sum_pieces(out, CHUNK, partials, kernel)
+}
+
+/// Runs a kernel on every piece of so many rows and sums what it returns. `partials` is scratch; it grows once.
+pub fn sum_pieces<T: Send, S: Copy + Default + Send + Sum>(
+    out: &mut [T],
+    size: usize,
+    partials: &mut Vec<S>,
+    kernel: &impl Kernel<T, S>,
+) -> S {
     partials.clear();
-    partials.resize(out.len().div_ceil(CHUNK), S::default());
-    let chunk = |(c, (rows, partial)): (usize, (&mut [T], &mut S))| *partial = run(kernel, c * CHUNK, rows);
-    if is_worth_sharing(out.len()) {
-        out.par_chunks_mut(CHUNK).zip(partials.par_iter_mut()).enumerate().for_each(chunk);
+    partials.resize(out.len().div_ceil(size), S::default());
+    let piece = |(p, (rows, partial)): (usize, (&mut [T], &mut S))| *partial = run(kernel, p * size, rows);
+    if is_worth_sharing(out.len()) && out.len() > size {
+        out.par_chunks_mut(size).zip(partials.par_iter_mut()).enumerate().for_each(piece);
     } else {
-        out.chunks_mut(CHUNK).zip(partials.iter_mut()).enumerate().for_each(chunk);
+        out.chunks_mut(size).zip(partials.iter_mut()).enumerate().for_each(piece);
     }
     partials.iter().copied().sum()
 }

@@ -205,11 +205,19 @@ impl Cholesky {
         }
     }
 
-    /// Replaces the forces by the displacements that answer them.
-    pub fn solve(&mut self) {
+    /// The first half of a solve; returns the scalar product of the forces with the displacements that answer them.
+    pub fn descend(&mut self) -> f64 {
         match &mut self.panels {
-            Either::Single(panels) => panels.solve(),
-            Either::Double(panels) => panels.solve(),
+            Either::Single(panels) => panels.descend(),
+            Either::Double(panels) => panels.descend(),
+        }
+    }
+
+    /// The second half, which leaves those displacements.
+    pub fn ascend(&mut self) {
+        match &mut self.panels {
+            Either::Single(panels) => panels.ascend(),
+            Either::Double(panels) => panels.ascend(),
         }
     }
 

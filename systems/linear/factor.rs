@@ -82,29 +82,37 @@ impl InUse {
         Box::new(Self { cholesky, bridge, warp, served: 0, is_worse_than_none: false, touched: Vec::new() })
     }
 
-    /// Takes the residual `r`, given by vertex, and hands the answer of the old mesh for every vertex to `z`.
+    /// Takes the residual `r`, given by vertex, as far down as it takes to know its scalar product with the answer of the old mesh.
     #[inline]
-    fn solve(&mut self, r: impl Fn(usize) -> DVec3, vertex_count: usize, mut z: impl FnMut(usize, DVec3)) {
+    fn descend(&mut self, r: impl Fn(usize) -> DVec3, vertex_count: usize) -> f64 {
         let Self { cholesky, bridge, warp, .. } = self;
-        if bridge.is_empty() && warp.turns().is_empty() {
+        if !bridge.is_empty() {
+            cholesky.clear();
+            for v in 0..vertex_count {
+                let r = r(v);
+                bridge.links(v).iter().for_each(|&(old, weight)| cholesky.add(old as usize, r * weight));
+            }
+        } else if warp.turns().is_empty() {
             (0..vertex_count).for_each(|v| cholesky.put(v, r(v)));
-            cholesky.solve();
-            return (0..vertex_count).for_each(|v| z(v, cholesky.part(v)));
+        } else {
+            warp.turns().iter().enumerate().for_each(|(v, turn)| cholesky.put(v, turn.transpose() * r(v)));
         }
-        if bridge.is_empty() {
-            let turns = warp.turns().iter().enumerate();
-            turns.clone().for_each(|(v, turn)| cholesky.put(v, turn.transpose() * r(v)));
-            cholesky.solve();
-            return turns.for_each(|(v, turn)| z(v, *turn * cholesky.part(v)));
-        }
-        cholesky.clear();
-        for v in 0..vertex_count {
-            let r = r(v);
-            bridge.links(v).iter().for_each(|&(old, weight)| cholesky.add(old as usize, r * weight));
-        }
-        cholesky.solve();
-        for v in 0..vertex_count {
-            z(v, bridge.links(v).iter().map(|&(old, weight)| cholesky.part(old as usize) * weight).sum());
+        cholesky.descend()
+    }
+
+    /// The rest of the way; hands that answer for every vertex to `z`.
+    #[inline]
+    fn ascend(&mut self, vertex_count: usize, mut z: impl FnMut(usize, DVec3)) {
+        let Self { cholesky, bridge, warp, .. } = self;
+        cholesky.ascend();
+        if !bridge.is_empty() {
+            for v in 0..vertex_count {
+                z(v, bridge.links(v).iter().map(|&(old, weight)| cholesky.part(old as usize) * weight).sum());
+            }
+        } else if warp.turns().is_empty() {
+            (0..vertex_count).for_each(|v| z(v, cholesky.part(v)));
+        } else {
+            warp.turns().iter().enumerate().for_each(|(v, turn)| z(v, *turn * cholesky.part(v)));
         }
     }
 
@@ -233,17 +241,27 @@ impl Factor {
             return 0.0;
         };
         let scale = scale_to_single(r);
-        current.solve(|v| r[v] * scale, r.len(), |v, answer| z[v] = answer * free[v] / scale);
+        current.descend(|v| r[v] * scale, r.len());
+        current.ascend(r.len(), |v, answer| z[v] = answer * free[v] / scale);
         current.touched.iter().for_each(|&(v, inverse, _)| z[v] += inverse * r[v]);
         parallel::sum_rows(z, partials, |v, z| r[v].dot(*z))
     }
 
-    /// The same in single precision: `xr` has r as second entry, and is numbered by `row`, which gives the row of a vertex, as
-    /// is `z`. Entries of r are neither near the largest nor near the smallest numbers.
-    pub fn apply_single(&mut self, xr: &[[Vec4; 2]], row: &[u32], z: &mut [Vec4]) {
+    /// The first half of the same in single precision, as far as it takes to know r·z, which is returned: `xr` has r as second entry,
+    /// and is numbered by `row`, which gives the row of a vertex. Entries of r are neither near the largest nor near the smallest
+    /// numbers.
+    pub fn descend(&mut self, xr: &[[Vec4; 2]], row: &[u32]) -> f64 {
+        let Some(current) = self.current.as_deref_mut() else { return 0.0 };
+        let r = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3();
+        let of_touched: f64 = current.touched.iter().map(|&(v, inverse, _)| r(v).dot(inverse * r(v))).sum();
+        current.descend(r, row.len()) + of_touched
+    }
+
+    /// The second half, after the first for the same `xr`; `z` is numbered by `row` too.
+    pub fn ascend(&mut self, xr: &[[Vec4; 2]], row: &[u32], z: &mut [Vec4]) {
         let Some(current) = self.current.as_deref_mut() else { return z.fill(Vec4::ZERO) };
         let r = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3();
-        current.solve(r, row.len(), |v, answer| z[row[v] as usize] = answer.as_vec3().extend(0.0));
+        current.ascend(row.len(), |v, answer| z[row[v] as usize] = answer.as_vec3().extend(0.0));
         for &(v, inverse, free) in &current.touched {
             let z = &mut z[row[v] as usize];
             *z = ((z.truncate().as_dvec3() + inverse * r(v)) * free).as_vec3().extend(0.0);

@@ -81,7 +81,12 @@ impl Factor {
     }
 
     /// Zero.
-    pub fn apply_single(&mut self, _xr: &[[Vec4; 2]], _row: &[u32], z: &mut [Vec4]) {
+    pub fn descend(&mut self, _xr: &[[Vec4; 2]], _row: &[u32]) -> f64 {
+        0.0
+    }
+
+    /// Zero.
+    pub fn ascend(&mut self, _xr: &[[Vec4; 2]], _row: &[u32], z: &mut [Vec4]) {
         z.fill(Vec4::ZERO);
     }
 }

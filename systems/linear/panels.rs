@@ -14,7 +14,7 @@ use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
 use std::ops::{AddAssign, Mul, Neg, SubAssign};
 
 /// The numbers of a panel: `f32` or `f64`.
-pub trait Real: Copy + Default + AddAssign + SubAssign + Mul<Output = Self> + Neg<Output = Self> {
+pub trait Real: Copy + Default + AddAssign + SubAssign + Mul<Output = Self> + Neg<Output = Self> + Into<f64> {
     /// The nearest number.
     fn nearest(x: f64) -> Self;
 }
@@ -86,10 +86,26 @@ impl<T: Real> Panels<T> {
         self.column.resize(symbolic.ncols(), T::default());
     }
 
-    /// Replaces `column` by (L·Lᵀ)⁻¹ times it.
-    pub fn solve(&mut self) {
+    /// Replaces `column` by L⁻¹ times it, the way down of a solve; returns the scalar product of what it was with (L·Lᵀ)⁻¹ times it,
+    /// which is the squared norm of what it is now.
+    pub fn descend(&mut self) -> f64 {
+        self.sweep(true);
+        let mut sums = [0.0; LANES];
+        for (i, &x) in self.column.iter().enumerate() {
+            let x: f64 = x.into();
+            sums[i % LANES] += x * x;
+        }
+        sums.iter().sum()
+    }
+
+    /// Replaces `column` by L⁻ᵀ times it, the way up.
+    pub fn ascend(&mut self) {
+        self.sweep(false);
+    }
+
+    fn sweep(&mut self, is_down: bool) {
         let (mut work, mut column) = (std::mem::take(&mut self.work), std::mem::take(&mut self.column));
-        wide(Sweeps { panels: self, column: &mut column, work: &mut work });
+        wide(Sweep { panels: self, column: &mut column, work: &mut work, is_down });
         (self.work, self.column) = (work, column);
     }
 
@@ -147,25 +163,29 @@ impl<T: Real> Panels<T> {
     }
 }
 
-/// Both sweeps over all panels.
-struct Sweeps<'a, T> {
+/// A sweep over all panels.
+struct Sweep<'a, T> {
     panels: &'a Panels<T>,
     column: &'a mut [T],
     work: &'a mut [[T; LANES]],
+    is_down: bool,
 }
 
-impl<T: Real> NullaryFnOnce for Sweeps<'_, T> {
+impl<T: Real> NullaryFnOnce for Sweep<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { panels, column, work } = self;
+        let Self { panels, column, work, is_down } = self;
         let count = panels.first.len() - 1;
-        for s in 0..count {
-            panels.down(s, column, work);
-        }
-        for s in (0..count).rev() {
-            panels.up(s, column, work);
+        if is_down {
+            for s in 0..count {
+                panels.down(s, column, work);
+            }
+        } else {
+            for s in (0..count).rev() {
+                panels.up(s, column, work);
+            }
         }
     }
 }

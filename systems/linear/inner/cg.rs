@@ -64,9 +64,9 @@ pub fn solve(
         zero.resize(n, Vec4::ZERO);
     }
     let DVec2 { x: mut residual_sq, y: mut rz } = preconditioner.descend(0.0, vectors);
-    preconditioner.ascend(0.0, vectors);
-    let (mut iterations, mut error, mut is_late) = (0, EnergyError::new(rz), false);
+    let (mut iterations, mut error, mut is_late, mut beta) = (0, EnergyError::new(rz), false, 0.0);
     while !limits.are_met(residual_sq, error.squared()) && iterations < limits.iterations && !is_late {
+        preconditioner.ascend(beta, vectors);
         let curvature = matrix.apply(partition, &vectors.p, &mut vectors.q, &mut vectors.partials);
         if !(curvature.is_finite() && rz.is_finite()) {
             return Err(CgError::NotFinite { iteration: iterations });
@@ -76,7 +76,7 @@ pub fn solve(
         }
         let (before, alpha) = (rz, rz / curvature);
         DVec2 { x: residual_sq, y: rz } = preconditioner.descend(alpha as f32, vectors);
-        preconditioner.ascend((rz / before) as f32, vectors);
+        beta = (rz / before) as f32;
         error.advance(alpha, rz);
         iterations += 1;
         is_late = limits.is_late(iterations);

@@ -17,18 +17,18 @@ pub struct Factored<'a> {
 
 impl Precondition for Factored<'_> {
     fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
-        let Vectors { xr, p, q, z, partials, .. } = vectors;
+        let Vectors { xr, p, q, partials, .. } = vectors;
         let rr = parallel::sum_rows(xr, partials, |v, [x, r]| {
             *x += p[v] * alpha;
             *r -= q[v] * alpha;
             dot(*r, *r)
         });
-        self.factor.apply_single(xr, &self.order.row, z);
-        DVec2::new(rr, parallel::sum_rows(z, partials, |v, z| dot(xr[v][1], *z)))
+        DVec2::new(rr, self.factor.descend(xr, &self.order.row))
     }
 
     fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
-        let Vectors { p, z, .. } = vectors;
+        let Vectors { xr, p, z, .. } = vectors;
+        self.factor.ascend(xr, &self.order.row, z);
         parallel::for_rows(p, |v, p| *p = z[v] + *p * beta);
     }
 }

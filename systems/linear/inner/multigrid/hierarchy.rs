@@ -1,7 +1,7 @@
 //! The levels, the finest first: how they are found, take an operator's numbers, and are cycled through.
 
 use super::super::empty;
-use super::super::matrix::Matrix;
+use super::super::matrix::{Matrix, dot};
 use super::super::order::Order;
 use super::super::partition::Partition;
 use super::super::pattern::Pattern;
@@ -30,6 +30,7 @@ pub struct Hierarchy {
     /// From every level to the next.
     transfers: Vec<Transfer>,
     coarsest: Coarsest,
+    partials: Vec<f64>,
     /// Vertex of every row of the finest level, and row of every vertex.
     vertex: Vec<u32>,
     row: Vec<u32>,
@@ -180,10 +181,13 @@ impl Hierarchy {
         &self.vectors[0].x
     }
 
-    /// One V-cycle for the right-hand side `r` of the finest level.
-    pub fn cycle(&mut self, r: impl Fn(usize) -> Vec4 + Sync) {
-        let Self { levels, vectors, transfers, coarsest, .. } = self;
+    /// The first half of a V-cycle for the right-hand side `r` of the finest level, down to the coarsest: as much as it takes to know
+    /// the scalar product of `r` with the answer, which is returned. A level's sweep and its adjoint, whose matrices are D + L and its
+    /// transpose, add x·D·x to it, for the x that the first has left.
+    pub fn descend(&mut self, r: impl Fn(usize) -> Vec4 + Sync) -> f64 {
+        let Self { levels, vectors, transfers, coarsest, partials, .. } = self;
         let last = levels.len() - 1;
+        let mut product = 0.0;
         for i in 0..=last {
             let level = &levels[i];
             let (fine, coarse) = vectors.split_at_mut(i + 1);
@@ -192,18 +196,26 @@ impl Hierarchy {
                 let rows = own.iter_mut().enumerate();
                 rows.filter(|_| i == 0).for_each(|(row, own)| *own = r(row));
                 coarsest.solve(own, x);
+                product += own.iter().zip(&*x).map(|(r, x)| dot(*r, *x)).sum::<f64>();
                 continue;
             }
-            if i == 0 {
-                level.forward(x, &r)
+            product += if i == 0 {
+                level.forward(x, partials, &r)
             } else {
-                level.forward(x, |row| own[row])
-            }
+                level.forward(x, partials, |row| own[row])
+            };
             if i < last {
                 level.subtract(x, left);
                 transfers[i].restrict(left, &mut coarse[0].r);
             }
         }
+        product
+    }
+
+    /// The second half, back up to the finest level, after the first for the same `r`.
+    pub fn ascend(&mut self, r: impl Fn(usize) -> Vec4 + Sync) {
+        let Self { levels, vectors, transfers, .. } = self;
+        let last = levels.len() - 1;
         for i in (0..=last).rev() {
             let level = &levels[i];
             let (fine, coarse) = vectors.split_at_mut(i + 1);

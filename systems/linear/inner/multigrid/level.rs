@@ -5,6 +5,7 @@
 //! symmetric positive matrix: so the cycle is symmetric and positive, whatever the coarser levels are the Galerkin operators of.
 
 use super::super::empty;
+use super::super::matrix::dot;
 use super::super::pattern::Pattern;
 use super::numbering::Numbering;
 use crate::systems::kernels::block::{self, Block};
@@ -77,12 +78,14 @@ impl Level {
         pattern.mirror(lower, upper);
     }
 
-    /// x = (D + L)⁻¹·r.
-    pub fn forward(&self, x: &mut [Vec4], r: impl Fn(usize) -> Vec4 + Sync) {
+    /// x = (D + L)⁻¹·r; returns x·D·x.
+    pub fn forward(&self, x: &mut [Vec4], partials: &mut Vec<f64>, r: impl Fn(usize) -> Vec4 + Sync) -> f64 {
         let (first, second) = x.split_at_mut(self.numbering.first as usize);
         let size = self.numbering.size();
-        parallel::for_pieces(first, size, &Forward { level: self, offset: 0, other: &[], r: &r });
-        parallel::for_pieces(second, size, &Forward { level: self, offset: first.len(), other: first, r: &r });
+        let of_first =
+            parallel::sum_pieces(first, size, partials, &Forward { level: self, offset: 0, other: &[], r: &r });
+        let offset = first.len();
+        of_first + parallel::sum_pieces(second, size, partials, &Forward { level: self, offset, other: first, r: &r })
     }
 
     /// `y` less what the columns before a row bring to it: those before the piece that begins at `start` are of the other colour.
@@ -121,16 +124,19 @@ struct Forward<'a, R> {
     r: &'a R,
 }
 
-impl<R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4> for Forward<'_, R> {
+impl<R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4, f64> for Forward<'_, R> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, _: L, first: usize, x: &mut [Vec4]) {
+    fn run<L: Lanes>(&self, _: L, first: usize, x: &mut [Vec4]) -> f64 {
         let Self { level, offset, other, r } = self;
         let start = offset + first;
+        let mut product = 0.0;
         for i in 0..x.len() {
             let row = start + i;
             let y = level.subtract_before(r(row), row, start, other, x);
             x[i] = block::apply(&level.inverse[row], y);
+            product += dot(x[i], y);
         }
+        product
     }
 }
 

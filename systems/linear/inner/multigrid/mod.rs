@@ -139,19 +139,15 @@ impl Precondition for Multigrid {
             *r -= q[row] * alpha;
             dot(*r, *r)
         });
-        let numbering = self.hierarchy.finest().numbering;
-        let xr = &vectors.xr;
-        self.hierarchy.cycle(|row| xr[numbering.place(row as u32) as usize][1]);
-        let answer = self.hierarchy.answer();
-        let rz = parallel::sum_rows(&mut vectors.z, &mut vectors.partials, |place, z| {
-            *z = answer[numbering.row(place as u32) as usize];
-            dot(xr[place][1], *z)
-        });
-        DVec2::new(rr, rz)
+        let (numbering, xr) = (self.hierarchy.finest().numbering, &*xr);
+        DVec2::new(rr, self.hierarchy.descend(|row| xr[numbering.place(row as u32) as usize][1]))
     }
 
     fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
-        let Vectors { p, z, .. } = vectors;
-        parallel::for_rows(p, |row, p| *p = z[row] + *p * beta);
+        let Vectors { xr, p, .. } = vectors;
+        let (numbering, xr) = (self.hierarchy.finest().numbering, &*xr);
+        self.hierarchy.ascend(|row| xr[numbering.place(row as u32) as usize][1]);
+        let answer = self.hierarchy.answer();
+        parallel::for_rows(p, |place, p| *p = answer[numbering.row(place as u32) as usize] + *p * beta);
     }
 }
