@@ -2,6 +2,7 @@
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
+use super::kernels::simd;
 use super::{Formula, StepContext, parallel};
 use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
 use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic, Sym2};
@@ -18,13 +19,41 @@ pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
         world,
         |((_, triangles, _, scratch), _)| scratch.rows_to_solve(triangles.len()),
         |((vertices, triangles, frames, scratch), (planar, pre_stretch, fibres))| {
-            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres);
+            let is_planar = planar.is_some();
+            let tangent = step.tangent_of(scratch);
+            if step.formula != Formula::Start && tangent == Tangent::Rotated && fibres.is_none() {
+                let unstretched = PreStretch::unstretched(pre_stretch);
+                return evaluate_rotated(vertices, triangles, frames, is_planar, unstretched, step.reserve());
+            }
+            evaluate(vertices, triangles, frames, is_planar, pre_stretch, fibres);
             // Nothing is solved for at the start of a step of two stages.
             if step.formula != Formula::Start {
-                geometric_stiffness(frames, triangles, planar.is_some(), step.tangent_of(scratch), step.reserve());
+                geometric_stiffness(frames, triangles, is_planar, tangent, step.reserve());
             }
         },
     )
+}
+
+/// State and geometric stiffness of the rotated tangent at the vertices' positions, where no fibres stiffen: [`evaluate`] and
+/// [`geometric_stiffness`] in one pass.
+fn evaluate_rotated(
+    vertices: &Vertices,
+    triangles: &Triangles,
+    frames: &mut Frames,
+    is_planar: bool,
+    unstretched: Sym2,
+    reserve: f64,
+) {
+    frames.is_planar = is_planar;
+    frames.stiffened.clear();
+    frames.state.resize(triangles.len(), ElementState::REST);
+    frames.geometric.resize(triangles.len(), GeometricStiffness::default());
+    let (Triangles { corners, rest, stiffness, .. }, position) = (triangles, &vertices.position);
+    let states = States { corners, position, rest, stiffness, is_planar, unstretched };
+    parallel::for_pairs(&mut frames.state, &mut frames.geometric, |first, state, geometric| {
+        simd::run(&states, first, state);
+        simd::run(&Geometric { state, stiffness: &stiffness[first..], is_planar, reserve }, 0, geometric);
+    });
 }
 
 /// State of every triangle at the vertices' positions, and its stiffness where fibres stiffen.
@@ -37,6 +66,7 @@ pub fn evaluate(
     fibres: Option<&StiffeningFibres>,
 ) {
     let unstretched = PreStretch::unstretched(pre_stretch);
+    frames.is_planar = is_planar;
     frames.state.resize(triangles.len(), ElementState::REST);
     let (Triangles { corners, rest, stiffness, .. }, position) = (triangles, &vertices.position);
     parallel::for_chunks(&mut frames.state, &States { corners, position, rest, stiffness, is_planar, unstretched });
@@ -67,7 +97,7 @@ pub fn geometric_stiffness(
     tangent: Tangent,
     reserve: f64,
 ) {
-    let Frames { state, geometric, stiffened } = frames;
+    let Frames { state, geometric, stiffened, .. } = frames;
     geometric.resize(state.len(), GeometricStiffness::default());
     if tangent == Tangent::Rotated {
         let stiffness = &triangles.stiffness;

@@ -7,8 +7,10 @@ use rayon::prelude::*;
 use std::cell::Cell;
 use std::iter::Sum;
 use std::ops::AddAssign;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 /// Rows per chunk: large enough that a chunk of the cheapest loop (a vector update, 1 ns a row) outweighs handing it to a
 /// thread, small enough that 5,000 triangles still fill two cores.
@@ -76,6 +78,17 @@ pub fn for_slices<T: Send>(out: &mut [T], f: impl Fn(usize, &mut [T]) + Sync) {
         out.par_chunks_mut(CHUNK).enumerate().for_each(chunk);
     } else {
         out.chunks_mut(CHUNK).enumerate().for_each(chunk);
+    }
+}
+
+/// Calls `f(first_row, rows, others)` for every chunk of the rows of two lists of one length: what one loop has filled is still near
+/// the processor when the next one reads it.
+pub fn for_pairs<T: Send, U: Send>(a: &mut [T], b: &mut [U], f: impl Fn(usize, &mut [T], &mut [U]) + Sync) {
+    let chunk = |(c, (a, b)): (usize, (&mut [T], &mut [U]))| f(c * CHUNK, a, b);
+    if is_worth_sharing(a.len()) {
+        a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK)).enumerate().for_each(chunk);
+    } else {
+        a.chunks_mut(CHUNK).zip(b.chunks_mut(CHUNK)).enumerate().for_each(chunk);
     }
 }
 
@@ -227,9 +240,57 @@ impl Pool {
         }
     }
 
+    /// The same for a step of bodies with so many rows. Where these are worth sharing one more thread stays awake: loops of some ten
+    /// microseconds follow each other, and to wake a thread takes as long as one of them.
+    pub fn run_step<R: Send>(&self, rows: usize, f: impl FnOnce() -> R + Send) -> R {
+        self.run(|| {
+            if !is_worth_sharing(rows) {
+                return f();
+            }
+            let is_done = AtomicBool::new(false);
+            let work = || {
+                let _done = Done(&is_done);
+                f()
+            };
+            rayon::join(work, || stay_awake(&is_done)).0
+        })
+    }
+
     /// Number of threads.
     pub fn thread_count(&self) -> usize {
         self.threads.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
+    }
+}
+
+/// Says that the work is done, also after a panic.
+struct Done<'a>(&'a AtomicBool);
+
+impl Drop for Done<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+    }
+}
+
+/// A thread that has found nothing to do for so long goes to sleep.
+const AWAKE: Duration = Duration::from_millis(1);
+
+/// How often a thread looks for work between two looks at the clock.
+const LOOKS: u32 = 256;
+
+/// Does what there is to share until the work is done. Threads take the oldest of what one has to share, so that the first to come takes
+/// this, and nothing that others wait for is under it.
+fn stay_awake(is_done: &AtomicBool) {
+    let (mut looks, mut since) = (0_u32, Instant::now());
+    while !is_done.load(Ordering::Acquire) {
+        if rayon::yield_now() == Some(rayon::Yield::Executed) {
+            since = Instant::now();
+            continue;
+        }
+        looks += 1;
+        if looks.is_multiple_of(LOOKS) && since.elapsed() > AWAKE {
+            return;
+        }
+        std::hint::spin_loop();
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Frames {
     pub geometric: Vec<GeometricStiffness>,
     /// Stiffness \[MPa\] there of a body with [`StiffeningFibres`](crate::math::StiffeningFibres); empty without them.
     pub stiffened: Vec<CoupledStiffness>,
+    /// Whether it was evaluated in a plane: no axis of a triangle has a part along z, and nothing is stiff along it.
+    pub is_planar: bool,
 }
 
 impl Frames {

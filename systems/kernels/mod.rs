@@ -4,6 +4,8 @@ pub mod block;
 pub mod disc;
 pub mod failure;
 pub mod fan;
+pub mod flat_block;
+pub mod flat_pack;
 pub mod fold;
 pub mod fold_pack;
 pub mod lanes;

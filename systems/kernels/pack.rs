@@ -16,7 +16,7 @@ use glam::{Mat4, Vec4};
 pub const LANES: usize = SINGLES;
 
 /// One number of each of eight triangles.
-type Entry = [Vec4; 2];
+pub(super) type Entry = [Vec4; 2];
 
 /// The matrices \[N/mm\] of eight triangles, entries by rows of their blocks.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,15 +73,14 @@ impl Pack {
         let f = singles(lanes, &f);
         let (r1, r2, one) = ([f[0], f[1], f[2]], [f[3], f[4], f[5]], Singles::splat(lanes, 1.0));
         let n = [r1[1] * r2[2] - r1[2] * r2[1], r1[2] * r2[0] - r1[0] * r2[2], r1[0] * r2[1] - r1[1] * r2[0]];
-        let element = Element {
-            axes: [r1, r2, n],
+        let in_plane = InPlane {
             g: [[f[8], f[9]], [f[10], f[11]]],
             b: [strain_rates(f[8], f[9], f[6], f[7], one), strain_rates(f[10], f[11], f[6], f[7], one)],
             law: [f[14], f[15], f[16], f[17]],
             coupling: (coupling != [[0.0; LANES]]).then(|| singles(lanes, &coupling)[0]),
-            normal: [f[18], f[19], f[20]],
             turning: is_exact.then(|| singles(lanes, &turning)),
         };
+        let element = Element { axes: [r1, r2, n], in_plane, normal: [f[18], f[19], f[20]] };
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = element.block(0, 0);
         let k11 = [xx, xy, xz, yy, yz, zz];
         let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = element.block(0, 1);
@@ -143,7 +142,7 @@ impl Pack {
 
 /// Eight vertices' vectors by components.
 #[inline(always)]
-fn gather<L: Lanes>(lanes: L, place: &[u16; LANES], u: &[Vec4]) -> [Singles<L>; 3] {
+pub(super) fn gather<L: Lanes>(lanes: L, place: &[u16; LANES], u: &[Vec4]) -> [Singles<L>; 3] {
     let mut rows = [Vec4::ZERO; LANES];
     for lane in 0..LANES {
         rows[lane] = u[place[lane] as usize];
@@ -152,7 +151,7 @@ fn gather<L: Lanes>(lanes: L, place: &[u16; LANES], u: &[Vec4]) -> [Singles<L>; 
 }
 
 #[inline(always)]
-fn entries<L: Lanes, const N: usize>(lanes: L, k: &[Entry; N]) -> [Singles<L>; N] {
+pub(super) fn entries<L: Lanes, const N: usize>(lanes: L, k: &[Entry; N]) -> [Singles<L>; N] {
     let mut values = [Singles::new(lanes, k[0]); N];
     for i in 1..N {
         values[i] = Singles::new(lanes, k[i]);
@@ -161,7 +160,7 @@ fn entries<L: Lanes, const N: usize>(lanes: L, k: &[Entry; N]) -> [Singles<L>; N
 }
 
 #[inline(always)]
-fn singles<L: Lanes, const N: usize>(lanes: L, x: &[[f32; LANES]; N]) -> [Singles<L>; N] {
+pub(super) fn singles<L: Lanes, const N: usize>(lanes: L, x: &[[f32; LANES]; N]) -> [Singles<L>; N] {
     let mut values = [Singles::splat(lanes, 0.0); N];
     for i in 0..N {
         let [a, b, c, d, e, f, g, h] = x[i];
@@ -173,7 +172,7 @@ fn singles<L: Lanes, const N: usize>(lanes: L, x: &[[f32; LANES]; N]) -> [Single
 /// Strain rates ε₁₁, ε₂₂, γ of a corner with the shape gradient (g₁, g₂) per unit of motion along the triangle's first axis,
 /// and along its second.
 #[inline(always)]
-fn strain_rates<L: Lanes>(
+pub(super) fn strain_rates<L: Lanes>(
     g1: Singles<L>,
     g2: Singles<L>,
     q: Singles<L>,
@@ -188,31 +187,25 @@ fn dot<L: Lanes>(a: [Singles<L>; 3], b: [Singles<L>; 3]) -> Singles<L> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// What the matrices of eight triangles are made of.
-struct Element<L: Lanes> {
-    /// r₁, r₂ and the normal in global axes.
-    axes: [[Singles<L>; 3]; 3],
+/// What the matrices of eight triangles are made of in their own planes.
+pub(super) struct InPlane<L: Lanes> {
     /// Shape gradients of corners 1 and 2.
-    g: [[Singles<L>; 2]; 2],
+    pub g: [[Singles<L>; 2]; 2],
     /// Their [`strain_rates`].
-    b: [[[Singles<L>; 3]; 2]; 2],
+    pub b: [[[Singles<L>; 3]; 2]; 2],
     /// Stiffness 11, 12, 22, 66.
-    law: [Singles<L>; 4],
+    pub law: [Singles<L>; 4],
     /// Stiffness 16, where there is any.
-    coupling: Option<Singles<L>>,
-    /// Out-of-plane stiffness 11, 22, 12.
-    normal: [Singles<L>; 3],
+    pub coupling: Option<Singles<L>>,
     /// ½·ℓ and 1/tr U of an exact tangent.
-    turning: Option<[Singles<L>; 5]>,
+    pub turning: Option<[Singles<L>; 5]>,
 }
 
-impl<L: Lanes> Element<L> {
-    /// The block of corners `i` and `j` in global axes, by rows.
+impl<L: Lanes> InPlane<L> {
+    /// The block of corners `i` and `j` in the triangle's axes, by rows.
     #[inline(always)]
-    fn block(&self, i: usize, j: usize) -> [[Entry; 3]; 3] {
+    pub fn block(&self, i: usize, j: usize) -> [[Singles<L>; 2]; 2] {
         let [c11, c12, c22, c66] = self.law;
-        let [n11, n22, n12] = self.normal;
-        let [r1, r2, n] = self.axes;
         let (gi, gj, bi, bj) = (self.g[i], self.g[j], self.b[i], self.b[j]);
         let mut t0 = [c11 * bj[0][0] + c12 * bj[0][1], c12 * bj[0][0] + c22 * bj[0][1], c66 * bj[0][2]];
         let mut t1 = [c11 * bj[1][0] + c12 * bj[1][1], c12 * bj[1][0] + c22 * bj[1][1], c66 * bj[1][2]];
@@ -222,7 +215,6 @@ impl<L: Lanes> Element<L> {
                 t[2] = t[2] + c16 * b[0];
             }
         }
-        // In the triangle's axes; then the two halves of the turn into global ones.
         let mut a = [[dot(bi[0], t0), dot(bi[0], t1)], [dot(bi[1], t0), dot(bi[1], t1)]];
         if let Some([l11, l12, l21, l22, inverse]) = self.turning {
             // The spin of a corner is that along the second axis less that along the first.
@@ -234,6 +226,28 @@ impl<L: Lanes> Element<L> {
             a[1][0] = a[1][0] + (wi[1] * lj[0] - li[1] * wj[0]);
             a[1][1] = a[1][1] + (wi[1] * lj[1] + li[1] * wj[1]);
         }
+        a
+    }
+}
+
+/// What the matrices of eight triangles are made of.
+struct Element<L: Lanes> {
+    /// r₁, r₂ and the normal in global axes.
+    axes: [[Singles<L>; 3]; 3],
+    in_plane: InPlane<L>,
+    /// Out-of-plane stiffness 11, 22, 12.
+    normal: [Singles<L>; 3],
+}
+
+impl<L: Lanes> Element<L> {
+    /// The block of corners `i` and `j` in global axes, by rows.
+    #[inline(always)]
+    fn block(&self, i: usize, j: usize) -> [[Entry; 3]; 3] {
+        let [n11, n22, n12] = self.normal;
+        let [r1, r2, n] = self.axes;
+        let (gi, gj) = (self.in_plane.g[i], self.in_plane.g[j]);
+        // In the triangle's axes; then the two halves of the turn into global ones.
+        let a = self.in_plane.block(i, j);
         let nn = gi[0] * (n11 * gj[0] + n12 * gj[1]) + gi[1] * (n12 * gj[0] + n22 * gj[1]);
         let mut block = [[[Vec4::ZERO; 2]; 3]; 3];
         for y in 0..3 {

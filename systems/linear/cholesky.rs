@@ -15,6 +15,8 @@ use glam::DVec3;
 /// A factor, with what can be kept from one to the next while triangles and free axes stay.
 pub struct Cholesky {
     pattern: Pattern,
+    /// Four times the vertex plus the axis of every column.
+    axis: Vec<u32>,
     symbolic: SymbolicCholesky<u32>,
     matrix: Vec<f64>,
     factor: Vec<f64>,
@@ -144,7 +146,8 @@ impl Cholesky {
         factor.try_reserve_exact(symbolic.len_val()).ok()?;
         factor.resize(symbolic.len_val(), 0.0);
         let panels = Either::Single(Panels::default());
-        Some(Self { pattern, symbolic, matrix: Vec::new(), factor, panels, memory })
+        let axis = pattern.axis_of_columns();
+        Some(Self { pattern, axis, symbolic, matrix: Vec::new(), factor, panels, memory })
     }
 
     fn factorize(&mut self) -> Result<(), NoFactor> {
@@ -202,6 +205,26 @@ impl Cholesky {
                 self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] += force[axis] as f32)
             }
             Either::Double(panels) => self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] += force[axis]),
+        }
+    }
+
+    /// Sets all forces, given by vertex and axis.
+    pub fn put_all(&mut self, force: impl Fn(usize, usize) -> f32) {
+        let of = |axis: &u32| force(*axis as usize / 4, *axis as usize % 4);
+        match &mut self.panels {
+            Either::Single(panels) => panels.column.iter_mut().zip(&self.axis).for_each(|(x, axis)| *x = of(axis)),
+            Either::Double(panels) => {
+                panels.column.iter_mut().zip(&self.axis).for_each(|(x, axis)| *x = of(axis).into())
+            }
+        }
+    }
+
+    /// Hands out the displacements along all free axes, each with its vertex and axis.
+    pub fn parts(&self, mut part: impl FnMut(usize, usize, f32)) {
+        let mut hand = |axis: &u32, x: f32| part(*axis as usize / 4, *axis as usize % 4, x);
+        match &self.panels {
+            Either::Single(panels) => panels.column.iter().zip(&self.axis).for_each(|(x, axis)| hand(axis, *x)),
+            Either::Double(panels) => panels.column.iter().zip(&self.axis).for_each(|(x, axis)| hand(axis, *x as f32)),
         }
     }
 

@@ -82,6 +82,11 @@ impl InUse {
         Box::new(Self { cholesky, bridge, warp, served: 0, is_worse_than_none: false, touched: Vec::new() })
     }
 
+    /// Whether mesh and turns are those it was made at.
+    fn is_plain(&self) -> bool {
+        self.bridge.is_empty() && self.warp.turns().is_empty()
+    }
+
     /// Takes the residual `r`, given by vertex, as far down as it takes to know its scalar product with the answer of the old mesh.
     #[inline]
     fn descend(&mut self, r: impl Fn(usize) -> DVec3, vertex_count: usize) -> f64 {
@@ -252,14 +257,22 @@ impl Factor {
     /// numbers.
     pub fn descend(&mut self, xr: &[[Vec4; 2]], row: &[u32]) -> f64 {
         let Some(current) = self.current.as_deref_mut() else { return 0.0 };
+        if current.is_plain() {
+            current.cholesky.put_all(|v, axis| xr[row[v] as usize][1][axis]);
+            return current.cholesky.descend();
+        }
         let r = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3();
         let of_touched: f64 = current.touched.iter().map(|&(v, inverse, _)| r(v).dot(inverse * r(v))).sum();
         current.descend(r, row.len()) + of_touched
     }
 
-    /// The second half, after the first for the same `xr`; `z` is numbered by `row` too.
+    /// The second half, after the first for the same `xr`; `z` is numbered by `row` too, and zero along prescribed axes.
     pub fn ascend(&mut self, xr: &[[Vec4; 2]], row: &[u32], z: &mut [Vec4]) {
         let Some(current) = self.current.as_deref_mut() else { return z.fill(Vec4::ZERO) };
+        if current.is_plain() {
+            current.cholesky.ascend();
+            return current.cholesky.parts(|v, axis, part| z[row[v] as usize][axis] = part);
+        }
         let r = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3();
         current.ascend(row.len(), |v, answer| z[row[v] as usize] = answer.as_vec3().extend(0.0));
         for &(v, inverse, free) in &current.touched {

@@ -57,12 +57,14 @@ impl Operator<'_> {
     }
 
     /// The tangent of a triangle, the rotated one where the operator is made of exact ones: never indefinite.
-    #[inline]
+    #[inline(always)]
     pub fn semidefinite_element(&self, t: usize) -> ElementTangent<'_> {
+        if self.tangent == Tangent::Exact { self.rotated_element(t) } else { self.element(t) }
+    }
+
+    #[inline(never)]
+    fn rotated_element(&self, t: usize) -> ElementTangent<'_> {
         let element = self.element(t);
-        if self.tangent != Tangent::Exact {
-            return element;
-        }
         let state = element.state;
         let law = &self.triangles.stiffness[t];
         let in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);

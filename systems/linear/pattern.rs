@@ -172,6 +172,12 @@ impl Pattern {
         }
     }
 
+    /// Four times the vertex plus the axis of every column.
+    pub fn axis_of_columns(&self) -> Vec<u32> {
+        let of_vertex = |&v: &u32| axes(self.free[v as usize]).map(move |axis| 4 * v + axis as u32);
+        self.order.iter().flat_map(of_vertex).collect()
+    }
+
     /// The columns of a vertex' free axes, each with its axis.
     #[inline]
     pub fn columns(&self, v: usize) -> impl Iterator<Item = (usize, usize)> + '_ {

@@ -8,7 +8,7 @@ use crate::math::Polar;
 use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 
-/// Turns that all are smaller than this change no iteration: entries of R − 1.
+/// Turns that all are smaller than this change no iteration: what axes have moved by.
 const SMALL: f64 = 0.1;
 
 /// One in so many vertices tells whether any has turned: the time of a look at all of them is a tenth of a step's. A turn that
@@ -43,7 +43,7 @@ impl Warp {
     /// Finds the turns up to the operator's state, on the mesh that it began with. Prescribed axes do not turn.
     pub fn update(&mut self, operator: &Operator, free: &[DVec3]) {
         let Self { then, turns } = self;
-        let is_turned = |v: usize| axes(operator, v).is_some_and(|now| !is_small(&between(then[v], now)));
+        let is_turned = |v: usize| axes(operator, v).is_some_and(|now| !is_near(then[v], now));
         if !(0..then.len()).step_by(SAMPLE).any(is_turned) {
             return turns.clear();
         }
@@ -80,8 +80,8 @@ impl Warp {
     }
 }
 
-fn is_small(turn: &DMat3) -> bool {
-    turn.abs_diff_eq(DMat3::IDENTITY, SMALL)
+fn is_near([a, b]: [DVec3; 2], [p, q]: [DVec3; 2]) -> bool {
+    p.abs_diff_eq(a, SMALL) && q.abs_diff_eq(b, SMALL)
 }
 
 /// The rotation that takes one pair of axes to another.

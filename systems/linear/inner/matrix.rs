@@ -6,18 +6,24 @@ use super::order::Order;
 use super::partition::{EMPTY, Partition};
 use crate::settings::Tangent;
 use crate::systems::kernels::block::Block;
+use crate::systems::kernels::flat_pack::FlatPack;
 use crate::systems::kernels::lanes::Lanes;
+use crate::systems::kernels::membrane::ElementTangent;
 use crate::systems::kernels::pack::{LANES, Pack};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::linear::Operator;
 use crate::systems::parallel;
 use glam::{DVec3, Vec4, Vec4Swizzles};
+use std::ops::Range;
 
 /// The numbers of the operator at one state. Rows are numbered as the [`Partition`] was told.
 #[derive(Debug, Default)]
 pub struct Matrix {
-    /// The triangles' part.
-    pub packs: Vec<Pack>,
+    /// The triangles' part of a body in space.
+    packs: Vec<Pack>,
+    /// That of a planar one.
+    flat_packs: Vec<FlatPack>,
+    is_flat: bool,
     /// What a vertex has by itself \[N/mm\], columns; and its free axes in the last.
     pub own: Vec<[Vec4; 4]>,
     /// Per block of triangles what it adds to its vertices, then their values.
@@ -32,9 +38,17 @@ impl Matrix {
     /// Takes the numbers from the double-precision operator, those of the rotated tangent.
     pub fn assemble(&mut self, operator: &Operator, partition: &Partition, order: &Order, free: &[DVec3]) {
         let vertex = &order.vertex;
-        empty(&mut self.packs, partition.triangle.len());
-        self.packs.resize(partition.triangle.len(), Pack::default());
-        parallel::for_chunks(&mut self.packs, &Assembly { operator, partition });
+        // What moves along no normal has no stiffness along it in the frames either.
+        self.is_flat = operator.frames.is_planar && operator.folds.is_none() && free.iter().all(|free| free.z == 0.0);
+        if self.is_flat {
+            empty(&mut self.flat_packs, partition.triangle.len());
+            self.flat_packs.resize(partition.triangle.len(), FlatPack::default());
+            parallel::for_chunks(&mut self.flat_packs, &Assembly { operator, partition });
+        } else {
+            empty(&mut self.packs, partition.triangle.len());
+            self.packs.resize(partition.triangle.len(), Pack::default());
+            parallel::for_chunks(&mut self.packs, &Assembly { operator, partition });
+        }
         empty(&mut self.own, vertex.len());
         self.own.resize(vertex.len(), [Vec4::ZERO; 4]);
         parallel::for_rows(&mut self.own, |row, own| {
@@ -69,8 +83,9 @@ impl Matrix {
             let vertices = &partition.vertex[partition.vertex_start[block] as usize..];
             for pack in partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize {
                 let places = &partition.places[pack];
+                let of_pack = if self.is_flat { &self.flat_packs[pack].in_space() } else { &self.packs[pack] };
                 for half in 0..2 {
-                    let (corners, edges) = self.packs[pack].blocks(half);
+                    let (corners, edges) = of_pack.blocks(half);
                     for i in 0..LANES / 2 {
                         let lane = half * (LANES / 2) + i;
                         if partition.triangle[pack][lane] == EMPTY {
@@ -96,12 +111,16 @@ impl Matrix {
 
     /// `out` = A·u along free axes; returns u·(A·u). `u` is zero along prescribed axes.
     pub fn apply(&mut self, partition: &Partition, u: &[Vec4], out: &mut [Vec4], partials: &mut Vec<f64>) -> f64 {
-        let Self { packs, own, segments, segment_start, folding } = self;
+        let Self { packs, flat_packs, is_flat, own, segments, segment_start, folding } = self;
         if let Some(folding) = folding {
             folding.bend(partition, u);
         }
         let folding = folding.as_ref();
-        parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u, folding });
+        if *is_flat {
+            parallel::for_parts(segments, segment_start, &FlatBlocks { packs: flat_packs, partition, u });
+        } else {
+            parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u, folding });
+        }
         parallel::sum_chunks(out, partials, &Rows { own, segments, partition, u })
     }
 }
@@ -112,14 +131,29 @@ struct Assembly<'a> {
     partition: &'a Partition,
 }
 
+impl Assembly<'_> {
+    /// The tangent of a lane, if it has a triangle.
+    #[inline(always)]
+    fn element(&self, triangle: u32) -> Option<ElementTangent<'_>> {
+        if triangle == EMPTY { None } else { Some(self.operator.semidefinite_element(triangle as usize)) }
+    }
+}
+
 impl Kernel<Pack> for Assembly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [Pack]) {
         for (pack, triangles) in packs.iter_mut().zip(&self.partition.triangle[first..]) {
-            let element = |lane: usize| {
-                (triangles[lane] != EMPTY).then(|| self.operator.semidefinite_element(triangles[lane] as usize))
-            };
-            *pack = Pack::new(lanes, self.operator.tangent == Tangent::Projected, element);
+            *pack = Pack::new(lanes, self.operator.tangent == Tangent::Projected, |lane| self.element(triangles[lane]));
+        }
+    }
+}
+
+impl Kernel<FlatPack> for Assembly<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [FlatPack]) {
+        let is_exact = self.operator.tangent == Tangent::Projected;
+        for (pack, triangles) in packs.iter_mut().zip(&self.partition.triangle[first..]) {
+            *pack = FlatPack::new(lanes, is_exact, |lane| self.element(triangles[lane]));
         }
     }
 }
@@ -132,17 +166,28 @@ struct Blocks<'a> {
     folding: Option<&'a Folding>,
 }
 
+/// Sums of zero and the values of a block's vertices, the halves of its segment; and the block's packs.
+#[inline(always)]
+fn begin<'a>(
+    partition: &Partition,
+    block: usize,
+    u: &[Vec4],
+    segment: &'a mut [Vec4],
+) -> (&'a mut [Vec4], &'a [Vec4], Range<usize>) {
+    let (out, local) = segment.split_at_mut(segment.len() / 2);
+    let start = partition.vertex_start[block] as usize;
+    for ((out, local), &v) in out.iter_mut().zip(local.iter_mut()).zip(&partition.vertex[start..]) {
+        *out = Vec4::ZERO;
+        *local = u[v as usize];
+    }
+    (out, local, partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize)
+}
+
 impl Kernel<Vec4> for Blocks<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, block: usize, segment: &mut [Vec4]) {
         let Self { packs, partition, u, folding } = self;
-        let (out, local) = segment.split_at_mut(segment.len() / 2);
-        let start = partition.vertex_start[block] as usize;
-        for ((out, local), &v) in out.iter_mut().zip(local.iter_mut()).zip(&partition.vertex[start..]) {
-            *out = Vec4::ZERO;
-            *local = u[v as usize];
-        }
-        let packs_of = partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize;
+        let (out, local, packs_of) = begin(partition, block, u, segment);
         let Some(folding) = folding else {
             for (pack, places) in packs[packs_of.clone()].iter().zip(&partition.places[packs_of]) {
                 Pack::scatter(places, pack.forces(lanes, places, local), out);
@@ -155,6 +200,24 @@ impl Kernel<Vec4> for Blocks<'_> {
             let a = [a[0] + bent_a[0], a[1] + bent_a[1], a[2] + bent_a[2]];
             let b = [b[0] + bent_b[0], b[1] + bent_b[1], b[2] + bent_b[2]];
             Pack::scatter(places, [a, b], out);
+        }
+    }
+}
+
+/// The same in a plane.
+struct FlatBlocks<'a> {
+    packs: &'a [FlatPack],
+    partition: &'a Partition,
+    u: &'a [Vec4],
+}
+
+impl Kernel<Vec4> for FlatBlocks<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, block: usize, segment: &mut [Vec4]) {
+        let Self { packs, partition, u } = self;
+        let (out, local, packs_of) = begin(partition, block, u, segment);
+        for (pack, places) in packs[packs_of.clone()].iter().zip(&partition.places[packs_of]) {
+            Pack::scatter(places, pack.forces(lanes, places, local), out);
         }
     }
 }

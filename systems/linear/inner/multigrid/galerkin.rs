@@ -57,14 +57,14 @@ pub fn assemble(coarse: &mut Level, fine: &Level, transfer: &Transfer) {
                 add(p.column[k] as usize, weight, &fine.lower[k]);
             }
             for k in p.after(row) {
-                add(p.below[k][0] as usize, weight, &fine.upper[k]);
+                add(p.below[k][0] as usize, weight, &block::transpose(&fine.lower[p.below[k][1] as usize]));
             }
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::systems::linear::inner::multigrid::interpolation::{self, Place};
     use crate::systems::linear::inner::multigrid::level::FREE;
@@ -72,9 +72,10 @@ mod tests {
     use glam::{DVec3, Vec4};
 
     /// Rows of a grid of `SIDE` by `SIDE` vertices, each with up to eight neighbours.
-    const SIDE: usize = 9;
+    pub const SIDE: usize = 9;
 
-    fn grid() -> Level {
+    /// A level of them, its middle held.
+    pub fn grid() -> Level {
         let mut level = Level { numbering: Numbering::single(SIDE * SIDE), ..Level::default() };
         level.pattern.begin(SIDE * SIDE, 4 * SIDE * SIDE);
         for row in 0..SIDE * SIDE {
@@ -114,15 +115,17 @@ mod tests {
             let p = &level.pattern;
             let mut y = block::apply(&level.diagonal[row], x[row]);
             p.before(row).for_each(|k| y += block::apply(&level.lower[k], x[p.column[k] as usize]));
-            p.after(row).for_each(|k| y += block::apply(&level.upper[k], x[p.below[k][0] as usize]));
+            p.after(row).for_each(|k| {
+                let upper = block::transpose(&level.lower[p.below[k][1] as usize]);
+                y += block::apply(&upper, x[p.below[k][0] as usize]);
+            });
             y
         };
         (0..x.len()).map(row).collect()
     }
 
-    #[test]
-    fn the_coarser_operator_is_the_product() {
-        let fine = grid();
+    /// The next coarser level of a grid, with the places of the rows and its way there.
+    pub fn coarser(fine: &Level) -> (Vec<Place>, Transfer, Level) {
         let place = |row: usize| Place {
             position: DVec3::new((row % SIDE) as f64, (row / SIDE) as f64, 0.0),
             normal: DVec3::Z,
@@ -133,11 +136,23 @@ mod tests {
         let mut transfer = Transfer::default();
         transfer.coarsening.rebuild(&fine.pattern, fine.numbering, &is_boundary);
         let node_count = transfer.coarsening.row.len();
-        // Every second row along either axis is 25, or 16 where the others are.
-        assert!((16..=25).contains(&node_count), "{node_count}");
         interpolation::rebuild(&mut transfer.parts, &fine.pattern, &places, &transfer.coarsening.node);
         transfer.sort();
+        let mut coarse = Level { numbering: Numbering::single(node_count), ..Level::default() };
+        rebuild_pattern(&mut coarse.pattern, &fine.pattern, &transfer);
+        coarse.free = transfer.coarsening.row.iter().map(|&row| fine.free[row as usize]).collect();
+        assemble(&mut coarse, fine, &transfer);
+        coarse.finish();
+        (places, transfer, coarse)
+    }
 
+    #[test]
+    fn the_coarser_operator_is_the_product() {
+        let fine = grid();
+        let (places, transfer, coarse) = coarser(&fine);
+        let node_count = transfer.coarsening.row.len();
+        // Every second row along either axis is 25, or 16 where the others are.
+        assert!((16..=25).contains(&node_count), "{node_count}");
         // Weights reproduce linear fields, to the rounding of three weights times a coordinate up to eight.
         for (row, parts) in transfer.parts.iter().enumerate() {
             let at = |node: usize| places[transfer.coarsening.row[node] as usize].position;
@@ -146,11 +161,6 @@ mod tests {
             assert!((parts.weight.iter().sum::<f32>() - 1.0).abs() < 1e-6);
         }
 
-        let mut coarse = Level { numbering: Numbering::single(node_count), ..Level::default() };
-        rebuild_pattern(&mut coarse.pattern, &fine.pattern, &transfer);
-        coarse.free = transfer.coarsening.row.iter().map(|&row| fine.free[row as usize]).collect();
-        assemble(&mut coarse, &fine, &transfer);
-        coarse.finish();
         for node in 0..node_count {
             for axis in 0..3 {
                 if coarse.free[node][axis] == 0.0 {

@@ -9,6 +9,7 @@ use super::super::matrix::dot;
 use super::super::pattern::Pattern;
 use super::numbering::Numbering;
 use crate::systems::kernels::block::{self, Block};
+use crate::systems::kernels::flat_block::{Coefficient, FlatBlock};
 use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
@@ -28,12 +29,23 @@ pub struct Level {
     pub diagonal: Vec<Block>,
     /// Blocks below it.
     pub lower: Vec<Block>,
-    /// Blocks above it: the transposes.
-    pub upper: Vec<Block>,
-    /// Inverses of those on the diagonal \[mm/N\].
-    pub inverse: Vec<Block>,
     /// Free axes (1) of every row.
     pub free: Vec<Vec4>,
+    /// What sweeps read of a body in space, or of one in a plane.
+    pub(super) solid: Sweeps<Block>,
+    pub(super) flat: Sweeps<FlatBlock>,
+    pub(super) is_flat: bool,
+}
+
+/// What sweeps read.
+#[derive(Debug, Default)]
+pub(super) struct Sweeps<B> {
+    /// Blocks below the diagonal, where they are not the level's own.
+    lower: Vec<B>,
+    /// Blocks above it: the transposes.
+    upper: Vec<B>,
+    /// Inverses of those on the diagonal \[mm/N\].
+    inverse: Vec<B>,
 }
 
 /// Vectors of a level.
@@ -53,7 +65,7 @@ const RAISES: [f32; 4] = [1e-6, 1e-4, 1e-2, 1.0];
 impl Level {
     /// Zeroes prescribed rows and columns, makes the diagonal invertible and inverts it, mirrors the rest.
     pub fn finish(&mut self) {
-        let Self { pattern, diagonal, lower, upper, inverse, free, .. } = self;
+        let Self { pattern, diagonal, lower, free, solid, flat, is_flat, .. } = self;
         parallel::for_rows(diagonal, |row, diagonal| {
             let own = block::mask(diagonal, free[row], free[row]);
             let trace = own[0].x + own[1].y + own[2].z;
@@ -63,11 +75,7 @@ impl Level {
             // All of the cycle takes the raised block for the operator's: its levels are still those of one operator.
             *diagonal = if is_positive(&own) { own } else { raised.find(is_positive).unwrap_or(block::ZERO) };
         });
-        empty(inverse, diagonal.len());
-        inverse.resize(diagonal.len(), block::ZERO);
-        parallel::for_rows(inverse, |row, inverse| {
-            *inverse = block::invert(&diagonal[row], free[row]).unwrap_or(block::ZERO);
-        });
+        let inverse = |row: usize| block::invert(&diagonal[row], free[row]).unwrap_or(block::ZERO);
         if free.iter().any(|free| *free != FREE) {
             for row in 0..diagonal.len() {
                 for k in pattern.before(row) {
@@ -75,48 +83,121 @@ impl Level {
                 }
             }
         }
-        pattern.mirror(lower, upper);
+        *is_flat = free.iter().all(|free| free.z == 0.0);
+        if *is_flat {
+            flat.fill(
+                diagonal.len(),
+                lower.len(),
+                |row| FlatBlock::of(&inverse(row)),
+                |i| FlatBlock::of(&lower[pattern.below[i][1] as usize]).transpose(),
+            );
+            empty(&mut flat.lower, lower.len());
+            flat.lower.resize(lower.len(), FlatBlock::default());
+            parallel::for_rows(&mut flat.lower, |i, block| *block = FlatBlock::of(&lower[i]));
+        } else {
+            solid
+                .fill(diagonal.len(), lower.len(), inverse, |i| block::transpose(&lower[pattern.below[i][1] as usize]));
+        }
     }
 
     /// x = (D + L)⁻¹·r; returns x·D·x.
     pub fn forward(&self, x: &mut [Vec4], partials: &mut Vec<f64>, r: impl Fn(usize) -> Vec4 + Sync) -> f64 {
-        let (first, second) = x.split_at_mut(self.numbering.first as usize);
-        let size = self.numbering.size();
-        let of_first =
-            parallel::sum_pieces(first, size, partials, &Forward { level: self, offset: 0, other: &[], r: &r });
-        let offset = first.len();
-        of_first + parallel::sum_pieces(second, size, partials, &Forward { level: self, offset, other: first, r: &r })
+        if self.is_flat {
+            return self.forward_with((&self.flat.lower, &self.flat), x, partials, r);
+        }
+        self.forward_with((&self.lower, &self.solid), x, partials, r)
     }
 
-    /// `y` less what the columns before a row bring to it: those before the piece that begins at `start` are of the other colour.
-    #[inline(always)]
-    fn subtract_before(&self, mut y: Vec4, row: usize, start: usize, other: &[Vec4], x: &[Vec4]) -> Vec4 {
-        let blocks = self.pattern.before(row);
-        for (l, &column) in self.lower[blocks.clone()].iter().zip(&self.pattern.column[blocks]) {
-            let column = column as usize;
-            y -= block::apply(l, if column < start { other[column] } else { x[column - start] });
-        }
-        y
+    fn forward_with<B: Coefficient>(
+        &self,
+        (lower, sweeps): (&[B], &Sweeps<B>),
+        x: &mut [Vec4],
+        partials: &mut Vec<f64>,
+        r: impl Fn(usize) -> Vec4 + Sync,
+    ) -> f64 {
+        let blocks = Blocks { level: self, lower, sweeps };
+        let (first, second) = x.split_at_mut(self.numbering.first as usize);
+        let (size, offset) = (self.numbering.size(), first.len());
+        let of_first = parallel::sum_pieces(first, size, partials, &Forward { blocks, offset: 0, other: &[], r: &r });
+        of_first + parallel::sum_pieces(second, size, partials, &Forward { blocks, offset, other: first, r: &r })
     }
 
     /// `left` = r − A·x after [`Level::forward`].
     pub fn subtract(&self, x: &[Vec4], left: &mut [Vec4]) {
-        parallel::for_chunks(left, &Subtract { level: self, x });
+        if self.is_flat {
+            parallel::for_chunks(left, &Subtract { level: self, upper: &self.flat.upper, x });
+        } else {
+            parallel::for_chunks(left, &Subtract { level: self, upper: &self.solid.upper, x });
+        }
     }
 
     /// x = (D + U)⁻¹·(r − L·x).
     pub fn backward(&self, x: &mut [Vec4], r: impl Fn(usize) -> Vec4 + Sync) {
+        if self.is_flat {
+            return self.backward_with((&self.flat.lower, &self.flat), x, r);
+        }
+        self.backward_with((&self.lower, &self.solid), x, r);
+    }
+
+    fn backward_with<B: Coefficient>(
+        &self,
+        (lower, sweeps): (&[B], &Sweeps<B>),
+        x: &mut [Vec4],
+        r: impl Fn(usize) -> Vec4 + Sync,
+    ) {
+        let blocks = Blocks { level: self, lower, sweeps };
         let (first, second) = x.split_at_mut(self.numbering.first as usize);
-        let size = self.numbering.size();
-        parallel::for_pieces(second, size, &Backward { level: self, offset: first.len(), other: first, r: &r });
-        let second = &*second;
-        parallel::for_pieces(first, size, &Backward { level: self, offset: 0, other: second, r: &r });
+        let (size, offset) = (self.numbering.size(), first.len());
+        parallel::for_pieces(second, size, &Backward { blocks, offset, other: first, r: &r });
+        parallel::for_pieces(first, size, &Backward { blocks, offset: 0, other: second, r: &r });
+    }
+}
+
+impl<B: Send> Sweeps<B> {
+    /// Fills all but `lower`: inverses by rows, and the blocks above the diagonal.
+    fn fill(
+        &mut self,
+        row_count: usize,
+        block_count: usize,
+        inverse: impl Fn(usize) -> B + Sync,
+        upper: impl Fn(usize) -> B + Sync,
+    ) where
+        B: Default + Clone,
+    {
+        empty(&mut self.inverse, row_count);
+        self.inverse.resize(row_count, B::default());
+        parallel::for_rows(&mut self.inverse, |row, block| *block = inverse(row));
+        empty(&mut self.upper, block_count);
+        self.upper.resize(block_count, B::default());
+        parallel::for_rows(&mut self.upper, |i, block| *block = upper(i));
+    }
+}
+
+/// The blocks of a level, of either kind.
+#[derive(Clone, Copy)]
+struct Blocks<'a, B> {
+    level: &'a Level,
+    lower: &'a [B],
+    sweeps: &'a Sweeps<B>,
+}
+
+impl<B: Coefficient> Blocks<'_, B> {
+    /// `y` less what the columns before a row bring to it: those before the piece that begins at `start` are of the other colour.
+    #[inline(always)]
+    fn subtract_before(&self, mut y: Vec4, row: usize, start: usize, other: &[Vec4], x: &[Vec4]) -> Vec4 {
+        let pattern = &self.level.pattern;
+        let blocks = pattern.before(row);
+        for (l, &column) in self.lower[blocks.clone()].iter().zip(&pattern.column[blocks]) {
+            let column = column as usize;
+            y -= l.times(if column < start { other[column] } else { x[column - start] });
+        }
+        y
     }
 }
 
 /// A forward sweep over a chunk.
-struct Forward<'a, R> {
-    level: &'a Level,
+struct Forward<'a, B, R> {
+    blocks: Blocks<'a, B>,
     /// First row of the colour.
     offset: usize,
     /// The colour before this one.
@@ -124,16 +205,16 @@ struct Forward<'a, R> {
     r: &'a R,
 }
 
-impl<R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4, f64> for Forward<'_, R> {
+impl<B: Coefficient, R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4, f64> for Forward<'_, B, R> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, x: &mut [Vec4]) -> f64 {
-        let Self { level, offset, other, r } = self;
+        let Self { blocks, offset, other, r } = self;
         let start = offset + first;
         let mut product = 0.0;
         for i in 0..x.len() {
             let row = start + i;
-            let y = level.subtract_before(r(row), row, start, other, x);
-            x[i] = block::apply(&level.inverse[row], y);
+            let y = blocks.subtract_before(r(row), row, start, other, x);
+            x[i] = B::only_axes(blocks.sweeps.inverse[row].times(y));
             product += dot(x[i], y);
         }
         product
@@ -141,29 +222,30 @@ impl<R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4, f64> for Forward<'_, R> {
 }
 
 /// What a forward sweep leaves.
-struct Subtract<'a> {
+struct Subtract<'a, B> {
     level: &'a Level,
+    upper: &'a [B],
     x: &'a [Vec4],
 }
 
-impl Kernel<Vec4> for Subtract<'_> {
+impl<B: Coefficient> Kernel<Vec4> for Subtract<'_, B> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, left: &mut [Vec4]) {
-        let Level { pattern, upper, .. } = self.level;
+        let pattern = &self.level.pattern;
         for (i, left) in left.iter_mut().enumerate() {
             let blocks = pattern.after(first + i);
             let mut y = Vec4::ZERO;
-            for (u, &[column, _]) in upper[blocks.clone()].iter().zip(&pattern.below[blocks]) {
-                y -= block::apply(u, self.x[column as usize]);
+            for (u, &[column, _]) in self.upper[blocks.clone()].iter().zip(&pattern.below[blocks]) {
+                y -= u.times(self.x[column as usize]);
             }
-            *left = y;
+            *left = B::only_axes(y);
         }
     }
 }
 
 /// A backward sweep over a chunk.
-struct Backward<'a, R> {
-    level: &'a Level,
+struct Backward<'a, B, R> {
+    blocks: Blocks<'a, B>,
     /// First row of the colour.
     offset: usize,
     /// The other colour.
@@ -171,23 +253,23 @@ struct Backward<'a, R> {
     r: &'a R,
 }
 
-impl<R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4> for Backward<'_, R> {
+impl<B: Coefficient, R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4> for Backward<'_, B, R> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, x: &mut [Vec4]) {
-        let Self { level, offset, other, r } = self;
-        let Level { pattern, upper, inverse, numbering, .. } = level;
+        let Self { blocks, offset, other, r } = self;
+        let (Level { pattern, numbering, .. }, Sweeps { upper, inverse, .. }) = (blocks.level, blocks.sweeps);
         let start = offset + first;
         for i in (0..x.len()).rev() {
             let row = start + i;
-            let mut y = level.subtract_before(r(row), row, start, other, x);
-            let blocks = pattern.after(row);
+            let mut y = blocks.subtract_before(r(row), row, start, other, x);
+            let after = pattern.after(row);
             let end = start + x.len();
-            for (u, &[column, _]) in upper[blocks.clone()].iter().zip(&pattern.below[blocks]) {
+            for (u, &[column, _]) in upper[after.clone()].iter().zip(&pattern.below[after]) {
                 let column = column as usize;
                 let value = if column < end { x[column - start] } else { other[column - numbering.first as usize] };
-                y -= block::apply(u, value);
+                y -= u.times(value);
             }
-            x[i] = block::apply(&inverse[row], y);
+            x[i] = B::only_axes(inverse[row].times(y));
         }
     }
 }
