@@ -12,6 +12,7 @@
 //! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
 
 use super::kernels::membrane;
+use super::kernels::membrane_lanes::Far;
 use super::linear::Operator;
 use super::{Formula, StepContext, parallel};
 use crate::components::{Damping, Frames, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres};
@@ -51,7 +52,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         world,
         |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar, fibres))| {
-            if fibres.is_none() && goes_nowhere_far(increment, triangles) {
+            if fibres.is_none() && goes_nowhere_far(increment, triangles, &mut scratch.partials) {
                 return;
             }
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
@@ -99,15 +100,20 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// Whether the largest displacement says already that no triangle's gradient changes by much.
-fn goes_nowhere_far(increment: &mut Increment, triangles: &Triangles) -> bool {
+/// Whether no triangle's gradient changes by much: the largest displacement may say so already.
+fn goes_nowhere_far(increment: &mut Increment, triangles: &Triangles, partials: &mut Vec<f64>) -> bool {
     let steepest = *increment.steepest.get_or_insert_with(|| {
         let steep = triangles.rest.iter().map(|rest| rest.gradients[0].length() + rest.gradients[1].length());
         steep.fold(0.0, f64::max)
     });
     let largest_sq = increment.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.length_squared()));
     // Of a triangle's corners two may go by that against the third, each in its own direction.
-    2.0 * largest_sq.sqrt() * steepest <= FAR
+    if 2.0 * largest_sq.sqrt() * steepest <= FAR {
+        return true;
+    }
+    let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
+    let far = Far { corners, rest, displacement, from: FAR };
+    parallel::sum_chunks(&mut vec![(); triangles.len()], partials, &far) == 0.0
 }
 
 /// A displacement of which only a part is gone along free axes.

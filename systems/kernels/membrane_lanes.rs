@@ -289,6 +289,52 @@ impl Kernel<[DVec3; 3]> for CornerForces<'_> {
     }
 }
 
+/// Whether triangles go far: the rows have nothing in them, the sum says how many do, at the least.
+pub struct Far<'a> {
+    /// Vertices of the triangles.
+    pub corners: &'a [[u32; 3]],
+    /// Rest shapes.
+    pub rest: &'a [RestTriangle],
+    /// Displacement of the vertices \[mm\].
+    pub displacement: &'a [DVec3],
+    /// The norm of the change of the deformation gradient from which on a triangle goes far.
+    pub from: f64,
+}
+
+impl Kernel<(), f64> for Far<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [()]) -> f64 {
+        let most_sq = self.from * self.from;
+        let mut count = 0;
+        for start in (first..first + rows.len()).step_by(DOUBLES) {
+            let (mut edges, mut gradients) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4]);
+            for lane in 0..DOUBLES {
+                let t = (start + lane).min(first + rows.len() - 1);
+                let [i, j, k] = self.corners[t];
+                let u = self.displacement[i as usize];
+                let (a, b) = (self.displacement[j as usize] - u, self.displacement[k as usize] - u);
+                let [g1, g2] = self.rest[t].gradients;
+                for (edge, value) in edges.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
+                    edge[lane] = value;
+                }
+                for (gradient, value) in gradients.iter_mut().zip([g1.x, g1.y, g2.x, g2.y]) {
+                    gradient[lane] = value;
+                }
+            }
+            let [ax, ay, az, bx, by, bz] = doubles(lanes, &edges);
+            let [g1x, g1y, g2x, g2y] = doubles(lanes, &gradients);
+            let d1 = combine([ax, ay, az], g1x, [bx, by, bz], g2x);
+            let d2 = combine([ax, ay, az], g1y, [bx, by, bz], g2y);
+            // What is no number goes far.
+            let change_sq = (dot(d1, d1) + dot(d2, d2)).to_array();
+            for change_sq in change_sq {
+                count += usize::from(!(change_sq <= most_sq));
+            }
+        }
+        count as f64
+    }
+}
+
 #[cfg(test)]
 #[path = "membrane_lanes_tests.rs"]
 mod tests;
