@@ -95,9 +95,10 @@ fn solve_body(
     scratch.is_audited = audit.is_some();
     let asks_for_stress = !step.is_static && step.newton_iterations == 1 && params.stress_tolerance.is_finite();
     scratch.stored = if asks_for_stress { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
+    let axes = if step.preconditioner == Preconditioner::Auto { axes(&scratch.free) } else { 0.0 };
     let means = Means {
-        factor: use_of_factor(step, &scratch.free).map(|how| (factor, how)),
-        inner: inner_kind(step, &scratch.free).map(|kind| (inner, kind)),
+        factor: use_of_factor(step, axes).map(|how| (factor, how)),
+        inner: inner_kind(step, axes).map(|kind| (inner, kind)),
     };
     let mut rotated = None;
     match solve_or_fall_back(operator, (step, &params), means, forces, increment, scratch, &mut rotated) {
@@ -209,22 +210,22 @@ fn axes(free: &[DVec3]) -> f64 {
     free.iter().map(|f| f.element_sum()).sum()
 }
 
-fn use_of_factor(step: &StepContext, free: &[DVec3]) -> Option<Use> {
+fn use_of_factor(step: &StepContext, axes: f64) -> Option<Use> {
     match step.preconditioner {
         Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
-        Preconditioner::Auto if step.is_static => (axes(free) <= MOST_AXES_FACTORED).then_some(Use::Wait),
-        Preconditioner::Auto => (axes(free) <= MOST_AXES_ASIDE).then_some(Use::Aside),
+        Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(Use::Wait),
+        Preconditioner::Auto => (axes <= MOST_AXES_ASIDE).then_some(Use::Aside),
         Preconditioner::Cholesky => Some(Use::Wait),
     }
 }
 
 /// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
 /// reaches: there it is multigrid or nothing.
-fn inner_kind(step: &StepContext, free: &[DVec3]) -> Option<Inner> {
+fn inner_kind(step: &StepContext, axes: f64) -> Option<Inner> {
     if step.is_static {
         let is_multigrid = match step.preconditioner {
             Preconditioner::Multigrid => true,
-            Preconditioner::Auto => axes(free) > MOST_AXES_FACTORED,
+            Preconditioner::Auto => axes > MOST_AXES_FACTORED,
             _ => false,
         };
         return is_multigrid.then_some(Inner::Multigrid);
@@ -235,7 +236,7 @@ fn inner_kind(step: &StepContext, free: &[DVec3]) -> Option<Inner> {
     Some(match step.preconditioner {
         Preconditioner::BlockJacobi => Inner::BlockJacobi,
         Preconditioner::Multigrid => Inner::Multigrid,
-        Preconditioner::Auto if axes(free) > MOST_AXES_ASIDE => Inner::Multigrid,
+        Preconditioner::Auto if axes > MOST_AXES_ASIDE => Inner::Multigrid,
         Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
             Inner::IncompleteCholesky
         }

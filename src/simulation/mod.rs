@@ -174,11 +174,13 @@ impl Simulation {
         {
             return Err(SimulationError::AuditOfAnotherIntegrator { body: body.name.clone() });
         }
+        // As many as in the step before.
+        let rows = self.report.bodies.iter().filter(|body| !body.is_asleep).map(|body| body.triangle_count).sum();
         self.begin_report();
         self.begin_stops(stops);
         let Self { world, settings, pool, schedule, report, .. } = self;
         let (time, mut running) = (report.time, Running { schedule, report });
-        let done = pool.run(|| advance(world, settings, time, dt, settings.halvings, &mut running));
+        let done = pool.run_step(rows, || advance(world, settings, time, dt, settings.halvings, &mut running));
         self.report.has_failed = done < dt;
         self.report.time += done;
         self.finish_report();
