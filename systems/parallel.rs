@@ -274,23 +274,22 @@ impl Drop for Done<'_> {
 /// A thread that has found nothing to do for so long goes to sleep.
 const AWAKE: Duration = Duration::from_millis(1);
 
-/// How often a thread looks for work between two looks at the clock.
-const LOOKS: u32 = 256;
+/// Rests of some ten nanoseconds between two looks for work: looking takes hold of a list that the one who has work writes to.
+const RESTS: u32 = 32;
 
 /// Does what there is to share until the work is done. Threads take the oldest of what one has to share, so that the first to come takes
 /// this, and nothing that others wait for is under it.
 fn stay_awake(is_done: &AtomicBool) {
-    let (mut looks, mut since) = (0_u32, Instant::now());
+    let mut since = Instant::now();
     while !is_done.load(Ordering::Acquire) {
         if rayon::yield_now() == Some(rayon::Yield::Executed) {
             since = Instant::now();
             continue;
         }
-        looks += 1;
-        if looks.is_multiple_of(LOOKS) && since.elapsed() > AWAKE {
+        if since.elapsed() > AWAKE {
             return;
         }
-        std::hint::spin_loop();
+        (0..RESTS).for_each(|_| std::hint::spin_loop());
     }
 }
 
