@@ -1,8 +1,10 @@
 //! Force assembly: elastic and viscous membrane forces, gathered per vertex.
 
 use super::kernels::membrane;
+use super::kernels::lanes::Lanes;
 use super::kernels::membrane_lanes::CornerForces;
-use super::{Formula, StepContext, parallel};
+use super::kernels::simd::Kernel;
+use super::{Formula, StepContext, corners, parallel};
 use crate::components::{Damping, ExternalStiffness, Forces, Frames, Increment, SolverScratch};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
@@ -27,42 +29,58 @@ pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_at_rest =
                 step.formula == Formula::BackwardEuler && increment.displacement.iter().all(|u| *u == DVec3::ZERO);
             let viscosity = if is_at_rest { 0.0 } else { damping.map_or(0.0, |d| d.time) * step.rate() };
-            membrane_forces(triangles, frames, |v| step.travel(increment, v), viscosity, forces);
-            gather(topology, forces, vertices.len());
+            let mesh = (triangles, topology);
+            forces.has_scale = step.newton_iterations > 1;
+            membrane_forces(mesh, frames, |v| step.travel(increment, v), viscosity, forces);
         },
     )
 }
 
-/// Corner forces of every triangle. `viscosity` is β/s with the span s of the step's formula, by which the stretch rate of what
-/// the vertices `travel` in it adds to the strain, at the present stiffness.
+/// Sets the nodal forces to those of the membrane. `viscosity` is β/s with the span s of the step's formula, by which the stretch
+/// rate of what the vertices `travel` in it adds to the strain, at the present stiffness.
 pub fn membrane_forces(
-    triangles: &Triangles,
+    (triangles, topology): (&Triangles, &Topology),
     frames: &Frames,
     travel: impl Fn(usize) -> DVec3 + Sync,
     viscosity: f64,
     forces: &mut Forces,
 ) {
-    forces.corner.resize(triangles.len(), [DVec3::ZERO; 3]);
+    let Forces { nodal, corner, has_scale, scale } = forces;
+    nodal.resize(topology.incident.len(), DVec3::ZERO);
+    *scale = 0.0;
+    let seen = |corner: &[[DVec3; 3]]| {
+        if *has_scale {
+            *scale = corner.iter().flatten().map(|f| f.length()).fold(*scale, f64::max);
+        }
+    };
+    let mesh = (triangles.corners.as_slice(), topology);
     if viscosity == 0.0 {
         let (state, Triangles { rest, thickness, .. }) = (&frames.state, triangles);
-        return parallel::for_chunks(&mut forces.corner, &CornerForces { state, rest, thickness });
+        return corners::add_up(mesh, corner, nodal, &CornerForces { state, rest, thickness }, seen);
     }
-    parallel::for_rows(&mut forces.corner, |t, corner| {
-        let state = &frames.state[t];
-        let rest = &triangles.rest[t];
-        let u = triangles.corners[t].map(|v| travel(v as usize));
-        let rate = membrane::stretch_rate(&state.polar, rest, u);
-        let stress = state.stress + frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), rate * viscosity);
-        *corner = membrane::nodal_forces(&state.polar, stress, rest, rest.area * triangles.thickness[t]);
-    });
+    corners::add_up(mesh, corner, nodal, &Viscous { triangles, frames, travel, viscosity }, seen);
 }
 
-/// Sums every vertex' corner forces in the order of triangle rows.
-pub fn gather(topology: &Topology, forces: &mut Forces, vertex_count: usize) {
-    // An incident entry is three times its triangle plus the corner: an index into the corners laid end to end.
-    let corner = forces.corner.as_flattened();
-    forces.nodal.resize(vertex_count, DVec3::ZERO);
-    parallel::for_rows(&mut forces.nodal, |v, nodal| {
-        *nodal = topology.incident[v].iter().map(|&c| corner[c as usize]).sum();
-    });
+/// The forces of stress and strain rate.
+struct Viscous<'a, F> {
+    triangles: &'a Triangles,
+    frames: &'a Frames,
+    travel: F,
+    viscosity: f64,
+}
+
+impl<F: Fn(usize) -> DVec3 + Sync> Kernel<[DVec3; 3]> for Viscous<'_, F> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [[DVec3; 3]]) {
+        let Self { triangles, frames, travel, viscosity } = self;
+        for (i, corner) in rows.iter_mut().enumerate() {
+            let t = first + i;
+            let state = &frames.state[t];
+            let rest = &triangles.rest[t];
+            let u = triangles.corners[t].map(|v| travel(v as usize));
+            let rate = membrane::stretch_rate(&state.polar, rest, u) * *viscosity;
+            let stress = state.stress + frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), rate);
+            *corner = membrane::nodal_forces(&state.polar, stress, rest, rest.area * triangles.thickness[t]);
+        }
+    }
 }

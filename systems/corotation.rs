@@ -7,7 +7,7 @@ use super::{Formula, StepContext, parallel};
 use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
 use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic, Sym2};
 use crate::settings::Tangent;
-use crate::storage::{Triangles, Vertices};
+use crate::storage::{Alike, Triangles, Vertices};
 
 /// Fills [`Frames`].
 pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -77,7 +77,7 @@ pub fn evaluate(
 }
 
 /// Adds what the fibres do beyond the linear law to the stress, and fills in the stiffness.
-fn stiffen(frames: &mut Frames, material: &[Orthotropic], unstretched: Sym2, fibres: &StiffeningFibres) {
+fn stiffen(frames: &mut Frames, material: &Alike<Orthotropic>, unstretched: Sym2, fibres: &StiffeningFibres) {
     let Frames { state, stiffened, .. } = frames;
     stiffened.clear();
     stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0 }));

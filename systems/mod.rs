@@ -9,6 +9,7 @@ pub mod bending;
 pub mod contact;
 pub mod contain;
 pub mod context;
+pub mod corners;
 pub mod corotation;
 pub mod criterion;
 pub mod drag;

@@ -57,7 +57,7 @@ fn side_by_side(count: usize, worker: &(impl Fn() + Sync)) {
 }
 
 /// Whether this many rows are worth handing out.
-fn is_worth_sharing(rows: usize) -> bool {
+pub fn is_worth_sharing(rows: usize) -> bool {
     rows > 2 * CHUNK && !IS_ALONE.get() && rayon::current_num_threads() > 1
 }
 

@@ -195,10 +195,6 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
         viscosity: 0.0,
         tangent: Tangent::Rotated,
     };
-    // The corner forces have been gathered; where Newton iterates, they also tell the scale of the forces.
-    let is_scale = step.newton_iterations > 1;
-    let corner = if is_scale { &mut slumber.corner } else { &mut forces.corner };
-    corner.resize(triangles.len(), [DVec3::ZERO; 3]);
     let mut is_told = true;
     for is_momentum in [false, true] {
         for (v, x) in increment.delta.iter_mut().enumerate() {
@@ -208,7 +204,7 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
             scratch.residual[v] = if is_momentum { momentum } else { forces.nodal[v] };
         }
         let mut means = Means { factor: None, inner: Some((inner, Inner::IncompleteCholesky)) };
-        let answer = linear::solve(&operator, &TRIAL, &mut means, corner, &mut increment.delta, scratch);
+        let answer = linear::solve(&operator, &TRIAL, &mut means, &mut forces.corner, &mut increment.delta, scratch);
         is_told &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);
         slumber.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
     }

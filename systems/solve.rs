@@ -162,7 +162,7 @@ fn imbalance(
     let free = &scratch.free;
     scratch.imbalance =
         scratch.residual.iter().zip(free).map(|(r, f)| (*r * *f).abs().max_element()).fold(0.0, f64::max);
-    forces.corner.iter().flatten().map(|f| f.length()).fold(0.0, f64::max)
+    forces.scale
 }
 
 /// The nodal force \[N\] that rounding alone leaves: a strain is known to ε·|x|/edge, so a corner force Q·h·edge·strain to

@@ -96,7 +96,7 @@ impl Torn {
     fn solve(&self, tolerance: f64, kind: Option<Inner>) -> (Result<CgInfo, CgError>, Vec<DVec3>) {
         let mut scratch =
             SolverScratch { free: self.free.clone(), residual: self.load.clone(), ..SolverScratch::default() };
-        let mut corner = vec![[DVec3::ZERO; 3]; self.triangles.len()];
+        let mut corner = Vec::new();
         let mut x = self.guess();
         let mut inner = InnerSolver::default();
         let mut means = Means { factor: None, inner: kind.map(|kind| (&mut inner, kind)) };
@@ -108,7 +108,7 @@ impl Torn {
     /// |b − A·x| over what it is for the prescribed motion alone.
     fn relative_residual(&self, x: &[DVec3]) -> f64 {
         let norm = |x: &[DVec3]| {
-            let mut corner = vec![[DVec3::ZERO; 3]; self.triangles.len()];
+            let mut corner = Vec::new();
             let mut product = vec![DVec3::ZERO; x.len()];
             self.operator().apply(x, &self.free, &mut corner, &mut product, &mut Vec::new());
             let rows = self.load.iter().zip(&product).zip(&self.free);

@@ -114,7 +114,7 @@ impl System {
     fn iterations(&self, inner: &mut InnerSolver, tolerance: f64) -> u32 {
         let mut scratch =
             SolverScratch { free: self.free.clone(), residual: self.load.clone(), ..SolverScratch::default() };
-        let mut corner = vec![[DVec3::ZERO; 3]; self.triangles.len()];
+        let mut corner = Vec::new();
         let mut x = self.guess.clone();
         let mut means = Means { factor: None, inner: Some((inner, Inner::Multigrid)) };
         let params = LinearParams { tolerance, stress_tolerance: f64::INFINITY, iterations: 1000, time: None };

@@ -33,13 +33,17 @@ impl Frames {
     }
 }
 
-/// Nodal forces and the corner buffer they are gathered from.
+/// Nodal forces, and the buffer of corners from which they are summed.
 #[derive(Clone, Debug, Default)]
 pub struct Forces {
     /// Force per vertex \[N\].
     pub nodal: Vec<DVec3>,
-    /// Contribution of each triangle to each of its corners; vertices gather theirs in ascending order of triangles.
+    /// Scratch: what triangles contribute to their corners.
     pub corner: Vec<[DVec3; 3]>,
+    /// Whether `scale` is asked for: where Newton's method iterates.
+    pub has_scale: bool,
+    /// The largest force of a triangle on one of its corners \[N\], of the membrane alone; zero where it is not asked for.
+    pub scale: f64,
 }
 
 /// Stiffness of springs, grips, contact and drag: a symmetric block per vertex \[N/mm\]. Present only with one of them.
@@ -122,18 +126,15 @@ pub struct SolverScratch {
     /// Right-hand side \[N\] of a solve that may have to begin anew.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub rhs: Vec<DVec3>,
-    /// Preconditioned residual \[mm\].
-    #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub preconditioned: Vec<DVec3>,
     /// Search direction \[mm\].
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub direction: Vec<DVec3>,
-    /// Operator times direction \[N\].
+    /// Operator times direction \[N\], and in turn the preconditioned residual \[mm\].
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub product: Vec<DVec3>,
-    /// Inverse diagonal blocks \[mm/N\].
+    /// Inverse diagonal blocks \[mm/N\], symmetric: xx, yy, zz, then yz, zx, xy.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub inverse_block: Vec<DMat3>,
+    pub inverse_block: Vec<[DVec3; 2]>,
     /// Sums per chunk of rows.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub partials: Vec<f64>,
@@ -178,8 +179,7 @@ impl SolverScratch {
     /// What it tells of the last step, without the vectors, which the next one overwrites.
     pub(crate) fn without_vectors(&self) -> Self {
         let empty = Self::default();
-        let Self { free, residual, rhs, preconditioned, direction, product, inverse_block, partials, stops, .. } =
-            empty;
+        let Self { free, residual, rhs, direction, product, inverse_block, partials, stops, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
         let Self { left_over, start_left_over, creates_energy, is_held_back, .. } = *self;
@@ -187,7 +187,6 @@ impl SolverScratch {
             free,
             residual,
             rhs,
-            preconditioned,
             direction,
             product,
             inverse_block,

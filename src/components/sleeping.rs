@@ -72,6 +72,4 @@ pub struct Slumber {
     pub(crate) first_guess: Vec<DVec3>,
     /// Per vertex, how far it would still move \[mm\].
     pub(crate) left: Vec<f64>,
-    /// Scratch of the solves, where the step's own is not free.
-    pub(crate) corner: Vec<[DVec3; 3]>,
 }

@@ -136,7 +136,6 @@ impl Haptics {
         self.add_stiffness(vertices.len(), external, is_in_steps);
         let Self { horizon, factor, inner, frames, external, scratch, corner, answers, forces, springs, pinned } = self;
         let rate = 1.0 / *horizon;
-        corner.resize(triangles.len(), [DVec3::ZERO; 3]);
         let solved = simulation.pool.run(|| {
             evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres);
             let tangent = Tangent::Projected;

@@ -292,7 +292,7 @@ impl Simulation {
         let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let unstretched = PreStretch::unstretched(pre_stretch);
-        let elastic = frames.state.iter().zip(&triangles.rest).zip(&triangles.thickness).map(|((s, rest), h)| {
+        let elastic = frames.state.iter().zip(&triangles.rest).zip(triangles.thickness.iter()).map(|((s, rest), h)| {
             let twice = StiffeningFibres::twice_energy(fibres, s.polar.stretch, unstretched, s.stress);
             0.5 * rest.area * h * twice
         });

@@ -49,11 +49,11 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
         vertices.mass.iter().for_each(|&mass| hash.real(mass));
         hash.keys(triangles.keys());
         triangles.corners.iter().flatten().for_each(|&corner| hash.row(corner));
-        hash.points(&triangles.fibre);
-        for law in &triangles.stiffness {
+        triangles.fibre.iter().flat_map(|fibre| fibre.to_array()).for_each(|value| hash.real(value));
+        for law in triangles.stiffness.iter() {
             [law.q11, law.q12, law.q22, law.q66].into_iter().for_each(|q| hash.real(q));
         }
-        triangles.thickness.iter().chain(&triangles.density).for_each(|&value| hash.real(value));
+        triangles.thickness.iter().chain(triangles.density.iter()).for_each(|&value| hash.real(value));
         if let Some(tips) = tips {
             hash.keys(tips.keys());
             tips.vertex.iter().for_each(|&vertex| hash.row(vertex));

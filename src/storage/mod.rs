@@ -10,6 +10,7 @@
 //! removed and who moved. Whoever keeps rows has to follow; a key names the same part before and after. The keys of what was
 //! removed are kept free for [`undo`] until [`Mesh::release`].
 
+mod alike;
 mod apply;
 mod attached;
 mod draft;
@@ -27,6 +28,7 @@ mod tables;
 mod topology;
 mod validate;
 
+pub use alike::Alike;
 pub use apply::{Mesh, apply, undo};
 pub use attached::{Attached, Attachment};
 pub use edit::{Edit, Refusal};

@@ -1,11 +1,32 @@
 //! The one macro behind every table: columns in lockstep with their keys, so that no push can forget a column.
 
+use super::order;
+
+/// What a table asks of a list beyond what every list has.
+pub trait Column<T> {
+    /// Overwrites a row.
+    fn put(&mut self, row: usize, value: T);
+
+    /// Brings the rows into an order, which has the old place of every new one.
+    fn sort(&mut self, order: &[u32]);
+}
+
+impl<T: Copy> Column<T> for Vec<T> {
+    fn put(&mut self, row: usize, value: T) {
+        self[row] = value;
+    }
+
+    fn sort(&mut self, order: &[u32]) {
+        order::sort(order, self);
+    }
+}
+
 /// Declares a table of columns and the struct of one of its rows.
 macro_rules! table {
     (
         $(#[$table_doc:meta])*
         pub struct $table:ident, row $row:ident, key $key:ident {
-            $( $(#[$column_doc:meta])* $column:ident: $type:ty, )*
+            $( $(#[$column_doc:meta])* $column:ident: $list:ident<$type:ty>, )*
         }
     ) => {
         slotmap::new_key_type! {
@@ -24,7 +45,7 @@ macro_rules! table {
         #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
         pub struct $table {
             rows: crate::storage::Rows<$key>,
-            $( $(#[$column_doc])* pub $column: Vec<$type>, )*
+            $( $(#[$column_doc])* pub $column: $list<$type>, )*
         }
 
         impl $table {
@@ -77,7 +98,7 @@ macro_rules! table {
             /// If `order` does not have every row once.
             pub fn permute(&mut self, order: &[u32]) {
                 self.rows.permute(order);
-                $( crate::storage::order::sort(order, &mut self.$column); )*
+                $( crate::storage::table::Column::sort(&mut self.$column, order); )*
             }
 
             /// All columns of one row.
@@ -93,7 +114,7 @@ macro_rules! table {
             /// # Panics
             /// If the row is not below [`len`](Self::len).
             pub fn set(&mut self, row: u32, value: $row) {
-                $( self.$column[row as usize] = value.$column; )*
+                $( crate::storage::table::Column::put(&mut self.$column, row as usize, value.$column); )*
             }
 
             /// The row where a living key is now.

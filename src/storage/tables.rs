@@ -1,8 +1,8 @@
 //! The three tables of a body: vertices, triangles, tear tips. Columns stand in the order of who touches them:
 //! state that every step rewrites, then rest data that only a topology edit rewrites.
 
-use super::EditRecord;
 use super::table::table;
+use super::{Alike, EditRecord};
 use crate::math::{Orthotropic, RestTriangle};
 use glam::DVec3;
 
@@ -10,31 +10,31 @@ table! {
     /// The vertices of a body. 80 bytes a row.
     pub struct Vertices, row VertexRow, key VertexKey {
         /// Current position \[mm\].
-        position: DVec3,
+        position: Vec<DVec3>,
         /// Current velocity \[mm/ms\].
-        velocity: DVec3,
+        velocity: Vec<DVec3>,
         /// Position in the rest shape \[mm\]; cuts are made there.
-        rest_position: DVec3,
+        rest_position: Vec<DVec3>,
         /// Lumped mass \[g\]: a third of each incident triangle's, summed in the order of triangle rows.
-        mass: f64,
+        mass: Vec<f64>,
     }
 }
 
 table! {
-    /// The triangles of a body. 132 bytes a row.
+    /// The triangles of a body. 52 bytes a row while all are made of the same, with fibres along one direction; else up to 72 more.
     pub struct Triangles, row TriangleRow, key TriangleKey {
         /// Rows of the three vertices, counter-clockwise seen from the side the normal points to.
-        corners: [u32; 3],
+        corners: Vec<[u32; 3]>,
         /// Shape-function gradients in the fibre's frame and the rest area; follows from corners, rest positions, fibre.
-        rest: RestTriangle,
+        rest: Vec<RestTriangle>,
         /// Unit fibre direction in the rest shape.
-        fibre: DVec3,
+        fibre: Alike<DVec3>,
         /// Elastic constants in the fibre's frame \[MPa\].
-        stiffness: Orthotropic,
+        stiffness: Alike<Orthotropic>,
         /// Thickness \[mm\].
-        thickness: f64,
+        thickness: Alike<f64>,
         /// Density \[g/mm³\].
-        density: f64,
+        density: Alike<f64>,
     }
 }
 
@@ -42,19 +42,19 @@ table! {
     /// The tear tips of a body: where a tear may advance.
     pub struct Tips, row TipRow, key TipKey {
         /// Row of the vertex at the tip, which lies on the boundary that the tear has made.
-        vertex: u32,
+        vertex: Vec<u32>,
         /// Unit direction of the last advance in the rest shape; zero where there was none.
-        previous: DVec3,
+        previous: Vec<DVec3>,
         /// Edge mode: the point \[mm, rest shape\] where the tear would be if it could leave the edges.
-        ideal: DVec3,
+        ideal: Vec<DVec3>,
         /// Criterion value max c(d) at the last evaluation; the tear advances where it exceeds 1.
-        criterion: f64,
+        criterion: Vec<f64>,
         /// Length \[mm\] that `max_tear_speed` still allows this tip; negative where the last advance was longer than allowed.
-        allowance: f64,
+        allowance: Vec<f64>,
         /// Whether the last advance that the criterion asked for was refused.
-        is_refused: bool,
+        is_refused: Vec<bool>,
         /// Whether it was said that the mesh is too coarse for R here.
-        is_coarse: bool,
+        is_coarse: Vec<bool>,
     }
 }
 

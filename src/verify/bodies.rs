@@ -107,8 +107,7 @@ pub fn linear(simulation: &mut Simulation, body: Entity) -> Result<Linear, Verif
     let displacement = increment.displacement.clone();
     let operator = operator(vertices, triangles, topology, frames);
     let mut product = vec![DVec3::ZERO; displacement.len()];
-    let mut corner = forces.corner.clone();
-    operator.apply(&displacement, &scratch.free, &mut corner, &mut product, &mut Vec::new());
+    operator.apply(&displacement, &scratch.free, &mut Vec::new(), &mut product, &mut Vec::new());
     // On held axes this is the reaction, on free ones what the solve has left.
     let left: Vec<DVec3> = product.iter().zip(&forces.nodal).map(|(k, f)| *k - *f).collect();
     let scale = product.iter().map(|f| f.length()).fold(0.0, f64::max);
@@ -168,8 +167,8 @@ impl Snapshot {
     /// Elastic forces on the vertices \[N\].
     pub fn elastic_forces(&self) -> Vec<DVec3> {
         let mut forces = Forces::default();
-        assembly::membrane_forces(&self.triangles, &self.frames, |_| DVec3::ZERO, 0.0, &mut forces);
-        assembly::gather(&self.topology, &mut forces, self.vertices.len());
+        let mesh = (&self.triangles, &self.topology);
+        assembly::membrane_forces(mesh, &self.frames, |_| DVec3::ZERO, 0.0, &mut forces);
         forces.nodal
     }
 }

@@ -51,8 +51,7 @@ impl Flow {
         let Snapshot { vertices, triangles, topology, frames } = &mut self.body;
         vertices.position.copy_from_slice(x);
         corotation::evaluate(vertices, triangles, frames, false, None, None);
-        assembly::membrane_forces(triangles, frames, |_| DVec3::ZERO, 0.0, &mut self.forces);
-        assembly::gather(topology, &mut self.forces, vertices.len());
+        assembly::membrane_forces((triangles, topology), frames, |_| DVec3::ZERO, 0.0, &mut self.forces);
         [0, 1, 2].map(|v| self.forces.nodal[v] / vertices.mass[v])
     }
 

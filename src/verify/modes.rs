@@ -18,7 +18,7 @@ pub fn lowest_frequencies(body: &Snapshot, free: &[DVec3], count: usize) -> Resu
     let operator = operator(&body.vertices, &body.triangles, &body.topology, &body.frames);
     let mass = &body.vertices.mass;
     let mut scratch = SolverScratch { free: free.to_vec(), ..SolverScratch::default() };
-    let mut corner = vec![[DVec3::ZERO; 3]; body.triangles.len()];
+    let mut corner = Vec::new();
     let params = LinearParams::by_residual(1e-12, 20_000);
     let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).zip(mass).map(|((a, b), m)| a.dot(*b) * m).sum::<f64>();
 

@@ -19,6 +19,13 @@ pub fn apply(a: &Block, v: Vec4) -> Vec4 {
     a[0] * v.xxxx() + a[1] * v.yyyy() + a[2] * v.zzzz()
 }
 
+/// The product of the transpose with a vector.
+#[inline(always)]
+pub fn apply_transposed(a: &Block, v: Vec4) -> Vec4 {
+    let [x, y, z] = transpose(&[a[0] * v, a[1] * v, a[2] * v]);
+    x + y + z
+}
+
 /// a += b.
 #[inline(always)]
 pub fn add(a: &mut Block, b: &Block) {

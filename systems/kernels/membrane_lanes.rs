@@ -7,6 +7,7 @@ use super::lanes::{DOUBLES, Doubles, Lanes};
 use super::membrane::{self, LEAST_TRACE};
 use super::simd::Kernel;
 use crate::math::{ElementState, GeometricStiffness, Orthotropic, Polar, RestTriangle, Sym2};
+use crate::storage::Alike;
 use glam::DVec3;
 
 /// Vectors of four triangles.
@@ -64,7 +65,7 @@ pub struct States<'a> {
     /// Rest shapes.
     pub rest: &'a [RestTriangle],
     /// Elastic constants.
-    pub stiffness: &'a [Orthotropic],
+    pub stiffness: &'a Alike<Orthotropic>,
     /// Whether the normal stays +z.
     pub is_planar: bool,
     /// The stretch that is free of stress.
@@ -163,7 +164,7 @@ pub struct Geometric<'a> {
     /// States of the triangles.
     pub state: &'a [ElementState],
     /// Elastic constants.
-    pub stiffness: &'a [Orthotropic],
+    pub stiffness: &'a Alike<Orthotropic>,
     /// Whether there is no way out of the plane.
     pub is_planar: bool,
     /// How much of the tissue's own least shear stiffness there is to be beyond the geometric one.
@@ -243,7 +244,7 @@ pub struct CornerForces<'a> {
     /// Rest shapes.
     pub rest: &'a [RestTriangle],
     /// Thickness \[mm\].
-    pub thickness: &'a [f64],
+    pub thickness: &'a Alike<f64>,
 }
 
 impl Kernel<[DVec3; 3]> for CornerForces<'_> {

@@ -16,8 +16,8 @@ struct Mesh {
     corners: Vec<[u32; 3]>,
     position: Vec<DVec3>,
     rest: Vec<RestTriangle>,
-    stiffness: Vec<Orthotropic>,
-    thickness: Vec<f64>,
+    stiffness: Alike<Orthotropic>,
+    thickness: Alike<f64>,
 }
 
 impl Mesh {
@@ -25,7 +25,8 @@ impl Mesh {
     /// to a point, and in the plane one mirrored and one a pure mirror image.
     fn new(is_planar: bool) -> Self {
         let mut next = numbers();
-        let mut mesh = Self { corners: vec![], position: vec![], rest: vec![], stiffness: vec![], thickness: vec![] };
+        let (stiffness, thickness) = (Alike::default(), Alike::default());
+        let mut mesh = Self { corners: vec![], position: vec![], rest: vec![], stiffness, thickness };
         for t in 0..17_u32 {
             let mut vector = || DVec3::new(next(), next(), if is_planar { 0.0 } else { next() });
             let x = [vector(), vector() + DVec3::X * 2.0, vector() + DVec3::Y * 2.0];

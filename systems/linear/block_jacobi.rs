@@ -9,9 +9,12 @@ use glam::{DMat3, DVec3};
 const LEAST_RATIO: f64 = 1e-12;
 
 /// Fills `inverse` with the inverse blocks \[mm/N\], restricted to the free axes (1 free, 0 prescribed).
-pub fn invert_blocks(operator: &Operator, free: &[DVec3], inverse: &mut Vec<DMat3>) {
-    inverse.resize(free.len(), DMat3::ZERO);
-    parallel::for_rows(inverse, |v, inverse| *inverse = invert(operator.diagonal_block(v), free[v]));
+pub fn invert_blocks(operator: &Operator, free: &[DVec3], inverse: &mut Vec<[DVec3; 2]>) {
+    inverse.resize(free.len(), [DVec3::ZERO; 2]);
+    parallel::for_rows(inverse, |v, inverse| {
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = invert(operator.diagonal_block(v), free[v]);
+        *inverse = [DVec3::new(x.x, y.y, z.z), DVec3::new(y.z, z.x, x.y)];
+    });
 }
 
 /// The inverse of a block \[mm/N\], restricted to the free axes.
@@ -37,9 +40,10 @@ pub fn invert(block: DMat3, free: DVec3) -> DMat3 {
 }
 
 /// z = M⁻¹·r; returns r·z.
-pub fn apply(inverse: &[DMat3], r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
+pub fn apply(inverse: &[[DVec3; 2]], r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
     parallel::sum_rows(z, partials, |v, z| {
-        *z = inverse[v] * r[v];
+        let [d, o] = inverse[v];
+        *z = DMat3::from_cols(DVec3::new(d.x, o.z, o.y), DVec3::new(o.z, d.y, o.x), DVec3::new(o.y, o.x, d.z)) * r[v];
         r[v].dot(*z)
     })
 }

@@ -46,15 +46,15 @@ pub enum CgError {
 pub fn solve(
     operator: &Operator,
     params: &LinearParams,
-    corner: &mut [[DVec3; 3]],
+    corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
     mut precondition: impl FnMut(&[DVec3], &[DVec3], &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
     let stored = scratch.stored;
-    let SolverScratch { free, residual, preconditioned, direction, product, partials, stops, .. } = scratch;
-    for vector in [&mut *preconditioned, direction, product] {
+    let SolverScratch { free, residual, direction, product, partials, stops, .. } = scratch;
+    for vector in [&mut *direction, product] {
         vector.resize(n, DVec3::ZERO);
     }
 
@@ -87,8 +87,9 @@ pub fn solve(
     }
 
     let limits = Limits::new(params, reference_sq, stored).repeating(stops);
-    let mut rz = precondition(residual, free, preconditioned, partials);
-    direction.copy_from_slice(preconditioned);
+    // z and A·p take turns in one vector: each has been used up where the other begins.
+    let mut rz = precondition(residual, free, product, partials);
+    direction.copy_from_slice(product);
     let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);
     while !limits.are_met(residual_sq, error.squared()) && iteration < limits.iterations && !is_late {
         let curvature = operator.apply(direction, free, corner, product, partials);
@@ -104,11 +105,11 @@ pub fn solve(
             *r -= product[v] * free[v] * alpha;
             r.length_squared()
         });
-        let next = precondition(residual, free, preconditioned, partials);
+        let next = precondition(residual, free, product, partials);
         error.advance(alpha, next);
         let beta = next / rz;
         rz = next;
-        parallel::for_rows(direction, |v, p| *p = preconditioned[v] + *p * beta);
+        parallel::for_rows(direction, |v, p| *p = product[v] + *p * beta);
         iteration += 1;
         is_late = limits.is_late(iteration);
     }

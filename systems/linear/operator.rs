@@ -1,7 +1,7 @@
 //! A = M/dt² + external stiffness + Σ over triangles of the element tangent, applied without a matrix.
 //!
-//! Two passes: every triangle writes its three corner forces, every vertex gathers its corners in the order of triangle rows.
-//! No two threads write one number and every sum has one order.
+//! Every triangle has a force for each of its corners, every vertex the sum of its corners in the order of triangle rows. No two
+//! threads write one number and every sum has one order.
 
 use super::Folds;
 use crate::components::{ExternalStiffness, Frames};
@@ -11,7 +11,7 @@ use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::membrane::{ElementTangent, shear_majorant};
 use crate::systems::kernels::simd::Kernel;
-use crate::systems::{StepContext, parallel};
+use crate::systems::{StepContext, corners, parallel};
 use glam::{DMat3, DVec3};
 
 /// The operator at one state of one body.
@@ -82,34 +82,25 @@ impl Operator<'_> {
         &self,
         u: &[DVec3],
         weight: &[DVec3],
-        corner: &mut [[DVec3; 3]],
+        corner: &mut Vec<[DVec3; 3]>,
         out: &mut [DVec3],
         partials: &mut Vec<f64>,
     ) -> f64 {
-        parallel::for_chunks(corner, &Products { operator: self, u });
+        let (Triangles { corners, .. }, products) = (self.triangles, Products { operator: self, u });
         if let Some(folds) = self.folds {
-            folds.add_to_corners(&self.triangles.corners, u, self.tangent == Tangent::Exact, corner);
+            corner.resize(corners.len(), [DVec3::ZERO; 3]);
+            parallel::for_chunks(corner, &products);
+            folds.add_to_corners(corners, u, self.tangent == Tangent::Exact, corner);
+            parallel::for_rows(out, |v, out| *out = corners::gathered(self.topology, corner, v));
+        } else {
+            corners::add_up((corners, self.topology), corner, out, &products, |_| ());
         }
-        self.gather(u, weight, corner, out, partials)
-    }
-
-    fn gather(
-        &self,
-        u: &[DVec3],
-        weight: &[DVec3],
-        corner: &[[DVec3; 3]],
-        out: &mut [DVec3],
-        partials: &mut Vec<f64>,
-    ) -> f64 {
-        // An incident entry is three times its triangle plus the corner: an index into the corners laid end to end.
-        let corner = corner.as_flattened();
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
                 None => u[v] * (self.vertices.mass[v] * self.inertia),
                 Some(_) => self.own_block(v) * u[v],
             };
-            let gathered: DVec3 = self.topology.incident[v].iter().map(|&c| corner[c as usize]).sum();
-            *out = own + gathered;
+            *out = own + *out;
             (weight[v] * u[v]).dot(*out)
         })
     }

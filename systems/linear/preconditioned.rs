@@ -46,7 +46,7 @@ pub fn solve(
     operator: &Operator,
     params: &LinearParams,
     means: &mut Means,
-    corner: &mut [[DVec3; 3]],
+    corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
@@ -122,7 +122,7 @@ fn solve_without_factor(
     operator: &Operator,
     params: &LinearParams,
     means: &mut Means,
-    corner: &mut [[DVec3; 3]],
+    corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
@@ -159,7 +159,7 @@ fn solve_with_cycles(
     operator: &Operator,
     params: &LinearParams,
     inner: &mut InnerSolver,
-    corner: &mut [[DVec3; 3]],
+    corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
@@ -188,7 +188,7 @@ fn solve_with_factor(
     params: &LinearParams,
     most: u32,
     factor: &mut Factor,
-    corner: &mut [[DVec3; 3]],
+    corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {

@@ -64,8 +64,8 @@ impl Tables {
 
     fn forces(&self) -> Vec<DVec3> {
         let mut forces = Forces::default();
-        assembly::membrane_forces(&self.triangles, &self.frames(Tangent::Exact), |_| DVec3::ZERO, 0.0, &mut forces);
-        assembly::gather(&self.topology, &mut forces, self.vertices.len());
+        let mesh = (&self.triangles, &self.topology);
+        assembly::membrane_forces(mesh, &self.frames(Tangent::Exact), |_| DVec3::ZERO, 0.0, &mut forces);
         forces.nodal
     }
 

@@ -23,8 +23,6 @@ pub struct Incomplete {
     pattern: Pattern,
     /// Blocks of L.
     lower: Vec<Block>,
-    /// Their transposes, by columns.
-    upper: Vec<Block>,
     /// Diagonal blocks of A, then the inverses of those of D.
     inverse: Vec<Block>,
     /// Blocks of L·D in the row at hand.
@@ -60,7 +58,6 @@ impl Incomplete {
     pub fn factor(&mut self, partition: &Partition, matrix: &Matrix, shift: f32) {
         self.pattern.gather(partition, matrix, |row| row, &mut self.inverse, &mut self.lower);
         wide(|| self.eliminate(matrix, shift));
-        self.pattern.mirror(&self.lower, &mut self.upper);
     }
 
     #[inline(always)]
@@ -114,22 +111,24 @@ impl Precondition for Incomplete {
                     y -= block::apply(l, z[j as usize]);
                 }
                 z[i] = y;
-                sums += DVec2::new(dot(*r, *r), dot(y, block::apply(&self.inverse[i], y)));
+                // D⁻¹·y, from which the way up subtracts; A·p has been used up.
+                q[i] = block::apply(&self.inverse[i], y);
+                sums += DVec2::new(dot(*r, *r), dot(y, q[i]));
             }
         });
         sums
     }
 
     fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
-        let Vectors { p, z: all, .. } = vectors;
+        let Vectors { p, q: all, .. } = vectors;
         wide(|| {
+            // Lᵀ by the rows of L: a row that is done is subtracted from those above it.
             for i in (0..p.len()).rev() {
-                let mut z = block::apply(&self.inverse[i], all[i]);
-                let column = self.pattern.column_start[i] as usize..self.pattern.column_start[i + 1] as usize;
-                for (u, &[row, _]) in self.upper[column.clone()].iter().zip(&self.pattern.below[column]) {
-                    z -= block::apply(u, all[row as usize]);
+                let z = all[i];
+                let row = self.pattern.row_start[i] as usize..self.pattern.row_start[i + 1] as usize;
+                for (l, &j) in self.lower[row.clone()].iter().zip(&self.pattern.column[row]) {
+                    all[j as usize] -= block::apply_transposed(l, z);
                 }
-                all[i] = z;
                 p[i] = z + p[i] * beta;
             }
         });

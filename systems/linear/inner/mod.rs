@@ -121,7 +121,7 @@ impl InnerSolver {
         operator: &Operator,
         params: &LinearParams,
         mut with: With,
-        corner: &mut [[DVec3; 3]],
+        corner: &mut Vec<[DVec3; 3]>,
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(CgInfo, bool), CgError> {
@@ -254,7 +254,7 @@ impl InnerSolver {
         &mut self,
         operator: &Operator,
         is_single: bool,
-        corner: &mut [[DVec3; 3]],
+        corner: &mut Vec<[DVec3; 3]>,
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(f64, f64), CgError> {
@@ -353,7 +353,7 @@ impl InnerSolver {
         &self,
         operator: &Operator,
         norm: f64,
-        corner: &mut [[DVec3; 3]],
+        corner: &mut Vec<[DVec3; 3]>,
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> f64 {

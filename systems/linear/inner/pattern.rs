@@ -1,5 +1,5 @@
-//! Where the blocks of a symmetric sparse matrix stand: those below the diagonal by rows, and each again by columns, which is
-//! its transpose above the diagonal by rows.
+//! Where the blocks of a symmetric sparse matrix stand: those below the diagonal by rows and, for who asks, each again by columns, which
+//! is its transpose above the diagonal by rows.
 
 use super::edits::Edits;
 use super::empty;
@@ -20,7 +20,7 @@ pub struct Pattern {
     pub row_start: Vec<u32>,
     /// Columns of the blocks before the diagonal, ascending in each row.
     pub column: Vec<u32>,
-    /// First entry of every column in `below`; one more entry at the end.
+    /// First entry of every column in `below`; one more entry at the end. Empty until the pattern is finished, as is `below`.
     pub column_start: Vec<u32>,
     /// Row and block of every entry below the diagonal, rows ascending in each column.
     pub below: Vec<[u32; 2]>,
@@ -39,7 +39,7 @@ const LOST: u32 = u32::MAX;
 const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
 
 impl Pattern {
-    /// Finds the pattern of the triangles anew; `vertex` has the vertices in their order, `row` the row of each.
+    /// Finds the pattern of the triangles anew, by rows; `vertex` has the vertices in their order, `row` the row of each.
     pub fn rebuild(
         &mut self,
         partition: &Partition,
@@ -52,7 +52,6 @@ impl Pattern {
         for (i, &v) in vertex.iter().enumerate() {
             self.push_row(neighbours(v, corners, topology).map(|w| row[w as usize]).filter(|&c| c < i as u32));
         }
-        self.finish();
         let mut target = std::mem::take(&mut self.target);
         empty(&mut target, partition.triangle.len());
         self.find_targets(&mut target, partition, row, corners);
@@ -93,7 +92,6 @@ impl Pattern {
             next = end.max(next + 1);
         }
         self.place.resize(self.column_before.len(), LOST);
-        self.finish();
         self.follow_targets(partition, row, corners, edits);
     }
 
@@ -153,7 +151,7 @@ impl Pattern {
         self.row_start.push(self.column.len() as u32);
     }
 
-    /// After the last row: sorts the blocks by columns.
+    /// After the last row, for who goes by columns too: sorts the blocks by them.
     pub fn finish(&mut self) {
         let n = self.row_count();
         empty(&mut self.column_start, n + 1);

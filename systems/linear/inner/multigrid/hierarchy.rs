@@ -67,6 +67,7 @@ impl Hierarchy {
         }
         self.levels[0].numbering = numbering;
         self.levels[0].pattern.rebuild(partition, (&self.vertex, &self.row), corners, topology);
+        self.levels[0].pattern.finish();
 
         empty(&mut self.places, n);
         self.places.resize(n, Place::default());
