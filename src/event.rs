@@ -104,7 +104,8 @@ pub enum EventKind {
         /// The criterion's verdict where it began the tear; `None` for a cut.
         verdict: Option<Verdict>,
     },
-    /// A tip moved on.
+    /// A tip moved on: by the criterion, or led by a blade, whose cut goes on where the tear has ended; criterion and margin say
+    /// nothing then.
     Advanced {
         /// The tip.
         tip: TipKey,

@@ -3,7 +3,10 @@
 //! Every vertex is judged in the frame of the obstacle at the end of the step. Where it began outside, the plane that holds it
 //! back is the one at which its way, the obstacle's motion included, enters; where it began inside, as at rest it does by a little,
 //! the plane at the closest point, unless that has changed sides. What a solve has carried into an obstacle asks for another, and
-//! what is still inside then is put back onto its plane.
+//! what is still inside then is put back onto its plane. Triangles that are large beside an obstacle are judged in the same way at
+//! their deepest point.
+
+mod faces;
 
 use super::{StepContext, parallel};
 use crate::components::{Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolverScratch, Swept};
@@ -115,11 +118,13 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                     let mut block =
                         DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z) * stiffness;
                     let mut force = normal * (depth * stiffness);
-                    if contact.friction > 0.0 && !step.is_static {
+                    if contact.friction > 0.0 {
                         let along = |u: DVec3| u - normal * u.dot(normal);
-                        // By how much it slips is taken from the guess; the force then grows with the slip that comes.
+                        // By how much it slips is taken from the guess; the force then grows with the slip that comes. Newton's
+                        // method has been there already.
                         let slip = along(x - start - moved.1);
-                        let expected = along(x + increment.delta[v] - start - moved.1).length();
+                        let guess = if step.newton_iterations > 1 { DVec3::ZERO } else { increment.delta[v] };
+                        let expected = along(x + guess - start - moved.1).length();
                         let least = STICKING * topology.vertex_area(triangles, v as u32).sqrt();
                         let brake = contact.friction * depth * stiffness / expected.max(least);
                         force -= slip * brake;
@@ -135,6 +140,8 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                         *k += block;
                     }
                 });
+                let body = (vertices, triangles, &increment.start[..]);
+                faces::push(moved, contact, body, (&mut forces.nodal, &mut external.block));
             }
         },
     )
@@ -158,9 +165,19 @@ pub fn take_up_again(world: &mut World) -> bool {
             obstacles.iter().any(|moved| place(moved).is_some_and(|held| held.depth > limit()))
         };
         let was_solved = increment.start.len() == vertices.len() && scratch.newton_iterations > 0;
-        let asks = contact.is_some() && was_solved && (0..vertices.len()).any(is_deep);
+        let asks = contact.is_some()
+            && was_solved
+            && ((0..vertices.len()).any(is_deep) || has_deep_face(&obstacles, &increment.start, (vertices, triangles)));
         scratch.is_converged = !asks;
         is_any |= asks;
+    }
+    is_any
+}
+
+fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&Vertices, &Triangles)) -> bool {
+    let mut is_any = false;
+    for moved in obstacles {
+        faces::for_held(moved, start, (&vertices.position[..], triangles), |_, face| is_any |= face.is_deep());
     }
     is_any
 }
@@ -179,14 +196,21 @@ pub fn put_outside(world: &mut World, step: &StepContext) {
             for moved in &obstacles {
                 let Some(held) = held(moved, increment.start[v], vertices.position[v]) else { continue };
                 if held.depth > DEEP * topology.vertex_area(triangles, v as u32).sqrt() {
-                    let way = held.normal * held.depth * scratch.free[v];
-                    vertices.position[v] += way;
-                    increment.displacement[v] += way;
-                    vertices.velocity[v] = step.travel(increment, v) * step.rate();
+                    shift(vertices, increment, v, held.normal * held.depth * scratch.free[v], step);
                 }
             }
         }
+        for moved in &obstacles {
+            faces::put_outside(moved, (vertices, increment), (triangles, &scratch.free), step);
+        }
     }
+}
+
+/// Shifts a vertex within the step.
+fn shift(vertices: &mut Vertices, increment: &mut Increment, v: usize, way: DVec3, step: &StepContext) {
+    vertices.position[v] += way;
+    increment.displacement[v] += way;
+    vertices.velocity[v] = step.travel(increment, v) * step.rate();
 }
 
 /// The force \[N\] of an obstacle on a body as it is, along its normals.
@@ -196,5 +220,6 @@ pub fn force_of(obstacle: &Obstacle, contact: &Contact, body: (&Vertices, &Trian
         Some((distance, normal)) if distance < 0.0 => normal * (-distance * stiffness(contact, triangles, topology, v)),
         _ => DVec3::ZERO,
     };
-    vertices.position.iter().enumerate().map(push).sum()
+    let at_vertices: DVec3 = vertices.position.iter().enumerate().map(push).sum();
+    at_vertices + faces::force_of(obstacle, contact, vertices, triangles)
 }

@@ -30,7 +30,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
-        (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a TearDecisions),
+        (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions),
         (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Changes>),
@@ -74,6 +74,8 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         let mut refiner =
             Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched, fibres };
         if is_behind {
+            // Those of the last step tell of rows that others take now.
+            decisions.forget();
             refiner.coarsen();
         }
         if has_moved {

@@ -7,8 +7,8 @@ use super::tearing::{
     Advance, Cutter, End, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart, TipMemory, may_go_on,
 };
 use crate::components::{
-    Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecision, TearDecisions,
-    TearLog, TearMode, TearSite, Tearing,
+    Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, RefusedSite, Springs, TearDecision,
+    TearDecisions, TearLog, TearMode, TearSite, Tearing,
 };
 use crate::event::{Course, EventKind, Verdict};
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -229,13 +229,16 @@ impl Tearer<'_> {
     }
 
     /// Tells of a start that was refused, unless the last one was refused at the same site.
-    fn tell_refused_start(&mut self, started: Result<(), (TearSite, TearRefusal)>, last: &mut Option<TearSite>) {
+    fn tell_refused_start(&mut self, started: Result<(), (TearSite, TearRefusal)>, last: &mut Option<RefusedSite>) {
         let Err((site, refusal)) = started else { return *last = None };
-        if last.replace(site) != Some(site) {
-            let row = match site {
-                TearSite::Vertex(vertex) => vertex,
-                TearSite::Triangle(triangle) => self.mesh.triangles.corners[triangle as usize][0],
-            };
+        let (row, site) = match site {
+            TearSite::Vertex(vertex) => (vertex, self.mesh.vertices.key(vertex).map(RefusedSite::Vertex)),
+            TearSite::Triangle(triangle) => (
+                self.mesh.triangles.corners[triangle as usize][0],
+                self.mesh.triangles.key(triangle).map(RefusedSite::Triangle),
+            ),
+        };
+        if std::mem::replace(last, site) != site {
             self.refuse(None, self.mesh.vertices.rest_position[row as usize], &refusal);
         }
     }

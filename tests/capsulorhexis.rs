@@ -13,6 +13,9 @@ use std::f64::consts::TAU;
 /// Half of the catalog's triangles and twice its time step: a third of its cost.
 const COARSE: [&str; 3] = ["bodies.0.mesh.cap.triangles=2500", "bodies.0.refinement.budget=2.2", "run.dt=20"];
 
+/// The fewest triangles that the refinement resolves, at the catalog's time step.
+const FEW: [&str; 2] = ["bodies.0.mesh.cap.triangles=1500", "bodies.0.refinement.budget=3"];
+
 fn instance(scene: &str, sets: &[String]) -> Instance {
     let mut document = Document::named(scene).unwrap();
     sets.iter().for_each(|set| document.set(set).unwrap());
@@ -123,10 +126,11 @@ fn the_diameter_is_that_of_every_mesh() {
 #[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture ages"]
 fn the_ages() {
     for age in ["child", "40y", "60y", "80y"] {
-        let mut sets = sets(&COARSE);
+        let mut sets = sets(&FEW);
         sets.push(format!("scene.preset={age}"));
         let (figures, _) = run(&mut instance("capsulorhexis", &sets));
         println!("| {age} | {} |", row(&figures));
+        assert_ne!(figures.outcome, Outcome::Unfinished, "{age}");
     }
 }
 
@@ -172,20 +176,28 @@ fn ten_hands_that_err_end_honestly() {
     }
 }
 
+/// A tear that has gone round by 150° on its circle, spiralling inwards by 0.05 mm, in the scene of the run-out but with no direction in
+/// which the tissue tears more easily, and drawn straight on, at an angle \[°\] outwards from its own direction.
+fn drawn(outwards: f64, pre_stretch: f64, lens: f64) -> Vec<String> {
+    let (s, c) = outwards.to_radians().sin_cos();
+    vec![
+        format!("bodies.0.grips.0.path.1.by=[{}, {}, 0.3]", 8.0 * c, -8.0 * s),
+        format!("bodies.0.pre_stretch={pre_stretch}"),
+        format!("obstacles.0.sphere.radius={lens}"),
+    ]
+}
+
 #[test]
 #[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture trends"]
 fn the_trends() {
-    let outward = |mm: f64| (0..6).map(move |k| format!("bodies.0.grips.{k}.path.1.arc.outward={mm}")).collect();
-    type Values = Vec<(f64, Vec<String>)>;
-    let series: [(&str, Values); 3] = [
-        ("pull outwards [mm]", [-0.8, 0.0, 0.8, 1.6].map(|mm| (mm, outward(mm))).into()),
-        ("pre-stretch", [0.06, 0.08, 0.1, 0.12].map(|s| (s, vec![format!("bodies.0.pre_stretch={s}")])).into()),
-        ("pressure [MPa]", [0.0, 5e-4, 1e-3, 2e-3].map(|p| (p, vec![format!("bodies.0.pressure={p}")])).into()),
-    ];
+    let angles = [-90.0, -60.0, 0.0, 40.0].map(|angle| (angle, drawn(angle, 0.08, 10.0)));
+    let stretches = [0.06, 0.08, 0.1, 0.12].map(|stretch| (stretch, drawn(0.0, stretch, 10.0)));
+    let lenses = [0.0, 0.1, 0.2].map(|rise| (rise, drawn(0.0, 0.08, 10.0 + rise)));
+    let series = [("pull outwards [°]", &angles[..]), ("pre-stretch", &stretches), ("lens raised [mm]", &lenses)];
     for (what, values) in series {
         for (value, extra) in values {
-            let all: Vec<String> = sets(&COARSE).into_iter().chain(extra).collect();
-            let (figures, _) = run(&mut instance("capsulorhexis", &all));
+            let all: Vec<String> = sets(&FEW).into_iter().chain(extra.iter().cloned()).collect();
+            let (figures, _) = run(&mut instance("capsulorhexis-runout", &all));
             println!("| {what} | {value} | {} |", row(&figures));
         }
     }

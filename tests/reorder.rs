@@ -2,11 +2,14 @@
 
 mod common;
 
-use common::{Run, Square};
+use common::{NOTCH, Run, Square};
 use glam::DVec3;
-use rhexis::components::{Anchor, Curve, EdgeLoad, EdgeLoads, Holds, PointLoad, PointLoads, Reactions, Springs};
+use rhexis::components::{
+    Anchor, Curve, EdgeLoad, EdgeLoads, Holds, PointLoad, PointLoads, Reactions, Refined, Refinement, RefusedSite,
+    Springs, TearDecisions,
+};
 use rhexis::settings::Settings;
-use rhexis::simulation::SimulationError;
+use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::{Attached, Tips, TriangleKey, Triangles, VertexKey, Vertices};
 use std::collections::BTreeMap;
 
@@ -127,4 +130,25 @@ fn a_torn_body_goes_on_as_it_would_have() {
     assert_eq!(straight.log().advance_count, sorted.log().advance_count);
     // Sums in another order, and a factor made anew: solves of a tolerance of 1e-4 differ by as much, and so does the way.
     assert!(straight.end().distance(sorted.end()) < 0.02, "{} {}", straight.end(), sorted.end());
+}
+
+/// Coarsening takes away rows of which the last refused start and the decisions of the last step may tell.
+#[test]
+fn what_was_told_of_vertices_that_are_gone_is_no_matter() {
+    let square = Square::new([30, 26], 60.0);
+    let mut simulation = Simulation::new(settings()).unwrap();
+    let body = simulation.spawn(square.membrane().with(Refinement::default())).unwrap();
+    simulation.cut(body, &NOTCH).unwrap();
+    let mut run = Run { simulation, body, events: Vec::new(), area: 0.0, mass: 0.0 };
+    run.stretch_to(0.6);
+    run.run_until(60, |run| run.log().advance_count >= 1);
+    let made = run.simulation.world().get::<&Refined>(body).unwrap().made.clone();
+    let is_gone = |run: &Run, key| run.vertices().row(key).is_none();
+    run.run_until(60, |run| made.iter().any(|&key| is_gone(run, key)));
+    let gone = *made.iter().find(|&&key| is_gone(&run, key)).unwrap();
+    run.simulation.entity_mut::<&mut TearDecisions>(body).unwrap().refused_start = Some(RefusedSite::Vertex(gone));
+    run.simulation.reorder(body).unwrap();
+    let decisions = run.simulation.world().get::<&TearDecisions>(body).unwrap();
+    let count = run.vertices().len() as u32;
+    assert!(decisions.tips.iter().flatten().all(|decision| decision.row < count));
 }

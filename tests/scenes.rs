@@ -1,5 +1,6 @@
 //! The catalog runs, and every kind of bad scene is refused with its place and a way to mend it.
 
+use rhexis::components::{Obstacle, Shape};
 use rhexis::scene::schema::Mode;
 use rhexis::scene::{Document, Scene, SceneError, catalog};
 use rhexis::storage::Vertices;
@@ -326,6 +327,38 @@ fn files_are_looked_for_beside_the_scene() {
     std::fs::write(folder.path().join("mesh.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
     let error = Scene::load(&scene).unwrap().check().unwrap_err();
     assert!(error.what.contains("mesh.obj") && error.position.is_some_and(|p| p.0 == 11), "{error}");
+}
+
+/// A scene with these lines under `[[obstacles]]`, the first of which is line 19.
+fn with_obstacle(lines: &str) -> String {
+    format!("{SOUND}\n[[obstacles]]\n{lines}\n")
+}
+
+#[test]
+fn an_obstacle_goes_its_path() {
+    let text =
+        with_obstacle("sphere = { centre = [2, 1, -1], radius = 0.5 }\npath = [[0, [0, 0, 0]], [20, [0, 0, 4]]]");
+    let mut instance = Scene::parse(&text, "strip.toml").unwrap().instantiate().unwrap();
+    for centre in [1.0, 3.0] {
+        instance.advance().unwrap();
+        let mut found = instance.simulation.world().query::<&Obstacle>().iter().map(|o| o.shape).collect::<Vec<_>>();
+        let centre = glam::DVec3::new(2.0, 1.0, centre);
+        assert_eq!(found.pop(), Some(Shape::Sphere { centre, radius: 0.5 }));
+    }
+    let sphere = "sphere = { centre = [0, 0, 0], radius = 1 }";
+    for (lines, line, what, hint) in [
+        ("path = [[0, [0, 0, 0]]]", 18, "an obstacle has one shape", "exactly one"),
+        (&format!("{sphere}\nplane = {{ point = [0, 0, 0], normal = [0, 0, 1] }}"), 18, "one shape", "exactly one"),
+        (&format!("{sphere}\npath = [[0, [0, 0, 0]], [0, [1, 0, 0]]]"), 20, "time must be larger", "ascending"),
+        (&format!("{sphere}\npath = [[0, 1], [1, 2]]"), 20, "not a path", "[[time, [x, y, z]], …]"),
+        (&format!("{sphere}\npath = []"), 20, "at least one point", "[[time, [x, y, z]], …]"),
+        (&format!("{sphere}\npaht = [[0, [0, 0, 0]]]"), 20, "unknown key `paht`", "did you mean `path`?"),
+    ] {
+        let error = refusal(&with_obstacle(lines));
+        let told = error.to_string();
+        assert!(told.contains(what) && told.contains(hint), "{lines}: {told}");
+        assert!(told.contains(&format!("strip.toml:{line}")), "{lines}: {told}");
+    }
 }
 
 #[test]

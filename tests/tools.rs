@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec3};
 use rhexis::components::{
-    Curve, Forces, Grips, Hold, Holds, Jaws, Material, PointLoad, PointLoads, Pose, PreStretch, Reactions, Slip,
-    Tearing,
+    Curve, DecidedBy, Forces, Grips, Hold, Holds, Jaws, Material, PointLoad, PointLoads, Pose, PreStretch, Reactions,
+    Slip, Tearing,
 };
 use rhexis::event::EventKind;
 use rhexis::math::Sym2;
@@ -245,6 +245,25 @@ fn a_needle_punctures_and_a_blade_cuts_on() {
     }
     // An arc of 3.6 mm in chords of 0.4 to 0.46 mm; what is left of it is saved up.
     assert!(count >= 7 && (length - 3.6).abs() < 0.5, "{count} cuts, {length} mm");
+    // One tear: begun by the first cut, which has two ends, led on by the others.
+    let (mut started, mut led, mut way) = (Vec::new(), Vec::new(), None);
+    for event in simulation.drain_events() {
+        match event.kind {
+            EventKind::Started { tip, .. } => started.push(tip),
+            EventKind::Advanced { tip, from, to, by, .. } => {
+                assert!(
+                    by == DecidedBy::Blade && way.is_none_or(|way| way == from),
+                    "{by}: from {from}, after {way:?}"
+                );
+                (led, way) = ([led, vec![tip]].concat(), Some(to));
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    // Those of the needle came before.
+    assert_eq!(started.len(), 4);
+    assert!(led.len() >= 6 && led.iter().all(|tip| *tip == started[3]), "{led:?} of {started:?}");
+    assert_eq!(way, end);
     let world = simulation.world();
     let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
     validate(&vertices, &triangles, &world.get::<&Topology>(body).unwrap()).unwrap();

@@ -48,6 +48,6 @@ pub use refinement::{Refined, Refinement};
 pub use sleeping::{Sleeping, Slumber};
 pub use springs::{Anchor, Springs};
 pub use stops::Stops;
-pub use tear_decisions::{DecidedBy, RingFault, TearDecision, TearDecisions, TearSite};
+pub use tear_decisions::{DecidedBy, RefusedSite, RingFault, TearDecision, TearDecisions, TearSite};
 pub use tear_log::TearLog;
 pub use tearing::{InadmissibleToughness, TearMode, Tearing, Toughness};

@@ -64,8 +64,9 @@ pub struct Swept {
 }
 
 /// Makes a body feel obstacles: a penalty force along the obstacle's normal on every vertex inside, implicit in the step, and
-/// friction. Vertices are felt, edges and triangles are not: an obstacle thinner than an edge may pierce the body between
-/// vertices, and a mesh should be finer than what touches it. *Parameter.*
+/// friction. Where a triangle is longer than half the obstacle's least radius of curvature, its deepest point is held back as well: an
+/// obstacle thinner than an edge does not pierce the body between vertices. Friction acts at vertices alone. In a static solve the
+/// slip is the way since its start, as of one slow straight motion. *Parameter.*
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {

@@ -1,6 +1,7 @@
 //! What the criterion finds for the split.
 
 use crate::math::Sym2;
+use crate::storage::{TriangleKey, VertexKey};
 use glam::DVec3;
 use std::fmt;
 
@@ -14,6 +15,16 @@ pub enum TearSite {
     Vertex(u32),
 }
 
+/// Where a start was refused: rows change with every edit, keys do not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub enum RefusedSite {
+    /// In this triangle.
+    Triangle(TriangleKey),
+    /// At this vertex.
+    Vertex(VertexKey),
+}
+
 /// Which criterion a decision is of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -25,6 +36,8 @@ pub enum DecidedBy {
     Energy,
     /// The stress, because the ring around the tip has no energy to tell of.
     StressFor(RingFault),
+    /// None: a blade led the tip.
+    Blade,
 }
 
 /// Why the ring around a tip does not have the field of one straight crack.
@@ -56,6 +69,7 @@ impl fmt::Display for DecidedBy {
         match self {
             Self::Stress => f.write_str("stress"),
             Self::Energy => f.write_str("energy"),
+            Self::Blade => f.write_str("blade"),
             Self::StressFor(fault) => write!(f, "stress: {fault}"),
         }
     }
@@ -96,7 +110,7 @@ pub struct TearDecisions {
     /// The place with the largest criterion above 1, if the body may tear where there is no tip.
     pub start: Option<(TearSite, TearDecision)>,
     /// Where the last start was refused, if it was.
-    pub refused_start: Option<TearSite>,
+    pub refused_start: Option<RefusedSite>,
     /// Vertices of the boundary at which a tear may start: scratch of the search.
     pub rim: Vec<u32>,
     /// Whether a tip has advanced by less than it may in this step: the step is then taken up again for this body.
@@ -104,6 +118,12 @@ pub struct TearDecisions {
 }
 
 impl TearDecisions {
+    /// Forgets what was found, before an edit that gives rows to others; what was refused stays known.
+    pub fn forget(&mut self) {
+        self.tips.clear();
+        self.start = None;
+    }
+
     /// Whether the criterion asks for an advance or a start anywhere.
     pub fn ask(&self) -> bool {
         self.start.is_some() || self.tips.iter().flatten().any(|decision| decision.value > 1.0)

@@ -141,7 +141,11 @@ impl Scene {
             bodies.push(body);
         }
         for (i, obstacle) in self.file.obstacles.iter().enumerate() {
-            simulation.spawn_obstacle(Obstacle { shape: shape(obstacle, &format!("obstacles.{i}"))? });
+            let shape = Obstacle { shape: shape(obstacle, &format!("obstacles.{i}"))? };
+            match &obstacle.path {
+                Some(path) => simulation.spawn_moving_obstacle(shape, path.0.clone()),
+                None => simulation.spawn_obstacle(shape),
+            };
         }
         Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), step: 0, has_torn: false })
     }
@@ -293,22 +297,28 @@ fn start(
 }
 
 fn shape(spec: &ObstacleSpec, key: &str) -> Result<Shape, Fault> {
-    Ok(match spec {
-        ObstacleSpec::Plane(p) => {
-            Shape::Plane { point: p.point.0, normal: direction(p.normal.0, &format!("{key}.plane.normal"))? }
+    let ObstacleSpec { plane, sphere, ellipsoid, capsule, path: _ } = spec;
+    match (plane, sphere, ellipsoid, capsule) {
+        (Some(p), None, None, None) => {
+            Ok(Shape::Plane { point: p.point.0, normal: direction(p.normal.0, &format!("{key}.plane.normal"))? })
         }
-        ObstacleSpec::Sphere(s) => {
-            Shape::Sphere { centre: s.centre.0, radius: positive(format!("{key}.sphere.radius"), s.radius, "mm")? }
+        (None, Some(s), None, None) => {
+            let radius = positive(format!("{key}.sphere.radius"), s.radius, "mm")?;
+            Ok(Shape::Sphere { centre: s.centre.0, radius })
         }
-        ObstacleSpec::Ellipsoid(e) => {
+        (None, None, Some(e), None) => {
             positive(format!("{key}.ellipsoid.half_axes"), e.half_axes.0.min_element(), "mm")?;
-            Shape::Ellipsoid { centre: e.centre.0, half_axes: e.half_axes.0 }
+            Ok(Shape::Ellipsoid { centre: e.centre.0, half_axes: e.half_axes.0 })
         }
-        ObstacleSpec::Capsule(c) => Shape::Capsule {
-            ends: [c.from.0, c.to.0],
-            radius: positive(format!("{key}.capsule.radius"), c.radius, "mm")?,
-        },
-    })
+        (None, None, None, Some(c)) => {
+            let radius = positive(format!("{key}.capsule.radius"), c.radius, "mm")?;
+            Ok(Shape::Capsule { ends: [c.from.0, c.to.0], radius })
+        }
+        _ => {
+            let hint = "give exactly one of `plane`, `sphere`, `ellipsoid` and `capsule`";
+            Err(Fault::new(key, "an obstacle has one shape", hint))
+        }
+    }
 }
 
 /// The thresholds of a body and the toughness that they imply by the law at its first tip, or at its first triangle.

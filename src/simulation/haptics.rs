@@ -110,7 +110,7 @@ impl Haptics {
         Self { horizon, ..Self::default() }
     }
 
-    /// The linear model of a tool at a body's present state: three linear solves.
+    /// The linear model of a tool at a body's present state: three linear solves with one matrix.
     ///
     /// # Errors
     /// For a tool that holds nothing, a spring that is none, and where the tissue's answer is not finite.
@@ -151,6 +151,7 @@ impl Haptics {
                 viscosity: damping.map_or(0.0, |d| d.time) * rate,
                 tangent,
             };
+            inner.share(true);
             for (axis, (u, force)) in answers.iter_mut().zip(forces.iter_mut()).enumerate() {
                 // The last answer is the first guess, where there is one for these vertices.
                 u.resize(vertices.len(), DVec3::ZERO);
@@ -169,6 +170,7 @@ impl Haptics {
             }
             Ok::<(), linear::CgError>(())
         });
+        self.inner.share(false);
         solved.map_err(|error| HapticError::NoAnswer(error.to_string()))?;
         let stiffness = self.energy();
         if !(stiffness.is_finite() && force.is_finite()) {

@@ -3,7 +3,6 @@
 use super::{Simulation, SimulationError};
 use crate::components::{
     Changes, EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs, TearDecisions,
-    TearSite,
 };
 use crate::replay::Input;
 use crate::storage::{Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
@@ -87,12 +86,7 @@ impl Simulation {
             tips.vertex.iter_mut().for_each(|vertex| *vertex = row(*vertex));
         }
         if let Some(decisions) = decisions {
-            let site = |site: TearSite| match site {
-                TearSite::Vertex(vertex) => TearSite::Vertex(row(vertex)),
-                TearSite::Triangle(triangle) => TearSite::Triangle(order.triangle(triangle)),
-            };
             decisions.tips.iter_mut().flatten().for_each(|decision| decision.row = row(decision.row));
-            decisions.refused_start = decisions.refused_start.map(site);
             decisions.start = None;
         }
         Ok(())

@@ -3,18 +3,18 @@
 use super::advance::Running;
 use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{
-    Body, Changes, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs, TearDecisions,
-    TearLog,
+    Body, Changes, DecidedBy, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs,
+    TearDecisions, TearLog,
 };
-use crate::event::{Event, EventKind, WokenBy};
+use crate::event::{Course, Event, EventKind, WokenBy};
 use crate::replay::Input;
 use crate::report::Report;
 use crate::schedule::Stage;
-use crate::storage::{EditRecord, Mesh, TipKey, Tips, Topology, Triangles, Vertices};
+use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::linear::Factor;
 use crate::systems::split::{add_tip, note_parted};
-use crate::systems::tearing::{Cutter, Followers, NewTip, Quality, TearRefusal, TearScratch, TipMemory};
+use crate::systems::tearing::{CutOutcome, Cutter, Followers, NewTip, Quality, TearRefusal, TearScratch, TipMemory};
 use glam::DVec3;
 use hecs::Entity;
 
@@ -63,7 +63,7 @@ pub enum CutError {
 impl Simulation {
     /// Cuts a body along a polyline \[mm, rest shape\], taken at the nearest points of the surface. A polyline that starts on
     /// the boundary makes a notch, one that starts inside a slit with two ends. Where the body can tear, the cut's ends
-    /// inside the tissue become tips.
+    /// inside the tissue become tips; a cut that starts at a tip leads that tip on.
     ///
     /// # Errors
     /// Why the cut was not made; the body is as it was.
@@ -100,14 +100,17 @@ impl Simulation {
         };
         let parted: Vec<u32> = scratch.records.iter().flat_map(EditRecord::parted).collect();
         followers.follow(&mut scratch.records, &mut mesh, tips.as_deref_mut());
-        note_parted(&parted, tips.as_deref_mut(), log, &followers, mesh.vertices);
         let outcome = outcome?;
+        let led = tips.as_deref_mut().and_then(|tips| lead_tip(tips, &outcome, log));
+        note_parted(&parted, tips.as_deref_mut(), log, &followers, mesh.vertices);
         log.length += outcome.path.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
         log.note_angle(outcome.smallest_angle);
         log.piece_count += outcome.freed.len() as u32;
         let mut keys = Vec::new();
         if let Some(tips) = tips {
-            for &(vertex, direction) in &outcome.tips {
+            let led_to = led.and_then(|tip| tips.row(tip)).map(|row| tips.vertex[row as usize]);
+            keys.extend(led.filter(|_| led_to.is_some()));
+            for &(vertex, direction) in outcome.tips.iter().filter(|(vertex, _)| Some(*vertex) != led_to) {
                 let at = mesh.vertices.rest_position[vertex as usize];
                 let tip = add_tip(tips, NewTip { vertex, direction, ideal: at });
                 log.pending.push(EventKind::Started { tip, at, verdict: None });
@@ -192,4 +195,27 @@ impl Simulation {
         // Stable: the order within a body stays.
         events[first..].sort_by_key(|event| order(world, event.body));
     }
+}
+
+/// Leads the tip at which a cut begins to where it ends, as one tear; its key, where there is one.
+fn lead_tip(tips: &mut Tips, outcome: &CutOutcome, log: &mut TearLog) -> Option<TipKey> {
+    let [first, end] = outcome.ends;
+    let row = tips.vertex.iter().position(|&vertex| vertex == first)? as u32;
+    let key = tips.key(row)?;
+    let ways = || outcome.path.windows(2).map(|way| (way[0], way[1], (way[1] - way[0]).normalize_or_zero()));
+    let (_, ideal, previous) = ways().last()?;
+    tips.set(row, TipRow { vertex: end, previous, ideal, is_refused: false, ..tips.at(row) });
+    log.advance_count += outcome.path.len() as u32 - 1;
+    log.pending.extend(ways().map(|(from, to, direction)| EventKind::Advanced {
+        tip: key,
+        from,
+        to,
+        direction,
+        criterion: 0.0,
+        margin: f64::INFINITY,
+        is_ambiguous: false,
+        by: DecidedBy::Blade,
+        course: Course::Exact,
+    }));
+    Some(key)
 }

@@ -1,7 +1,7 @@
 //! What is judged of a state that was read, so that no step can meet what its own kind would not have left.
 
 use super::{Contents, Saved, SnapshotError};
-use crate::components::{Blade, Body, Forceps, Grips, Increment, Jaws, Motion, Pinch, TearDecision, TearSite};
+use crate::components::{Blade, Body, Forceps, Grips, Increment, Jaws, Motion, Pinch, TearDecision};
 use crate::membrane::Membrane;
 use crate::simulation::check_settings;
 use crate::storage::{Broken, Topology, Triangles, Vertices, validate};
@@ -100,14 +100,6 @@ fn check_body(saved: &mut Saved) -> Result<(), SnapshotError> {
     let topology = Topology::new(vertices.len(), &triangles.corners).map_err(broken)?;
     validate(vertices, triangles, &topology).map_err(broken)?;
     check_materials(triangles).map_err(wrong)?;
-    // Rows of what was refused are told again only where they come again: edits may have taken them away.
-    let is_there = |site: &TearSite| match *site {
-        TearSite::Triangle(row) => (row as usize) < triangles.len(),
-        TearSite::Vertex(row) => (row as usize) < vertices.len(),
-    };
-    if let Some(decisions) = &mut saved.tear_decisions {
-        decisions.refused_start = decisions.refused_start.filter(is_there);
-    }
     saved.topology = Some(topology);
     let (Some(increment), Some(_), Some(factor), Some(_), Some(log)) =
         (&saved.increment, &saved.scratch, &saved.factor, &saved.inner, &saved.tear_log)

@@ -15,6 +15,8 @@ use smallvec::{SmallVec, smallvec};
 pub struct CutOutcome {
     /// Points along the cut \[mm, rest shape\].
     pub path: Vec<DVec3>,
+    /// Rows of the vertices where it begins and ends.
+    pub ends: [u32; 2],
     /// Rows of the tips and the directions \[unit, rest shape\] in which they point.
     pub tips: SmallVec<[(u32, DVec3); 2]>,
     /// Triangles of each piece that came free.
@@ -72,6 +74,7 @@ impl Cutter<'_, '_> {
             self.pass(&mut run, advance);
         }
         let mut outcome = run.outcome;
+        outcome.ends = [first, run.tip];
         if !outcome.has_met_boundary {
             let count = outcome.path.len();
             outcome.tips.push((run.tip, (outcome.path[count - 1] - outcome.path[count - 2]).normalize_or_zero()));

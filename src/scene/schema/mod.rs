@@ -19,7 +19,7 @@ pub use constraint::{
 };
 pub use hand::HandSpec;
 pub use mesh::MeshSpec;
-pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve};
+pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve, TimePath};
 
 use crate::settings::LinearParams;
 use serde::Deserialize;
@@ -228,16 +228,19 @@ impl Default for OutputSpec {
 
 /// One of `[[obstacles]]`.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ObstacleSpec {
-    /// `plane = { point, normal }`: the half space below.
-    Plane(PlaneSpec),
+#[serde(deny_unknown_fields)]
+pub struct ObstacleSpec {
+    /// `plane = { point, normal }`: the half space below. An obstacle has one shape.
+    pub plane: Option<PlaneSpec>,
     /// `sphere = { centre, radius }`.
-    Sphere(SphereSpec),
+    pub sphere: Option<SphereSpec>,
     /// `ellipsoid = { centre, half_axes }`, its axes along x, y, z.
-    Ellipsoid(EllipsoidSpec),
+    pub ellipsoid: Option<EllipsoidSpec>,
     /// `capsule = { from, to, radius }`: a cylinder with round ends.
-    Capsule(CapsuleSpec),
+    pub capsule: Option<CapsuleSpec>,
+    /// `path = [[time, [x, y, z]], …]`: by how much it is displaced \[mm\] over time \[ms\], straight between the points, at rest before
+    /// and after. What it meets on its way is taken along. Default: it stands still.
+    pub path: Option<TimePath>,
 }
 
 /// A cylinder with round ends.

@@ -1,7 +1,7 @@
 //! Numbers, points, ranges and curves as a scene file writes them.
 
 use super::HandSpec;
-use crate::components::Curve;
+use crate::components::{Curve, Path};
 use crate::math::Sym2;
 use glam::DVec3;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -178,6 +178,31 @@ fn through_points(numbers: &Numbers) -> Result<TimeCurve, String> {
     };
     let points = list.iter().map(point).collect::<Result<Vec<_>, _>>()?;
     Curve::new(points).map(TimeCurve).map_err(|bad| format!("{bad}; write [[time, value], …] with ascending times"))
+}
+
+/// A way through space: `[[time, [x, y, z]], …]` with ascending times \[ms\], straight between and at rest outside.
+#[derive(Clone, Debug, PartialEq, serde::Deserialize)]
+#[serde(try_from = "Numbers")]
+pub struct TimePath(pub Path);
+
+impl TryFrom<Numbers> for TimePath {
+    type Error = String;
+    fn try_from(numbers: Numbers) -> Result<Self, String> {
+        const SHAPE: &str = "not a path; write [[time, [x, y, z]], …] with ascending times";
+        let Numbers::List(list) = numbers else { return Err(SHAPE.into()) };
+        let point = |row: Numbers| match row {
+            Numbers::List(row) => match <[Numbers; 2]>::try_from(row) {
+                Ok([Numbers::One(time), place]) => Ok((time, Point::try_from(place).map_err(|_| SHAPE)?.0)),
+                _ => Err(SHAPE),
+            },
+            Numbers::One(_) => Err(SHAPE),
+        };
+        let points = list.into_iter().map(point).collect::<Result<Vec<_>, _>>()?;
+        // Of the times a path asks what a curve does.
+        Curve::new(points.iter().map(|&(time, place)| (time, place.element_sum())).collect())
+            .map_err(|bad| format!("{bad}; write [[time, [x, y, z]], …] with ascending times"))?;
+        Ok(Self(Path { points }))
+    }
 }
 
 /// A strain in the fibre's axes: one number (the same in all directions), `[along, across]` or `[along, across, shear]`

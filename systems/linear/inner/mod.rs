@@ -107,9 +107,16 @@ pub struct InnerSolver {
     edits: Edits,
     multigrid: Multigrid,
     vectors: Vectors,
+    /// Whether the matrix and the incomplete factor have been made of the operator that several solves share.
+    same: Option<[bool; 2]>,
 }
 
 impl InnerSolver {
+    /// Whether the solves from now on are of one operator, with one set of free axes: what is made of it then serves all.
+    pub fn share(&mut self, is_same: bool) {
+        self.same = is_same.then_some([false; 2]);
+    }
+
     /// Solves A·x = b for a tangent that is never indefinite, from the guess `x`, whose prescribed axes stay; `scratch` as in the solve in
     /// double precision. The second answer is whether the tolerance or the limit of iterations was reached. Where single
     /// precision has come to nothing instead, `x` is as far as it has come, and `scratch.residual` holds b again.
@@ -202,6 +209,9 @@ impl InnerSolver {
 
     /// Takes the operator's numbers.
     fn take(&mut self, operator: &Operator, free: &[DVec3]) {
+        if self.same.as_mut().is_some_and(|made| std::mem::replace(&mut made[0], true)) {
+            return;
+        }
         self.follow(&operator.triangles.corners, operator.topology);
         self.matrix.assemble(operator, &self.partition, &self.order, free);
     }
@@ -212,6 +222,9 @@ impl InnerSolver {
         match with {
             With::Own(Inner::BlockJacobi) => self.jacobi.factor(&self.partition, &self.matrix),
             With::Own(Inner::IncompleteCholesky) => {
+                if self.same.as_mut().is_some_and(|made| std::mem::replace(&mut made[1], true)) {
+                    return;
+                }
                 self.needs_pattern = true;
                 if !self.has_pattern {
                     self.incomplete.rebuild(&self.partition, &self.order, corners, operator.topology);

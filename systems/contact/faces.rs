@@ -1,0 +1,274 @@
+//! Contact of triangles: where an obstacle is so small, or a triangle so large or stretched so far, that it could pass between
+//! the vertices.
+//!
+//! The point of a triangle that is deepest in the obstacle is held back like a vertex, and its corners bear the force by its
+//! weights. They are coupled by it; the stiffness that the solve is told of is the sum of each corner's row, which is no less, so
+//! that a step stays stable and only comes to rest a little later.
+
+use super::{DEEP, Held, Moved, STIFFNESS, held, shift};
+use crate::components::{Contact, Increment, Obstacle, Shape};
+use crate::storage::{Triangles, Vertices};
+use crate::systems::StepContext;
+use crate::systems::tearing::nearest_in_triangle;
+use glam::{DMat3, DVec3};
+
+/// A triangle whose longest edge is no longer than this part of the obstacle's least radius of curvature is left to its
+/// vertices; beyond, the stiffness grows with the edge, for one place then bears what many vertices would. Three vertices let a ball
+/// through that are 1.7 radii apart.
+const SMALL: f64 = 0.5;
+
+/// Steps to the moment of contact at the most, and how near it is \[of the way\].
+const MOST: u32 = 40;
+const NEAR: f64 = 1e-6;
+
+/// Rounds in which triangles are put outside.
+const ROUNDS: u32 = 4;
+
+/// A triangle that is held back.
+pub(super) struct HeldFace {
+    /// Where in the triangle.
+    pub weights: [f64; 3],
+    pub held: Held,
+    /// The shorter of its longest edge and the obstacle's least radius of curvature \[mm\].
+    pub size: f64,
+    /// So many times the stiffness of a vertex it is held.
+    pub part: f64,
+}
+
+impl HeldFace {
+    /// Whether it is further inside than a solve may leave it.
+    pub fn is_deep(&self) -> bool {
+        self.part.min(1.0) * self.held.depth > DEEP * self.size
+    }
+}
+
+/// The least radius of curvature \[mm\]; infinite for a plane.
+fn least_radius(shape: &Shape) -> f64 {
+    match *shape {
+        Shape::Plane { .. } => f64::INFINITY,
+        Shape::Sphere { radius, .. } | Shape::Capsule { radius, .. } => radius,
+        Shape::Ellipsoid { half_axes, .. } => half_axes.min_element().powi(2) / half_axes.max_element(),
+    }
+}
+
+/// The place of a triangle that is deepest in a shape: of a ball and a capsule in length, of an ellipsoid on the smallest of those
+/// similar to it. `None` for a plane, whose deepest place is a vertex.
+fn deepest(shape: &Shape, x: [DVec3; 3]) -> Option<[f64; 3]> {
+    let weights = match *shape {
+        Shape::Plane { .. } => return None,
+        Shape::Sphere { centre, .. } => nearest_in_triangle(x, centre),
+        Shape::Ellipsoid { centre, half_axes } => nearest_in_triangle(x.map(|x| (x - centre) / half_axes), DVec3::ZERO),
+        Shape::Capsule { ends, .. } => nearest_to_segment(x, ends),
+    };
+    weights.iter().all(|w| w.is_finite()).then_some(weights)
+}
+
+fn at(x: [DVec3; 3], weights: [f64; 3]) -> DVec3 {
+    x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2]
+}
+
+/// The place of a triangle nearest to a segment: at one of its ends, on an edge, or where it passes through.
+fn nearest_to_segment(x: [DVec3; 3], [a, b]: [DVec3; 2]) -> [f64; 3] {
+    let along = b - a;
+    let to_segment = |p: DVec3| {
+        let t = ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        p.distance_squared(if t.is_finite() { a + along * t } else { a })
+    };
+    let normal = (x[1] - x[0]).cross(x[2] - x[0]);
+    let through = a + along * ((x[0] - a).dot(normal) / along.dot(normal)).clamp(0.0, 1.0);
+    let ends = [a, b, if through.is_finite() { through } else { a }].map(|p| nearest_in_triangle(x, p));
+    let edge = |i: usize| {
+        let j = (i + 1) % 3;
+        let s = nearest_of_segments([x[i], x[j]], [a, b]);
+        let mut weights = [0.0; 3];
+        weights[i] = 1.0 - s;
+        weights[j] = s;
+        weights
+    };
+    let all = ends.into_iter().chain((0..3).map(edge)).map(|weights| (to_segment(at(x, weights)), weights));
+    all.min_by(|p, q| p.0.total_cmp(&q.0)).map_or([1.0, 0.0, 0.0], |(_, weights)| weights)
+}
+
+/// How far along the first segment the point lies that is nearest to the second (Ericson 2005, Real-Time Collision Detection, 5.1.9).
+fn nearest_of_segments([p, q]: [DVec3; 2], [a, b]: [DVec3; 2]) -> f64 {
+    let (u, v, w) = (q - p, b - a, p - a);
+    let (uu, vv, uv, uw, vw) = (u.dot(u), v.dot(v), u.dot(v), u.dot(w), v.dot(w));
+    let clamped = |value: f64| if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 };
+    let s = clamped((uv * vw - uw * vv) / (uu * vv - uv * uv));
+    let t = clamped((uv * s + vw) / vv);
+    clamped((uv * t - uw) / uu)
+}
+
+/// The plane that holds a triangle back that was at `start` and is at `x`.
+fn held_face(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3]) -> Option<HeldFace> {
+    let (obstacle, travel) = moved;
+    let shape = &obstacle.shape;
+    let radius = SMALL * least_radius(shape);
+    let squares = [x[0].distance_squared(x[1]), x[0].distance_squared(x[2]), x[1].distance_squared(x[2])];
+    let longest = squares[0].max(squares[1]).max(squares[2]);
+    if !(longest > radius * radius) {
+        return None;
+    }
+    let from = start.map(|start| start + *travel);
+    let all = || from.iter().chain(&x);
+    let middle = all().sum::<DVec3>() / 6.0;
+    if !shape.reaches(middle, all().map(|p| p.distance(middle)).fold(0.0, f64::max)) {
+        return None;
+    }
+    let first = deepest(shape, from)?;
+    let (mut distance, mut normal) = shape.distance(at(from, first))?;
+    let (weights, held) = if distance < 0.0 {
+        let weights = deepest(shape, x)?;
+        (weights, held(moved, at(start, weights), at(x, weights))?)
+    } else {
+        // To the moment of contact in steps that no corner outruns.
+        let way = (0..3).map(|i| from[i].distance(x[i])).fold(0.0, f64::max);
+        let (mut done, mut weights, mut then) = (0.0, first, from);
+        for _ in 0..MOST {
+            if distance <= NEAR * way {
+                break;
+            }
+            done += distance / way;
+            if !(done < 1.0) {
+                return None;
+            }
+            then = [0, 1, 2].map(|i| from[i].lerp(x[i], done));
+            weights = deepest(shape, then)?;
+            (distance, normal) = shape.distance(at(then, weights))?;
+        }
+        let point = at(then, weights) - normal * distance;
+        let depth = (point - at(x, weights)).dot(normal);
+        if !(depth > 0.0) {
+            return None;
+        }
+        (weights, Held { depth, normal })
+    };
+    let edge = longest.sqrt();
+    Some(HeldFace { weights, held, size: edge.min(radius / SMALL), part: edge / radius - 1.0 })
+}
+
+/// Calls `f` for every triangle that an obstacle holds back, in the order of rows.
+pub(super) fn for_held(
+    moved: &Moved,
+    start: &[DVec3],
+    (vertices, triangles): (&[DVec3], &Triangles),
+    mut f: impl FnMut(usize, HeldFace),
+) {
+    if least_radius(&moved.0.shape).is_infinite() {
+        return;
+    }
+    for (t, corners) in triangles.corners.iter().enumerate() {
+        let of = |points: &[DVec3]| corners.map(|v| points[v as usize]);
+        if let Some(face) = held_face(moved, of(start), of(vertices)) {
+            f(t, face);
+        }
+    }
+}
+
+/// Pushes triangles out of an obstacle.
+pub(super) fn push(
+    moved: &Moved,
+    contact: &Contact,
+    (vertices, triangles, start): (&Vertices, &Triangles, &[DVec3]),
+    (nodal, block): (&mut [DVec3], &mut [DMat3]),
+) {
+    for_held(moved, start, (&vertices.position[..], triangles), |t, HeldFace { weights, held, part, .. }| {
+        let stiffness = part * stiffness(contact, triangles, t);
+        let normal = held.normal;
+        for (&v, weight) in triangles.corners[t].iter().zip(weights) {
+            let k = stiffness * weight;
+            nodal[v as usize] += normal * (held.depth * k);
+            block[v as usize] += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z) * k;
+        }
+    });
+}
+
+/// The force \[N\] of an obstacle on the triangles as they are.
+pub(super) fn force_of(obstacle: &Obstacle, contact: &Contact, vertices: &Vertices, triangles: &Triangles) -> DVec3 {
+    let (x, mut force) = (&vertices.position[..], DVec3::ZERO);
+    for_held(&(*obstacle, DVec3::ZERO), x, (x, triangles), |t, HeldFace { held, part, .. }| {
+        force += held.normal * (held.depth * part * stiffness(contact, triangles, t));
+    });
+    force
+}
+
+/// Puts triangles that are still deep in an obstacle, or through it, back onto the planes that should have held them, each by the least
+/// motion of its corners. Neighbours share corners, hence some rounds.
+pub(super) fn put_outside(
+    moved: &Moved,
+    (vertices, increment): (&mut Vertices, &mut Increment),
+    (triangles, free): (&Triangles, &[DVec3]),
+    step: &StepContext,
+) {
+    if least_radius(&moved.0.shape).is_infinite() {
+        return;
+    }
+    for _ in 0..ROUNDS {
+        let mut is_any = false;
+        for corners in triangles.corners.iter().map(|corners| corners.map(|v| v as usize)) {
+            let (start, x) = (corners.map(|v| increment.start[v]), corners.map(|v| vertices.position[v]));
+            let Some(face) = held_face(moved, start, x).filter(HeldFace::is_deep) else { continue };
+            is_any = true;
+            let normal = face.held.normal;
+            let shares = [0, 1, 2].map(|i| normal * free[corners[i]] * face.weights[i]);
+            let gain: f64 = (0..3).map(|i| face.weights[i] * shares[i].dot(normal)).sum();
+            if gain > 0.0 {
+                (0..3).for_each(|i| shift(vertices, increment, corners[i], shares[i] * (face.held.depth / gain), step));
+            }
+        }
+        if !is_any {
+            return;
+        }
+    }
+}
+
+/// Penalty stiffness of a triangle \[N/mm\].
+fn stiffness(contact: &Contact, triangles: &Triangles, t: usize) -> f64 {
+    contact.stiffness.map_or_else(
+        || STIFFNESS * triangles.stiffness[t].q11.max(triangles.stiffness[t].q22) * triangles.thickness[t],
+        |per_area| per_area * triangles.rest[t].area,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIANGLE: [DVec3; 3] = [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 2.0, 0.0)];
+
+    #[test]
+    fn no_place_of_the_triangle_is_nearer_to_the_segment() {
+        for i in 0..300 {
+            let at_random = |k: f64| (f64::from(i) * k).sin() * 3.0;
+            let [a, b] = [
+                DVec3::new(at_random(1.1), at_random(2.3), at_random(3.7)),
+                DVec3::new(at_random(1.7), at_random(2.9), at_random(0.7)),
+            ];
+            let distance =
+                |p: DVec3| p.distance(a + (b - a) * ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0));
+            let found = distance(at(TRIANGLE, nearest_to_segment(TRIANGLE, [a, b])));
+            for j in 0..200 {
+                let (u, v) = ((f64::from(j) * 0.618).fract(), (f64::from(j) * 0.327).fract());
+                let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+                assert!(found <= distance(at(TRIANGLE, [1.0 - u - v, u, v])) + 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_ball_is_caught_between_the_vertices_wherever_it_ends() {
+        let ball = |z: f64| Shape::Sphere { centre: DVec3::new(0.5, 0.5, z), radius: 0.3 };
+        let pushed = |from: f64, to: f64| {
+            let moved = (crate::components::Obstacle { shape: ball(to) }, DVec3::Z * (to - from));
+            held_face(&moved, TRIANGLE, TRIANGLE).map(|face| (face.held.depth, face.held.normal))
+        };
+        assert!(pushed(-1.0, -0.31).is_none());
+        for to in [-0.2, 0.0, 0.2, 5.0] {
+            let (depth, normal) = pushed(-1.0, to).unwrap();
+            assert!((depth - (to + 0.3)).abs() < 1e-5 && normal.z > 1.0 - 1e-9, "{to}: {depth} along {normal}");
+        }
+        // Already in it by a little, as at rest.
+        let (depth, normal) = pushed(-0.29, -0.25).unwrap();
+        assert!((depth - 0.05).abs() < 1e-9 && normal.z > 1.0 - 1e-9);
+    }
+}
