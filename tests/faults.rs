@@ -45,19 +45,27 @@ fn rows(out: &Path) -> usize {
     std::fs::read_to_string(out.join("series.csv")).map_or(0, |text| text.matches('\n').count().saturating_sub(1))
 }
 
-fn wait_until(child: &mut Child, mut is_there: impl FnMut() -> bool) {
+/// Whether it came there before it ended.
+fn comes_to(child: &mut Child, mut is_there: impl FnMut() -> bool) -> bool {
     while !is_there() {
-        assert!(child.try_wait().unwrap().is_none(), "the run has ended before it was where it was wanted");
+        if child.try_wait().unwrap().is_some() {
+            return false;
+        }
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
+    true
+}
+
+fn wait_until(child: &mut Child, is_there: impl FnMut() -> bool) {
+    assert!(comes_to(child, is_there), "the run has ended before it was where it was wanted");
 }
 
 fn signal(child: &Child, name: &str) {
     assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
 }
 
-/// `fig2-tear` in small: 60 steps, the tear runs from the twentieth on.
-const SMALL: [&str; 11] = [
+/// 60 steps of `fig2-tear` on a finer mesh, which take long enough to be caught in the middle; the tear runs from the twentieth on.
+const SHORT: [&str; 15] = [
     "run",
     "fig2-tear",
     "--set",
@@ -68,6 +76,10 @@ const SMALL: [&str; 11] = [
     "output.frames=4",
     "--set",
     "run.until_torn=false",
+    "--set",
+    "bodies.0.mesh.grid.nx=50",
+    "--set",
+    "bodies.0.mesh.grid.ny=42",
     "--quiet",
 ];
 
@@ -172,16 +184,23 @@ fn a_directory_that_vanishes_is_made_anew() {
 fn an_interrupted_run_goes_on_to_the_same_results() {
     let folder = tempfile::tempdir().unwrap();
     let done = |more: &[&str]| {
-        let output = rhexis(folder.path(), &with(&SMALL, more)).output().unwrap();
+        let output = rhexis(folder.path(), &with(&SHORT, more)).output().unwrap();
         error_of(&output, 0);
     };
     done(&["--out", "whole", "--dump", "whole/dump"]);
     for name in ["-INT", "-TERM"] {
         let out = folder.path().join(name);
-        let mut child = rhexis(folder.path(), &with(&SMALL, &["--out", name])).spawn().unwrap();
-        wait_until(&mut child, || rows(&out) > 25);
-        signal(&child, name);
-        let error = error_of(&child.wait_with_output().unwrap(), 130);
+        // On a busy machine a run may be over before anybody sees that it is half done.
+        let output = (0..50).find_map(|_| {
+            let _ = std::fs::remove_dir_all(&out);
+            let mut child = rhexis(folder.path(), &with(&SHORT, &["--out", name])).spawn().unwrap();
+            if comes_to(&mut child, || rows(&out) > 25) && child.try_wait().unwrap().is_none() {
+                signal(&child, name);
+            }
+            let output = child.wait_with_output().unwrap();
+            (output.status.code() != Some(0)).then_some(output)
+        });
+        let error = error_of(&output.expect("never caught in the middle"), 130);
         assert!(error.contains("interrupted"), "{error}");
         let steps = report(&out)["steps"].as_u64().unwrap();
         assert!(report(&out)["end"]["state"] == "interrupted" && steps < 60 && rows(&out) as u64 == steps + 1);
@@ -194,22 +213,23 @@ fn an_interrupted_run_goes_on_to_the_same_results() {
 fn a_run_killed_again_and_again_comes_to_the_same_results() {
     let folder = tempfile::tempdir().unwrap();
     let done = |more: &[&str]| {
-        let output = rhexis(folder.path(), &with(&SMALL, more)).output().unwrap();
+        let output = rhexis(folder.path(), &with(&SHORT, more)).output().unwrap();
         error_of(&output, 0);
     };
     done(&["--out", "whole", "--dump", "whole/dump"]);
     let out = folder.path().join("killed");
-    let arguments = with(&SMALL, &["--out", "killed", "--snapshots", "1"]);
-    let mut is_resumed = false;
+    let arguments = with(&SHORT, &["--out", "killed", "--snapshots", "1"]);
+    let mut kills = 0;
     // A snapshot after every step: most kills fall into the writing of one.
-    for at in [5, 12, 19, 26, 33, 40, 47] {
-        let more: &[&str] = if is_resumed { &["--resume"] } else { &[] };
+    for at in [2, 5, 12, 19, 26, 33, 40, 47] {
+        let more: &[&str] = if out.join("run.snapshot").exists() { &["--resume"] } else { &[] };
         let mut child = rhexis(folder.path(), &with(&arguments, more)).spawn().unwrap();
-        wait_until(&mut child, || rows(&out) > at && out.join("run.snapshot").exists());
-        child.kill().unwrap();
-        assert_eq!(child.wait().unwrap().code(), None, "killed");
-        is_resumed = true;
+        if comes_to(&mut child, || rows(&out) > at && out.join("run.snapshot").exists()) {
+            child.kill().unwrap();
+        }
+        kills += usize::from(child.wait().unwrap().code().is_none());
     }
+    assert!(kills > 0, "never caught in the middle");
     // As a kill in the middle of a write leaves it.
     std::fs::write(out.join("run.snapshot.part"), "rhexrun and no more").unwrap();
     done(&["--out", "killed", "--resume", "--dump", "killed/dump"]);
@@ -230,7 +250,7 @@ fn a_second_interrupt_ends_at_once() {
     };
     wait_until(&mut child, catches_sigint);
     while child.try_wait().unwrap().is_none() {
-        signal(&child, "-INT");
+        let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status();
     }
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
@@ -250,6 +270,20 @@ fn a_recording_that_cannot_be_written_costs_nothing_else() {
     let arguments = with(&ENDLESS, &["--steps", "3", "--record", "file/inside.rec"]);
     let error = error_of(&rhexis(folder.path(), &arguments).output().unwrap(), 1);
     assert!(error.contains("file") && error.contains("--record"), "before the run: {error}");
+}
+
+/// Renaming a file over a device would take the device from everybody.
+#[test]
+fn a_device_is_never_replaced() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = tempfile::tempdir().unwrap();
+    // A device stands behind the name: what a rename takes away is the name.
+    let name = folder.path().join("null");
+    std::os::unix::fs::symlink("/dev/null", &name).unwrap();
+    let arguments = with(&ENDLESS, &["--steps", "3", "--record", "null"]);
+    let error = error_of(&rhexis(folder.path(), &arguments).output().unwrap(), 1);
+    assert!(error.contains("null: not a regular file"), "{error}");
+    assert!(std::fs::metadata(&name).unwrap().file_type().is_char_device());
 }
 
 #[test]

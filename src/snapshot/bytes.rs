@@ -108,11 +108,15 @@ pub(crate) fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T,
     }
 }
 
-/// Writes bytes beside `path` and renames: the file is the old one or the new one, never half of it.
+/// Writes bytes beside `path` and renames: the file is the old one or the new one, never half of it, whatever ends the program or the
+/// machine. What is neither file nor directory is refused: renaming would put a file in its place.
 pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
     let write = || -> std::io::Result<()> {
+        if std::fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
+            return Err(std::io::Error::other("not a regular file"));
+        }
         let mut file = std::fs::File::create(&part)?;
         file.write_all(bytes)?;
         file.sync_all()?;

@@ -30,7 +30,13 @@ fn target() -> String {
     };
     #[cfg(not(target_arch = "x86_64"))]
     let level = "";
-    let library = if cfg!(target_env = "gnu") { "-gnu" } else if cfg!(target_env = "musl") { "-musl" } else { "" };
+    let library = if cfg!(target_env = "gnu") {
+        "-gnu"
+    } else if cfg!(target_env = "musl") {
+        "-musl"
+    } else {
+        ""
+    };
     format!("{}-{}{library}{level}", std::env::consts::ARCH, std::env::consts::OS)
 }
 
@@ -78,7 +84,8 @@ fn any_number_of_threads_any_instructions_and_a_way_back_give_the_golden_bits() 
         found.insert(entry.name, (steps, hash));
     }
     if std::env::var_os(UPDATE).is_some() {
-        let mut text = format!("# target scene steps hash. See main.rs beside this file.\n# {}\n", HOW.replace('\n', "\n# "));
+        let mut text =
+            format!("# target scene steps hash. See main.rs beside this file.\n# {}\n", HOW.replace('\n', "\n# "));
         for (name, (steps, hash)) in &found {
             let _ = writeln!(text, "{target} {name} {steps} {hash}");
         }
@@ -100,5 +107,8 @@ fn any_number_of_threads_any_instructions_and_a_way_back_give_the_golden_bits() 
             let _ = writeln!(faults, "{name}: now {now}, golden {then}");
         }
     }
-    assert!(faults.is_empty(), "the bits after so many steps are not those of tests/golden/hashes.txt on {target}:\n{faults}{HOW}");
+    assert!(
+        faults.is_empty(),
+        "the bits after so many steps are not those of tests/golden/hashes.txt on {target}:\n{faults}{HOW}"
+    );
 }

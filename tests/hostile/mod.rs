@@ -46,7 +46,8 @@ pub fn scene(document: Document) {
 
 /// Whether no two numbers of a mesh's description make a product that takes long to build.
 fn is_small(mesh: &str) -> bool {
-    let numbers = mesh.split(|c: char| !c.is_ascii_digit() && !".eE-+".contains(c)).filter_map(|w| w.parse::<f64>().ok());
+    let numbers =
+        mesh.split(|c: char| !c.is_ascii_digit() && !".eE-+".contains(c)).filter_map(|w| w.parse::<f64>().ok());
     let mut sizes: Vec<f64> = numbers.map(|x| x.abs().max(1.0 / x.abs()).max(1.0)).collect();
     sizes.sort_by(|a, b| b.total_cmp(a));
     let [largest, second] = [0, 1].map(|i| sizes.get(i).copied().unwrap_or(1.0));
