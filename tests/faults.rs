@@ -188,14 +188,14 @@ fn an_interrupted_run_goes_on_to_the_same_results() {
         error_of(&output, 0);
     };
     done(&["--out", "whole", "--dump", "whole/dump"]);
-    for name in ["-INT", "-TERM"] {
+    for name in ["INT", "TERM"] {
         let out = folder.path().join(name);
         // On a busy machine a run may be over before anybody sees that it is half done.
         let output = (0..50).find_map(|_| {
             let _ = std::fs::remove_dir_all(&out);
             let mut child = rhexis(folder.path(), &with(&SHORT, &["--out", name])).spawn().unwrap();
             if comes_to(&mut child, || rows(&out) > 25) && child.try_wait().unwrap().is_none() {
-                signal(&child, name);
+                signal(&child, &format!("-{name}"));
             }
             let output = child.wait_with_output().unwrap();
             (output.status.code() != Some(0)).then_some(output)

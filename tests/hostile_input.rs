@@ -95,7 +95,10 @@ fn heads_that_claim_billions_take_no_memory() {
             refused("a.ply", ply("0", "1", &format!("{count} 0 1 2\n")).as_bytes());
             refused("a.ply", &[ply("0", "1", "").as_bytes(), &[0xff; 64]].concat());
         }
-        refused("a.obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {count}\n").as_bytes());
+        // The last vertex, in this format.
+        if count != "-1" {
+            refused("a.obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {count}\n").as_bytes());
+        }
         refused("a.obj", format!("v 0 0 {count}\nv 1 0 0\nv 0 1 0\nf 1 2 4\n").as_bytes());
         refused("a.stl", format!("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 {count}\n").as_bytes());
         let msh = |nodes: &str, elements: &str| {
@@ -177,8 +180,7 @@ fn nesting_without_end_is_refused() {
         let head = &text[..20];
         assert!(Document::new(&text, "deep").scene().is_err(), "{head}");
         let mut document = Document::named("fig2").unwrap();
-        let _ = document.set(&text);
-        assert!(document.scene().is_err() || !text.contains('='), "--set {head}");
+        assert!(document.set(&text).is_err() || document.scene().is_err(), "--set {head}");
     }
 }
 

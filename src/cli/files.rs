@@ -43,21 +43,22 @@ fn failed(path: &Path, error: impl std::fmt::Display) -> Stop {
     Stop::Failed(cannot_write(path, error))
 }
 
-/// Takes away the pictures and frames of an earlier run from step `from` on: beside those of this one they would tell of another
-/// tear.
-fn remove_earlier(folder: &Path, from: u64) -> std::io::Result<()> {
+/// Takes away the pictures and the frames of an earlier run from these steps on: beside those of this one they would tell of
+/// another tear.
+fn remove_earlier(folder: &Path, from: [u64; 2]) -> std::io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let entry = entry?;
-        let step = step_of(&entry.file_name().to_string_lossy());
-        if step.is_some_and(|step| step >= from) && entry.file_type()?.is_file() {
+        let found = numbered(&entry.file_name().to_string_lossy());
+        if found.is_some_and(|(kind, step)| step >= from[kind]) && entry.file_type()?.is_file() {
             std::fs::remove_file(entry.path())?;
         }
     }
     Ok(())
 }
 
-/// The step of a file with a name that a run gives: `picture-0-000012.png`, `frames-0-tissue-000012.vtu`.
-fn step_of(name: &str) -> Option<u64> {
+/// The kind and the step of a file with a name that a run gives: 0 for `picture-0-000012.png`, 1 for
+/// `frames-0-tissue-000012.vtu`.
+fn numbered(name: &str) -> Option<(usize, u64)> {
     let number = |word: &str, least: usize| {
         let is_number = word.len() >= least && word.bytes().all(|b| b.is_ascii_digit());
         is_number.then(|| word.parse().ok()).flatten()
@@ -66,7 +67,8 @@ fn step_of(name: &str) -> Option<u64> {
         let (first, rest) = name.strip_prefix(kind)?.strip_suffix(extension)?.split_once('-')?;
         number(first, 1).and_then(|_: u64| number(rest.rsplit('-').next()?, 6))
     };
-    step("picture-", ".png").or_else(|| step("frames-", ".vtu"))
+    let picture = step("picture-", ".png").map(|step| (0, step));
+    picture.or_else(|| step("frames-", ".vtu").map(|step| (1, step)))
 }
 
 impl From<OutputError> for Stop {
@@ -88,19 +90,15 @@ pub(super) struct Marks {
 }
 
 impl Files {
-    /// Opens the files of a run that was interrupted after `step` steps and takes away what they have beyond these marks.
-    pub fn resume(
-        folder: &Path,
-        title: &str,
-        moments: [Moments; 2],
-        (step, marks): (u64, &Marks),
-    ) -> Result<Self, Stop> {
+    /// Opens the files of a run that was interrupted and takes away what they have beyond these marks.
+    pub fn resume(folder: &Path, title: &str, moments: [Moments; 2], marks: &Marks) -> Result<Self, Stop> {
         let open = |name: &str, length: u64| {
             let path = folder.join(name);
             let journal = Journal::resume(&path, length);
             journal.map_err(|error| Stop::Failed(format!("cannot go on with {}: {error}", path.display())))
         };
-        remove_earlier(folder, step + 1).map_err(|error| failed(folder, error))?;
+        let beyond = [marks.last_picture, marks.last_frame].map(|last| last.map_or(0, |step| step + 1));
+        remove_earlier(folder, beyond).map_err(|error| failed(folder, error))?;
         let has_frames = moments[1].count > 0;
         let frames = has_frames.then(|| PvdWriter::resume(&folder.join("frames.pvd"), &marks.entries)).transpose()?;
         let [series, events] = marks.lengths;
@@ -118,7 +116,7 @@ impl Files {
             Journal::create(&path).map_err(|error| failed(&path, error))
         };
         checkpoint::remove(folder)?;
-        remove_earlier(folder, 0).map_err(|error| failed(folder, error))?;
+        remove_earlier(folder, [0; 2]).map_err(|error| failed(folder, error))?;
         let has_frames = moments[1].count > 0;
         let frames = has_frames.then(|| PvdWriter::create(&folder.join("frames.pvd"))).transpose()?;
         Ok(Self::new(folder, title, moments, [open("series.csv")?, open("events.jsonl")?], frames))
@@ -310,19 +308,22 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::step_of;
+    use super::numbered;
 
     #[test]
     fn only_names_that_a_run_gives_are_taken_away() {
-        for (name, step) in
-            [("picture-0-000012.png", 12), ("picture-12-1234567.png", 1_234_567), ("frames-0-my-tissue-000012.vtu", 12)]
-        {
-            assert_eq!(step_of(name), Some(step), "{name}");
+        let own = [
+            ("picture-0-000012.png", (0, 12)),
+            ("picture-12-1234567.png", (0, 1_234_567)),
+            ("frames-0-my-tissue-000012.vtu", (1, 12)),
+        ];
+        for (name, found) in own {
+            assert_eq!(numbered(name), Some(found), "{name}");
         }
         for name in
             ["picture.png", "picture-0-12.png", "picture-a-000012.png", "frames.pvd", "frames-0-a.vtu", "mine.vtu"]
         {
-            assert_eq!(step_of(name), None, "{name}");
+            assert_eq!(numbered(name), None, "{name}");
         }
     }
 }

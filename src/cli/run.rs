@@ -77,7 +77,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
     let files = match &kept {
         Some(kept) => {
             instance.resume(&kept.snapshot, kept.progress)?;
-            Files::resume(&folder, scene.name(), moments, (kept.progress.0, &kept.marks))?
+            Files::resume(&folder, scene.name(), moments, &kept.marks)?
         }
         None => Files::create(&folder, scene.name(), moments)?,
     };
