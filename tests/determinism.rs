@@ -43,7 +43,7 @@ fn run(threads: usize, squares: &[Square]) -> (StateHash, Vec<Vec<u64>>) {
 #[test]
 fn a_second_run_and_any_number_of_threads_give_the_same_bits() {
     let once = run(1, &[large()]);
-    for threads in [1, 2, 3] {
+    for threads in [1, 2, 3, 8] {
         assert!(run(threads, &[large()]) == once, "{threads} threads");
     }
 }

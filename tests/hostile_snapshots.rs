@@ -163,3 +163,14 @@ fn absurd_sizes_take_no_memory() {
         assert!(taken < 100 * most, "at {at}: {taken} bytes allocated");
     }
 }
+
+/// Bodies of a snapshot and of a recording, for the fuzz targets.
+#[test]
+#[ignore = "writes files for tests/fuzz/seed.sh into the directory RHEXIS_SEEDS: cargo test --test hostile_snapshots -- --ignored seeds"]
+fn seeds() {
+    let Some(folder) = std::env::var_os("RHEXIS_SEEDS").map(std::path::PathBuf::from) else { return };
+    let mut simulation = torn();
+    std::fs::write(folder.join("snapshot/torn"), body(&simulation.snapshot().to_bytes().unwrap())).unwrap();
+    std::fs::write(folder.join("recording/torn"), body(&simulation.end_recording().unwrap().to_bytes().unwrap()))
+        .unwrap();
+}

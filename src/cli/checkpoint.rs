@@ -11,7 +11,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// The file in the output directory; a new one takes the place of the last.
-const NAME: &str = "run.snapshot";
+pub(super) const NAME: &str = "run.snapshot";
 
 /// A run after some step.
 #[derive(Deserialize, Serialize)]
@@ -38,8 +38,8 @@ impl From<SnapshotError> for Stop {
 
 impl Checkpoint {
     /// Writes it into the output directory, whole or not at all.
-    pub fn save(&self, folder: &Path) -> Result<(), Stop> {
-        Ok(replace(&folder.join(NAME), &pack(Kind::Run, self)?)?)
+    pub fn save(&self, folder: &Path) -> Result<(), SnapshotError> {
+        replace(&folder.join(NAME), &pack(Kind::Run, self)?)
     }
 
     /// The last one of a run of this scene.

@@ -10,16 +10,19 @@ fn digits(value: f64) -> String {
     format!("{value:.16e}")
 }
 
-/// Makes the directory.
-pub(super) fn create(folder: &Path) -> Result<(), Stop> {
+/// Makes the directory that was given with an option.
+pub(super) fn create(folder: &Path, option: &str) -> Result<(), Stop> {
     std::fs::create_dir_all(folder).map_err(|error| {
         let what = format!("cannot make the directory {}: {error}", folder.display());
-        Stop::Failed(format!("{what}; choose another with --dump"))
+        Stop::Failed(format!("{what}; choose another with {option}"))
     })
 }
 
 /// Writes `positions.csv`, `reactions.csv` and `stresses.csv` into `folder`, which exists.
-pub(super) fn dump(folder: &Path, frame: &Frame, last: &Observation) -> Result<(), Stop> {
+///
+/// # Errors
+/// What could not be written.
+pub(super) fn dump(folder: &Path, frame: &Frame, last: &Observation) -> Result<(), String> {
     let header = ["body", "vertex", "x_mm", "y_mm", "z_mm", "rest_x_mm", "rest_y_mm", "rest_z_mm"];
     let vertices = frame.bodies.iter().flat_map(|body| {
         body.positions.iter().zip(&body.rest_positions).enumerate().map(|(v, (x, rest))| {
@@ -64,8 +67,8 @@ pub(super) fn dump(folder: &Path, frame: &Frame, last: &Observation) -> Result<(
     table(&folder.join("stresses.csv"), &header, stresses)
 }
 
-fn table(path: &Path, header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<(), Stop> {
-    let refused = |error: csv::Error| Stop::Failed(format!("cannot write {}: {error}", path.display()));
+fn table(path: &Path, header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<(), String> {
+    let refused = |error: csv::Error| format!("cannot write {}: {error}; choose another with --dump", path.display());
     let file = File::create(path).map_err(|error| refused(error.into()))?;
     let mut writer = csv::Writer::from_writer(std::io::BufWriter::new(file));
     writer.write_record(header).map_err(refused)?;

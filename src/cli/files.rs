@@ -1,6 +1,7 @@
 //! The files that a run writes as it goes on. Each row is flushed, each whole file renamed into place: an interrupted run
-//! leaves what it had.
+//! leaves what it had. What cannot be written ends no run: it is tried again where that can be, and told at once and at the end.
 
+use super::journal::{Journal, Written};
 use super::moments::Moments;
 use super::report::RunReport;
 use super::series::Observation;
@@ -12,49 +13,62 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use slotmap::Key;
-use std::fs::File;
-use std::io::{Seek, Write};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The output directory and its open files.
 pub(super) struct Files {
     folder: PathBuf,
     title: String,
-    series: csv::Writer<File>,
-    events: File,
+    series: Journal,
+    events: Journal,
     frames: Option<PvdWriter>,
     picture_moments: Moments,
     frame_moments: Moments,
     last_frame: Option<u64>,
     last_picture: Option<u64>,
-    /// Pictures that could not be drawn.
+    /// Pictures that could not be drawn, and what else the report should say of the files.
     pub notes: Vec<String>,
+    /// What could not be written, by the kind of file.
+    faults: BTreeMap<&'static str, String>,
+    /// Faults that nobody has been told of.
+    untold: Vec<String>,
 }
 
-fn cannot_write(path: &Path, error: impl std::fmt::Display) -> Stop {
-    Stop::Failed(format!("cannot write {}: {error}; choose another directory with --out", path.display()))
+fn cannot_write(path: &Path, error: impl std::fmt::Display) -> String {
+    format!("cannot write {}: {error}; make room, or choose another directory with --out", path.display())
 }
 
-/// Takes away the pictures and frames of an earlier run: beside those of a shorter one they would tell of another tear.
-fn remove_earlier(folder: &Path) -> std::io::Result<()> {
+fn failed(path: &Path, error: impl std::fmt::Display) -> Stop {
+    Stop::Failed(cannot_write(path, error))
+}
+
+/// Takes away the pictures and the frames of an earlier run from these steps on: beside those of this one they would tell of
+/// another tear.
+fn remove_earlier(folder: &Path, from: [u64; 2]) -> std::io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let entry = entry?;
-        if is_numbered(&entry.file_name().to_string_lossy()) && entry.file_type()?.is_file() {
+        let found = numbered(&entry.file_name().to_string_lossy());
+        if found.is_some_and(|(kind, step)| step >= from[kind]) && entry.file_type()?.is_file() {
             std::fs::remove_file(entry.path())?;
         }
     }
     Ok(())
 }
 
-/// Whether a file has a name that a run gives: `picture-0-000012.png`, `frames-0-tissue-000012.vtu`.
-fn is_numbered(name: &str) -> bool {
-    let is_number = |word: &str, least: usize| word.len() >= least && word.bytes().all(|b| b.is_ascii_digit());
-    let stem = |kind: &str, extension: &str| {
-        let (first, rest) = name.strip_prefix(kind)?.strip_suffix(extension)?.split_once('-')?;
-        let last = rest.rsplit('-').next()?;
-        Some(is_number(first, 1) && is_number(last, 6))
+/// The kind and the step of a file with a name that a run gives: 0 for `picture-0-000012.png`, 1 for
+/// `frames-0-tissue-000012.vtu`.
+fn numbered(name: &str) -> Option<(usize, u64)> {
+    let number = |word: &str, least: usize| {
+        let is_number = word.len() >= least && word.bytes().all(|b| b.is_ascii_digit());
+        is_number.then(|| word.parse().ok()).flatten()
     };
-    stem("picture-", ".png").or_else(|| stem("frames-", ".vtu")).unwrap_or(false)
+    let step = |kind: &str, extension: &str| {
+        let (first, rest) = name.strip_prefix(kind)?.strip_suffix(extension)?.split_once('-')?;
+        number(first, 1).and_then(|_: u64| number(rest.rsplit('-').next()?, 6))
+    };
+    let picture = step("picture-", ".png").map(|step| (0, step));
+    picture.or_else(|| step("frames-", ".vtu").map(|step| (1, step)))
 }
 
 impl From<OutputError> for Stop {
@@ -78,67 +92,65 @@ pub(super) struct Marks {
 impl Files {
     /// Opens the files of a run that was interrupted and takes away what they have beyond these marks.
     pub fn resume(folder: &Path, title: &str, moments: [Moments; 2], marks: &Marks) -> Result<Self, Stop> {
-        let [picture_moments, frame_moments] = moments;
         let open = |name: &str, length: u64| {
             let path = folder.join(name);
-            let file = File::options().write(true).open(&path).and_then(|mut file| {
-                if file.metadata()?.len() < length {
-                    return Err(std::io::Error::other("it is shorter than it was"));
-                }
-                file.set_len(length)?;
-                file.seek(std::io::SeekFrom::End(0))?;
-                Ok(file)
-            });
-            file.map_err(|error| Stop::Failed(format!("cannot go on with {}: {error}", path.display())))
+            let journal = Journal::resume(&path, length);
+            journal.map_err(|error| Stop::Failed(format!("cannot go on with {}: {error}", path.display())))
         };
-        let has_frames = frame_moments.count > 0;
+        let beyond = [marks.last_picture, marks.last_frame].map(|last| last.map_or(0, |step| step + 1));
+        remove_earlier(folder, beyond).map_err(|error| failed(folder, error))?;
+        let has_frames = moments[1].count > 0;
         let frames = has_frames.then(|| PvdWriter::resume(&folder.join("frames.pvd"), &marks.entries)).transpose()?;
-        Ok(Self {
-            folder: folder.to_owned(),
-            title: title.to_owned(),
-            series: csv::Writer::from_writer(open("series.csv", marks.lengths[0])?),
-            events: open("events.jsonl", marks.lengths[1])?,
-            frames,
-            picture_moments,
-            frame_moments,
-            last_frame: marks.last_frame,
-            last_picture: marks.last_picture,
-            notes: marks.notes.clone(),
-        })
-    }
-
-    /// Where the files stand.
-    pub fn marks(&self) -> Result<Marks, Stop> {
-        let length = |file: &File| file.metadata().map(|data| data.len());
-        let lengths = length(self.series.get_ref()).and_then(|series| Ok([series, length(&self.events)?]));
-        let lengths = lengths.map_err(|error| cannot_write(&self.folder, error))?;
-        let entries = self.frames.as_ref().map_or("", PvdWriter::entries).to_owned();
-        let &Self { last_frame, last_picture, ref notes, .. } = self;
-        Ok(Marks { lengths, entries, last_frame, last_picture, notes: notes.clone() })
+        let [series, events] = marks.lengths;
+        let journals = [open("series.csv", series)?, open("events.jsonl", events)?];
+        let files = Self::new(folder, title, moments, journals, frames);
+        let &Marks { last_frame, last_picture, ref notes, .. } = marks;
+        Ok(Self { last_frame, last_picture, notes: notes.clone(), ..files })
     }
 
     /// Makes the directory and begins the files.
-    pub fn create(folder: &Path, title: &str, pictures: Moments, frames: Moments) -> Result<Self, Stop> {
-        std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, error))?;
+    pub fn create(folder: &Path, title: &str, moments: [Moments; 2]) -> Result<Self, Stop> {
+        std::fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
         let open = |name: &str| {
             let path = folder.join(name);
-            File::create(&path).map_err(|error| cannot_write(&path, error))
+            Journal::create(&path).map_err(|error| failed(&path, error))
         };
         checkpoint::remove(folder)?;
-        remove_earlier(folder).map_err(|error| cannot_write(folder, error))?;
-        let frame_list = if frames.count > 0 { Some(PvdWriter::create(&folder.join("frames.pvd"))?) } else { None };
-        Ok(Self {
+        remove_earlier(folder, [0; 2]).map_err(|error| failed(folder, error))?;
+        let has_frames = moments[1].count > 0;
+        let frames = has_frames.then(|| PvdWriter::create(&folder.join("frames.pvd"))).transpose()?;
+        Ok(Self::new(folder, title, moments, [open("series.csv")?, open("events.jsonl")?], frames))
+    }
+
+    fn new(
+        folder: &Path,
+        title: &str,
+        [picture_moments, frame_moments]: [Moments; 2],
+        [series, events]: [Journal; 2],
+        frames: Option<PvdWriter>,
+    ) -> Self {
+        Self {
             folder: folder.to_owned(),
             title: title.to_owned(),
-            series: csv::Writer::from_writer(open("series.csv")?),
-            events: open("events.jsonl")?,
-            frames: frame_list,
-            picture_moments: pictures,
-            frame_moments: frames,
+            series,
+            events,
+            frames,
+            picture_moments,
+            frame_moments,
             last_frame: None,
             last_picture: None,
             notes: Vec::new(),
-        })
+            faults: BTreeMap::new(),
+            untold: Vec::new(),
+        }
+    }
+
+    /// Where the files stand; nothing while some of it cannot be written.
+    pub fn marks(&self) -> Option<Marks> {
+        let lengths = [self.series.mark()?, self.events.mark()?];
+        let entries = self.frames.as_ref().map_or("", PvdWriter::entries).to_owned();
+        let &Self { last_frame, last_picture, ref notes, .. } = self;
+        Some(Marks { lengths, entries, last_frame, last_picture, notes: notes.clone() })
     }
 
     /// Whether the state after `step` steps is to be drawn or written as a frame; `is_special` states are, whatever the
@@ -148,13 +160,14 @@ impl Files {
     }
 
     /// The state after a step: its pictures and frames, where they are due or it `is_special`.
-    pub fn frame(&mut self, frame: &Frame, step: u64, tears: u64, is_special: bool) -> Result<(), Stop> {
+    pub fn frame(&mut self, frame: &Frame, step: u64, tears: u64, is_special: bool) {
         let due = |moments: Moments| moments.is_due(step) || (is_special && moments.count > 0);
         if due(self.frame_moments)
             && self.last_frame.replace(step) != Some(step)
             && let Some(list) = &mut self.frames
+            && let Err(error) = list.write_frame(frame)
         {
-            list.write_frame(frame)?;
+            self.fault("frames", error.to_string());
         }
         if due(self.picture_moments) && self.last_picture.replace(step) != Some(step) {
             for (index, body) in frame.bodies.iter().enumerate() {
@@ -164,33 +177,87 @@ impl Files {
                     Err(OutputError::Content { what, .. }) => {
                         self.notes.push(format!("{}: no picture: {what}", body.name))
                     }
-                    other => other?,
+                    Err(error) => self.fault("pictures", error.to_string()),
+                    Ok(()) => {}
                 }
             }
         }
-        Ok(())
     }
 
     /// A row of `series.csv`, after its header if it is the first.
+    ///
+    /// # Errors
+    /// Where so much waits to be written that the run had better end.
     pub fn row(&mut self, o: &Observation, is_first: bool) -> Result<(), Stop> {
-        let path = self.folder.join("series.csv");
-        let header = if is_first { self.series.write_record(o.header()) } else { Ok(()) };
-        let written = header.and_then(|()| self.series.write_record(o.row()));
-        written.map_err(|error| cannot_write(&path, error))?;
-        self.series.flush().map_err(|error| cannot_write(&path, error))
+        let mut rows = csv::Writer::from_writer(Vec::new());
+        let header = if is_first { rows.write_record(o.header()) } else { Ok(()) };
+        let row = header.and_then(|()| rows.write_record(o.row()));
+        let lines = row.map_err(|error| error.to_string()).and_then(|()| rows.into_inner().map_err(|e| e.to_string()));
+        let lines = lines.map_err(Stop::Failed)?;
+        let written = self.series.append(&lines);
+        self.note_journal("series.csv", written);
+        match self.series.is_overfull() || self.events.is_overfull() {
+            true => Err(Stop::Failed(self.lasting_faults().join("\n"))),
+            false => Ok(()),
+        }
     }
 
     /// A line of `events.jsonl`.
-    pub fn event(&mut self, step: u64, body: &str, event: &Event) -> Result<(), Stop> {
+    pub fn event(&mut self, step: u64, body: &str, event: &Event) {
         let line = format!("{}\n", described(step, body, event));
-        self.events.write_all(line.as_bytes()).map_err(|error| cannot_write(&self.folder.join("events.jsonl"), error))
+        let written = self.events.append(line.as_bytes());
+        self.note_journal("events.jsonl", written);
+    }
+
+    fn note_journal(&mut self, name: &'static str, written: std::io::Result<Written>) {
+        match written {
+            Ok(Written::All) => self.mended(name),
+            Ok(Written::Anew) => {
+                self.mended(name);
+                let path = self.folder.join(name);
+                self.notes.push(format!("{} was taken away during the run and is written anew", path.display()));
+            }
+            Err(error) => self.fault(name, cannot_write(&self.folder.join(name), error)),
+        }
     }
 
     /// `report.json`, replacing the last one.
-    pub fn report(&self, report: &RunReport) -> Result<(), Stop> {
-        let mut text = serde_json::to_string_pretty(report).map_err(|error| Stop::Failed(error.to_string()))?;
-        text.push('\n');
-        Ok(file::replace(&self.folder.join("report.json"), text.as_bytes())?)
+    pub fn report(&mut self, report: &RunReport) {
+        let text = serde_json::to_string_pretty(report).map_err(|error| error.to_string());
+        let path = self.folder.join("report.json");
+        let replace = |text: String| file::replace(&path, (text + "\n").as_bytes()).map_err(|error| error.to_string());
+        match text.and_then(replace) {
+            Ok(()) => self.mended("report.json"),
+            Err(what) => self.fault("report.json", what),
+        }
+    }
+
+    /// Notes what could not be written. The first time of its kind it is to be told.
+    pub fn fault(&mut self, kind: &'static str, what: String) {
+        if !self.faults.contains_key(kind) {
+            self.untold.push(what.clone());
+            self.faults.insert(kind, what);
+        }
+    }
+
+    /// What could not be written is there now, whole.
+    pub fn mended(&mut self, kind: &'static str) {
+        self.faults.remove(kind);
+    }
+
+    /// Faults that nobody has been told of.
+    pub fn untold(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.untold)
+    }
+
+    /// Tries once more to write what waits, and tells what is lost.
+    pub fn lasting_faults(&mut self) -> Vec<String> {
+        for name in ["series.csv", "events.jsonl"] {
+            let journal = if name == "series.csv" { &mut self.series } else { &mut self.events };
+            let written = journal.write();
+            self.note_journal(name, written);
+        }
+        self.faults.values().cloned().collect()
     }
 }
 
@@ -241,17 +308,22 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::is_numbered;
+    use super::numbered;
 
     #[test]
     fn only_names_that_a_run_gives_are_taken_away() {
-        for name in ["picture-0-000012.png", "picture-12-1234567.png", "frames-0-my-tissue-000012.vtu"] {
-            assert!(is_numbered(name), "{name}");
+        let own = [
+            ("picture-0-000012.png", (0, 12)),
+            ("picture-12-1234567.png", (0, 1_234_567)),
+            ("frames-0-my-tissue-000012.vtu", (1, 12)),
+        ];
+        for (name, found) in own {
+            assert_eq!(numbered(name), Some(found), "{name}");
         }
         for name in
             ["picture.png", "picture-0-12.png", "picture-a-000012.png", "frames.pvd", "frames-0-a.vtu", "mine.vtu"]
         {
-            assert!(!is_numbered(name), "{name}");
+            assert_eq!(numbered(name), None, "{name}");
         }
     }
 }

@@ -1,7 +1,9 @@
 //! The command line: `run`, `replay`, `scenes`, `check`, `verify`, `stress`, `bench`.
 //!
-//! Exit codes: 0 done, 1 refused or failed, 2 wrong usage. Errors go to standard error, results to standard output; a reader
-//! that closes standard output early ends the program quietly.
+//! Exit codes: 0 done, 1 refused, failed or not all written, 2 wrong usage, 130 interrupted. Errors go to standard error, results to
+//! standard output; a reader that closes standard output early ends the program quietly. Ctrl-C and SIGTERM let `run`, `verify` and
+//! `stress` end with what they have, a second one ends them at once, as the first does for the others: they write nothing before
+//! they are done.
 
 mod bench;
 mod check;
@@ -9,6 +11,8 @@ mod checkpoint;
 mod course;
 mod dump;
 mod files;
+mod interrupt;
+mod journal;
 mod moments;
 mod progress;
 mod replay;
@@ -68,6 +72,8 @@ Examples:
   rhexis run fig2 --set run.mode=static --json --quiet > report.json
   rhexis run capsulorhexis --snapshots 100      then, if it was killed:
   rhexis run capsulorhexis --snapshots 100 --resume
+
+Ctrl-C ends it after the step, with report and state: --resume goes on.
 
 Written into the output directory, as the run goes on:
   report.json    figures at the end: reactions [N], energies [mJ], tears, solver, times, caveats
@@ -212,6 +218,8 @@ enum Stop {
     Silent,
     /// Nobody reads standard output any more.
     ClosedPipe,
+    /// Somebody has asked it to end; what it had is written.
+    Interrupted,
 }
 
 impl From<SceneError> for Stop {
@@ -242,6 +250,10 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(()) | Err(Stop::ClosedPipe) => ExitCode::SUCCESS,
         Err(Stop::Silent) => ExitCode::FAILURE,
+        Err(Stop::Interrupted) => {
+            say::complain("interrupted");
+            ExitCode::from(interrupt::EXIT_CODE)
+        }
         Err(Stop::Scene(error)) => {
             say::complain(&format!("error: {error}"));
             ExitCode::FAILURE

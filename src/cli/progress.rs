@@ -1,5 +1,6 @@
 //! The progress bar on standard error.
 
+use super::say::complain;
 use super::series::Observation;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::time::Duration;
@@ -25,6 +26,11 @@ impl Progress {
         let tears = if torn > 0.0 { format!("  torn {torn:.2} mm, {tips} tip(s)") } else { String::new() };
         self.bar.set_position(step);
         self.bar.set_message(format!("t = {time:.0} ms  {factor:.3} × real time{tears}"));
+    }
+
+    /// Says on standard error what has gone wrong meanwhile.
+    pub fn complain(&self, what: &str) {
+        self.bar.suspend(|| complain(&format!("warning: {what}")));
     }
 
     pub fn finish(&self) {

@@ -27,6 +27,8 @@ pub(super) enum End {
     Done,
     /// No tip is left and the scene asked to end there.
     TornThrough,
+    /// Somebody has ended it early; the state is kept, to go on from with `--resume`.
+    Interrupted,
     /// It could not go on; the last good state stands.
     Failed(String),
 }

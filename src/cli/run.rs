@@ -1,8 +1,9 @@
 //! `rhexis run`.
 
-use super::checkpoint::Checkpoint;
+use super::checkpoint::{self, Checkpoint};
 use super::course::CourseReport;
 use super::files::Files;
+use super::interrupt::{self, Interrupt};
 use super::moments::Moments;
 use super::progress::Progress;
 use super::report::{self, End, RunReport, Sources};
@@ -15,7 +16,7 @@ use crate::frame::Frame;
 use crate::report::TearCourse;
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// A run is given up after so many failed steps in a row: what fails so often does not mend itself.
@@ -36,12 +37,13 @@ struct Running<'a> {
     stepping: Duration,
     /// Steps in a row that have failed.
     failures: u32,
-    snapshots: Option<Snapshots>,
+    snapshots: Snapshots,
+    interrupt: Interrupt,
 }
 
 /// When the state is kept, where, and of which scene.
 struct Snapshots {
-    every: u64,
+    every: Option<u64>,
     folder: PathBuf,
     scene: u64,
 }
@@ -60,19 +62,24 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
     }
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(file_name(scene.name())));
     let steps = instance.run.steps;
-    let moments = |count: u32| Moments { count: u64::from(count), steps };
-    let (pictures, frames) = (moments(instance.output.pictures), moments(instance.output.frames));
+    let moments = [instance.output.pictures, instance.output.frames];
+    let moments = moments.map(|count| Moments { count: u64::from(count), steps });
+    // Now: what cannot be written is better known before the run than after it.
     if let Some(folder) = &args.dump {
-        // Now: what cannot be written is better known before the run than after it.
-        dump::create(folder)?;
+        dump::create(folder, "--dump")?;
     }
+    if let Some(folder) = args.record.as_ref().and_then(|file| file.parent()) {
+        dump::create(folder, "--record")?;
+    }
+    let interrupt = Interrupt::watch()?;
+    interrupt::outlive_file_limits();
     let kept = args.resume.then(|| Checkpoint::load(&folder, fingerprint)).transpose()?;
     let files = match &kept {
         Some(kept) => {
             instance.resume(&kept.snapshot, kept.progress)?;
-            Files::resume(&folder, scene.name(), [pictures, frames], &kept.marks)?
+            Files::resume(&folder, scene.name(), moments, &kept.marks)?
         }
-        None => Files::create(&folder, scene.name(), pictures, frames)?,
+        None => Files::create(&folder, scene.name(), moments)?,
     };
     if args.record.is_some() {
         instance.simulation.record();
@@ -96,48 +103,66 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
         start: Instant::now().checked_sub(times[1]).unwrap_or_else(Instant::now),
         stepping: times[0],
         failures,
-        snapshots: args.snapshots.map(|every| Snapshots { every, folder: folder.clone(), scene: fingerprint }),
+        snapshots: Snapshots { every: args.snapshots, folder: folder.clone(), scene: fingerprint },
+        interrupt,
     };
     let progress = Progress::new(steps, args.quiet);
     let outcome = running.go(&progress, args.resume);
     progress.finish();
-    let end = outcome?;
-    let has_failed = matches!(end, End::Failed(_));
-    if let (Some(path), Some(recording)) = (&args.record, running.instance.simulation.end_recording()) {
-        recording.save(path)?;
-    }
-
-    let frame = running.frame();
-    let tears = running.tally.events.started;
-    running.files.frame(&frame, running.last.step, tears, true)?;
-    let report = running.report(end);
-    running.files.report(&report)?;
-    if let Some(folder) = &args.dump {
-        dump::dump(folder, &frame, &running.last)?;
-    }
-    if args.json {
-        say(&serde_json::to_string_pretty(&report).map_err(|error| Stop::Failed(error.to_string()))?)?;
-    } else if !args.quiet {
-        say(&summary(&report))?;
-        say(&format!("written to {}", folder.display()))?;
-    }
-    if args.timings {
-        // With --json, standard output holds the report and nothing else.
-        if args.json { complain(&running.timings.table()) } else { say(&running.timings.table())? }
-    }
-    match (has_failed, &report.end) {
-        (true, End::Failed(reason)) => Err(Stop::Failed(reason.clone())),
-        _ => Ok(()),
-    }
+    running.end(args, &folder, outcome?)
 }
 
 impl Running<'_> {
+    /// Writes and prints what there is at the end. Whatever cannot be written, the rest is.
+    fn end(mut self, args: &RunArgs, folder: &Path, end: End) -> Result<(), Stop> {
+        let mut faults = Vec::new();
+        if let (Some(path), Some(recording)) = (&args.record, self.instance.simulation.end_recording())
+            && let Err(error) = recording.save(path)
+        {
+            faults.push(format!("cannot write {error}; choose another file with --record"));
+        }
+        let frame = self.frame();
+        self.files.frame(&frame, self.last.step, self.tally.events.started, true);
+        let report = self.report(end);
+        self.files.report(&report);
+        if let Some(folder) = &args.dump
+            && let Err(error) = dump::dump(folder, &frame, &self.last)
+        {
+            faults.push(error);
+        }
+        faults.extend(self.files.lasting_faults());
+        let said = self.say(args, folder, &report);
+        if let End::Failed(reason) = &report.end {
+            faults.insert(0, reason.clone());
+        }
+        match (faults.is_empty(), report.end) {
+            (false, _) => Err(Stop::Failed(faults.join("\nerror: "))),
+            (true, End::Interrupted) => Err(Stop::Interrupted),
+            (true, _) => said,
+        }
+    }
+
+    /// Prints what was asked for.
+    fn say(&self, args: &RunArgs, folder: &Path, report: &RunReport) -> Result<(), Stop> {
+        if args.json {
+            say(&serde_json::to_string_pretty(report).map_err(|error| Stop::Failed(error.to_string()))?)?;
+        } else if !args.quiet {
+            say(&summary(report))?;
+            say(&format!("written to {}", folder.display()))?;
+        }
+        if args.timings {
+            // With --json, standard output holds the report and nothing else.
+            if args.json { complain(&self.timings.table()) } else { say(&self.timings.table())? }
+        }
+        Ok(())
+    }
+
     /// Steps to the end.
     fn go(&mut self, progress: &Progress, is_resumed: bool) -> Result<End, Stop> {
         if !is_resumed {
-            self.events()?;
+            self.events();
             self.files.row(&self.last, true)?;
-            self.frames(false)?;
+            self.frames(false);
         }
         while !self.instance.is_finished() {
             let before = Instant::now();
@@ -145,7 +170,7 @@ impl Running<'_> {
             self.stepping += before.elapsed();
             if let Err(error) = outcome {
                 self.last = observe(&mut self.instance);
-                self.events()?;
+                self.events();
                 return Ok(End::Failed(error.to_string()));
             }
             self.last = observe(&mut self.instance);
@@ -160,15 +185,22 @@ impl Running<'_> {
             self.timings.add(report);
             self.failures = if report.has_failed { self.failures + 1 } else { 0 };
             let advanced_before = self.tally.events.advanced;
-            self.events()?;
+            self.events();
             self.files.row(&self.last, false)?;
             // The step in which the tear begins to run is one to see.
-            self.frames(advanced_before == 0 && self.tally.events.advanced > 0)?;
+            self.frames(advanced_before == 0 && self.tally.events.advanced > 0);
             progress.show(&self.last, self.stepping);
             if self.failures == MOST_FAILURES {
                 return Ok(given_up(self.failures));
             }
-            self.keep()?;
+            let is_interrupted = self.interrupt.is_asked() && !self.instance.is_finished();
+            if is_interrupted || self.snapshots.every.is_some_and(|every| self.last.step.is_multiple_of(every)) {
+                self.keep();
+            }
+            self.files.untold().iter().for_each(|fault| progress.complain(fault));
+            if is_interrupted {
+                return Ok(End::Interrupted);
+            }
         }
         if self.failures > 0 {
             return Ok(given_up(self.failures));
@@ -180,26 +212,33 @@ impl Running<'_> {
         })
     }
 
-    /// Keeps the state, where it is due.
-    fn keep(&mut self) -> Result<(), Stop> {
-        let Some(Snapshots { every, folder, scene }) = &self.snapshots else { return Ok(()) };
-        if !self.last.step.is_multiple_of(*every) {
-            return Ok(());
-        }
+    /// Keeps the state to go on from. Where the files lag behind it, or it cannot be written, the one before stays.
+    fn keep(&mut self) {
+        let Snapshots { folder, scene, .. } = &self.snapshots;
+        let Some(marks) = self.files.marks() else {
+            let what = format!("no snapshot of step {}: rows of earlier steps wait to be written", self.last.step);
+            return self.files.fault(checkpoint::NAME, what);
+        };
         let kept = Checkpoint {
             scene: *scene,
             snapshot: self.instance.simulation.snapshot(),
             progress: self.instance.progress(),
             tally: self.tally.clone(),
             courses: self.courses.clone(),
-            marks: self.files.marks()?,
+            marks,
             failures: self.failures,
             times: [self.stepping, self.start.elapsed()],
         };
-        kept.save(folder)
+        match kept.save(folder) {
+            Ok(()) => self.files.mended(checkpoint::NAME),
+            Err(error) => {
+                let what = format!("cannot write {error}; make room, or choose another directory with --out");
+                self.files.fault(checkpoint::NAME, what);
+            }
+        }
     }
 
-    fn events(&mut self) -> Result<(), Stop> {
+    fn events(&mut self) {
         let events: Vec<_> = self.instance.simulation.drain_events().collect();
         for course in &mut self.courses {
             course.note(self.instance.simulation.world(), self.last.time, &events);
@@ -207,19 +246,17 @@ impl Running<'_> {
         for event in &events {
             let body = report::body_name(&self.instance, event.body);
             self.tally.add_event(self.last.step, &body, &event.kind);
-            self.files.event(self.last.step, &body, event)?;
+            self.files.event(self.last.step, &body, event);
         }
-        Ok(())
     }
 
-    fn frames(&mut self, is_special: bool) -> Result<(), Stop> {
+    fn frames(&mut self, is_special: bool) {
         if self.files.wants_frame(self.last.step, is_special) {
             let frame = self.frame();
-            self.files.frame(&frame, self.last.step, self.tally.events.started, is_special)?;
+            self.files.frame(&frame, self.last.step, self.tally.events.started, is_special);
             let report = self.report(End::Running);
-            self.files.report(&report)?;
+            self.files.report(&report);
         }
-        Ok(())
     }
 
     /// The state now, numbered by the scene's steps: a static one may have taken several equilibria.
@@ -262,7 +299,8 @@ fn file_name(name: &str) -> String {
 /// The few lines at the end.
 fn summary(report: &RunReport) -> String {
     let end = match &report.end {
-        End::Running => "interrupted",
+        End::Running => "running",
+        End::Interrupted => "interrupted (--resume goes on)",
         End::Done => "done",
         End::TornThrough => "torn through",
         End::TearEnded => "the tear has ended",

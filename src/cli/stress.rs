@@ -1,5 +1,6 @@
 //! `rhexis stress`.
 
+use super::interrupt::Interrupt;
 use super::{Stop, StressArgs, say::complain, say::say};
 use crate::stress::{self, Counts, Failure, Outcome};
 use serde::Serialize;
@@ -39,9 +40,10 @@ pub(super) fn stress(args: &StressArgs) -> Result<(), Stop> {
         (None, None) => STEPS,
     };
     let most_time = args.minutes.map_or(Duration::MAX, |minutes| Duration::from_secs_f64(60.0 * minutes));
+    let interrupt = Interrupt::watch()?;
     let (mut counts, mut failures) = (Counts::default(), Vec::new());
     for case in args.case.map_or(0..=u64::MAX, |case| case..=case) {
-        if counts.steps >= least_steps || start.elapsed() >= most_time {
+        if counts.steps >= least_steps || start.elapsed() >= most_time || interrupt.is_asked() {
             break;
         }
         let outcome = stress::run(args.seed, case);
@@ -58,7 +60,11 @@ pub(super) fn stress(args: &StressArgs) -> Result<(), Stop> {
     } else {
         say(&summary(&output))?;
     }
-    if passed { Ok(()) } else { Err(Stop::Silent) }
+    match (passed, interrupt.is_asked()) {
+        (_, true) => Err(Stop::Interrupted),
+        (true, _) => Ok(()),
+        (false, _) => Err(Stop::Silent),
+    }
 }
 
 /// Tells of a case that has failed, and saves it.

@@ -1,5 +1,6 @@
 //! `rhexis verify`.
 
+use super::interrupt::Interrupt;
 use super::{Stop, VerifyArgs, say::complain, say::say};
 use crate::scene::nearest;
 use crate::verify::{Artifacts, CASES, Case, Depth, Group, Row};
@@ -42,7 +43,11 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<(), Stop> {
     let artifacts = Artifacts { directory: Some(directory), depth };
     let spinner = ProgressBar::new_spinner();
     spinner.enable_steady_tick(Duration::from_millis(200));
+    let interrupt = Interrupt::watch()?;
     for case in cases {
+        if interrupt.is_asked() {
+            break;
+        }
         spinner.set_message(format!("{}: {}", case.name, case.about));
         match (case.run)(&artifacts) {
             Ok(rows) => {
@@ -65,13 +70,19 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<(), Stop> {
         }
     }
     spinner.finish_and_clear();
+    // Cases are missing then.
+    output.passed &= !interrupt.is_asked();
     if args.json {
         say(&serde_json::to_string_pretty(&output).map_err(|error| Stop::Failed(error.to_string()))?)?;
     } else {
         let failed = output.rows.iter().filter(|line| line.verdict == "FAILED").count() + output.errors.len();
         say(&format!("{} comparisons, {failed} failed", output.rows.len()))?;
     }
-    if output.passed { Ok(()) } else { Err(Stop::Silent) }
+    match (output.passed, interrupt.is_asked()) {
+        (_, true) => Err(Stop::Interrupted),
+        (true, _) => Ok(()),
+        (false, _) => Err(Stop::Silent),
+    }
 }
 
 fn chosen(name: Option<&str>) -> Result<Vec<&'static Case>, Stop> {

@@ -108,15 +108,25 @@ pub(crate) fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T,
     }
 }
 
-/// Writes bytes beside `path` and renames: the file is the old one or the new one, never half of it.
+/// Writes bytes beside `path` and renames: the file is the old one or the new one, never half of it, whatever ends the program or the
+/// machine. What is neither file nor directory is refused: renaming would put a file in its place.
 pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
-    let write = || {
+    let write = || -> std::io::Result<()> {
+        if std::fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
+            return Err(std::io::Error::other("not a regular file"));
+        }
         let mut file = std::fs::File::create(&part)?;
         file.write_all(bytes)?;
         file.sync_all()?;
-        std::fs::rename(&part, path)
+        std::fs::rename(&part, path)?;
+        // The name of the new file, too, is to outlive a loss of power; where a directory cannot be opened, the system sees to it.
+        #[cfg(unix)]
+        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            let _ = std::fs::File::open(folder).and_then(|folder| folder.sync_all());
+        }
+        Ok(())
     };
     write().map_err(|error| {
         // The first failure is the one to tell of.

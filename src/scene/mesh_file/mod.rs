@@ -69,19 +69,40 @@ pub enum MeshFileError {
 /// Reads a surface; the format follows from the extension, one of [`EXTENSIONS`]. Coordinates are taken as mm.
 ///
 /// In VTK files a cell array `fibre` with three components gives the fibres.
+///
+/// # Errors
+/// Where the file cannot be read, and as [`from_bytes`].
 pub fn read(path: &Path) -> Result<TriangleMesh, MeshFileError> {
+    // Known before a file of any size is read.
+    format(path)?;
+    from_bytes(path, bytes(path)?)
+}
+
+/// The surface that a file of this name and content holds: for meshes from an archive or a network. `name` gives the format and
+/// stands in errors; nothing is opened. Bytes from anywhere may be given: memory is bounded by a multiple of their number.
+///
+/// # Errors
+/// Where the extension is not one of [`EXTENSIONS`], the bytes do not follow the format, or the surface fails
+/// [`TriangleMesh::check`].
+pub fn from_bytes(name: &Path, bytes: Vec<u8>) -> Result<TriangleMesh, MeshFileError> {
+    let mesh = format(name)?(bytes).map_err(|fault| malformed(name, fault))?;
+    tidy(mesh).map_err(|error| MeshFileError::Mesh { path: name.into(), error })
+}
+
+/// Reads the bytes of one format.
+type Format = fn(Vec<u8>) -> Result<TriangleMesh, Fault>;
+
+fn format(path: &Path) -> Result<Format, MeshFileError> {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let parse = match extension.as_str() {
-        "obj" => obj::parse,
-        "msh" => gmsh::parse,
-        "vtu" => vtk_xml::parse,
-        "vtk" => vtk_legacy::parse,
-        "ply" => ply::parse,
-        "stl" => stl::parse,
-        _ => return Err(MeshFileError::UnsupportedExtension { path: path.into() }),
-    };
-    let mesh = parse(bytes(path)?).map_err(|fault| malformed(path, fault))?;
-    tidy(mesh).map_err(|error| MeshFileError::Mesh { path: path.into(), error })
+    match extension.as_str() {
+        "obj" => Ok(obj::parse),
+        "msh" => Ok(gmsh::parse),
+        "vtu" => Ok(vtk_xml::parse),
+        "vtk" => Ok(vtk_legacy::parse),
+        "ply" => Ok(ply::parse),
+        "stl" => Ok(stl::parse),
+        _ => Err(MeshFileError::UnsupportedExtension { path: path.into() }),
+    }
 }
 
 /// Reads fibre directions for the triangles of a mesh in their order: three numbers a line, with spaces, commas or semicolons

@@ -1,0 +1,114 @@
+//! The bits of every scene of the catalog: the same for any number of threads, with and without wide instructions, after going back
+//! to a snapshot, and the same as they were when `hashes.txt` was written, in debug and in release builds.
+//!
+//! What the bits may depend on is the machine: elementary functions are those of the system's library (with glibc on x86-64 also the
+//! variant that it picks for the processor), and the sparse factor's library picks its instructions itself. So the file has a
+//! column for the target, and a target that it does not know is told and not judged.
+#![cfg(all(feature = "scenes", feature = "direct"))]
+
+use rhexis::scene::catalog::CATALOG;
+use rhexis::scene::schema::Mode;
+use rhexis::scene::{Document, Instance};
+use rhexis::snapshot::StateHash;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// With this in the environment, the file is written anew.
+const UPDATE: &str = "RHEXIS_UPDATE_GOLDEN";
+
+const HOW: &str = "If the change of the numbers is meant, write the file anew and say in the commit why they change:
+    RHEXIS_UPDATE_GOLDEN=1 cargo test --release --test golden
+(a target that you have no machine of loses its lines: it is told there and not judged). If it is not meant, it is a bug: bisect it.";
+
+/// Architecture, system, its library and the instructions that count.
+fn target() -> String {
+    #[cfg(target_arch = "x86_64")]
+    let level = match std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+        true => "-avx2",
+        false => "-sse2",
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    let level = "";
+    let library = if cfg!(target_env = "gnu") {
+        "-gnu"
+    } else if cfg!(target_env = "musl") {
+        "-musl"
+    } else {
+        ""
+    };
+    format!("{}-{}{library}{level}", std::env::consts::ARCH, std::env::consts::OS)
+}
+
+fn instance(name: &str, threads: usize, is_portable: bool) -> Instance {
+    let mut document = Document::named(name).unwrap();
+    document.set(&format!("run.threads={threads}")).unwrap();
+    document.set(&format!("run.portable_instructions={is_portable}")).unwrap();
+    document.scene().unwrap().instantiate().unwrap()
+}
+
+/// So many that tears run where a scene tears early; static steps are long ones.
+fn steps(instance: &Instance) -> usize {
+    let wanted = match (instance.run.mode, instance.bodies.len()) {
+        (Mode::Static, _) => 1,
+        // Many bodies, or large ones.
+        (Mode::Dynamic, 2..) => 4,
+        (Mode::Dynamic, _) => 30,
+    };
+    wanted.min(instance.run.steps as usize)
+}
+
+fn go(instance: &mut Instance, steps: usize) -> StateHash {
+    (0..steps).for_each(|_| _ = instance.advance().unwrap());
+    instance.simulation.hash()
+}
+
+#[test]
+fn any_number_of_threads_any_instructions_and_a_way_back_give_the_golden_bits() {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden/hashes.txt");
+    let target = target();
+    let mut found = BTreeMap::new();
+    for entry in CATALOG {
+        let mut first = instance(entry.name, 1, false);
+        let steps = steps(&first);
+        let half = steps / 2;
+        go(&mut first, half);
+        let snapshot = first.simulation.snapshot();
+        let hash = go(&mut first, steps - half);
+        first.simulation.restore(&snapshot).unwrap();
+        assert_eq!(go(&mut first, steps - half), hash, "{}: after going back to step {half}", entry.name);
+        for (threads, is_portable) in [(2, false), (3, true), (8, false)] {
+            let other = go(&mut instance(entry.name, threads, is_portable), steps);
+            assert_eq!(other, hash, "{}: {threads} threads, portable instructions: {is_portable}", entry.name);
+        }
+        found.insert(entry.name, (steps, hash));
+    }
+    if std::env::var_os(UPDATE).is_some() {
+        let mut text =
+            format!("# target scene steps hash. See main.rs beside this file.\n# {}\n", HOW.replace('\n', "\n# "));
+        for (name, (steps, hash)) in &found {
+            let _ = writeln!(text, "{target} {name} {steps} {hash}");
+        }
+        std::fs::write(&path, text).unwrap();
+        return;
+    }
+    let text = std::fs::read_to_string(&path).unwrap();
+    let golden: BTreeMap<&str, &str> =
+        text.lines().filter_map(|line| line.strip_prefix(&*target)?.strip_prefix(' ')?.split_once(' ')).collect();
+    if golden.is_empty() {
+        println!("no golden hashes for {target}: the bits of this machine are not judged");
+        return;
+    }
+    let mut faults = String::new();
+    for (name, (steps, hash)) in &found {
+        let now = format!("{steps} {hash}");
+        let then = golden.get(name).copied().unwrap_or("nothing");
+        if now != then {
+            let _ = writeln!(faults, "{name}: now {now}, golden {then}");
+        }
+    }
+    assert!(
+        faults.is_empty(),
+        "the bits after so many steps are not those of tests/golden/hashes.txt on {target}:\n{faults}{HOW}"
+    );
+}
