@@ -74,7 +74,8 @@ mod tests {
 
     #[test]
     fn what_grows_fails_and_what_warms_up_passes() {
-        let rounds = |heap: fn(u64) -> u64, ms: fn(u64) -> f64| (0..100).map(|i| round(heap(i), ms(i))).collect::<Vec<_>>();
+        let rounds =
+            |heap: fn(u64) -> u64, ms: fn(u64) -> f64| (0..100).map(|i| round(heap(i), ms(i))).collect::<Vec<_>>();
         assert_eq!(Verdict::of(&rounds(|_| 1000, |_| 1.0)[..11]), None);
         let warms_up = Verdict::of(&rounds(|i| 1000 + i.min(15) * 50, |_| 1.0)).unwrap();
         assert!(warms_up.passes() && warms_up.heap_growth == 0.0, "{warms_up:?}");

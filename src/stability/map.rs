@@ -49,7 +49,8 @@ pub fn printed(axes: &Axes, maps: &[Map]) -> String {
     }
     for map in maps {
         let count = |grade: Grade| map.courses.iter().filter(|(_, course)| course.grade() == grade).count();
-        let counts: Vec<String> = Grade::ALL.iter().map(|&grade| format!("{} {}", count(grade), grade.name())).collect();
+        let counts: Vec<String> =
+            Grade::ALL.iter().map(|&grade| format!("{} {}", count(grade), grade.name())).collect();
         let _ = write!(text, "\n{}: {}", map.mode.name(), counts.join(", "));
     }
     text
@@ -159,7 +160,9 @@ impl Picture {
         let words = format!("cells of a group, left to right: steps of {} ms", dts.join(", "));
         area.draw(&Text::new(words, (12, bottom - 52), (FONT_NAME, 13)))?;
         let entries: Vec<(String, RGBColor)> = match self {
-            Self::Grades => Grade::ALL.iter().map(|&grade| (grade.name().to_owned(), COLOURS[grade as usize])).collect(),
+            Self::Grades => {
+                Grade::ALL.iter().map(|&grade| (grade.name().to_owned(), COLOURS[grade as usize])).collect()
+            }
             Self::Energy => [1e-8, 1e-6, 1e-4, 1e-2, 0.1, 0.5, 1.0, 1.01, 1.1, 10.0]
                 .map(|left| (format!("{left}"), shade(left)))
                 .to_vec(),

@@ -171,9 +171,13 @@ pub fn table(context: &Context, maps: &[Map], steps: u64) -> Table {
     let keys = ["mode", "mesh", "compression", "stiffness_ratio", "spin_rad_per_ms", "dt_ms"];
     let figures = ["grade", "steps", "retried", "held_back", "failed", "largest_gain", "energy_left", "spin_left"];
     let mut table = Table::new("stability", context, &keys, &figures);
-    table.remark(format!("{steps} steps; a sheet pressed together along x that spins about x, on which nothing does work"));
+    table.remark(format!(
+        "{steps} steps; a sheet pressed together along x that spins about x, on which nothing does work"
+    ));
     table.remark("retried, held_back, failed: steps. largest_gain: energy above that at the start, over it and that of a strain of 1 %");
-    table.remark("energy_left: at the end over the start. spin_left: angular momentum about x at the end over the start");
+    table.remark(
+        "energy_left: at the end over the start. spin_left: angular momentum about x at the end over the start",
+    );
     for (case, course) in maps.iter().flat_map(|map| &map.courses) {
         let Case { mode, dt, ratio, compression, spin, quality } = case;
         let [dt, ratio, compression, spin] = [dt, ratio, compression, spin].map(|value| value.to_string());

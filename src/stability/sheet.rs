@@ -60,8 +60,12 @@ pub(super) fn simulation(case: &Case) -> Result<(Simulation, Entity), BenchError
     let shift = |p: DVec3| DVec3::X * (case.compression * (0.5 * SIDE - p.x));
     let rest = sheet.mesh().positions.clone();
     let ends = sheet.select(is_end).into_iter().map(|vertex| (vertex, shift(rest[vertex as usize])));
-    let hold =
-        Hold { name: "ends".into(), members: Attached::new(ends), axes: [true, false, false], curve: Curve::constant(1.0) };
+    let hold = Hold {
+        name: "ends".into(),
+        members: Attached::new(ends),
+        axes: [true, false, false],
+        curve: Curve::constant(1.0),
+    };
     let mut simulation = Simulation::new(case.mode.settings())?;
     let body = simulation.spawn(sheet.hold(hold)).map_err(|error| refused(error.to_string()))?;
     if let Ok(mut vertices) = simulation.world().get::<&mut Vertices>(body) {
