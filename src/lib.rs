@@ -82,6 +82,10 @@ pub mod schedule;
 pub mod settings;
 pub mod simulation;
 pub mod snapshot;
+#[cfg(feature = "cli")]
+pub mod soak;
+#[cfg(feature = "cli")]
+pub mod stability;
 pub mod storage;
 #[cfg(feature = "cli")]
 pub mod stress;

@@ -31,8 +31,8 @@ pub enum Integrator {
     /// TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): of second order, a stage by the trapezoidal rule over 0.586 of the step and one
     /// by the backward difference formula over the rest; damps like backward Euler what is far too fast for the step, and hardly
     /// at all what the step resolves. Two solves per step. Second order takes two Newton iterations per stage with the projected
-    /// tangent, or the exact one; a single rotated solve per stage is stable, but of first order and less accurate than backward
-    /// Euler. An energy audit is of backward Euler only.
+    /// tangent, or the exact one; a single rotated solve per stage damps noise, but is of first order, less accurate than backward
+    /// Euler, and makes a body that spins about its normal spin faster. An energy audit is of backward Euler only.
     TrBdf2,
 }
 

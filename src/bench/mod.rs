@@ -22,10 +22,12 @@ mod trace;
 mod work_precision;
 mod yardstick;
 
+pub(crate) use clock::{Stopwatch, median};
 pub use compare::compare;
 pub use ladder::ladder;
 pub use systems::{SIZES, systems};
 pub use table::Table;
+pub(crate) use table::make;
 pub use targets::targets;
 pub use textbook::textbook;
 pub use work_precision::{SCENES, work_precision};

@@ -63,7 +63,7 @@ pub(super) enum Bench {
 /// How much is measured, and where it goes.
 #[derive(Args)]
 pub(super) struct How {
-    /// Directory for tables and plots [default: out/bench].
+    /// Directory for tables and plots [default: out/bench; out/stability for the stability map].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// The smallest meshes and few steps: seconds.
@@ -108,12 +108,24 @@ pub(super) fn bench(what: &Bench) -> Result<(), Stop> {
 }
 
 fn measure(how: &How, run: impl FnOnce(&Context) -> Result<Vec<Table>, BenchError>) -> Result<(), Stop> {
+    let context = context(how, "out/bench")?;
+    let tables = run(&context);
+    context.progress.finish_and_clear();
+    for table in tables? {
+        let path = table.write(&context.directory)?;
+        say(&format!("{}→ {}\n", table.printed(), path.display()))?;
+    }
+    Ok(())
+}
+
+/// What a measurement is told, its progress begun and the machine's speed printed; without `--out` it writes into `directory`.
+pub(super) fn context(how: &How, directory: &str) -> Result<Context, Stop> {
     let depth = match (how.quick, how.full) {
         (true, _) => Depth::Quick,
         (_, true) => Depth::Full,
         _ => Depth::Usual,
     };
-    let directory = how.out.clone().unwrap_or_else(|| PathBuf::from("out/bench"));
+    let directory = how.out.clone().unwrap_or_else(|| PathBuf::from(directory));
     let yardsticks = Yardsticks::measure();
     let Yardsticks { fma_gflops, triad_gbs } = yardsticks;
     say(&format!("one core: {fma_gflops:.0} GFLOP/s of f32 FMA, {triad_gbs:.1} GB/s of triad\n"))?;
@@ -122,12 +134,5 @@ fn measure(how: &How, run: impl FnOnce(&Context) -> Result<Vec<Table>, BenchErro
         progress.set_style(style);
     }
     progress.enable_steady_tick(Duration::from_millis(500));
-    let context = Context { directory, depth, yardsticks, progress };
-    let tables = run(&context);
-    context.progress.finish_and_clear();
-    for table in tables? {
-        let path = table.write(&context.directory)?;
-        say(&format!("{}→ {}\n", table.printed(), path.display()))?;
-    }
-    Ok(())
+    Ok(Context { directory, depth, yardsticks, progress })
 }

@@ -1,4 +1,4 @@
-//! The command line: `run`, `replay`, `scenes`, `check`, `verify`, `stress`, `bench`.
+//! The command line: `run`, `replay`, `scenes`, `check`, `verify`, `stress`, `stability`, `soak`, `bench`.
 //!
 //! Exit codes: 0 done, 1 refused, failed or not all written, 2 wrong usage, 130 interrupted. Errors go to standard error, results to
 //! standard output; a reader that closes standard output early ends the program quietly. Ctrl-C and SIGTERM let `run`, `verify` and
@@ -21,6 +21,8 @@ mod run;
 mod say;
 mod scenes;
 mod series;
+mod soak;
+mod stability;
 mod stress;
 mod tally;
 mod timings;
@@ -59,6 +61,12 @@ enum Command {
     /// Run hostile random tools on random scenes; fails if anything breaks.
     #[command(after_help = STRESS_EXAMPLES)]
     Stress(StressArgs),
+    /// Map where the default, the accurate and the textbook step stay stable; prints, draws and tabulates.
+    #[command(after_help = STABILITY_EXAMPLES)]
+    Stability(stability::StabilityArgs),
+    /// Tear, reset and restart a capsulorhexis for minutes; fails if memory or the time of a step grows.
+    #[command(after_help = SOAK_EXAMPLES)]
+    Soak(SoakArgs),
     /// Measure run time against error.
     #[command(subcommand, after_help = bench::EXAMPLES)]
     Bench(bench::Bench),
@@ -99,6 +107,20 @@ Examples:
   rhexis stress --seed 7 --case 1234      that case alone, once more
 
 A case that fails is saved as a recording, for `rhexis replay`.";
+
+const STABILITY_EXAMPLES: &str = "\
+Examples:
+  rhexis stability --quick
+  rhexis stability --out benches/results
+  rhexis stability --full      100,000 steps per case: a day
+
+stability.csv has a row per case; stability.svg and .png show the grades, stability-energy.svg and .png the energy that is left.";
+
+const SOAK_EXAMPLES: &str = "\
+Examples:
+  rhexis soak
+  rhexis soak --minutes 60 --json > soak.json
+  rhexis soak --set bodies.0.mesh.cap.triangles=20000";
 
 #[derive(Args)]
 struct SceneArgs {
@@ -198,6 +220,22 @@ struct StressArgs {
     json: bool,
 }
 
+#[derive(Args)]
+struct SoakArgs {
+    /// Run for so long.
+    #[arg(long, value_name = "M", value_parser = minutes, default_value = "10")]
+    minutes: f64,
+    /// Seed of the hand's errors.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Change a value of the scene `capsulorhexis`: dotted path, arrays by index, value as in TOML. May be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Print the figures of every round as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
 /// A year of minutes at the most.
 fn minutes(text: &str) -> Result<f64, String> {
     let minutes: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
@@ -245,6 +283,8 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Verify(args) => verify::verify(&args),
         Command::Stress(args) => stress::stress(&args),
+        Command::Stability(args) => stability::stability(&args),
+        Command::Soak(args) => soak::soak(&args),
         Command::Bench(what) => bench::bench(&what),
     };
     match outcome {

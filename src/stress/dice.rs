@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
-pub(super) struct Dice(u64);
+pub(crate) struct Dice(u64);
 
 impl Dice {
     /// Those of a case of a seed: cases are independent of each other.

@@ -14,7 +14,7 @@ use crate::event::EventKind;
 use crate::replay::Recording;
 use crate::simulation::Simulation;
 use crate::snapshot::{Snapshot, StateHash};
-use dice::Dice;
+pub(crate) use dice::Dice;
 use invariants::Ledger;
 use scene::Scene;
 use serde::Serialize;

@@ -4,7 +4,7 @@
 //! triangle) is done by the functions for one triangle, against which these are tested.
 
 use super::lanes::{DOUBLES, Doubles, Lanes};
-use super::membrane::{self, LEAST_TRACE};
+use super::membrane::{self, LEAST_TRACE, ROUNDING_SQ};
 use super::simd::Kernel;
 use crate::math::{ElementState, GeometricStiffness, Orthotropic, Polar, RestTriangle, Sym2};
 use crate::storage::Alike;
@@ -133,7 +133,7 @@ impl Kernel<ElementState> for States<'_> {
             let stress = [q11 * exx + q12 * eyy, q12 * exx + q22 * eyy, (q66 + q66) * exy];
             let (r1, r2) = (arrays(r1), arrays(r2));
             let ([xx, yy, xy], [txx, tyy, txy]) = (arrays([xx, yy, xy]), arrays(stress));
-            let [sound, least] = arrays([sound, least]);
+            let [sound, least, strain_sq] = arrays([sound, least, exx * exx + eyy * eyy + exy * exy]);
             for (lane, out) in out.iter_mut().enumerate() {
                 *out = if sound[lane] > least[lane] {
                     let polar = Polar {
@@ -141,7 +141,12 @@ impl Kernel<ElementState> for States<'_> {
                         transverse_axis: DVec3::new(r2[0][lane], r2[1][lane], r2[2][lane]),
                         stretch: Sym2::new(xx[lane], yy[lane], xy[lane]),
                     };
-                    ElementState { polar, stress: Sym2::new(txx[lane], tyy[lane], txy[lane]) }
+                    if strain_sq[lane] <= ROUNDING_SQ {
+                        let stretch = self.unstretched;
+                        ElementState { polar: Polar { stretch, ..polar }, stress: Sym2::ZERO }
+                    } else {
+                        ElementState { polar, stress: Sym2::new(txx[lane], tyy[lane], txy[lane]) }
+                    }
                 } else {
                     self.alone(first + lane)
                 };

@@ -1,0 +1,27 @@
+//! A short soak, on a coarse capsule: what is on the heap after a round is what was there before it. One test alone in its process: the
+//! counter sees every thread.
+
+use rhexis::soak::{Soak, Verdict};
+use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
+use std::alloc::System;
+
+#[global_allocator]
+static GLOBAL: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+#[test]
+fn rounds_leave_nothing_behind() {
+    // Factors made aside would be on the heap at some moments and not at others.
+    let sets = [
+        "bodies.0.mesh.cap.triangles=1500",
+        "bodies.0.refinement.budget=1.2",
+        "bodies.0.refinement.edge=0.15",
+        "run.preconditioner=incomplete_cholesky",
+    ];
+    let mut soak = Soak::new(&sets.map(str::to_owned), 1).unwrap();
+    let rounds: Vec<_> = (0..24).map(|_| soak.round().unwrap()).collect();
+    rounds.iter().for_each(|round| println!("{round:?}"));
+    assert!(rounds.iter().map(|round| round.tears).sum::<u64>() > 24, "the tear goes on in every round");
+    let Verdict { heap_growth, is_same, .. } = Verdict::of(&rounds).unwrap();
+    assert!(is_same, "every round ends in the same state");
+    assert!(heap_growth.abs() < 0.01, "{heap_growth}");
+}
