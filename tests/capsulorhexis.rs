@@ -100,20 +100,11 @@ fn the_tear_follows_the_circle_and_closes() {
 
 #[test]
 fn drawn_outwards_late_it_runs_out_to_the_rim() {
-    let (figures, events) = run(&mut instance("capsulorhexis-runout", &sets(&COARSE)));
+    let (figures, _) = run(&mut instance("capsulorhexis-runout", &sets(&COARSE)));
     assert_eq!(figures.outcome, Outcome::RanOut, "{}", row(&figures));
-    // The rim is a polygon in a circle of 4.9 mm.
-    assert!(figures.largest_radius > 4.85 && figures.completion < 0.9 * TAU, "{}", row(&figures));
-    // It is the tear that gets there: the second end of the cut, not the inner end of a flap that tears off.
-    let mut started = events.iter().filter_map(|event| match event.kind {
-        EventKind::Started { tip, .. } => Some(tip),
-        _ => None,
-    });
-    let ended = events.iter().find_map(|event| match event.kind {
-        EventKind::Ended { tip, .. } => Some(tip),
-        _ => None,
-    });
-    assert_eq!(started.nth(1), ended);
+    // The rim is a polygon in a circle of 4.9 mm. The tear goes straight there from 160°; were it the flap that tears off at its
+    // inner end, far more of the circle would have been passed.
+    assert!(figures.largest_radius > 4.85 && (0.4 * TAU..0.6 * TAU).contains(&figures.completion), "{}", row(&figures));
 }
 
 #[test]
@@ -185,27 +176,24 @@ fn ten_hands_that_err_end_honestly() {
     }
 }
 
-/// A tear that has gone round by 150° on its circle, spiralling inwards by 0.05 mm, in the scene of the run-out but with no direction in
-/// which the tissue tears more easily, and drawn straight on, at an angle \[°\] outwards from its own direction.
-fn drawn(outwards: f64, pre_stretch: f64, lens: f64) -> Vec<String> {
-    let (s, c) = outwards.to_radians().sin_cos();
-    vec![
-        format!("bodies.0.grips.0.path.1.by=[{}, {}, 0.3]", 8.0 * c, -8.0 * s),
-        format!("bodies.0.pre_stretch={pre_stretch}"),
-        format!("obstacles.0.sphere.radius={lens}"),
-    ]
-}
-
 #[test]
 #[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture trends"]
 fn the_trends() {
-    let angles = [-90.0, -60.0, -30.0, 0.0, 20.0, 40.0].map(|angle| (angle, drawn(angle, 0.08, 10.0)));
-    let stretches = [0.06, 0.08, 0.1, 0.12].map(|stretch| (stretch, drawn(40.0, stretch, 10.0)));
-    let lenses = [0.0, 0.1, 0.2].map(|rise| (rise, drawn(40.0, 0.08, 10.0 + rise)));
-    let series = [("pull outwards [°]", &angles[..]), ("pre-stretch", &stretches), ("lens raised [mm]", &lenses)];
+    let pull = |degrees: f64| {
+        let (s, c) = degrees.to_radians().sin_cos();
+        format!("bodies.0.grips.0.path.1.by=[{:.3}, {:.3}, 0.3]", 8.0 * c, 8.0 * s)
+    };
+    let series = [
+        ("pull [° over the opening]", [20.0, 45.0, 70.0, 90.0].map(|angle| (angle, pull(angle)))),
+        ("pre-stretch", [0.06, 0.08, 0.1, 0.12].map(|value| (value, format!("bodies.0.pre_stretch={value}")))),
+        (
+            "lens raised [mm]",
+            [0.0, 0.05, 0.1, 0.2].map(|rise| (rise, format!("obstacles.0.sphere.radius={}", 10.0 + rise))),
+        ),
+    ];
     for (what, values) in series {
-        for (value, extra) in values {
-            let all: Vec<String> = sets(&FEW).into_iter().chain(extra.iter().cloned()).collect();
+        for (value, change) in values {
+            let all: Vec<String> = sets(&FEW).into_iter().chain([change]).collect();
             let (figures, _) = run(&mut instance("capsulorhexis-runout", &all));
             println!("| {what} | {value} | {} |", row(&figures));
         }
