@@ -176,27 +176,24 @@ fn ten_hands_that_err_end_honestly() {
     }
 }
 
-/// A tear that has gone round by 150° on its circle, spiralling inwards by 0.05 mm, in the scene of the run-out but with no direction in
-/// which the tissue tears more easily, and drawn straight on, at an angle \[°\] outwards from its own direction.
-fn drawn(outwards: f64, pre_stretch: f64, lens: f64) -> Vec<String> {
-    let (s, c) = outwards.to_radians().sin_cos();
-    vec![
-        format!("bodies.0.grips.0.path.1.by=[{}, {}, 0.3]", 8.0 * c, -8.0 * s),
-        format!("bodies.0.pre_stretch={pre_stretch}"),
-        format!("obstacles.0.sphere.radius={lens}"),
-    ]
-}
-
 #[test]
 #[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture trends"]
 fn the_trends() {
-    let angles = [-90.0, -60.0, 0.0, 40.0].map(|angle| (angle, drawn(angle, 0.08, 10.0)));
-    let stretches = [0.06, 0.08, 0.1, 0.12].map(|stretch| (stretch, drawn(0.0, stretch, 10.0)));
-    let lenses = [0.0, 0.1, 0.2].map(|rise| (rise, drawn(0.0, 0.08, 10.0 + rise)));
-    let series = [("pull outwards [°]", &angles[..]), ("pre-stretch", &stretches), ("lens raised [mm]", &lenses)];
+    let pull = |degrees: f64| {
+        let (s, c) = degrees.to_radians().sin_cos();
+        format!("bodies.0.grips.0.path.1.by=[{:.3}, {:.3}, 0.3]", 8.0 * c, 8.0 * s)
+    };
+    let series = [
+        ("pull [° over the opening]", [20.0, 45.0, 70.0, 90.0].map(|angle| (angle, pull(angle)))),
+        ("pre-stretch", [0.06, 0.08, 0.1, 0.12].map(|value| (value, format!("bodies.0.pre_stretch={value}")))),
+        (
+            "lens raised [mm]",
+            [0.0, 0.05, 0.1, 0.2].map(|rise| (rise, format!("obstacles.0.sphere.radius={}", 10.0 + rise))),
+        ),
+    ];
     for (what, values) in series {
-        for (value, extra) in values {
-            let all: Vec<String> = sets(&FEW).into_iter().chain(extra.iter().cloned()).collect();
+        for (value, change) in values {
+            let all: Vec<String> = sets(&FEW).into_iter().chain([change]).collect();
             let (figures, _) = run(&mut instance("capsulorhexis-runout", &all));
             println!("| {what} | {value} | {} |", row(&figures));
         }

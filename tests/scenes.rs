@@ -329,7 +329,7 @@ fn files_are_looked_for_beside_the_scene() {
     assert!(error.what.contains("mesh.obj") && error.position.is_some_and(|p| p.0 == 11), "{error}");
 }
 
-/// A scene with these lines under `[[obstacles]]`, the first of which is line 19.
+/// A scene with these lines under `[[obstacles]]`, the first of which is line 20.
 fn with_obstacle(lines: &str) -> String {
     format!("{SOUND}\n[[obstacles]]\n{lines}\n")
 }
@@ -347,12 +347,12 @@ fn an_obstacle_goes_its_path() {
     }
     let sphere = "sphere = { centre = [0, 0, 0], radius = 1 }";
     for (lines, line, what, hint) in [
-        ("path = [[0, [0, 0, 0]]]", 18, "an obstacle has one shape", "exactly one"),
-        (&format!("{sphere}\nplane = {{ point = [0, 0, 0], normal = [0, 0, 1] }}"), 18, "one shape", "exactly one"),
-        (&format!("{sphere}\npath = [[0, [0, 0, 0]], [0, [1, 0, 0]]]"), 20, "time must be larger", "ascending"),
-        (&format!("{sphere}\npath = [[0, 1], [1, 2]]"), 20, "not a path", "[[time, [x, y, z]], …]"),
-        (&format!("{sphere}\npath = []"), 20, "at least one point", "[[time, [x, y, z]], …]"),
-        (&format!("{sphere}\npaht = [[0, [0, 0, 0]]]"), 20, "unknown key `paht`", "did you mean `path`?"),
+        ("path = [[0, [0, 0, 0]]]", 19, "an obstacle has one shape", "exactly one"),
+        (&format!("{sphere}\nplane = {{ point = [0, 0, 0], normal = [0, 0, 1] }}"), 19, "one shape", "exactly one"),
+        (&format!("{sphere}\npath = [[0, [0, 0, 0]], [0, [1, 0, 0]]]"), 21, "time must be larger", "ascending"),
+        (&format!("{sphere}\npath = [[0, 1], [1, 2]]"), 21, "not a path", "[[time, [x, y, z]], …]"),
+        (&format!("{sphere}\npath = []"), 21, "at least one point", "[[time, [x, y, z]], …]"),
+        (&format!("{sphere}\npaht = [[0, [0, 0, 0]]]"), 21, "unknown key `paht`", "did you mean `path`?"),
     ] {
         let error = refusal(&with_obstacle(lines));
         let told = error.to_string();

@@ -203,7 +203,7 @@ fn lead_tip(tips: &mut Tips, outcome: &CutOutcome, log: &mut TearLog) -> Option<
     let row = tips.vertex.iter().position(|&vertex| vertex == first)? as u32;
     let key = tips.key(row)?;
     let ways = || outcome.path.windows(2).map(|way| (way[0], way[1], (way[1] - way[0]).normalize_or_zero()));
-    let (_, ideal, previous) = ways().last()?;
+    let (_, ideal, previous) = ways().next_back()?;
     tips.set(row, TipRow { vertex: end, previous, ideal, is_refused: false, ..tips.at(row) });
     log.advance_count += outcome.path.len() as u32 - 1;
     log.pending.extend(ways().map(|(from, to, direction)| EventKind::Advanced {

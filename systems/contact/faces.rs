@@ -118,8 +118,20 @@ fn held_face(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3]) -> Option<HeldFace
     let first = deepest(shape, from)?;
     let (mut distance, mut normal) = shape.distance(at(from, first))?;
     let (weights, held) = if distance < 0.0 {
-        let weights = deepest(shape, x)?;
-        (weights, held(moved, at(start, weights), at(x, weights))?)
+        // The place that was in touch, which a fast obstacle carries along, or the one that is deepest now, where it slides.
+        let hold = |weights| held(moved, at(start, weights), at(x, weights)).map(|held| (weights, held));
+        let (touching, now) = (hold(first), deepest(shape, x).and_then(hold));
+        let is_deeper = |a: &([f64; 3], Held), b: &([f64; 3], Held)| a.1.depth > b.1.depth;
+        match (touching, now) {
+            (Some(touching), Some(now)) => {
+                if is_deeper(&touching, &now) {
+                    touching
+                } else {
+                    now
+                }
+            }
+            (touching, now) => touching.or(now)?,
+        }
     } else {
         // To the moment of contact in steps that no corner outruns.
         let way = (0..3).map(|i| from[i].distance(x[i])).fold(0.0, f64::max);
