@@ -18,10 +18,12 @@ fn rounds_leave_nothing_behind() {
         "run.preconditioner=incomplete_cholesky",
     ];
     let mut soak = Soak::new(&sets.map(str::to_owned), 1).unwrap();
-    let rounds: Vec<_> = (0..24).map(|_| soak.round().unwrap()).collect();
-    rounds.iter().for_each(|round| println!("{round:?}"));
+    (0..24).for_each(|_| soak.round().unwrap());
+    let rounds = soak.rounds();
+    rounds.iter().for_each(|round| println!("{} bytes after {} steps", round.heap, round.steps));
     assert!(rounds.iter().map(|round| round.tears).sum::<u64>() > 24, "the tear goes on in every round");
-    let Verdict { heap_growth, is_same, .. } = Verdict::of(&rounds).unwrap();
+    let Verdict { heap_growth, is_same, .. } = Verdict::of(rounds).unwrap();
     assert!(is_same, "every round ends in the same state");
-    assert!(heap_growth.abs() < 0.01, "{heap_growth}");
+    // A list may come to be longer once more; 1e-4 is 0.2 kB.
+    assert!(heap_growth.abs() < 1e-4, "{heap_growth}");
 }

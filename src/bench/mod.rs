@@ -22,7 +22,7 @@ mod trace;
 mod work_precision;
 mod yardstick;
 
-pub(crate) use clock::{Stopwatch, median};
+pub(crate) use clock::{Stopwatch, median, quantile};
 pub use compare::compare;
 pub use ladder::ladder;
 pub use systems::{SIZES, systems};

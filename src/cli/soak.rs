@@ -28,15 +28,15 @@ pub(super) fn soak(args: &SoakArgs) -> Result<(), Stop> {
         progress.set_style(style);
     }
     let mut soak = Soak::new(&args.set, args.seed)?;
-    let mut rounds = Vec::new();
-    while rounds.is_empty() || start.elapsed() < time {
-        rounds.push(soak.round()?);
+    while soak.rounds().is_empty() || start.elapsed() < time {
+        soak.round()?;
         progress.set_position(start.elapsed().as_secs());
-        progress.set_message(format!("{} rounds", rounds.len()));
+        progress.set_message(format!("{} rounds", soak.rounds().len()));
     }
     progress.finish_and_clear();
+    let rounds = soak.rounds();
     let sum = |of: fn(&Round) -> u64| rounds.iter().map(of).sum();
-    let verdict = Verdict::of(&rounds);
+    let verdict = Verdict::of(rounds);
     let output = Output {
         passed: verdict.map(|verdict| verdict.passes()),
         seed: args.seed,
@@ -46,7 +46,7 @@ pub(super) fn soak(args: &SoakArgs) -> Result<(), Stop> {
         resets: sum(|round| round.resets),
         restarts: rounds.iter().filter(|round| round.is_restart).count(),
         verdict,
-        rounds: &rounds,
+        rounds,
     };
     if args.json {
         say(&serde_json::to_string_pretty(&output).map_err(|error| Stop::Failed(error.to_string()))?)?;

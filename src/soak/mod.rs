@@ -30,7 +30,7 @@ const STEADY: usize = 25;
 const MOST_ERRING: usize = 80;
 
 /// Every so many rounds the scene is built anew.
-const RESTARTS: u64 = 8;
+const RESTARTS: usize = 8;
 
 /// What a round came to.
 #[derive(Clone, Debug, Serialize)]
@@ -48,8 +48,9 @@ pub struct Round {
     pub hash: StateHash,
     /// Processor time of every steady step \[ms\].
     #[serde(skip)]
-    pub step_ms: Vec<f64>,
-    /// On the heap at its end \[bytes\], of the whole process; zero in a program whose allocator does not count.
+    pub step_ms: [f32; STEADY],
+    /// On the heap at its end \[bytes\], of the whole process but for the list of rounds; zero in a program whose allocator does not
+    /// count.
     pub heap: u64,
     /// Resident at its end \[bytes\], of the whole process; zero where the system does not tell.
     pub resident: u64,
@@ -63,7 +64,7 @@ pub struct Soak {
     begun: Snapshot,
     progress: (u64, bool),
     dice: Dice,
-    rounds: u64,
+    rounds: Vec<Round>,
 }
 
 impl Soak {
@@ -84,43 +85,49 @@ impl Soak {
             instance.advance()?;
         }
         let (begun, progress) = (instance.simulation.snapshot(), instance.progress());
-        Ok(Self { scene, instance, begun, progress, dice: Dice::new(seed, 0), rounds: 0 })
+        Ok(Self { scene, instance, begun, progress, dice: Dice::new(seed, 0), rounds: Vec::new() })
     }
 
-    /// One round.
+    /// The rounds so far.
+    pub fn rounds(&self) -> &[Round] {
+        &self.rounds
+    }
+
+    /// One more round.
     ///
     /// # Errors
     /// If a sound call is refused.
-    pub fn round(&mut self) -> Result<Round, BenchError> {
+    pub fn round(&mut self) -> Result<(), BenchError> {
         let mut round = Round {
             steps: 0,
             tears: 0,
             resets: 0,
-            is_restart: self.rounds.is_multiple_of(RESTARTS),
+            is_restart: self.rounds.len().is_multiple_of(RESTARTS),
             hash: StateHash(0),
-            step_ms: Vec::with_capacity(STEADY),
+            step_ms: [0.0; STEADY],
             heap: 0,
             resident: 0,
         };
         if round.is_restart {
             self.instance = self.scene.instantiate()?;
         }
-        self.rounds += 1;
         self.reset(&mut round)?;
         self.err(&mut round)?;
         self.reset(&mut round)?;
-        for _ in 0..STEADY {
+        for i in 0..STEADY {
             let watch = Stopwatch::start();
             self.instance.advance()?;
-            round.step_ms.push(watch.elapsed().thread);
+            round.step_ms[i] = watch.elapsed().thread as f32;
             round.steps += 1;
             round.tears += advances(&mut self.instance.simulation);
         }
         round.hash = self.instance.simulation.hash();
-        let stats = INSTRUMENTED_SYSTEM.stats();
-        round.heap = stats.bytes_allocated.saturating_sub(stats.bytes_deallocated) as u64;
+        self.rounds.reserve(1);
+        let (stats, own) = (INSTRUMENTED_SYSTEM.stats(), self.rounds.capacity() * size_of::<Round>());
+        round.heap = stats.bytes_allocated.saturating_sub(stats.bytes_deallocated + own) as u64;
         round.resident = resident().unwrap_or(0);
-        Ok(round)
+        self.rounds.push(round);
+        Ok(())
     }
 
     fn reset(&mut self, round: &mut Round) -> Result<(), BenchError> {
