@@ -20,6 +20,21 @@ pub struct SystemReport {
     pub time: Duration,
 }
 
+/// Why a body's step was given up: the last good state stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub enum Fault {
+    /// A linear system that has no finite answer: a force, a stiffness or a prescribed motion beyond what numbers hold.
+    #[error("its linear system has no finite answer: a force, a stiffness or a prescribed motion is too large")]
+    Unsolvable,
+    /// A position that is not finite, or velocities whose energy is not.
+    #[error("its positions or velocities are not finite, or so large that their energy is not")]
+    NotFinite,
+    /// Energy from nowhere, however little of its way the body goes.
+    #[error("it would create energy however short its way")]
+    CreatesEnergy,
+}
+
 /// One body's solve.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -54,6 +69,8 @@ pub struct BodyReport {
     pub is_tear_cut_short: bool,
     /// Whether the body went only a part of its way in the last part of the step, lest it create energy.
     pub is_held_back: bool,
+    /// Why the body's step was given up, where it was: its last good state stands, at this time or before.
+    pub fault: Option<Fault>,
     /// Whether the body sleeps: no system ran on it, and the other figures are those of the last step that did.
     pub is_asleep: bool,
 }
@@ -71,9 +88,9 @@ pub struct Report {
     pub systems: Vec<SystemReport>,
     /// The bodies in order of spawning.
     pub bodies: Vec<BodyReport>,
-    /// Sub-steps that were undone because they left a state that is not finite, or would have created energy.
+    /// Steps of bodies, or parts of them, that were undone because they left a state that is not finite, or would have created energy.
     pub rolled_back: u32,
-    /// Whether the step was given up and the last good state stands.
+    /// Whether a body's step was given up and its last good state stands. Others have done theirs; where there are none, time has stopped there.
     pub has_failed: bool,
 }
 

@@ -6,8 +6,13 @@
 //!
 //! E(x + u) − E(x) ≤ −f·u + uᵀ·K·u + ½·Δv·M·Δv.
 //!
+//! A step that is solved once more, for its tears or for contact, goes on from the state that it has reached, by a displacement that adds
+//! w to its velocity. With v₀ at its start and the same loads, what the two iterations together create is what the first one does and
+//! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀.
+//!
 //! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2: a flap or a free piece that
-//! turns far in one step breaks the inequality, and so does what a solve has left of error in a motion at next to no energy.
+//! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
+//! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
 //! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
 //! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
 
@@ -53,7 +58,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         world,
         |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar, fibres))| {
-            if fibres.is_none() && goes_nowhere_far(increment, triangles, &mut scratch.partials) {
+            let work = scratch.residual_work;
+            if work <= 0.0 && fibres.is_none() && goes_nowhere_far(increment, triangles, &mut scratch.partials) {
                 return;
             }
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
@@ -70,11 +76,15 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 tangent,
             };
             let unstretched = PreStretch::unstretched(pre_stretch);
-            let SolverScratch { free, partials, left_over, .. } = &mut *scratch;
             let is_planar = planar.is_some();
-            let rate = step.rate();
-            let mut solved = Solved { operator, increment, free, unstretched, fibres, is_planar, rate, far: FAR };
-            let Some(more) = solved.left_over(1.0, partials) else { return };
+            let (is_counted, rate) = (scratch.is_counted, step.rate());
+            let SolverScratch { free, partials, left_over, .. } = &mut *scratch;
+            let mut solved =
+                Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, rate, far: FAR };
+            let more = match solved.left_over(1.0, partials) {
+                None if work <= 0.0 => return,
+                more => more.unwrap_or(0.0) + work,
+            };
             let most = SHARE * solved.energy(partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let before = left_over.min(most);
@@ -82,19 +92,20 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if !(sum <= most) {
                 // What all the others take away.
                 solved.far = 0.0;
-                sum = before + solved.left_over(1.0, partials).unwrap_or(0.0);
+                sum = before + solved.left_over(1.0, partials).unwrap_or(0.0) + work;
             }
             let mut part = 1.0;
             // A sum that is no number is too much.
             while step.is_last_resort && !(sum <= most) && part > 0.0 {
                 part = if part > LEAST_PART { 0.5 * part } else { 0.0 };
-                sum = before + solved.left_over(part, partials).unwrap_or(0.0);
+                sum = before + solved.left_over(part, partials).unwrap_or(0.0) + part * work;
             }
             scratch.creates_energy = !(sum <= most);
             if scratch.creates_energy {
                 return;
             }
             scratch.left_over = sum.max(0.0);
+            scratch.is_counted = true;
             if part < 1.0 {
                 scratch.is_held_back = true;
                 increment
@@ -136,6 +147,8 @@ struct Solved<'a> {
     unstretched: Sym2,
     fibres: Option<&'a StiffeningFibres>,
     is_planar: bool,
+    /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
+    is_counted: bool,
     /// 1/dt \[1/ms\].
     rate: f64,
     /// Triangles whose gradient changes by less are not looked at.
@@ -186,8 +199,13 @@ impl Solved<'_> {
         });
         let dissipated = |v: usize| {
             let delta = partly(increment.delta[v], self.free[v], part);
-            let velocity = (increment.displacement[v] + delta) * self.rate;
-            0.5 * vertices.mass[v] * (velocity - increment.start_velocity[v]).length_squared()
+            let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
+            let earlier = if self.is_counted {
+                0.0
+            } else {
+                0.5 * (increment.displacement[v] * self.rate - before).length_squared()
+            };
+            vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
         };
         (sum != 0.0).then(|| sum - parallel::sum(vertices.len(), partials, dissipated))
     }

@@ -10,6 +10,9 @@ use crate::settings::{Integrator, LinearParams, Precision, Preconditioner, Setti
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
+/// Relative residual of the solves of a last resort.
+const TIGHT: f64 = 1e-8;
+
 /// Where the first stage of TR-BDF2 ends: γ = 2 − √2, for which both stages have one span.
 const GAMMA: f64 = 2.0 - SQRT_2;
 
@@ -108,6 +111,20 @@ impl StepContext {
             precision: Precision::Double,
             newton_iterations: iterations,
             newton_tolerance: tolerance,
+        }
+    }
+
+    /// The same step as dissipative as it can be: one solve by backward Euler along the rotated tangent, so far that little is left of the
+    /// residual, after which a body that would still create energy goes only a part of its way.
+    pub fn last_resort(self) -> Self {
+        let tolerance = self.linear.tolerance.min(TIGHT);
+        Self {
+            formula: Formula::BackwardEuler,
+            is_last_resort: true,
+            tangent: Tangent::Rotated,
+            linear: LinearParams { tolerance, ..self.linear },
+            newton_iterations: 1,
+            ..self
         }
     }
 

@@ -6,8 +6,8 @@ use super::tearing::{
 };
 use super::{StepContext, parallel};
 use crate::components::{
-    EnergyCriterion, Grips, Holds, Planar, PreStretch, Sleeping, StiffeningFibres, TearDecision, TearDecisions,
-    TearSite, Tearing,
+    EnergyCriterion, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, StiffeningFibres, TearDecision,
+    TearDecisions, TearSite, Tearing,
 };
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
@@ -24,7 +24,7 @@ const TIP: usize = 100;
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
 /// has no tip and may not start a tear.
 pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
-    type Left<'a> = (&'a mut TearDecisions, Option<&'a Sleeping>);
+    type Left<'a> = hecs::With<(&'a mut TearDecisions, Option<&'a Sleeping>), &'a SolverScratch>;
     for (decisions, _) in world.query_mut::<Left>().into_iter().filter(|(_, sleeping)| !is_asleep(sleeping)) {
         decisions.tips.clear();
         decisions.start = None;
@@ -37,7 +37,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
         ),
     );
-    parallel::for_bodies::<Query>(
+    parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
         world,
         |((_, triangles, _, tearing), (tips, decisions, _, sleeping), _)| {
             let is_done = is_asleep(sleeping) || step.is_resumed && !decisions.may_advance_further;

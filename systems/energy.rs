@@ -88,7 +88,9 @@ pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
         (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles, &'a Topology),
         (Strained<'a>, Option<&'a Bending>),
     );
-    for ((audit, refined, vertices, triangles, topology), (strained, bending)) in world.query_mut::<Query>() {
+    for ((audit, refined, vertices, triangles, topology), (strained, bending)) in
+        world.query_mut::<Query>().with::<&SolverScratch>()
+    {
         count += 1;
         audit.settle();
         if audit.initial.is_none() || refined.is_some() {
@@ -109,7 +111,9 @@ pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
         (&'a mut EnergyAudit, &'a Refined, &'a Vertices, &'a Triangles, &'a Topology),
         (Strained<'a>, Option<&'a Bending>),
     );
-    for ((audit, _, vertices, triangles, topology), (strained, bending)) in world.query_mut::<Query>() {
+    for ((audit, _, vertices, triangles, topology), (strained, bending)) in
+        world.query_mut::<Query>().with::<&SolverScratch>()
+    {
         count += 1;
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;
@@ -209,7 +213,9 @@ pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
         (&'a mut EnergyAudit, &'a TearDecisions, &'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
         (Strained<'a>, Option<&'a Bending>),
     );
-    for ((audit, _, vertices, triangles, topology, increment), (strained, bending)) in world.query_mut::<Query>() {
+    for ((audit, _, vertices, triangles, topology, increment), (strained, bending)) in
+        world.query_mut::<Query>().with::<&SolverScratch>()
+    {
         count += 1;
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;

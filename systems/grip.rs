@@ -21,7 +21,9 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
         world.query_mut::<(Entity, &Forceps)>().into_iter().map(|(forceps, _)| forceps).collect();
     type Query<'a> =
         ((&'a Vertices, &'a Triangles, &'a Topology, Option<&'a Tips>), (&'a mut Grips, Option<&'a Sleeping>));
-    for ((vertices, triangles, topology, tips), (grips, sleeping)) in world.query_mut::<Query>() {
+    for ((vertices, triangles, topology, tips), (grips, sleeping)) in
+        world.query_mut::<Query>().with::<&SolverScratch>()
+    {
         if sleeping.is_some_and(Sleeping::is_asleep) {
             continue;
         }
@@ -83,7 +85,8 @@ pub fn feel(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut told: SmallVec<[(Entity, DVec3, DVec3, bool); 8]> = SmallVec::new();
     type Query<'a> =
         ((&'a Vertices, &'a Triangles, &'a Topology, Option<&'a Sleeping>), (&'a mut Grips, &'a mut TearLog));
-    for ((vertices, triangles, topology, sleeping), (grips, log)) in world.query_mut::<Query>() {
+    for ((vertices, triangles, topology, sleeping), (grips, log)) in world.query_mut::<Query>().with::<&SolverScratch>()
+    {
         if sleeping.is_some_and(Sleeping::is_asleep) {
             continue;
         }

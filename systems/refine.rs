@@ -8,7 +8,7 @@ use super::tearing::{
 };
 use crate::components::{
     Changes, EdgeLoads, EnergyAudit, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined, Refinement,
-    Springs, StiffeningFibres, TearDecisions, Tearing,
+    SolverScratch, Springs, StiffeningFibres, TearDecisions, Tearing,
 };
 use crate::math::Sym2;
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
@@ -43,7 +43,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (holds, springs, grips),
         (point_loads, edge_loads, changes),
         (planar, pre_stretch, fibres),
-    ) in world.query_mut::<Query>()
+    ) in world.query_mut::<Query>().with::<&SolverScratch>()
     {
         if step.is_resumed && !decisions.may_advance_further {
             continue;

@@ -46,7 +46,7 @@ pub fn wake(world: &mut hecs::World, step: &StepContext) -> usize {
     let obstacles: Obstacles = world.query_mut::<&Obstacle>().into_iter().copied().collect();
     let mut count = 0;
     type Query<'a> = (&'a mut Sleeping, &'a mut TearLog, Option<&'a Contact>, Drive<'a>);
-    for (sleeping, log, contact, drive) in world.query_mut::<Query>() {
+    for (sleeping, log, contact, drive) in world.query_mut::<Query>().with::<&SolverScratch>() {
         if !sleeping.is_asleep() {
             continue;
         }

@@ -7,7 +7,8 @@ use super::tearing::{
     Advance, Cutter, End, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart, TipMemory, may_go_on,
 };
 use crate::components::{
-    Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, RefusedSite, Springs, TearDecision,
+    Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, RefusedSite, SolverScratch, Springs,
+    TearDecision,
     TearDecisions, TearLog, TearMode, TearSite, Tearing,
 };
 use crate::event::{Course, EventKind, Verdict};
@@ -34,7 +35,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (scratch, memory, factor),
         (holds, springs, grips),
         (point_loads, edge_loads, refined, changes),
-    ) in world.query_mut::<Query>()
+    ) in world.query_mut::<Query>().with::<&SolverScratch>()
     {
         if step.is_resumed && !decisions.may_advance_further {
             continue;

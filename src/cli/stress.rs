@@ -29,6 +29,8 @@ struct Failed {
     failure: Failure,
     /// The file for `rhexis replay`.
     recording: Option<PathBuf>,
+    /// That of a short one that fails the same way.
+    short: Option<PathBuf>,
 }
 
 /// Runs cases until there are steps enough or time is up.
@@ -50,7 +52,7 @@ pub(super) fn stress(args: &StressArgs) -> Result<(), Stop> {
         counts.add(&outcome.counts);
         failures.extend(failed(outcome, args)?);
     }
-    let mut failures_by_kind = BTreeMap::new();
+    let mut failures_by_kind: BTreeMap<_, u64> = stress::FailureKind::ALL.map(|kind| (kind, 0)).into();
     failures.iter().for_each(|failed: &Failed| *failures_by_kind.entry(failed.failure.kind).or_default() += 1);
     let passed = failures.is_empty();
     let seconds = start.elapsed().as_secs_f64();
@@ -73,16 +75,17 @@ fn failed(outcome: Outcome, args: &StressArgs) -> Result<Option<Failed>, Stop> {
     let Failure { seed, case, step, kind, what } = &failure;
     complain(&format!("failed: {kind:?} at step {step}: {what}\n  rhexis stress --seed {seed} --case {case}"));
     let directory = args.out.clone().unwrap_or_else(|| PathBuf::from("out/stress"));
-    let save = |recording: crate::replay::Recording| {
-        let file = directory.join(format!("{seed}-{case}.rec"));
+    let save = |recording: crate::replay::Recording, what: &str| {
+        let file = directory.join(format!("{seed}-{case}{what}.rec"));
         let cannot = |error: &dyn std::fmt::Display| Stop::Failed(format!("cannot write {}: {error}", file.display()));
         std::fs::create_dir_all(&directory).map_err(|error| cannot(&error))?;
         recording.save(&file).map_err(|error| cannot(&error))?;
         complain(&format!("  rhexis replay {}", file.display()));
         Ok::<PathBuf, Stop>(file)
     };
-    let recording = outcome.recording.map(save).transpose()?;
-    Ok(Some(Failed { failure, recording }))
+    let recording = outcome.recording.map(|recording| save(recording, "")).transpose()?;
+    let short = outcome.short.map(|recording| save(recording, "-short")).transpose()?;
+    Ok(Some(Failed { failure, recording, short }))
 }
 
 fn summary(output: &Output) -> String {
@@ -94,6 +97,7 @@ fn summary(output: &Output) -> String {
         output.seconds,
         output.failures.len()
     );
-    output.failures_by_kind.iter().for_each(|(kind, count)| lines += &format!("\n  {kind:?}: {count}"));
+    let found = output.failures_by_kind.iter().filter(|(_, count)| **count > 0);
+    found.for_each(|(kind, count)| lines += &format!("\n  {kind:?}: {count}"));
     lines
 }

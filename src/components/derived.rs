@@ -2,6 +2,7 @@
 
 use super::Stops;
 use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic};
+use crate::report::Fault;
 use crate::settings::Tangent;
 use crate::storage::{Edit, EditRecord, Triangles};
 use glam::{DMat3, DVec3};
@@ -167,6 +168,15 @@ pub struct SolverScratch {
     pub left_over: f64,
     /// The same at the start of the step.
     pub start_left_over: f64,
+    /// The work \[mJ\] of the residual that the last solve has left, along its answer; zero where it cannot be much.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub residual_work: f64,
+    /// Whether a solve of this step is in `left_over` already.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub is_counted: bool,
+    /// Why the last step of the body was given up.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub fault: Option<Fault>,
     /// Whether the last solve would create more of it than is bearable.
     pub creates_energy: bool,
     /// Whether the body went only a part of its way in this step, lest that happen.
@@ -180,6 +190,7 @@ impl SolverScratch {
     pub(crate) fn without_vectors(&self) -> Self {
         let empty = Self::default();
         let Self { free, residual, rhs, direction, product, inverse_block, partials, stops, .. } = empty;
+        let Self { residual_work, is_counted, fault, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
         let Self { left_over, start_left_over, creates_energy, is_held_back, .. } = *self;
@@ -205,6 +216,9 @@ impl SolverScratch {
             tangent,
             left_over,
             start_left_over,
+            residual_work,
+            is_counted,
+            fault,
             creates_energy,
             is_held_back,
             line_search,

@@ -47,6 +47,12 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// What begins so, goes on so and ends so.
+    #[cfg(feature = "cli")]
+    pub(crate) fn new(start: Snapshot, inputs: Vec<Input>, end: StateHash) -> Self {
+        Self { start, inputs, end }
+    }
+
     /// The state with which it begins.
     pub fn start(&self) -> &Snapshot {
         &self.start

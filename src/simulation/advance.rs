@@ -1,14 +1,15 @@
 //! One step of the world: solves, tears, and what is done where it leaves no sound state.
 
 use crate::components::{EnergyAudit, Increment, Sleeping, SolverScratch, TearDecisions, Tearing};
-use crate::report::Report;
+use crate::report::{Fault, Report};
 use crate::schedule::{Schedule, Stage};
 use crate::settings::{LinearParams, Settings};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::tearing::will_tear;
 use crate::systems::{StepContext, contact};
 use glam::DVec3;
-use hecs::World;
+use hecs::{Entity, World};
+use smallvec::SmallVec;
 
 /// The error of the stress before a tear advances, as part of that allowed in passing: an advance cannot be taken back, and
 /// the error at a tip may be some times that in the body as a whole.
@@ -16,6 +17,10 @@ const DECISIVE: f64 = 0.2;
 
 /// So often at the most a step is solved again because a solve has carried vertices into an obstacle.
 const CONTACT_ROUNDS: u32 = 4;
+
+/// Parts of a step that are tried at the most for each level of halving: each takes two where it fails once. What is left is then
+/// taken as dissipative as can be.
+const TRIES: u32 = 3;
 
 /// What a step is run by, and where it is told what it did.
 pub(super) struct Running<'a> {
@@ -32,45 +37,92 @@ impl Running<'_> {
     }
 }
 
-/// One dynamic step, in halves where the whole leaves no sound state; in the smallest of them bodies that would create energy are
-/// held back. Returns the time \[ms\] that was done: all of `dt`, or less where even the smallest part failed.
-pub(super) fn advance(
-    world: &mut World,
-    settings: &Settings,
-    time: f64,
-    dt: f64,
-    halvings: u32,
-    running: &mut Running,
-) -> f64 {
+/// Bodies that no system runs on for a while, with the memory of their solvers: without it none does.
+pub(super) type Aside = Vec<(Entity, SolverScratch)>;
+
+/// One dynamic step of all bodies. One that it leaves in no sound state is retried by itself, [in halves](Settings::halvings), and the
+/// others keep the step that they have taken. Returns the time \[ms\] that was done: all of `dt`, or less where no body has done all of it.
+pub(super) fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, running: &mut Running) -> f64 {
     let step = StepContext::of_step(settings, dt, time + dt);
-    if solve_and_tear(world, &step, settings.resumes, running) {
+    let mut failed = Aside::new();
+    solve_and_tear(world, &step, settings.resumes, running, &mut failed);
+    if failed.is_empty() {
         return dt;
     }
-    restore(world);
-    running.report.rolled_back += 1;
-    if halvings == 0 {
-        let last_resort = StepContext { is_last_resort: true, ..step };
-        if solve_and_tear(world, &last_resort, settings.resumes, running) {
-            return dt;
-        }
-        restore(world);
-        return 0.0;
+    let mut done = put_all_aside(world);
+    let mut most = if done.is_empty() { 0.0 } else { dt };
+    for (body, scratch) in failed {
+        // The body is there: nothing has been despawned.
+        let _ = world.insert_one(body, scratch);
+        let mut retried = Retried { world, settings, running, tries: 0, is_last_resort: false };
+        most = retried.in_halves(time, dt, settings.halvings).max(most);
+        done.extend(put_all_aside(world));
     }
-    let half = 0.5 * dt;
-    let first = advance(world, settings, time, half, halvings - 1, running);
-    if first < half {
-        return first;
+    for (body, scratch) in done {
+        let _ = world.insert_one(body, scratch);
     }
-    half + advance(world, settings, time + half, half, halvings - 1, running)
+    // The parts have moved them too.
+    contact::move_obstacles(world, &StepContext::of_step(settings, dt, time + most));
+    most
 }
 
-/// Solves the step and tears, and takes the step up again while tips may advance further. Whether every solve has left a sound state.
-fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: &mut Running) -> bool {
+/// A body whose step has failed, while the others wait.
+struct Retried<'a, 'b> {
+    world: &'a mut World,
+    settings: &'a Settings,
+    running: &'a mut Running<'b>,
+    /// Parts that have been tried.
+    tries: u32,
+    /// Whether the smallest part has had to be as dissipative as can be, or there have been tries enough: what is left of the step is
+    /// so at once, in as few parts as there can be.
+    is_last_resort: bool,
+}
+
+impl Retried<'_, '_> {
+    /// Two halves of what has failed. Returns the time that was done.
+    fn in_halves(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
+        self.running.report.rolled_back += 1;
+        if halvings == 0 {
+            self.is_last_resort = true;
+            return self.part(time, dt, 0);
+        }
+        let half = 0.5 * dt;
+        let first = self.part(time, half, halvings - 1);
+        if first < half { first } else { half + self.part(time + half, half, halvings - 1) }
+    }
+
+    /// A part of the step. Returns the time that was done.
+    fn part(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
+        let step = StepContext::of_step(self.settings, dt, time + dt);
+        self.tries += 1;
+        self.is_last_resort |= self.tries > TRIES * (self.settings.halvings + 1);
+        let step = if self.is_last_resort { step.last_resort() } else { step };
+        let mut failed = Aside::new();
+        solve_and_tear(self.world, &step, self.settings.resumes, self.running, &mut failed);
+        if failed.is_empty() {
+            return dt;
+        }
+        for (body, scratch) in failed {
+            let _ = self.world.insert_one(body, scratch);
+        }
+        if self.is_last_resort { 0.0 } else { self.in_halves(time, dt, halvings) }
+    }
+}
+
+/// Takes what solvers remember off all bodies.
+fn put_all_aside(world: &mut World) -> Aside {
+    let bodies: Vec<Entity> = world.query_mut::<(Entity, &SolverScratch)>().into_iter().map(|(body, _)| body).collect();
+    bodies.into_iter().filter_map(|body| Some((body, world.remove_one::<SolverScratch>(body).ok()?))).collect()
+}
+
+/// Solves the step and tears, and takes the step up again while tips may advance further. Bodies that a solve leaves in no sound state
+/// are set back and put aside.
+fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: &mut Running, failed: &mut Aside) {
     for resumed in 0..=resumes {
         let step = StepContext { is_resumed: resumed > 0, ..*step };
-        iterate(world, &step, running);
-        if !is_sound(world) {
-            return false;
+        iterate(world, &step, running, failed);
+        if !has_sound(world, failed) {
+            return;
         }
         for round in 0..=CONTACT_ROUNDS {
             if step.newton_iterations > 1 || !contact::take_up_again(world) {
@@ -81,28 +133,28 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
                 break;
             }
             run_iteration(world, &step, running);
-            if !is_sound(world) {
-                return false;
+            if !has_sound(world, failed) {
+                return;
             }
         }
         running.stage(world, &step, Stage::Decide);
         if step.newton_iterations == 1 && take_up_again_for_tears(world, &step) {
             run_iteration(world, &decisive(step), running);
-            if !is_sound(world) {
-                return false;
+            if !has_sound(world, failed) {
+                return;
             }
             running.stage(world, &step, Stage::Decide);
         }
         running.stage(world, &step, Stage::Account);
         running.stage(world, &step, Stage::Tear);
-        if running.schedule.has_late_callers() && !is_finite(world) {
-            return false;
+        if running.schedule.has_late_callers() && !has_sound(world, failed) {
+            return;
         }
-        if !world.query_mut::<&TearDecisions>().into_iter().any(|decisions| decisions.may_advance_further) {
-            break;
+        let mut decisions = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
+        if !decisions.any(|(decisions, _)| decisions.may_advance_further) {
+            return;
         }
     }
-    true
 }
 
 /// The step whose solve a tear's advance stands on.
@@ -113,13 +165,14 @@ fn decisive(step: StepContext) -> StepContext {
 
 /// A static solve.
 pub(super) fn iterate_and_account(world: &mut World, step: &StepContext, running: &mut Running) {
-    iterate(world, step, running);
+    // Only a first stage puts bodies aside, and a static solve has none.
+    iterate(world, step, running, &mut Aside::new());
     running.stage(world, step, Stage::Account);
 }
 
 /// Solves for all bodies, from the start of the step, stage by stage where it has two, or taken up again in its last stage. A first
-/// stage that leaves what is not finite ends it.
-pub(super) fn iterate(world: &mut World, step: &StepContext, running: &mut Running) {
+/// stage that leaves bodies in no sound state puts them aside.
+fn iterate(world: &mut World, step: &StepContext, running: &mut Running, failed: &mut Aside) {
     if step.is_resumed {
         running.stage(world, step, Stage::Resume);
     } else if let Some([start, first]) = step.before_last() {
@@ -127,7 +180,7 @@ pub(super) fn iterate(world: &mut World, step: &StepContext, running: &mut Runni
         running.stage(world, &start, Stage::Evaluate);
         running.stage(world, &start, Stage::Start);
         solve_stage(world, &first, running);
-        if !is_finite(world) {
+        if !has_sound(world, failed) {
             return;
         }
         running.stage(world, step, Stage::SecondStage);
@@ -180,33 +233,73 @@ fn take_up_again_for_tears(world: &mut World, step: &StepContext) -> bool {
     is_any
 }
 
-/// Whether every solve and every state is; what sleeps was when it fell asleep.
-pub(super) fn is_finite(world: &mut World) -> bool {
-    let query = world.query_mut::<(&Vertices, &SolverScratch, Option<&Sleeping>)>();
-    query.into_iter().filter(|(.., sleeping)| !sleeping.is_some_and(Sleeping::is_asleep)).all(
-        |(vertices, scratch, _)| {
-            !scratch.linear_residual.is_nan()
-                && vertices.position.iter().zip(&vertices.velocity).all(|(x, v)| x.is_finite() && v.is_finite())
-        },
-    )
+/// What is wrong with a body after a solve.
+fn fault(vertices: &Vertices, scratch: &SolverScratch) -> Option<Fault> {
+    if scratch.linear_residual.is_nan() {
+        return Some(Fault::Unsolvable);
+    }
+    let Vertices { position, velocity, mass, .. } = vertices;
+    // An energy that overflows is none.
+    let is_finite = position.iter().all(|x| x.is_finite())
+        && velocity.iter().zip(mass).map(|(v, m)| m * v.length_squared()).sum::<f64>().is_finite();
+    if !is_finite {
+        return Some(Fault::NotFinite);
+    }
+    scratch.creates_energy.then_some(Fault::CreatesEnergy)
 }
 
-/// Whether every state is finite and no solve has created energy.
-fn is_sound(world: &mut World) -> bool {
-    is_finite(world) && !world.query_mut::<&SolverScratch>().into_iter().any(|scratch| scratch.creates_energy)
+type Judged<'a> = (&'a Vertices, &'a SolverScratch, Option<&'a Sleeping>);
+
+/// Of a body that is awake; what sleeps was sound when it fell asleep.
+fn fault_of((vertices, scratch, sleeping): Judged<'_>) -> Option<Fault> {
+    if sleeping.is_some_and(Sleeping::is_asleep) { None } else { fault(vertices, scratch) }
 }
+
+/// Whether every solve and every state is.
+pub(super) fn is_finite(world: &mut World) -> bool {
+    world
+        .query_mut::<Judged>()
+        .into_iter()
+        .all(|body| !matches!(fault_of(body), Some(Fault::Unsolvable | Fault::NotFinite)))
+}
+
+/// Sets the bodies back, and puts them aside, that a solve has left in no sound state. Whether there are others to go on with.
+fn has_sound(world: &mut World, failed: &mut Aside) -> bool {
+    let unsound = world.query_mut::<(Entity, Judged)>().into_iter();
+    let unsound: SmallVec<[(Entity, Fault); 1]> =
+        unsound.filter_map(|(body, judged)| Some((body, fault_of(judged)?))).collect();
+    if unsound.is_empty() {
+        return true;
+    }
+    for (body, fault) in unsound {
+        if let Ok(found) = world.query_one_mut::<Started>(body) {
+            set_back(found);
+        }
+        if let Ok(mut scratch) = world.remove_one::<SolverScratch>(body) {
+            scratch.fault = Some(fault);
+            failed.push((body, scratch));
+        }
+    }
+    world.query_mut::<&SolverScratch>().into_iter().next().is_some()
+}
+
+type Started<'a> = (&'a mut Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a mut EnergyAudit>);
 
 /// Back to the start of the step.
 pub(super) fn restore(world: &mut World) {
-    for (vertices, increment, scratch) in world.query_mut::<(&mut Vertices, &mut Increment, &mut SolverScratch)>() {
-        if increment.start.len() == vertices.len() {
-            vertices.position.copy_from_slice(&increment.start);
-            vertices.velocity.copy_from_slice(&increment.start_velocity);
-        }
-        increment.displacement.fill(DVec3::ZERO);
-        scratch.linear_residual = 0.0;
-        scratch.left_over = scratch.start_left_over;
-        scratch.creates_energy = false;
+    world.query_mut::<Started>().into_iter().for_each(set_back);
+}
+
+fn set_back((vertices, increment, scratch, audit): Started<'_>) {
+    if increment.start.len() == vertices.len() {
+        vertices.position.copy_from_slice(&increment.start);
+        vertices.velocity.copy_from_slice(&increment.start_velocity);
     }
-    world.query_mut::<&mut EnergyAudit>().into_iter().for_each(EnergyAudit::void_step);
+    increment.displacement.fill(DVec3::ZERO);
+    scratch.linear_residual = 0.0;
+    scratch.left_over = scratch.start_left_over;
+    scratch.creates_energy = false;
+    if let Some(audit) = audit {
+        audit.void_step();
+    }
 }

@@ -43,7 +43,7 @@ use crate::components::{
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::replay::{Input, Recorder};
-use crate::report::{BodyReport, Report};
+use crate::report::{BodyReport, Fault, Report};
 use crate::schedule::Schedule;
 use crate::settings::{Integrator, Precision, Settings, Tangent};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -180,19 +180,22 @@ impl Simulation {
         self.begin_stops(stops);
         let Self { world, settings, pool, schedule, report, .. } = self;
         let (time, mut running) = (report.time, Running { schedule, report });
-        let done = pool.run_step(rows, || advance(world, settings, time, dt, settings.halvings, &mut running));
-        self.report.has_failed = done < dt;
+        let done = pool.run_step(rows, || advance(world, settings, time, dt, &mut running));
         self.report.time += done;
         self.finish_report();
+        self.report.has_failed = self.report.bodies.iter().any(|body| body.fault.is_some());
         self.note_stops();
         self.rest_obstacles();
         self.note_unfinished_tears();
         self.collect_events();
         if self.report.has_failed {
-            let reason = format!("no part of the step of {dt} ms led to a sound state");
             let (step, time) = (self.report.step, self.report.time);
-            let failed = |body| Event { step, time, body, kind: EventKind::StepFailed { reason: reason.clone() } };
-            self.events.extend(self.report.bodies.iter().map(|b| failed(b.body)));
+            let failed = |(body, fault): (Entity, Fault)| {
+                let reason = format!("no part of the step of {dt} ms led on to a sound state: {fault}");
+                Event { step, time, body, kind: EventKind::StepFailed { reason } }
+            };
+            let faults = self.report.bodies.iter().filter_map(|body| Some((body.body, body.fault?)));
+            self.events.extend(faults.map(failed));
         }
         Ok(&self.report)
     }
@@ -366,6 +369,7 @@ impl Simulation {
                 fell_back: scratch.fell_back,
                 is_tear_cut_short: false,
                 is_held_back: scratch.is_held_back,
+                fault: scratch.fault,
                 is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
             });
         }

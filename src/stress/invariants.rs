@@ -1,7 +1,6 @@
 //! What must hold after every step.
 
 use super::FailureKind;
-use super::scene::Scene;
 use crate::simulation::Simulation;
 use crate::storage::{Broken, Topology, Triangles, Vertices, measure, validate};
 use glam::DVec3;
@@ -60,9 +59,13 @@ impl Ledger {
     }
 }
 
-/// The first invariant that a body breaks.
-pub(super) fn broken(scene: &mut Scene, body: Entity, ledger: &mut Ledger) -> Option<(FailureKind, String)> {
-    let Scene { simulation, is_free, .. } = scene;
+/// The first invariant that a body breaks; in a scene that is free, nothing but the hand feeds it.
+pub(super) fn broken(
+    simulation: &mut Simulation,
+    is_free: bool,
+    body: Entity,
+    ledger: &mut Ledger,
+) -> Option<(FailureKind, String)> {
     if let Some(found) = broken_tables(simulation, body, ledger) {
         return Some(found);
     }
@@ -74,7 +77,7 @@ pub(super) fn broken(scene: &mut Scene, body: Entity, ledger: &mut Ledger) -> Op
     if !energy.is_finite() {
         return Some((FailureKind::NotFinite, format!("energies of {energies:?}")));
     }
-    if *is_free { gained(simulation, body, ledger, energy) } else { None }
+    if is_free { gained(simulation, body, ledger, energy) } else { None }
 }
 
 fn broken_tables(simulation: &Simulation, body: Entity, ledger: &Ledger) -> Option<(FailureKind, String)> {

@@ -2,11 +2,12 @@
 //!
 //! A case is made from a seed and its number alone, so that any can be repeated: a scene of sheets, caps, closed surfaces or slivers of random
 //! tissue, loads and settings, and at every step, of 0.01 to 100 ms, perhaps something hostile. It ends with its last step or with the
-//! first invariant that is broken.
+//! first invariant that is broken. What a case has done up to a failure is a [`Recording`]; of that a short one is made that fails the same way.
 
 mod dice;
 mod invariants;
 mod scene;
+mod shorten;
 mod surface;
 mod tools;
 
@@ -18,6 +19,7 @@ pub(crate) use dice::Dice;
 use invariants::Ledger;
 use scene::Scene;
 use serde::Serialize;
+use shorten::shorten;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 use tools::Hand;
@@ -86,6 +88,23 @@ pub struct Counts {
     pub slowest_case: u64,
 }
 
+impl FailureKind {
+    /// All there are.
+    pub const ALL: [Self; 11] = [
+        Self::Panic,
+        Self::NotFinite,
+        Self::Mesh,
+        Self::Area,
+        Self::Mass,
+        Self::Angle,
+        Self::Energy,
+        Self::Refused,
+        Self::Snapshot,
+        Self::Restore,
+        Self::Threads,
+    ];
+}
+
 impl Counts {
     /// Adds those of another case.
     pub fn add(&mut self, other: &Self) {
@@ -110,16 +129,18 @@ pub struct Outcome {
     pub failure: Option<Failure>,
     /// The run up to the failure, where it was to be recorded.
     pub recording: Option<Recording>,
+    /// A short one that fails the same way, from a state on the way there.
+    pub short: Option<Recording>,
 }
 
 /// Every so many cases one is repeated on two threads.
 const TWINS: u64 = 8;
 
-/// Runs a case; one that fails is run again and recorded.
+/// Runs a case; one that fails is run again, recorded, and its recording made short.
 pub fn run(seed: u64, case: u64) -> Outcome {
-    let (mut outcome, hash) = run_once(seed, case, 1, false);
+    let (mut outcome, hash, is_free) = run_once(seed, case, 1, false);
     if outcome.failure.is_none() && case.is_multiple_of(TWINS) {
-        let (twin, twin_hash) = run_once(seed, case, 2, true);
+        let (twin, twin_hash, _) = run_once(seed, case, 2, true);
         if twin_hash != hash {
             let what = format!("{hash:?} on one thread, {twin_hash:?} on two");
             let step = outcome.counts.steps;
@@ -129,11 +150,14 @@ pub fn run(seed: u64, case: u64) -> Outcome {
     } else if outcome.failure.is_some() {
         outcome.recording = run_once(seed, case, 1, true).0.recording;
     }
+    if let (Some(failure), Some(recording)) = (&outcome.failure, &outcome.recording) {
+        outcome.short = shorten(recording, is_free, failure.kind);
+    }
     outcome
 }
 
 /// Runs a case on so many threads. A panic ends it.
-fn run_once(seed: u64, case: u64, threads: usize, is_recorded: bool) -> (Outcome, Option<StateHash>) {
+fn run_once(seed: u64, case: u64, threads: usize, is_recorded: bool) -> (Outcome, Option<StateHash>, bool) {
     let mut dice = Dice::new(seed, case);
     let mut counts = Counts { cases: 1, slowest_case: case, ..Counts::default() };
     let mut scene = None;
@@ -150,13 +174,14 @@ fn run_once(seed: u64, case: u64, threads: usize, is_recorded: bool) -> (Outcome
         Ok(Err(broken)) => Some(broken),
         Err(payload) => Some((FailureKind::Panic, message(payload.as_ref()))),
     };
+    let is_free = scene.as_ref().is_some_and(|scene| scene.is_free);
     let failure = broken.map(|(kind, what)| Failure { seed, case, step: counts.steps, kind, what });
     // After a panic the state may be any.
     let end = catch_unwind(AssertUnwindSafe(|| {
         scene.map(|Scene { mut simulation, .. }| (simulation.hash(), simulation.end_recording()))
     }));
     let (hash, recording) = end.ok().flatten().unzip();
-    (Outcome { counts, failure, recording: recording.flatten() }, hash)
+    (Outcome { counts, failure, recording: recording.flatten(), short: None }, hash, is_free)
 }
 
 fn message(payload: &(dyn std::any::Any + Send)) -> String {
@@ -172,6 +197,10 @@ fn play(scene: &mut Scene, dice: &mut Dice, counts: &mut Counts) -> Result<(), B
     let mut hand = Hand::default();
     for actor in scene.bodies.clone() {
         (0..dice.below(3)).for_each(|_| tools::cut(&mut scene.simulation, actor.entity, dice));
+        let mut aside = dice.aside();
+        if aside.chance(0.01) {
+            tools::riddle(&mut scene.simulation, actor.entity, &mut aside);
+        }
     }
     let steps = if dice.chance(0.05) { 400 } else { 10 + dice.below(90) };
     let violence = dice.between(0.0, 0.7);
@@ -184,7 +213,8 @@ fn play(scene: &mut Scene, dice: &mut Dice, counts: &mut Counts) -> Result<(), B
         let before = dice.chance(0.1).then(|| scene.simulation.snapshot());
         step(&mut scene.simulation, dt, counts)?;
         for (actor, ledger) in scene.bodies.clone().into_iter().zip(&mut ledgers) {
-            if let Some(broken) = invariants::broken(scene, actor.entity, ledger) {
+            let Scene { simulation, is_free, .. } = &mut *scene;
+            if let Some(broken) = invariants::broken(simulation, *is_free, actor.entity, ledger) {
                 return Err(broken);
             }
         }

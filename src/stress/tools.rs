@@ -190,6 +190,25 @@ fn fling(simulation: &mut Simulation, actor: Actor, dice: &mut Dice, size: f64) 
     let _ = simulation.set_velocity(actor.entity, velocity);
 }
 
+/// Short cuts everywhere: up to thousands of tips.
+pub(super) fn riddle(simulation: &mut Simulation, body: Entity, dice: &mut Dice) {
+    let Ok((low, high)) = simulation.world().get::<&Vertices>(body).map(|vertices| {
+        let positions = &vertices.rest_position;
+        (lowest(positions), highest(positions))
+    }) else {
+        return;
+    };
+    let most = low.distance(high) * dice.decades(-2.0, -0.5);
+    for _ in 0..200 + dice.below(1000) {
+        let at = simulation.world().get::<&Vertices>(body).ok().and_then(|vertices| {
+            let row = dice.below(vertices.len().max(1));
+            vertices.rest_position.get(row).copied()
+        });
+        let Some(at) = at else { return };
+        let _ = simulation.cut(body, &[at, at + dice.point() * most]);
+    }
+}
+
 /// A cut from one place to another, any two of the rest shape.
 pub(super) fn cut(simulation: &mut Simulation, body: Entity, dice: &mut Dice) {
     let points: Vec<DVec3> = {

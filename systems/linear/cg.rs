@@ -7,6 +7,10 @@ use crate::settings::LinearParams;
 use crate::systems::parallel;
 use glam::DVec3;
 
+/// A negative curvature up to this, over the lengths of the direction and of the operator's product with it, may be rounding: sums of
+/// ten thousand terms are good to some 1e-14 of their largest.
+const ROUNDING: f64 = 1e-12;
+
 /// What a solve reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CgInfo {
@@ -14,6 +18,8 @@ pub struct CgInfo {
     pub iterations: u32,
     /// Norm of the residual over the norm of the right-hand side (with the prescribed motion on its right side).
     pub relative_residual: f64,
+    /// Norm of the residual \[N\].
+    pub residual: f64,
     /// Squared energy norm of the error, as estimated \[mJ\].
     pub error_energy: f64,
     /// Whether it stopped because time was up.
@@ -23,7 +29,8 @@ pub struct CgInfo {
 /// Why a solve stopped without an answer. The first guess is then as it was.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CgError {
-    /// A direction of zero or negative curvature: the operator is not positive definite.
+    /// A direction of zero or negative curvature: the operator is not positive definite. Of one that is, rounding may make such a
+    /// direction: then what has been reached is the answer.
     #[error("the operator is not positive definite (found in iteration {iteration})")]
     Indefinite {
         /// Iteration in which it was found.
@@ -97,6 +104,11 @@ pub fn solve(
             return Err(CgError::NotFinite { iteration });
         }
         if curvature <= 0.0 {
+            let sizes_sq = parallel::sum(n, partials, |v| direction[v].length_squared())
+                * parallel::sum(n, partials, |v| (product[v] * free[v]).length_squared());
+            if operator.is_definite() && curvature >= -ROUNDING * sizes_sq.sqrt() {
+                break;
+            }
             return Err(CgError::Indefinite { iteration });
         }
         let alpha = rz / curvature;
@@ -115,5 +127,6 @@ pub fn solve(
     }
     stops.note(iteration, is_late);
     let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_late })
+    let residual = residual_sq.sqrt();
+    Ok(CgInfo { iterations: iteration, relative_residual, residual, error_energy: error.squared(), is_late })
 }

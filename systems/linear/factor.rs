@@ -151,6 +151,16 @@ impl Factor {
         Ok(())
     }
 
+    /// Factors the operator at its state where a dynamic solve has come to nothing in so many iterations without a factor. It serves
+    /// the next solves too.
+    ///
+    /// # Errors
+    /// As [`renew`](Self::renew).
+    pub fn rescue(&mut self, operator: &Operator, free: &[DVec3], without: u32) -> Result<(), NoFactor> {
+        (self.without, self.strikes, self.rest) = (without, 0, 0);
+        self.renew(operator, free)
+    }
+
     /// Before a dynamic solve: whether it is to use the factor.
     pub fn is_ready(&mut self, operator: &Operator, free: &[DVec3]) -> bool {
         if let Some(pending) = &mut self.pending {

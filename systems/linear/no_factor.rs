@@ -49,6 +49,14 @@ impl Factor {
         Err(NoFactor::Unavailable)
     }
 
+    /// Does nothing.
+    ///
+    /// # Errors
+    /// Always: there is none.
+    pub fn rescue(&mut self, _operator: &Operator, _free: &[DVec3], _without: u32) -> Result<(), NoFactor> {
+        Err(NoFactor::Unavailable)
+    }
+
     /// False.
     pub fn is_ready(&mut self, _operator: &Operator, _free: &[DVec3]) -> bool {
         false

@@ -105,6 +105,11 @@ impl Operator<'_> {
         })
     }
 
+    /// Whether it is positive definite but for rounding: the masses of a dynamic step make what is semidefinite definite.
+    pub fn is_definite(&self) -> bool {
+        self.inertia > 0.0 && self.tangent != Tangent::Exact
+    }
+
     /// `out` = A·u \[N\] for a u \[mm\] that is zero but at a few vertices, as prescribed motion is.
     pub fn apply_sparse(&self, u: &[DVec3], out: &mut [DVec3]) {
         out.fill(DVec3::ZERO);

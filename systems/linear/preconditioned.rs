@@ -16,6 +16,11 @@ const MOST_WITH_EARLIER_FACTOR: u32 = 10;
 /// rounding sets the limit, and more iterations come no nearer.
 const MOST_WITH_OWN_FACTOR: u32 = 50;
 
+/// Iterations without a factor in a dynamic solve, at the most and with so many vertices at the most, after which one is made on the
+/// spot where there may be one: stiff fibres, slivers and long steps leave operators for which an incomplete factor in single
+/// precision needs thousands, or comes to nothing. At 100 vertices a factor takes as long as 200 iterations, at 2,500 as 150.
+const MOST_WITHOUT_FACTOR: u32 = 500;
+
 /// Iterations with a multigrid cycle of the present state at the most, in double precision: where they do not suffice rounding
 /// in the cycle sets the limit, and block Jacobi, which has none, goes on.
 const MOST_CYCLES: u32 = 200;
@@ -67,8 +72,11 @@ pub fn solve(
                 let info = solve_with_factor(operator, params, MOST_WITH_OWN_FACTOR, factor, corner, x, scratch)?;
                 return Ok(CgInfo { iterations: done + info.iterations, ..info });
             }
-            Err(NoFactor::Indefinite) => return Err(CgError::Indefinite { iteration: done }),
-            Err(NoFactor::Unavailable) => {}
+            Err(NoFactor::Indefinite) if !operator.is_definite() => {
+                return Err(CgError::Indefinite { iteration: done });
+            }
+            // There can be none, or rounding has left no factor.
+            Err(_) => {}
         }
     }
     if let Some((factor, Use::Aside)) = &mut means.factor
@@ -136,14 +144,31 @@ fn solve_without_factor(
             done = info.iterations;
         }
         Some((inner, kind)) if operator.tangent != Tangent::Exact => {
-            let (info, is_solved) = inner.solve(operator, params, With::Own(*kind), corner, x, scratch)?;
-            if is_solved {
-                return Ok(info);
+            let most = match means.factor {
+                Some((_, Use::Aside)) => MOST_WITHOUT_FACTOR.min(100 + x.len() as u32).min(params.iterations),
+                _ => params.iterations,
+            };
+            let limited = LinearParams { iterations: most, ..*params };
+            match inner.solve(operator, &limited, With::Own(*kind), corner, x, scratch) {
+                Ok((info, true)) if info.iterations < most || most == params.iterations || info.is_late => {
+                    return Ok(info);
+                }
+                Ok((info, _)) => done = info.iterations,
+                // Single precision may have overflown: double precision tells.
+                Err(_) => {}
             }
-            done = info.iterations;
+            scratch.residual.copy_from_slice(&scratch.rhs);
+            if let Some((factor, Use::Aside)) = &mut means.factor
+                && factor.rescue(operator, &scratch.free, done).is_ok()
+            {
+                let left = LinearParams { iterations: params.iterations - done, ..*params };
+                let info = solve_with_factor(operator, &left, MOST_WITH_OWN_FACTOR, factor, corner, x, scratch)?;
+                return Ok(CgInfo { iterations: done + info.iterations, ..info });
+            }
         }
         _ => {}
     }
+    let params = &LinearParams { iterations: params.iterations - done, ..*params };
     let mut inverse = std::mem::take(&mut scratch.inverse_block);
     block_jacobi::invert_blocks(operator, &scratch.free, &mut inverse);
     let precondition = |r: &[DVec3], _: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| {

@@ -204,6 +204,7 @@ impl InnerSolver {
             scratch.residual.copy_from_slice(&scratch.rhs);
         }
         info.relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
+        info.residual = residual_sq.sqrt();
         Ok((info, is_solved))
     }
 
