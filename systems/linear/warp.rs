@@ -8,7 +8,7 @@ use crate::math::Polar;
 use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 
-/// Turns that all are smaller than this change no iteration: what axes have moved by.
+/// Turns that all are smaller than this change no iteration: how far the ends of axes have moved.
 const SMALL: f64 = 0.1;
 
 /// One in so many vertices tells whether any has turned: the time of a look at all of them is a tenth of a step's. A turn that
@@ -81,7 +81,7 @@ impl Warp {
 }
 
 fn is_near([a, b]: [DVec3; 2], [p, q]: [DVec3; 2]) -> bool {
-    p.abs_diff_eq(a, SMALL) && q.abs_diff_eq(b, SMALL)
+    p.distance_squared(a) <= SMALL * SMALL && q.distance_squared(b) <= SMALL * SMALL
 }
 
 /// The rotation that takes one pair of axes to another.
