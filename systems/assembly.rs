@@ -1,7 +1,7 @@
 //! Force assembly: elastic and viscous membrane forces, gathered per vertex.
 
-use super::kernels::membrane;
 use super::kernels::lanes::Lanes;
+use super::kernels::membrane;
 use super::kernels::membrane_lanes::CornerForces;
 use super::kernels::simd::Kernel;
 use super::{Formula, StepContext, corners, parallel};

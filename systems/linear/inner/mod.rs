@@ -388,11 +388,12 @@ fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
     is_planar && params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }
 
-/// Empties a list and makes room for `count` entries, with an eighth to spare where it has to grow: as a tear adds some, the
-/// next steps find it large enough.
+/// Empties a list and makes room for `count` entries, with an eighth to spare: as a tear adds some, the next steps find it large
+/// enough. One that has to grow all the same gets five eighths to spare, as much as refinement adds unless told otherwise.
 fn empty<T>(list: &mut Vec<T>, count: usize) {
     list.clear();
     if list.capacity() < count {
-        list.reserve(count + count / 8);
+        let spare = if list.capacity() == 0 { count / 8 } else { count / 8 * 5 };
+        list.reserve_exact(count + spare);
     }
 }
