@@ -24,7 +24,7 @@ use crate::math::{ElementState, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
 
-/// Change of the deformation gradient from which on a triangle is looked at. A smaller one turns it by less than 0.1, hence stretches
+/// Change of the deformation gradient from which on a triangle that is not crushed is looked at. A smaller one turns it by less than 0.1, hence stretches
 /// it by less than 0.5 %, and what the tangent sees of it is twice what it stores: such triangles lower the sum or hardly raise it,
 /// but for those whose fibres stiffen to more than twice what the tangent knows.
 const FAR: f64 = 0.1;
@@ -57,7 +57,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar, fibres))| {
             let work = scratch.residual_work;
-            if work <= 0.0 && fibres.is_none() && goes_nowhere_far(increment, triangles) {
+            if work <= 0.0 && fibres.is_none() && goes_nowhere_far(increment, triangles, frames) {
                 return;
             }
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
@@ -111,14 +111,22 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
 }
 
 /// Whether the largest displacement says already that no triangle's gradient changes by much.
-fn goes_nowhere_far(increment: &mut Increment, triangles: &Triangles) -> bool {
+fn goes_nowhere_far(increment: &mut Increment, triangles: &Triangles, frames: &Frames) -> bool {
     let steepest = *increment.steepest.get_or_insert_with(|| {
         let steep = triangles.rest.iter().map(|rest| rest.gradients[0].length() + rest.gradients[1].length());
         steep.fold(0.0, f64::max)
     });
     let largest_sq = increment.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.length_squared()));
     // Of a triangle's corners two may go by that against the third, each in its own direction.
-    2.0 * largest_sq.sqrt() * steepest <= FAR
+    let change = 2.0 * largest_sq.sqrt() * steepest;
+    change <= FAR && frames.state.iter().all(|state| change <= far(state))
+}
+
+/// The change of the gradient from which on a triangle is looked at at this state: one that is crushed turns by as much more as its stretches
+/// are less, and where nothing is left of them any change may turn it over.
+fn far(state: &ElementState) -> f64 {
+    let stretch = &state.polar.stretch;
+    FAR * (0.5 * (stretch.xx + stretch.yy)).clamp(0.0, 1.0)
 }
 
 /// A displacement of which only a part is gone along free axes.
@@ -169,7 +177,7 @@ impl Solved<'_> {
             let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
             let (d1, d2) = membrane::gradient(u, rest);
             let change_sq = d1.length_squared() + d2.length_squared();
-            if change_sq <= FAR * FAR && !self.stiffens(t, change_sq.sqrt()) {
+            if change_sq.sqrt() <= far(&frames.state[t]) && !self.stiffens(t, change_sq.sqrt()) {
                 return 0.0;
             }
             let x = corners.map(|v| vertices.position[v]);
