@@ -25,8 +25,8 @@ use crate::math::{ElementState, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
 
-/// Change of the deformation gradient from which on a triangle is looked at. A smaller one turns it by less than 0.1, hence stretches
-/// it by less than 0.5 %, and what the tangent sees of it is twice what it stores: such triangles lower the sum or hardly raise it,
+/// Change of the deformation gradient from which on a triangle that is not crushed is looked at. A smaller one turns it by less than 0.1,
+/// hence stretches it by less than 0.5 %, and what the tangent sees of it is twice what it stores: such triangles lower the sum or hardly raise it,
 /// but for those whose fibres stiffen to more than twice what the tangent knows. What a turn has stretched is
 /// given back as it ends, by triangles that are near again: where the sum has become large all are looked at, lest it only climb.
 const FAR: f64 = 0.1;
@@ -139,6 +139,13 @@ fn goes_nowhere_far(increment: &mut Increment, triangles: &Triangles, partials: 
     parallel::sum_chunks(&mut vec![(); triangles.len()], partials, &far) == 0.0
 }
 
+/// The mean stretch, between 0 and 1: a turn changes the gradient of a triangle that is crushed by so much less, and where nothing is left
+/// of its stretches any change may turn it over.
+fn uncrushed(state: &ElementState) -> f64 {
+    let stretch = &state.polar.stretch;
+    (0.5 * (stretch.xx + stretch.yy)).clamp(0.0, 1.0)
+}
+
 /// A displacement of which only a part is gone along free axes.
 fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
     delta * (DVec3::ONE - free * (1.0 - part))
@@ -189,7 +196,7 @@ impl Solved<'_> {
             let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
             let (d1, d2) = membrane::gradient(u, rest);
             let change_sq = d1.length_squared() + d2.length_squared();
-            if change_sq <= self.far * self.far && !self.stiffens(t, change_sq.sqrt()) {
+            if change_sq.sqrt() <= self.far * uncrushed(&frames.state[t]) && !self.stiffens(t, change_sq.sqrt()) {
                 return 0.0;
             }
             let x = corners.map(|v| vertices.position[v]);
