@@ -52,7 +52,7 @@ fn evaluate_rotated(
     let states = States { corners, position, rest, stiffness, is_planar, unstretched };
     parallel::for_pairs(&mut frames.state, &mut frames.geometric, |first, state, geometric| {
         simd::run(&states, first, state);
-        simd::run(&Geometric { state, stiffness: &stiffness[first..], is_planar, reserve }, 0, geometric);
+        simd::run(&Geometric { state, start: first, stiffness, is_planar, reserve }, first, geometric);
     });
 }
 
@@ -101,7 +101,7 @@ pub fn geometric_stiffness(
     geometric.resize(state.len(), GeometricStiffness::default());
     if tangent == Tangent::Rotated {
         let stiffness = &triangles.stiffness;
-        return parallel::for_chunks(geometric, &Geometric { state, stiffness, is_planar, reserve });
+        return parallel::for_chunks(geometric, &Geometric { state, start: 0, stiffness, is_planar, reserve });
     }
     parallel::for_rows(geometric, |t, geometric| {
         let ElementState { polar, stress } = state[t];

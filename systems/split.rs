@@ -8,8 +8,7 @@ use super::tearing::{
 };
 use crate::components::{
     Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, RefusedSite, SolverScratch, Springs,
-    TearDecision,
-    TearDecisions, TearLog, TearMode, TearSite, Tearing,
+    TearDecision, TearDecisions, TearLog, TearMode, TearSite, Tearing,
 };
 use crate::event::{Course, EventKind, Verdict};
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};

@@ -166,9 +166,11 @@ fn first_piola<L: Lanes>(stress: Vectors<L>, stretch: Vectors<L>, inverse_trace:
 /// Geometric stiffness of the rotated tangent: [`membrane::shear_majorant`] and the tensile part of
 /// [`membrane::second_piola`].
 pub struct Geometric<'a> {
-    /// States of the triangles.
+    /// States of the triangles from `start` on.
     pub state: &'a [ElementState],
-    /// Elastic constants.
+    /// The first of them.
+    pub start: usize,
+    /// Elastic constants, of all triangles.
     pub stiffness: &'a Alike<Orthotropic>,
     /// Whether there is no way out of the plane.
     pub is_planar: bool,
@@ -188,7 +190,8 @@ impl Kernel<GeometricStiffness> for Geometric<'_> {
             let (mut state, mut law) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4]);
             for lane in 0..DOUBLES {
                 let t = first + lane.min(out.len() - 1);
-                let (u, s, q) = (self.state[t].polar.stretch, self.state[t].stress, &self.stiffness[t]);
+                let (state_of, q) = (&self.state[t - self.start], &self.stiffness[t]);
+                let (u, s) = (state_of.polar.stretch, state_of.stress);
                 for (state, value) in state.iter_mut().zip([u.xx, u.yy, u.xy, s.xx, s.yy, s.xy]) {
                     state[lane] = value;
                 }

@@ -70,8 +70,11 @@ fn lanes_compute_what_one_triangle_does() {
         let (n, kernel) = (mesh.corners.len(), mesh.states(is_planar));
         let state = all(n, ElementState::REST, &kernel);
         let Mesh { rest, stiffness, thickness, .. } = &mesh;
-        let geometric =
-            all(n, GeometricStiffness::default(), &Geometric { state: &state, stiffness, is_planar, reserve });
+        let geometric = all(
+            n,
+            GeometricStiffness::default(),
+            &Geometric { state: &state, start: 0, stiffness, is_planar, reserve },
+        );
         let forces = all(n, [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
         for t in 0..n {
             let alone = kernel.alone(t);
@@ -105,7 +108,7 @@ fn every_instruction_set_gives_the_same_bits() {
         let results = [false, true].map(|is_portable| {
             force_portable(is_portable);
             let state = all(mesh.corners.len(), ElementState::REST, &mesh.states(is_planar));
-            let kernel = Geometric { state: &state, stiffness, is_planar, reserve: -0.5 };
+            let kernel = Geometric { state: &state, start: 0, stiffness, is_planar, reserve: -0.5 };
             let geometric = all(state.len(), GeometricStiffness::default(), &kernel);
             let forces = all(state.len(), [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
             (state, geometric, forces)

@@ -273,11 +273,4 @@ impl Pattern {
             );
         });
     }
-
-    /// The blocks above the diagonal, by rows: the transposes of those below, by columns.
-    pub fn mirror(&self, lower: &[Block], upper: &mut Vec<Block>) {
-        empty(upper, lower.len());
-        upper.resize(lower.len(), block::ZERO);
-        parallel::for_rows(upper, |i, block| *block = block::transpose(&lower[self.below[i][1] as usize]));
-    }
 }
