@@ -10,7 +10,6 @@ use crate::storage::Topology;
 use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::pack::LANES;
 use crate::systems::kernels::simd::wide;
-use crate::systems::parallel;
 use std::ops::Range;
 
 /// The pattern of a symmetric matrix.
