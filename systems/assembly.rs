@@ -55,7 +55,7 @@ pub fn membrane_forces(
     };
     let mesh = (triangles.corners.as_slice(), topology);
     if viscosity == 0.0 {
-        let (state, Triangles { rest, thickness, .. }) = (&frames.state, triangles);
+        let (state, rest, thickness) = (&frames.state, &triangles.rest, triangles.thickness.by_row());
         return corners::add_up(mesh, corner, nodal, &CornerForces { state, rest, thickness }, seen);
     }
     corners::add_up(mesh, corner, nodal, &Viscous { triangles, frames, travel, viscosity }, seen);

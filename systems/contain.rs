@@ -82,8 +82,18 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_planar = planar.is_some();
             let (is_counted, rate) = (scratch.is_counted, step.rate());
             let SolverScratch { free, partials, left_over, .. } = &mut *scratch;
-            let mut solved =
-                Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, rate, far: FAR };
+            let mut solved = Solved {
+                operator,
+                increment,
+                free,
+                unstretched,
+                fibres,
+                is_planar,
+                is_counted,
+                rate,
+                far: FAR,
+                least: 0.0,
+            };
             let most = SHARE * solved.energy(partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let before = left_over.min(most);
@@ -100,7 +110,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 sum = before + solved.left_over(1.0, partials).unwrap_or(0.0) + work;
             }
             let mut part = 1.0;
-            // A sum that is no number is too much.
+            // A part that takes no triangle far is gone, lest a body that is crumpled stand still for ever. A sum that is no number is too much.
+            (solved.far, solved.least) = (FAR, 1.0);
             while step.is_last_resort && !(sum <= most) && part > 0.0 {
                 part = if part > LEAST_PART { 0.5 * part } else { 0.0 };
                 sum = before + solved.left_over(part, partials).unwrap_or(0.0) + part * work;
@@ -165,6 +176,8 @@ struct Solved<'a> {
     rate: f64,
     /// Triangles whose gradient changes by less are not looked at.
     far: f64,
+    /// The least part of that for those that are crushed.
+    least: f64,
 }
 
 impl Solved<'_> {
@@ -196,7 +209,9 @@ impl Solved<'_> {
             let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
             let (d1, d2) = membrane::gradient(u, rest);
             let change_sq = d1.length_squared() + d2.length_squared();
-            if change_sq.sqrt() <= self.far * uncrushed(&frames.state[t]) && !self.stiffens(t, change_sq.sqrt()) {
+            if change_sq.sqrt() <= self.far * uncrushed(&frames.state[t]).max(self.least)
+                && !self.stiffens(t, change_sq.sqrt())
+            {
                 return 0.0;
             }
             let x = corners.map(|v| vertices.position[v]);

@@ -48,7 +48,8 @@ fn evaluate_rotated(
     frames.stiffened.clear();
     frames.state.resize(triangles.len(), ElementState::REST);
     frames.geometric.resize(triangles.len(), GeometricStiffness::default());
-    let (Triangles { corners, rest, stiffness, .. }, position) = (triangles, &vertices.position);
+    let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
+    let stiffness = triangles.stiffness.by_row();
     let states = States { corners, position, rest, stiffness, is_planar, unstretched };
     parallel::for_pairs(&mut frames.state, &mut frames.geometric, |first, state, geometric| {
         simd::run(&states, first, state);
@@ -68,11 +69,12 @@ pub fn evaluate(
     let unstretched = PreStretch::unstretched(pre_stretch);
     frames.is_planar = is_planar;
     frames.state.resize(triangles.len(), ElementState::REST);
-    let (Triangles { corners, rest, stiffness, .. }, position) = (triangles, &vertices.position);
+    let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
+    let stiffness = triangles.stiffness.by_row();
     parallel::for_chunks(&mut frames.state, &States { corners, position, rest, stiffness, is_planar, unstretched });
     match fibres {
         None => frames.stiffened.clear(),
-        Some(fibres) => stiffen(frames, stiffness, unstretched, fibres),
+        Some(fibres) => stiffen(frames, &triangles.stiffness, unstretched, fibres),
     }
 }
 
@@ -100,7 +102,7 @@ pub fn geometric_stiffness(
     let Frames { state, geometric, stiffened, .. } = frames;
     geometric.resize(state.len(), GeometricStiffness::default());
     if tangent == Tangent::Rotated {
-        let stiffness = &triangles.stiffness;
+        let stiffness = triangles.stiffness.by_row();
         return parallel::for_chunks(geometric, &Geometric { state, start: 0, stiffness, is_planar, reserve });
     }
     parallel::for_rows(geometric, |t, geometric| {

@@ -6,6 +6,7 @@
 mod element;
 mod fracture;
 mod orthotropic;
+mod per_row;
 mod stiffening_fibres;
 mod sym2;
 mod triangle;
@@ -13,6 +14,7 @@ mod triangle;
 pub use element::{ElementState, GeometricStiffness, Polar};
 pub use fracture::{CrackTip, Modes, Slopes};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
+pub use per_row::PerRow;
 pub use stiffening_fibres::{CoupledStiffness, FibreResponse, StiffeningFibres};
 pub use sym2::Sym2;
 pub use triangle::{RestTriangle, SmallestAngle, smallest_angle};

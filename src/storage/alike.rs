@@ -2,6 +2,7 @@
 
 use super::order;
 use super::table::Column;
+use crate::math::PerRow;
 use std::ops::{Index, IndexMut};
 
 /// A list that keeps one value while all its rows are alike, and one per row from the first that differs on: what a triangle is
@@ -95,6 +96,11 @@ impl<T> Alike<T> {
     /// The value of a row, if there is one.
     pub fn get(&self, row: usize) -> Option<&T> {
         if row < self.len { self.values.get(row & self.mask) } else { None }
+    }
+
+    /// The values by row, for a kernel.
+    pub fn by_row(&self) -> PerRow<'_, T> {
+        if self.mask == 0 { PerRow::alike(&self.values) } else { PerRow::each(&self.values) }
     }
 
     /// All rows.

@@ -6,8 +6,7 @@
 use super::lanes::{DOUBLES, Doubles, Lanes};
 use super::membrane::{self, LEAST_TRACE, ROUNDING_SQ};
 use super::simd::Kernel;
-use crate::math::{ElementState, GeometricStiffness, Orthotropic, Polar, RestTriangle, Sym2};
-use crate::storage::Alike;
+use crate::math::{ElementState, GeometricStiffness, Orthotropic, PerRow, Polar, RestTriangle, Sym2};
 use glam::DVec3;
 
 /// Vectors of four triangles.
@@ -65,7 +64,7 @@ pub struct States<'a> {
     /// Rest shapes.
     pub rest: &'a [RestTriangle],
     /// Elastic constants.
-    pub stiffness: &'a Alike<Orthotropic>,
+    pub stiffness: PerRow<'a, Orthotropic>,
     /// Whether the normal stays +z.
     pub is_planar: bool,
     /// The stretch that is free of stress.
@@ -171,7 +170,7 @@ pub struct Geometric<'a> {
     /// The first of them.
     pub start: usize,
     /// Elastic constants, of all triangles.
-    pub stiffness: &'a Alike<Orthotropic>,
+    pub stiffness: PerRow<'a, Orthotropic>,
     /// Whether there is no way out of the plane.
     pub is_planar: bool,
     /// How much of the tissue's own least shear stiffness there is to be beyond the geometric one.
@@ -252,7 +251,7 @@ pub struct CornerForces<'a> {
     /// Rest shapes.
     pub rest: &'a [RestTriangle],
     /// Thickness \[mm\].
-    pub thickness: &'a Alike<f64>,
+    pub thickness: PerRow<'a, f64>,
 }
 
 impl Kernel<[DVec3; 3]> for CornerForces<'_> {

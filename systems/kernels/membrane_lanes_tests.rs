@@ -16,8 +16,8 @@ struct Mesh {
     corners: Vec<[u32; 3]>,
     position: Vec<DVec3>,
     rest: Vec<RestTriangle>,
-    stiffness: Alike<Orthotropic>,
-    thickness: Alike<f64>,
+    stiffness: Vec<Orthotropic>,
+    thickness: Vec<f64>,
 }
 
 impl Mesh {
@@ -25,7 +25,7 @@ impl Mesh {
     /// to a point, and in the plane one mirrored and one a pure mirror image.
     fn new(is_planar: bool) -> Self {
         let mut next = numbers();
-        let (stiffness, thickness) = (Alike::default(), Alike::default());
+        let (stiffness, thickness) = (vec![], vec![]);
         let mut mesh = Self { corners: vec![], position: vec![], rest: vec![], stiffness, thickness };
         for t in 0..17_u32 {
             let mut vector = || DVec3::new(next(), next(), if is_planar { 0.0 } else { next() });
@@ -48,6 +48,7 @@ impl Mesh {
 
     fn states(&self, is_planar: bool) -> States<'_> {
         let Self { corners, position, rest, stiffness, .. } = self;
+        let stiffness = PerRow::each(stiffness);
         States { corners, position, rest, stiffness, is_planar, unstretched: Sym2::new(0.98, 1.01, 0.005) }
     }
 }
@@ -70,6 +71,7 @@ fn lanes_compute_what_one_triangle_does() {
         let (n, kernel) = (mesh.corners.len(), mesh.states(is_planar));
         let state = all(n, ElementState::REST, &kernel);
         let Mesh { rest, stiffness, thickness, .. } = &mesh;
+        let (stiffness, thickness) = (PerRow::each(stiffness), PerRow::each(thickness));
         let geometric = all(
             n,
             GeometricStiffness::default(),
@@ -105,6 +107,7 @@ fn every_instruction_set_gives_the_same_bits() {
     for is_planar in [false, true] {
         let mesh = Mesh::new(is_planar);
         let Mesh { rest, stiffness, thickness, .. } = &mesh;
+        let (stiffness, thickness) = (PerRow::each(stiffness), PerRow::each(thickness));
         let results = [false, true].map(|is_portable| {
             force_portable(is_portable);
             let state = all(mesh.corners.len(), ElementState::REST, &mesh.states(is_planar));
