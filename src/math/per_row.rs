@@ -1,0 +1,32 @@
+//! Values of rows that may all be one.
+
+use std::ops::Index;
+
+/// One value per row, or one for all of them: what a kernel reads of a list that keeps what is alike only once.
+#[derive(Clone, Copy, Debug)]
+pub struct PerRow<'a, T> {
+    values: &'a [T],
+    /// What of a row is the place of its value: nothing or all of it.
+    mask: usize,
+}
+
+impl<'a, T> PerRow<'a, T> {
+    /// A value for each row.
+    pub fn each(values: &'a [T]) -> Self {
+        Self { values, mask: usize::MAX }
+    }
+
+    /// The first value for all rows; none of them may be read where there is no value.
+    pub fn alike(values: &'a [T]) -> Self {
+        Self { values, mask: 0 }
+    }
+}
+
+impl<T> Index<usize> for PerRow<'_, T> {
+    type Output = T;
+
+    #[inline(always)]
+    fn index(&self, row: usize) -> &T {
+        &self.values[row & self.mask]
+    }
+}
