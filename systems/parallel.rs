@@ -244,7 +244,7 @@ impl Pool {
     /// microseconds follow each other, and to wake a thread takes as long as one of them.
     pub fn run_step<R: Send>(&self, rows: usize, f: impl FnOnce() -> R + Send) -> R {
         self.run(|| {
-            if !is_worth_sharing(rows) {
+            if rows < AWAKE_FROM || !is_worth_sharing(rows) {
                 return f();
             }
             let is_done = AtomicBool::new(false);
@@ -270,6 +270,10 @@ impl Drop for Done<'_> {
         self.0.store(true, Ordering::Release);
     }
 }
+
+/// Rows from which on a step gains more by a thread that stays awake than that costs: at 15,000 triangles it takes a tenth of the time
+/// away, at 5,000 twice the processor time for nothing.
+const AWAKE_FROM: usize = 8192;
 
 /// A thread that has found nothing to do for so long goes to sleep.
 const AWAKE: Duration = Duration::from_millis(1);

@@ -24,9 +24,12 @@ const HOW: &str = "If the change of the numbers is meant, write the file anew an
 /// Architecture, system, its library and the instructions that count.
 fn target() -> String {
     #[cfg(target_arch = "x86_64")]
-    let level = match std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-        true => "-avx2",
-        false => "-sse2",
+    let level = if std::arch::is_x86_feature_detected!("avx512f") {
+        "-avx512"
+    } else if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+        "-avx2"
+    } else {
+        "-sse2"
     };
     #[cfg(not(target_arch = "x86_64"))]
     let level = "";
