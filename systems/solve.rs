@@ -22,9 +22,9 @@ const MOST_AXES_FACTORED: f64 = 2e5;
 /// with the factor grows faster.
 const MOST_AXES_ASIDE: f64 = 4e4;
 
-/// What the residual of a linear solve may have done, over the energy in the body, is looked at from here on: a thousandth of what may
+/// What the residual of a linear solve may have done, over the energy in the body, is looked at from here on: a hundredth of what may
 /// come from nowhere, so that it takes as many steps to add up.
-const NOTED_WORK: f64 = 1e-4;
+const NOTED_WORK: f64 = 1e-3;
 
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;
