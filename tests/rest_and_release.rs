@@ -85,7 +85,7 @@ fn a_free_sheet_at_rest_stays_at_rest() {
 }
 
 #[test]
-#[ignore = "a minute: cargo test --release --test rest_and_release -- --ignored million"]
+#[ignore = "minutes: cargo test --release --test rest_and_release -- --ignored million"]
 fn for_a_million_steps() {
     resting().into_iter().for_each(|membrane| assert_rests(Settings::default(), membrane, 100.0, 1_000_000));
 }

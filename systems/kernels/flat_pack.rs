@@ -5,7 +5,7 @@
 
 use super::lanes::{Lanes, Singles};
 use super::membrane::ElementTangent;
-use super::pack::{Entry, InPlane, LANES, Pack, Places, entries, gather, singles, strain_rates};
+use super::pack::{Entry, InPlane, LANES, Pack, Places, entries, gather, put_turning, singles, strain_rates};
 use glam::Vec4;
 
 /// The matrices \[N/mm\] of eight triangles, entries by rows of their blocks.
@@ -28,10 +28,7 @@ impl FlatPack {
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
             if is_exact {
-                let (inverse, l) = e.turning();
-                for (row, value) in turning.iter_mut().zip(l.map(|l| 0.5 * l * e.geometric).iter().chain([&inverse])) {
-                    row[lane] = *value as f32;
-                }
+                put_turning(&e, lane, &mut turning);
             }
             coupling[0][lane] = (e.coupling * e.elastic) as f32;
             let r1 = e.state.polar.fibre_axis;

@@ -32,6 +32,16 @@ pub struct Pack {
 /// Where the corners of eight triangles stand in the vectors: per corner one place for each lane.
 pub type Places = [[u16; LANES]; 3];
 
+/// What an exact tangent knows of a triangle's turn, into its lane.
+#[inline(always)]
+pub(super) fn put_turning(element: &ElementTangent<'_>, lane: usize, turning: &mut [[f32; LANES]; 5]) {
+    let (inverse, l) = element.turning();
+    let values = l.map(|l| 0.5 * l * element.geometric).into_iter().chain([inverse]);
+    for (row, value) in turning.iter_mut().zip(values) {
+        row[lane] = value as f32;
+    }
+}
+
 impl Pack {
     /// The matrices of up to eight triangles, all of them of one kind of tangent; a lane without one stays empty.
     #[inline(always)]
@@ -41,10 +51,7 @@ impl Pack {
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
             if is_exact {
-                let (inverse, l) = e.turning();
-                for (row, value) in turning.iter_mut().zip(l.map(|l| 0.5 * l * e.geometric).iter().chain([&inverse])) {
-                    row[lane] = *value as f32;
-                }
+                put_turning(&e, lane, &mut turning);
             }
             coupling[0][lane] = (e.coupling * e.elastic) as f32;
             let (polar, rest) = (&e.state.polar, e.rest);

@@ -18,7 +18,7 @@ const MOST_WITH_OWN_FACTOR: u32 = 50;
 
 /// Iterations without a factor in a dynamic solve, at the most and with so many vertices at the most, after which one is made on the
 /// spot where there may be one: stiff fibres, slivers and long steps leave operators for which an incomplete factor in single
-/// precision needs thousands, or comes to nothing. At 100 vertices a factor takes as long as 200 iterations, at 2,500 as 150.
+/// precision needs thousands, or comes to nothing.
 const MOST_WITHOUT_FACTOR: u32 = 500;
 
 /// Iterations with a multigrid cycle of the present state at the most, in double precision: where they do not suffice rounding
