@@ -16,14 +16,18 @@
 //! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
 //! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
 
+mod lanes;
+
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
 use super::linear::Operator;
 use super::{Formula, StepContext, parallel};
 use crate::components::{Damping, Frames, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres};
-use crate::math::{ElementState, Sym2};
+use crate::math::{ElementState, Orthotropic, Sym2};
+use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
+use lanes::Whole;
 
 /// Change of the deformation gradient from which on a triangle that is not crushed is looked at. A smaller one turns it by less than 0.1,
 /// hence stretches it by less than 0.5 %, and what the tangent sees of it is twice what it stores: such triangles lower the sum or hardly raise it,
@@ -62,9 +66,11 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar, fibres))| {
             let work = scratch.residual_work;
-            if work <= 0.0 && fibres.is_none() && goes_nowhere_far(increment, triangles, &mut scratch.partials) {
+            let goes_far = fibres.is_some() || !goes_nowhere_far(increment, triangles, &mut scratch.partials);
+            if work == 0.0 && !goes_far {
                 return;
             }
+            let slack = *increment.slack.get_or_insert_with(|| slack(triangles));
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
             let operator = Operator {
@@ -80,7 +86,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             };
             let unstretched = PreStretch::unstretched(pre_stretch);
             let is_planar = planar.is_some();
-            let (is_counted, rate) = (scratch.is_counted, step.rate());
+            let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let SolverScratch { free, partials, left_over, .. } = &mut *scratch;
             let mut solved = Solved {
                 operator,
@@ -94,27 +100,25 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 far: FAR,
                 least: 0.0,
             };
-            let most = SHARE * solved.energy(partials);
+            let most = SHARE * solved.energy(stored, slack, partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let before = left_over.min(most);
             if before > LARGE * most {
                 solved.far = 0.0;
             }
-            let more = match solved.left_over(1.0, partials) {
-                None if work <= 0.0 => return,
-                more => more.unwrap_or(0.0) + work,
-            };
-            let mut sum = before + more;
+            let is_looked_at = goes_far || solved.far == 0.0;
+            let more = if is_looked_at { solved.left_over(1.0, partials) } else { 0.0 };
+            let mut sum = before + more + work;
             if !(sum <= most) && solved.far > 0.0 {
                 solved.far = 0.0;
-                sum = before + solved.left_over(1.0, partials).unwrap_or(0.0) + work;
+                sum = before + solved.left_over(1.0, partials) + work;
             }
             let mut part = 1.0;
             // A part that takes no triangle far is gone, lest a body that is crumpled stand still for ever. A sum that is no number is too much.
             (solved.far, solved.least) = (FAR, 1.0);
             while step.is_last_resort && !(sum <= most) && part > 0.0 {
                 part = if part > LEAST_PART { 0.5 * part } else { 0.0 };
-                sum = before + solved.left_over(part, partials).unwrap_or(0.0) + part * work;
+                sum = before + solved.left_over(part, partials) + part * work;
             }
             scratch.creates_energy = !(sum <= most);
             if scratch.creates_energy {
@@ -200,28 +204,37 @@ impl Solved<'_> {
         })
     }
 
-    /// What this `part` of the answer leaves over \[mJ\]; `None` where no triangle goes far.
-    fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> Option<f64> {
+    /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer; zero where it does not go far.
+    fn of_triangle(&self, t: usize, part: f64) -> f64 {
         let Self { operator: Operator { vertices, triangles, frames, .. }, increment, .. } = self;
-        let sum = parallel::sum(triangles.len(), partials, |t| {
-            let rest = &triangles.rest[t];
-            let corners = triangles.corners[t].map(|v| v as usize);
-            let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
-            let (d1, d2) = membrane::gradient(u, rest);
-            let change = (d1.length_squared() + d2.length_squared()).sqrt();
-            if change <= self.far * uncrushed(&frames.state[t]).max(self.least) && !self.stiffens(t, change) {
-                return 0.0;
-            }
-            let x = corners.map(|v| vertices.position[v]);
-            let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
-            let start = &frames.state[t];
-            let mut end = membrane::state(x, rest, &triangles.stiffness[t], self.is_planar, self.unstretched);
-            end.stress = StiffeningFibres::stiffen(self.fibres, end.polar.stretch, self.unstretched, end.stress);
-            let rate = membrane::stretch_rate(&start.polar, rest, u);
-            let pull = self.operator.element(t).apply(u);
-            let work = self.volume(t) * start.stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
-            self.stored(t, &end) - self.stored(t, start) - work
-        });
+        let rest = &triangles.rest[t];
+        let corners = triangles.corners[t].map(|v| v as usize);
+        let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
+        let (d1, d2) = membrane::gradient(u, rest);
+        let change = (d1.length_squared() + d2.length_squared()).sqrt();
+        if change <= self.far * uncrushed(&frames.state[t]).max(self.least) && !self.stiffens(t, change) {
+            return 0.0;
+        }
+        let x = corners.map(|v| vertices.position[v]);
+        let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
+        let start = &frames.state[t];
+        let mut end = membrane::state(x, rest, &triangles.stiffness[t], self.is_planar, self.unstretched);
+        end.stress = StiffeningFibres::stiffen(self.fibres, end.polar.stretch, self.unstretched, end.stress);
+        let rate = membrane::stretch_rate(&start.polar, rest, u);
+        let pull = self.operator.element(t).apply(u);
+        let work = self.volume(t) * start.stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
+        self.stored(t, &end) - self.stored(t, start) - work
+    }
+
+    /// What this `part` of the answer leaves over \[mJ\]; zero where no triangle goes far.
+    fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
+        let Self { operator: Operator { vertices, triangles, tangent, .. }, increment, .. } = self;
+        let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
+        let sum = if is_alike {
+            parallel::sum_chunks(&mut vec![(); triangles.len()], partials, &Whole(self))
+        } else {
+            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
+        };
         let dissipated = |v: usize| {
             let delta = partly(increment.delta[v], self.free[v], part);
             let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
@@ -232,17 +245,32 @@ impl Solved<'_> {
             };
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
         };
-        (sum != 0.0).then(|| sum - parallel::sum(vertices.len(), partials, dissipated))
+        if sum == 0.0 { 0.0 } else { sum - parallel::sum(vertices.len(), partials, dissipated) }
     }
 
-    /// What is in the body at the start: stored, as motion, and what it would store at the strain [`SLACK`] \[mJ\].
-    fn energy(&self, partials: &mut Vec<f64>) -> f64 {
+    /// What is in the body at the start: stored, twice of which may be known, as motion, and what is `slack` \[mJ\].
+    fn energy(&self, twice_stored: f64, slack: f64, partials: &mut Vec<f64>) -> f64 {
         let Operator { vertices, triangles, frames, .. } = self.operator;
+        let motion = |v: usize| 0.5 * vertices.mass[v] * self.increment.start_velocity[v].length_squared();
+        let motion = parallel::sum(vertices.len(), partials, motion);
+        if self.fibres.is_none() {
+            return 0.5 * twice_stored + slack + motion;
+        }
         let stored = parallel::sum(triangles.len(), partials, |t| {
             let law = frames.stiffness(triangles, t);
-            self.stored(t, &frames.state[t]) + 0.5 * self.volume(t) * (law.q11 + law.q22) * (SLACK * SLACK)
+            self.stored(t, &frames.state[t]) + self.volume(t) * slack_density(law)
         });
-        let motion = |v: usize| 0.5 * vertices.mass[v] * self.increment.start_velocity[v].length_squared();
-        stored + parallel::sum(vertices.len(), partials, motion)
+        stored + motion
     }
+}
+
+/// What a tissue of this law stores at the strain [`SLACK`] \[MPa\].
+fn slack_density(law: &Orthotropic) -> f64 {
+    0.5 * (law.q11 + law.q22) * (SLACK * SLACK)
+}
+
+/// The same of a body of the linear law \[mJ\].
+fn slack(triangles: &Triangles) -> f64 {
+    let Triangles { rest, thickness, stiffness, .. } = triangles;
+    (0..triangles.len()).map(|t| rest[t].area * thickness[t] * slack_density(&stiffness[t])).sum()
 }

@@ -22,10 +22,6 @@ const MOST_AXES_FACTORED: f64 = 2e5;
 /// with the factor grows faster.
 const MOST_AXES_ASIDE: f64 = 4e4;
 
-/// What the residual of a linear solve may have done, over the energy in the body, is looked at from here on: a hundredth of what may
-/// come from nowhere, so that it takes as many steps to add up.
-const NOTED_WORK: f64 = 1e-3;
-
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;
 
@@ -102,8 +98,8 @@ fn solve_body(
     }
     let params = linear_params(step, scratch, imbalance_before, force_scale);
     scratch.is_audited = audit.is_some();
-    let asks_for_stress = !step.is_static && step.newton_iterations == 1 && params.stress_tolerance.is_finite();
-    scratch.stored = if asks_for_stress { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
+    let is_linear_step = !step.is_static && step.newton_iterations == 1;
+    scratch.stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
     let axes = if step.preconditioner == Preconditioner::Auto { axes(&scratch.free) } else { 0.0 };
     let means = Means {
         factor: use_of_factor(step, axes).map(|how| (factor, how)),
@@ -113,15 +109,14 @@ fn solve_body(
     scratch.residual_work = 0.0;
     match solve_or_fall_back(operator, (step, &params), means, forces, increment, scratch, &mut rotated) {
         Ok(info) => {
-            if !step.is_static && step.newton_iterations == 1 {
-                let tangent = scratch.tangent;
-                let used = rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent, ..operator });
-                scratch.residual_work = residual_work(&used, info.residual, forces, increment, scratch, step);
+            if is_linear_step {
+                scratch.residual_work = residual_work(increment, scratch);
             }
             scratch.iterations += info.iterations;
             scratch.linear_residual = info.relative_residual;
             let stored = scratch.stored;
-            scratch.stress_error = if stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
+            let asks_for_stress = params.stress_tolerance.is_finite();
+            scratch.stress_error = if asks_for_stress && stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
             scratch.is_late |= info.is_late;
         }
         // No answer: what is not finite is caught after the step, which is then rolled back.
@@ -138,28 +133,10 @@ fn solve_body(
 }
 
 /// The work \[mJ\] that the residual r = b − A·δ of a linear solve does along the answer, −δ·r on free axes: what a solve that stops early
-/// makes from nothing, or takes. Zero where it cannot be much.
-fn residual_work(
-    operator: &Operator,
-    residual: f64,
-    forces: &mut Forces,
-    increment: &Increment,
-    scratch: &mut SolverScratch,
-    step: &StepContext,
-) -> f64 {
-    let Increment { delta, start_velocity, .. } = increment;
-    let SolverScratch { free, product, partials, stored, .. } = scratch;
-    let mass = &operator.vertices.mass;
-    let length_sq = parallel::sum(delta.len(), partials, |v| (delta[v] * free[v]).length_squared());
-    let motion = parallel::sum(delta.len(), partials, |v| mass[v] * start_velocity[v].length_squared());
-    // Both are twice the energy. A product that is no number is looked at too.
-    if length_sq.sqrt() * residual <= NOTED_WORK * 0.5 * (*stored + motion) {
-        return 0.0;
-    }
-    product.resize(delta.len(), DVec3::ZERO);
-    operator.apply(delta, free, &mut forces.corner, product, partials);
-    let known = |v: usize| forces.nodal[v] + step.momentum(increment, v) * mass[v];
-    parallel::sum(delta.len(), partials, |v| (product[v] - known(v)).dot(delta[v] * free[v]))
+/// makes from nothing, or takes.
+fn residual_work(increment: &Increment, scratch: &mut SolverScratch) -> f64 {
+    let SolverScratch { free, residual, partials, .. } = scratch;
+    -parallel::sum(residual.len(), partials, |v| residual[v].dot(increment.delta[v] * free[v]))
 }
 
 /// Σ V·T:C⁻¹:T \[mJ\] at the start of the step, in whose norm the error of the stress is estimated: with the linear law it is

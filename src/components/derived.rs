@@ -75,6 +75,9 @@ pub struct Increment {
     /// The largest gradient that displacements by 1 mm make in a triangle \[1/mm\]; none after an edit.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub steepest: Option<f64>,
+    /// What the body stores at the strain from which on it counts as taut \[mJ\]; none after an edit.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub slack: Option<f64>,
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
 }
@@ -83,7 +86,7 @@ impl Increment {
     /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and
     /// the one that a collapse removes is gone.
     pub fn follow(&mut self, record: &EditRecord) {
-        self.steepest = None;
+        (self.steepest, self.slack) = (None, None);
         let Self { start, start_velocity, displacement, middle_displacement, middle_velocity, .. } = self;
         for values in [start, start_velocity, displacement, middle_displacement, middle_velocity] {
             for (row, parents) in record.created() {
@@ -168,7 +171,7 @@ pub struct SolverScratch {
     pub left_over: f64,
     /// The same at the start of the step.
     pub start_left_over: f64,
-    /// The work \[mJ\] of the residual that the last solve has left, along its answer; zero where it cannot be much.
+    /// The work \[mJ\] of the residual that the last solve has left, along its answer.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual_work: f64,
     /// Whether a solve of this step is in `left_over` already.

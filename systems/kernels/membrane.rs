@@ -15,7 +15,7 @@ type Mat = [f64; 4];
 
 /// Below this tr U the spin term is held bounded. Reached by mirrored triangles of planar bodies only: in space tr U is at
 /// least the norm of F, and the term is bounded by the stress.
-pub(super) const LEAST_TRACE: f64 = 1e-2;
+pub const LEAST_TRACE: f64 = 1e-2;
 
 /// A squared strain up to which there is none: some roundings of F and its factors. Without it a body at rest is driven by the rounding
 /// of its forces, by 1e-11 mm in 20,000 steps of 100 ms.

@@ -10,13 +10,14 @@ use crate::math::{ElementState, GeometricStiffness, Orthotropic, PerRow, Polar, 
 use glam::DVec3;
 
 /// Vectors of four triangles.
-type Vectors<L> = [Doubles<L>; 3];
+pub type Vectors<L> = [Doubles<L>; 3];
 
 /// Numbers of four triangles.
-type Four = [f64; DOUBLES];
+pub type Four = [f64; DOUBLES];
 
+/// Numbers of four triangles, lane by lane.
 #[inline(always)]
-fn doubles<L: Lanes, const N: usize>(lanes: L, x: &[Four; N]) -> [Doubles<L>; N] {
+pub fn doubles<L: Lanes, const N: usize>(lanes: L, x: &[Four; N]) -> [Doubles<L>; N] {
     let mut values = [Doubles::splat(lanes, 0.0); N];
     for i in 0..N {
         values[i] = Doubles::new(lanes, x[i]);
@@ -24,8 +25,9 @@ fn doubles<L: Lanes, const N: usize>(lanes: L, x: &[Four; N]) -> [Doubles<L>; N]
     values
 }
 
+/// The numbers of each of four triangles.
 #[inline(always)]
-fn arrays<L: Lanes, const N: usize>(x: [Doubles<L>; N]) -> [Four; N] {
+pub fn arrays<L: Lanes, const N: usize>(x: [Doubles<L>; N]) -> [Four; N] {
     let mut values = [[0.0; DOUBLES]; N];
     for i in 0..N {
         values[i] = x[i].to_array();
@@ -33,26 +35,66 @@ fn arrays<L: Lanes, const N: usize>(x: [Doubles<L>; N]) -> [Four; N] {
     values
 }
 
+/// a·b.
 #[inline(always)]
-fn dot<L: Lanes>(a: Vectors<L>, b: Vectors<L>) -> Doubles<L> {
+pub fn dot<L: Lanes>(a: Vectors<L>, b: Vectors<L>) -> Doubles<L> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// a × b.
 #[inline(always)]
-fn cross<L: Lanes>(a: Vectors<L>, b: Vectors<L>) -> Vectors<L> {
+pub fn cross<L: Lanes>(a: Vectors<L>, b: Vectors<L>) -> Vectors<L> {
     [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
 }
 
 /// √(a² + b²).
 #[inline(always)]
-fn radius<L: Lanes>(a: Doubles<L>, b: Doubles<L>) -> Doubles<L> {
+pub fn radius<L: Lanes>(a: Doubles<L>, b: Doubles<L>) -> Doubles<L> {
     (a * a + b * b).sqrt()
 }
 
 /// a·s + b·t.
 #[inline(always)]
-fn combine<L: Lanes>(a: Vectors<L>, s: Doubles<L>, b: Vectors<L>, t: Doubles<L>) -> Vectors<L> {
+pub fn combine<L: Lanes>(a: Vectors<L>, s: Doubles<L>, b: Vectors<L>, t: Doubles<L>) -> Vectors<L> {
     [a[0] * s + b[0] * t, a[1] * s + b[1] * t, a[2] * s + b[2] * t]
+}
+
+/// Polar decompositions of four deformation gradients.
+pub struct Rotated<L: Lanes> {
+    /// Fibre and transverse axis.
+    pub axes: [Vectors<L>; 2],
+    /// xx, yy and xy of the stretch.
+    pub stretch: Vectors<L>,
+    /// Where it is not larger than `least` the triangle is one for the functions for one triangle.
+    pub sound: Doubles<L>,
+    /// What it is to be larger than.
+    pub least: Doubles<L>,
+}
+
+/// See [`super::polar`].
+#[inline(always)]
+pub fn rotated<L: Lanes>(lanes: L, f1: Vectors<L>, f2: Vectors<L>, is_planar: bool) -> Rotated<L> {
+    let (half, one) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0));
+    let lengths_sq = dot(f1, f1) + dot(f2, f2);
+    let (p, q, trace, sound, least) = if is_planar {
+        let (p, q) = ([f1[0] + f2[1], f1[1] - f2[0], f1[2]], [f2[0] - f1[1], f2[1] + f1[0], f2[2]]);
+        let trace_sq = dot(p, p);
+        (p, q, trace_sq.sqrt(), trace_sq, lengths_sq * Doubles::splat(lanes, 1e-28))
+    } else {
+        let normal = cross(f1, f2);
+        let twice_area = dot(normal, normal).sqrt();
+        let inverse = one / twice_area;
+        let n = [normal[0] * inverse, normal[1] * inverse, normal[2] * inverse];
+        let (p, q) = (cross(f2, n), cross(n, f1));
+        let (p, q) = (combine(f1, one, p, one), combine(f2, one, q, one));
+        let trace = (lengths_sq + twice_area + twice_area).sqrt();
+        (p, q, trace, twice_area, lengths_sq * Doubles::splat(lanes, 1e-30))
+    };
+    let inverse = one / trace;
+    let (r1, r2) =
+        ([p[0] * inverse, p[1] * inverse, p[2] * inverse], [q[0] * inverse, q[1] * inverse, q[2] * inverse]);
+    let stretch = [dot(r1, f1), dot(r2, f2), half * (dot(r1, f2) + dot(r2, f1))];
+    Rotated { axes: [r1, r2], stretch, sound, least }
 }
 
 /// Rotation, stretch and stress of every triangle at `position`; see [`membrane::state`].
@@ -81,7 +123,6 @@ impl States<'_> {
 impl Kernel<ElementState> for States<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [ElementState]) {
-        let (half, one) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0));
         let free = doubles(lanes, &[[self.unstretched.xx; 4], [self.unstretched.yy; 4], [self.unstretched.xy; 4]]);
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
             let first = first + group * DOUBLES;
@@ -108,26 +149,7 @@ impl Kernel<ElementState> for States<'_> {
             let [q11, q12, q22, q66] = doubles(lanes, &law);
             let f1 = combine([ax, ay, az], g1x, [bx, by, bz], g2x);
             let f2 = combine([ax, ay, az], g1y, [bx, by, bz], g2y);
-            let lengths_sq = dot(f1, f1) + dot(f2, f2);
-            // `sound` and `least` are compared at the end.
-            let (p, q, trace, sound, least) = if self.is_planar {
-                let (p, q) = ([f1[0] + f2[1], f1[1] - f2[0], f1[2]], [f2[0] - f1[1], f2[1] + f1[0], f2[2]]);
-                let trace_sq = dot(p, p);
-                (p, q, trace_sq.sqrt(), trace_sq, lengths_sq * Doubles::splat(lanes, 1e-28))
-            } else {
-                let normal = cross(f1, f2);
-                let twice_area = dot(normal, normal).sqrt();
-                let inverse = one / twice_area;
-                let n = [normal[0] * inverse, normal[1] * inverse, normal[2] * inverse];
-                let (p, q) = (cross(f2, n), cross(n, f1));
-                let (p, q) = (combine(f1, one, p, one), combine(f2, one, q, one));
-                let trace = (lengths_sq + twice_area + twice_area).sqrt();
-                (p, q, trace, twice_area, lengths_sq * Doubles::splat(lanes, 1e-30))
-            };
-            let inverse = one / trace;
-            let (r1, r2) =
-                ([p[0] * inverse, p[1] * inverse, p[2] * inverse], [q[0] * inverse, q[1] * inverse, q[2] * inverse]);
-            let (xx, yy, xy) = (dot(r1, f1), dot(r2, f2), half * (dot(r1, f2) + dot(r2, f1)));
+            let Rotated { axes: [r1, r2], stretch: [xx, yy, xy], sound, least } = rotated(lanes, f1, f2, self.is_planar);
             let (exx, eyy, exy) = (xx - free[0], yy - free[1], xy - free[2]);
             let stress = [q11 * exx + q12 * eyy, q12 * exx + q22 * eyy, (q66 + q66) * exy];
             let (r1, r2) = (arrays(r1), arrays(r2));

@@ -18,8 +18,6 @@ pub struct CgInfo {
     pub iterations: u32,
     /// Norm of the residual over the norm of the right-hand side (with the prescribed motion on its right side).
     pub relative_residual: f64,
-    /// Norm of the residual \[N\].
-    pub residual: f64,
     /// Squared energy norm of the error, as estimated \[mJ\].
     pub error_energy: f64,
     /// Whether it stopped because time was up.
@@ -127,6 +125,5 @@ pub fn solve(
     }
     stops.note(iteration, is_late);
     let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-    let residual = residual_sq.sqrt();
-    Ok(CgInfo { iterations: iteration, relative_residual, residual, error_energy: error.squared(), is_late })
+    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_late })
 }

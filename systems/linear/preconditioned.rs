@@ -142,6 +142,7 @@ fn solve_without_factor(
                 return Ok(info);
             }
             done = info.iterations;
+            scratch.residual.copy_from_slice(&scratch.rhs);
         }
         Some((inner, kind)) if operator.tangent != Tangent::Exact => {
             let most = match means.factor {
@@ -199,12 +200,10 @@ fn solve_with_cycles(
         let is_solved = info.relative_residual <= params.tolerance;
         inner.end_cycles(info.iterations, info.relative_residual, is_solved);
         done += info.iterations;
-        if !is_solved {
-            scratch.residual.copy_from_slice(&scratch.rhs);
-        }
         if is_solved || most.is_none() || done >= params.iterations || info.is_late {
             return Ok(CgInfo { iterations: done, ..info });
         }
+        scratch.residual.copy_from_slice(&scratch.rhs);
     }
 }
 

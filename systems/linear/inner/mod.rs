@@ -173,6 +173,7 @@ impl InnerSolver {
             let is_known = is_single && reached.iterations <= FEW;
             residual_sq = if is_known && limits.are_met(by_recursion, info.error_energy) {
                 self.add_to(x, norm);
+                self.unload(&mut scratch.residual, norm);
                 by_recursion
             } else {
                 self.correct(operator, norm, corner, x, scratch)
@@ -204,7 +205,6 @@ impl InnerSolver {
             scratch.residual.copy_from_slice(&scratch.rhs);
         }
         info.relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-        info.residual = residual_sq.sqrt();
         Ok((info, is_solved))
     }
 
@@ -360,6 +360,12 @@ impl InnerSolver {
     fn add_to(&self, x: &mut [DVec3], norm: f64) {
         let (row, xr) = (&self.order.row, &self.vectors.xr);
         parallel::for_rows(x, |v, x| *x += xr[row[v] as usize][0].truncate().as_dvec3() * norm);
+    }
+
+    /// Gives the residual that the iterations say they have left.
+    fn unload(&self, residual: &mut [DVec3], norm: f64) {
+        let (row, xr) = (&self.order.row, &self.vectors.xr);
+        parallel::for_rows(residual, |v, r| *r = xr[row[v] as usize][1].truncate().as_dvec3() * norm);
     }
 
     /// Adds the correction to `x` and forms the residual anew; returns its squared norm.

@@ -1,0 +1,126 @@
+//! What a solve leaves over, for four triangles side by side: bodies of the linear law with the rotated tangent, and all of the answer.
+
+use super::Solved;
+use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
+use crate::systems::kernels::membrane::LEAST_TRACE;
+use crate::systems::kernels::membrane_lanes::{Vectors, combine, cross, dot, doubles, rotated};
+use crate::systems::kernels::simd::Kernel;
+
+/// T:E of two symmetric tensors, xx, yy and xy.
+#[inline(always)]
+fn contract<L: Lanes>(lanes: L, t: Vectors<L>, e: Vectors<L>) -> Doubles<L> {
+    t[0] * e[0] + t[1] * e[1] + Doubles::splat(lanes, 2.0) * t[2] * e[2]
+}
+
+/// The stress by the law q₁₁, q₁₂, q₂₂, q₆₆.
+#[inline(always)]
+fn stress<L: Lanes>([q11, q12, q22, q66]: [Doubles<L>; 4], e: Vectors<L>) -> Vectors<L> {
+    [q11 * e[0] + q12 * e[1], q12 * e[0] + q22 * e[1], (q66 + q66) * e[2]]
+}
+
+/// Triangles of a body, every one with its whole displacement: the rows have nothing in them.
+pub(super) struct Whole<'a, 'b>(pub &'a Solved<'b>);
+
+impl Kernel<(), f64> for Whole<'_, '_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [()]) -> f64 {
+        let Self(solved) = self;
+        let operator = &solved.operator;
+        let (vertices, triangles, frames) = (operator.vertices, operator.triangles, operator.frames);
+        let (thickness, stiffness) = (triangles.thickness.by_row(), triangles.stiffness.by_row());
+        let free = solved.unstretched;
+        let free = doubles(lanes, &[[free.xx; 4], [free.yy; 4], [free.xy; 4]]);
+        let (zero, half, one) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0));
+        let (two, damped) = (Doubles::splat(lanes, 2.0), Doubles::splat(lanes, 1.0 + operator.viscosity));
+        let least = Doubles::splat(lanes, solved.least);
+        let far = Doubles::splat(lanes, solved.far);
+        let mut sum = 0.0;
+        for start in (first..first + rows.len()).step_by(DOUBLES) {
+            let count = (first + rows.len() - start).min(DOUBLES);
+            let (mut edges, mut changes, mut shape) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 5]);
+            let (mut axes, mut state) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 6]);
+            let (mut law, mut geometric) = ([[0.0; DOUBLES]; 4], [[0.0; DOUBLES]; 4]);
+            for lane in 0..DOUBLES {
+                // The last group is filled up with its last triangle.
+                let t = start + lane.min(count - 1);
+                let [i, j, k] = triangles.corners[t].map(|v| v as usize);
+                let (x, u) = (vertices.position[i], solved.increment.delta[i]);
+                let (a, b) = (vertices.position[j] - x, vertices.position[k] - x);
+                let (da, db) = (solved.increment.delta[j] - u, solved.increment.delta[k] - u);
+                for (edge, value) in edges.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
+                    edge[lane] = value;
+                }
+                for (change, value) in changes.iter_mut().zip([da.x, da.y, da.z, db.x, db.y, db.z]) {
+                    change[lane] = value;
+                }
+                let ([g1, g2], area) = (triangles.rest[t].gradients, triangles.rest[t].area);
+                for (shape, value) in shape.iter_mut().zip([g1.x, g1.y, g2.x, g2.y, area * thickness[t]]) {
+                    shape[lane] = value;
+                }
+                let polar = &frames.state[t].polar;
+                let (r1, r2, u, s) = (polar.fibre_axis, polar.transverse_axis, polar.stretch, frames.state[t].stress);
+                for (axis, value) in axes.iter_mut().zip([r1.x, r1.y, r1.z, r2.x, r2.y, r2.z]) {
+                    axis[lane] = value;
+                }
+                for (state, value) in state.iter_mut().zip([u.xx, u.yy, u.xy, s.xx, s.yy, s.xy]) {
+                    state[lane] = value;
+                }
+                let (q, g) = (&stiffness[t], &frames.geometric[t]);
+                for (law, value) in law.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
+                    law[lane] = value;
+                }
+                for (geometric, value) in
+                    geometric.iter_mut().zip([g.normal.xx, g.normal.yy, g.normal.xy, g.in_plane])
+                {
+                    geometric[lane] = value;
+                }
+            }
+            let [ax, ay, az, bx, by, bz] = doubles(lanes, &edges);
+            let [dax, day, daz, dbx, dby, dbz] = doubles(lanes, &changes);
+            let [g1x, g1y, g2x, g2y, volume] = doubles(lanes, &shape);
+            let [r1x, r1y, r1z, r2x, r2y, r2z] = doubles(lanes, &axes);
+            let [uxx, uyy, uxy, txx, tyy, txy] = doubles(lanes, &state);
+            let [q11, q12, q22, q66] = doubles(lanes, &law);
+            let [nxx, nyy, nxy, in_plane] = doubles(lanes, &geometric);
+            let (d1, d2) = ([dax, day, daz], [dbx, dby, dbz]);
+            let (d1, d2) = (combine(d1, g1x, d2, g2x), combine(d1, g1y, d2, g2y));
+            let change_sq = dot(d1, d1) + dot(d2, d2);
+            // The smaller of one and what is left of the stretches.
+            let uncrushed = zero - (zero - (half * (uxx + uyy)).max(zero)).max(zero - one);
+            let bound = far * uncrushed.max(least);
+            // The work of the stress and of the tangent.
+            let (r1, r2) = ([r1x, r1y, r1z], [r2x, r2y, r2z]);
+            let inverse_trace = one / (uxx + uyy).max(Doubles::splat(lanes, LEAST_TRACE));
+            let (a12, a21) = (dot(r1, d2), dot(r2, d1));
+            let spin = (a21 - a12) * inverse_trace;
+            let (dxx, dyy) = (dot(r1, d1) + spin * uxy, dot(r2, d2) - spin * uxy);
+            let dxy = half * (a12 + spin * uyy + a21 - spin * uxx);
+            let rate = [dxx, dyy, dxy];
+            let elastic = contract(lanes, stress([q11, q12, q22, q66], rate), rate);
+            let deviator = dxx - dyy;
+            let shear = in_plane * (deviator * deviator + two * two * dxy * dxy);
+            let n = cross(r1, r2);
+            let (m1, m2) = (dot(n, d1), dot(n, d2));
+            let out_of_plane = nxx * m1 * m1 + two * nxy * m1 * m2 + nyy * m2 * m2;
+            let work = contract(lanes, [txx, tyy, txy], rate) + damped * elastic + shear + out_of_plane;
+            // What is stored at both ends.
+            let (f1, f2) = ([ax, ay, az], [bx, by, bz]);
+            let (f1, f2) = (combine(f1, g1x, f2, g2x), combine(f1, g1y, f2, g2y));
+            let (f1, f2) = (combine(f1, one, d1, one), combine(f2, one, d2, one));
+            let end = rotated(lanes, f1, f2, solved.is_planar);
+            let before = contract(lanes, [txx, tyy, txy], [uxx - free[0], uyy - free[1], uxy - free[2]]);
+            let strain = [end.stretch[0] - free[0], end.stretch[1] - free[1], end.stretch[2] - free[2]];
+            let after = contract(lanes, stress([q11, q12, q22, q66], strain), strain);
+            let more = (volume * (half * (after - before) - work)).to_array();
+            let [change_sq, bound_sq] = [change_sq.to_array(), (bound * bound).to_array()];
+            let [sound, least] = [end.sound.to_array(), end.least.to_array()];
+            for lane in 0..count {
+                if change_sq[lane] <= bound_sq[lane] {
+                    continue;
+                }
+                sum += if sound[lane] > least[lane] { more[lane] } else { solved.of_triangle(start + lane, 1.0) };
+            }
+        }
+        sum
+    }
+}
