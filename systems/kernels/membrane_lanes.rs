@@ -118,6 +118,18 @@ impl States<'_> {
         let x = self.corners[t].map(|v| self.position[v as usize]);
         membrane::state(x, &self.rest[t], &self.stiffness[t], self.is_planar, self.unstretched)
     }
+
+    /// Does over what a lane cannot do alike: triangles that are not sound, and strains that are but rounding.
+    #[inline(never)]
+    fn mend(&self, first: usize, out: &mut [ElementState], (sound, least): (Four, Four), strain_sq: Four) {
+        for (lane, out) in out.iter_mut().enumerate() {
+            if !(sound[lane] > least[lane]) {
+                *out = self.alone(first + lane);
+            } else if strain_sq[lane] <= ROUNDING_SQ {
+                (out.polar.stretch, out.stress) = (self.unstretched, Sym2::ZERO);
+            }
+        }
+    }
 }
 
 impl Kernel<ElementState> for States<'_> {
@@ -156,21 +168,20 @@ impl Kernel<ElementState> for States<'_> {
             let ([xx, yy, xy], [txx, tyy, txy]) = (arrays([xx, yy, xy]), arrays(stress));
             let [sound, least, strain_sq] = arrays([sound, least, exx * exx + eyy * eyy + exy * exy]);
             for (lane, out) in out.iter_mut().enumerate() {
-                *out = if sound[lane] > least[lane] {
-                    let polar = Polar {
-                        fibre_axis: DVec3::new(r1[0][lane], r1[1][lane], r1[2][lane]),
-                        transverse_axis: DVec3::new(r2[0][lane], r2[1][lane], r2[2][lane]),
-                        stretch: Sym2::new(xx[lane], yy[lane], xy[lane]),
-                    };
-                    if strain_sq[lane] <= ROUNDING_SQ {
-                        let stretch = self.unstretched;
-                        ElementState { polar: Polar { stretch, ..polar }, stress: Sym2::ZERO }
-                    } else {
-                        ElementState { polar, stress: Sym2::new(txx[lane], tyy[lane], txy[lane]) }
-                    }
-                } else {
-                    self.alone(first + lane)
+                let polar = Polar {
+                    fibre_axis: DVec3::new(r1[0][lane], r1[1][lane], r1[2][lane]),
+                    transverse_axis: DVec3::new(r2[0][lane], r2[1][lane], r2[2][lane]),
+                    stretch: Sym2::new(xx[lane], yy[lane], xy[lane]),
                 };
+                *out = ElementState { polar, stress: Sym2::new(txx[lane], tyy[lane], txy[lane]) };
+            }
+            // Of all four at once: next to no group has one that is not.
+            let mut is_usual = true;
+            for lane in 0..DOUBLES {
+                is_usual &= (sound[lane] > least[lane]) & (strain_sq[lane] > ROUNDING_SQ);
+            }
+            if !is_usual {
+                self.mend(first, out, (sound, least), strain_sq);
             }
         }
     }
