@@ -134,10 +134,12 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                     }
                     Some((force, block))
                 };
-                parallel::for_rows(&mut forces.nodal, |v, f| *f += push(v).map_or(DVec3::ZERO, |(force, _)| force));
-                parallel::for_rows(&mut external.block, |v, k| {
-                    if let Some((_, block)) = push(v) {
-                        *k += block;
+                parallel::for_pairs(&mut forces.nodal, &mut external.block, |first, nodal, blocks| {
+                    for (v, (f, k)) in (first..).zip(nodal.iter_mut().zip(blocks)) {
+                        if let Some((force, block)) = push(v) {
+                            *f += force;
+                            *k += block;
+                        }
                     }
                 });
                 let body = (vertices, triangles, &increment.start[..]);

@@ -274,3 +274,6 @@ fn slack(triangles: &Triangles) -> f64 {
     let Triangles { rest, thickness, stiffness, .. } = triangles;
     (0..triangles.len()).map(|t| rest[t].area * thickness[t] * slack_density(&stiffness[t])).sum()
 }
+
+#[cfg(all(test, feature = "scenes"))]
+mod tests;

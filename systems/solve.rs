@@ -116,7 +116,8 @@ fn solve_body(
             scratch.linear_residual = info.relative_residual;
             let stored = scratch.stored;
             let asks_for_stress = params.stress_tolerance.is_finite();
-            scratch.stress_error = if asks_for_stress && stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
+            scratch.stress_error =
+                if asks_for_stress && stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
             scratch.is_late |= info.is_late;
         }
         // No answer: what is not finite is caught after the step, which is then rolled back.

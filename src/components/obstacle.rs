@@ -165,13 +165,17 @@ fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) -> (DVec3, DVec3) {
     let z = half_axes * y;
     // t counts from the pole of the shortest axis, where the sums would cancel.
     let above = squares - DVec3::splat(squares.min_element());
-    // Where one term alone is one: left of the root.
-    let mut t = (z - above).max_element();
-    for _ in 0..MOST {
+    let newton = |t: f64| {
         let ratio = z / (above + DVec3::splat(t));
         let value = ratio.length_squared() - 1.0;
         let slope = -2.0 * (ratio * ratio / (above + DVec3::splat(t))).element_sum();
-        let next = t - value / slope;
+        t - value / slope
+    };
+    // Where one term alone is one: left of the root. A step from where it is for x on the surface leads left of it as well, and is
+    // all but there for what is near.
+    let mut t = (z - above).max_element().max(newton(squares.min_element()));
+    for _ in 0..MOST {
+        let next = newton(t);
         // To rounding, or no further.
         if !(next > t) {
             break;

@@ -69,8 +69,7 @@ impl Kernel<(), f64> for Whole<'_, '_> {
                 for (law, value) in law.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
                     law[lane] = value;
                 }
-                for (geometric, value) in
-                    geometric.iter_mut().zip([g.normal.xx, g.normal.yy, g.normal.xy, g.in_plane])
+                for (geometric, value) in geometric.iter_mut().zip([g.normal.xx, g.normal.yy, g.normal.xy, g.in_plane])
                 {
                     geometric[lane] = value;
                 }

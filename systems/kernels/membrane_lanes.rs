@@ -91,8 +91,7 @@ pub fn rotated<L: Lanes>(lanes: L, f1: Vectors<L>, f2: Vectors<L>, is_planar: bo
         (p, q, trace, twice_area, lengths_sq * Doubles::splat(lanes, 1e-30))
     };
     let inverse = one / trace;
-    let (r1, r2) =
-        ([p[0] * inverse, p[1] * inverse, p[2] * inverse], [q[0] * inverse, q[1] * inverse, q[2] * inverse]);
+    let (r1, r2) = ([p[0] * inverse, p[1] * inverse, p[2] * inverse], [q[0] * inverse, q[1] * inverse, q[2] * inverse]);
     let stretch = [dot(r1, f1), dot(r2, f2), half * (dot(r1, f2) + dot(r2, f1))];
     Rotated { axes: [r1, r2], stretch, sound, least }
 }
@@ -161,7 +160,8 @@ impl Kernel<ElementState> for States<'_> {
             let [q11, q12, q22, q66] = doubles(lanes, &law);
             let f1 = combine([ax, ay, az], g1x, [bx, by, bz], g2x);
             let f2 = combine([ax, ay, az], g1y, [bx, by, bz], g2y);
-            let Rotated { axes: [r1, r2], stretch: [xx, yy, xy], sound, least } = rotated(lanes, f1, f2, self.is_planar);
+            let Rotated { axes: [r1, r2], stretch: [xx, yy, xy], sound, least } =
+                rotated(lanes, f1, f2, self.is_planar);
             let (exx, eyy, exy) = (xx - free[0], yy - free[1], xy - free[2]);
             let stress = [q11 * exx + q12 * eyy, q12 * exx + q22 * eyy, (q66 + q66) * exy];
             let (r1, r2) = (arrays(r1), arrays(r2));
