@@ -16,6 +16,8 @@
 //! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
 //! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
 
+pub mod nonlinear;
+
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
 use super::linear::Operator;
@@ -53,7 +55,7 @@ type Query<'a> = (
 /// Adds up what the last solve leaves over, and marks the bodies where that is too much. Where no shorter step is left to be tried, such
 /// a body first goes only so far on its free axes that it is not: without any motion it keeps no more than what it stores.
 pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
-    // Newton's method goes on from where the tangent has led.
+    // What several solves have come to is judged at their end.
     if step.is_static || step.newton_iterations > 1 || step.formula != Formula::BackwardEuler {
         return 0;
     }
@@ -238,11 +240,16 @@ impl Solved<'_> {
     /// What is in the body at the start: stored, as motion, and what it would store at the strain [`SLACK`] \[mJ\].
     fn energy(&self, partials: &mut Vec<f64>) -> f64 {
         let Operator { vertices, triangles, frames, .. } = self.operator;
-        let stored = parallel::sum(triangles.len(), partials, |t| {
-            let law = frames.stiffness(triangles, t);
-            self.stored(t, &frames.state[t]) + 0.5 * self.volume(t) * (law.q11 + law.q22) * (SLACK * SLACK)
-        });
+        let stored = parallel::sum(triangles.len(), partials, |t| self.stored(t, &frames.state[t]));
         let motion = |v: usize| 0.5 * vertices.mass[v] * self.increment.start_velocity[v].length_squared();
-        stored + parallel::sum(vertices.len(), partials, motion)
+        stored + slack_energy(triangles, frames, partials) + parallel::sum(vertices.len(), partials, motion)
     }
+}
+
+/// What a body would store at the strain [`SLACK`] \[mJ\].
+fn slack_energy(triangles: &Triangles, frames: &Frames, partials: &mut Vec<f64>) -> f64 {
+    parallel::sum(triangles.len(), partials, |t| {
+        let law = frames.stiffness(triangles, t);
+        0.5 * triangles.rest[t].area * triangles.thickness[t] * (law.q11 + law.q22) * (SLACK * SLACK)
+    })
 }

@@ -188,6 +188,7 @@ fn iterate(world: &mut World, step: &StepContext, running: &mut Running, failed:
         running.stage(world, step, Stage::Begin);
     }
     solve_stage(world, step, running);
+    running.stage(world, step, Stage::Judge);
 }
 
 /// Newton's iteration of a step or a stage of it.
