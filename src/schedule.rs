@@ -22,6 +22,8 @@ pub enum Stage {
     SecondStage,
     /// In every Newton iteration, on what was evaluated.
     Solve,
+    /// Once, where several Newton iterations, or the two stages of a step, have ended.
+    Judge,
     /// On the state that the iterations have reached; once more where they are taken up again for the tips.
     Decide,
     /// Once, each time the iterations have ended for good.
@@ -60,6 +62,7 @@ pub const STEP: &[System] = &[
     system("corotation", Stage::Evaluate, systems::corotation::corotation),
     system("assembly", Stage::Evaluate, systems::assembly::assembly),
     system("bending", Stage::Evaluate, systems::bending::bending),
+    system("contain: begin", Stage::Evaluate, systems::contain::nonlinear::begin),
     system("energy: membrane", Stage::Evaluate, systems::energy::membrane),
     system("gravity", Stage::Evaluate, systems::gravity::gravity),
     system("pressure", Stage::Evaluate, systems::pressure::pressure),
@@ -73,10 +76,13 @@ pub const STEP: &[System] = &[
     system("energy: loads", Stage::Evaluate, systems::energy::loads),
     system("start", Stage::Start, systems::hold::start),
     system("obstacles further", Stage::SecondStage, systems::contact::move_obstacles),
+    system("contain: second stage", Stage::SecondStage, systems::contain::nonlinear::second_stage),
     system("second stage", Stage::SecondStage, systems::hold::second_stage),
     system("solve", Stage::Solve, systems::solve::solve),
     system("contain", Stage::Solve, systems::contain::contain),
+    system("contain: stage", Stage::Solve, systems::contain::nonlinear::linearise),
     system("integrate", Stage::Solve, systems::integrate::integrate),
+    system("contain: end", Stage::Judge, systems::contain::nonlinear::contain),
     system("criterion", Stage::Decide, systems::criterion::criterion),
     system("grip: feel", Stage::Account, systems::grip::feel),
     system("energy: account", Stage::Account, systems::energy::account),

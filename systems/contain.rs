@@ -17,6 +17,7 @@
 //! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
 
 mod lanes;
+pub mod nonlinear;
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
@@ -45,8 +46,13 @@ const LARGE: f64 = 0.5;
 /// A strain whose energy counts as being in the body: what is slack and at rest stores nothing, and may turn.
 const SLACK: f64 = 0.01;
 
-/// The least part of its way that a body goes, but for none.
-const LEAST_PART: f64 = 1e-3;
+/// Down to this part of its way a body is tried at halves,
+const HALVED: f64 = 1e-3;
+
+/// from there to this at eighths. Where stiff tissue is crushed, nothing but inertia holds it from the side in a solve: in a step that is long
+/// beside its waves the way is a million times as long as the tissue. Along it energy falls all the same, and a part that goes
+/// no further than a tenth of a triangle lets it buckle, step by step.
+const LEAST_PART: f64 = 1e-15;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
@@ -57,7 +63,7 @@ type Query<'a> = (
 /// Adds up what the last solve leaves over, and marks the bodies where that is too much. Where no shorter step is left to be tried, such
 /// a body first goes only so far on its free axes that it is not: without any motion it keeps no more than what it stores.
 pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
-    // Newton's method goes on from where the tangent has led.
+    // What several solves have come to is judged at their end.
     if step.is_static || step.newton_iterations > 1 || step.formula != Formula::BackwardEuler {
         return 0;
     }
@@ -70,7 +76,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if work == 0.0 && !goes_far {
                 return;
             }
-            let slack = *increment.slack.get_or_insert_with(|| slack(triangles));
+            let slack = *increment.slack.get_or_insert_with(|| slack_energy(triangles, |t| &triangles.stiffness[t]));
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
             let operator = Operator {
@@ -117,7 +123,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             // A part that takes no triangle far is gone, lest a body that is crumpled stand still for ever. A sum that is no number is too much.
             (solved.far, solved.least) = (FAR, 1.0);
             while step.is_last_resort && !(sum <= most) && part > 0.0 {
-                part = if part > LEAST_PART { 0.5 * part } else { 0.0 };
+                part = shorter(part);
                 sum = before + solved.left_over(part, partials) + part * work;
             }
             scratch.creates_energy = !(sum <= most);
@@ -136,6 +142,15 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         },
     )
+}
+
+/// The part of its way to be tried after this one.
+fn shorter(part: f64) -> f64 {
+    match part {
+        _ if part > HALVED => 0.5 * part,
+        _ if part > LEAST_PART => 0.125 * part,
+        _ => 0.0,
+    }
 }
 
 /// Whether no triangle's gradient changes by much: the largest displacement may say so already.
@@ -256,23 +271,18 @@ impl Solved<'_> {
         if self.fibres.is_none() {
             return 0.5 * twice_stored + slack + motion;
         }
-        let stored = parallel::sum(triangles.len(), partials, |t| {
-            let law = frames.stiffness(triangles, t);
-            self.stored(t, &frames.state[t]) + self.volume(t) * slack_density(law)
-        });
-        stored + motion
+        let stored = parallel::sum(triangles.len(), partials, |t| self.stored(t, &frames.state[t]));
+        stored + slack_energy(triangles, |t| frames.stiffness(triangles, t)) + motion
     }
 }
 
-/// What a tissue of this law stores at the strain [`SLACK`] \[MPa\].
-fn slack_density(law: &Orthotropic) -> f64 {
-    0.5 * (law.q11 + law.q22) * (SLACK * SLACK)
-}
-
-/// The same of a body of the linear law \[mJ\].
-fn slack(triangles: &Triangles) -> f64 {
-    let Triangles { rest, thickness, stiffness, .. } = triangles;
-    (0..triangles.len()).map(|t| rest[t].area * thickness[t] * slack_density(&stiffness[t])).sum()
+/// What a body whose triangles have such laws would store at the strain [`SLACK`] \[mJ\].
+fn slack_energy<'a>(triangles: &Triangles, law: impl Fn(usize) -> &'a Orthotropic) -> f64 {
+    let of_triangle = |t: usize| {
+        let q = law(t);
+        0.5 * triangles.rest[t].area * triangles.thickness[t] * (q.q11 + q.q22) * (SLACK * SLACK)
+    };
+    (0..triangles.len()).map(of_triangle).sum()
 }
 
 #[cfg(all(test, feature = "scenes"))]

@@ -20,7 +20,7 @@ const GAMMA: f64 = 2.0 - SQRT_2;
 const SPAN: f64 = 1.0 - FRAC_1_SQRT_2;
 
 /// Weight 1/(γ·(2 − γ)) of the middle in the second stage; that of the start is one less, (1 − γ)²/(γ·(2 − γ)), and negative.
-const MIDDLE: f64 = 0.5 * (1.0 + SQRT_2);
+pub const MIDDLE: f64 = 0.5 * (1.0 + SQRT_2);
 
 /// The second stage's length over the first's.
 pub const SECOND_STAGE: f64 = 1.0 / GAMMA - 1.0;

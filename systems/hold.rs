@@ -18,6 +18,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.line_search = None;
         scratch.is_held_back = false;
         (scratch.is_counted, scratch.fault) = (false, None);
+        scratch.account.energy = None;
         scratch.start_left_over = scratch.left_over;
     }
     type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Prescription<'a>, Option<&'a Planar>);

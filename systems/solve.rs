@@ -1,6 +1,6 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
-use super::{StepContext, kernels::membrane::shear_majorant, linear, parallel};
+use super::{Formula, StepContext, kernels::membrane::shear_majorant, linear, parallel};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch,
     Reactions, SolverScratch,
@@ -97,7 +97,7 @@ fn solve_body(
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
     }
     let params = linear_params(step, scratch, imbalance_before, force_scale);
-    scratch.is_audited = audit.is_some();
+    scratch.is_audited = audit.is_some() || step.formula != Formula::BackwardEuler && step.newton_iterations == 1;
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
     scratch.stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
     let axes = if step.preconditioner == Preconditioner::Auto { axes(&scratch.free) } else { 0.0 };

@@ -140,7 +140,8 @@ fn pressed(settings: Settings) -> (u32, bool) {
     for _ in 0..20 {
         let report = run.simulation.step(1.0).unwrap();
         fell_back += u32::from(report.bodies[0].fell_back);
-        is_well &= report.rolled_back == 0;
+        // Where two iterations have made energy of a step that buckles, its halves have to do.
+        is_well &= !report.has_failed;
     }
     is_well &= run.vertices().position.iter().all(|x| x.is_finite());
     (fell_back, is_well)

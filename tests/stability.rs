@@ -23,3 +23,17 @@ fn the_quick_map_is_printed_written_and_drawn_and_the_default_step_is_stable_on_
     assert_eq!(of("default", "unstable"), 0, "{printed}");
     assert!(printed.contains("default") && printed.contains("slivers, pressed by 0.2"), "{printed}");
 }
+
+#[test]
+fn what_many_steps_add_up_to_is_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["stability", "--drift", "--steps", "20", "--out", "drift"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rhexis"));
+    let output = command.current_dir(folder.path()).args(arguments).stdin(Stdio::null()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let csv = std::fs::read_to_string(folder.path().join("drift/stability-drift.csv")).unwrap();
+    let rows: Vec<&str> = csv.lines().filter(|line| !line.starts_with('#')).skip(1).collect();
+    // Three modes, three sheets, four time steps.
+    assert_eq!(rows.len(), 36, "{csv}");
+    assert!(!csv.contains("unstable"), "{csv}");
+}

@@ -117,6 +117,18 @@ pub struct Reactions {
     pub groups: Vec<Vec<DVec3>>,
 }
 
+/// What a step of several Newton iterations or of two stages is judged by at its end; empty in others.
+#[derive(Clone, Debug, Default)]
+pub struct StepAccount {
+    /// The body's own forces \[N\], of stress, damping and bending, at the last evaluation.
+    pub own: Vec<DVec3>,
+    /// Those at the start of a step of two stages and, in its second, with those at the end of the first, less the imbalance there
+    /// along free axes. In a step taken up again the displacement \[mm\] from where it is.
+    pub earlier: Vec<DVec3>,
+    /// Energy stored and of motion \[mJ\] at the start, or where the step is taken up again, until that is judged.
+    pub energy: Option<f64>,
+}
+
 /// Vectors of the linear solve, one entry per vertex, and what it reached.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -142,6 +154,9 @@ pub struct SolverScratch {
     /// Sums per chunk of rows.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub partials: Vec<f64>,
+    /// What a step of several iterations is judged by.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub account: StepAccount,
     /// Where solves have stopped because time was up.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub stops: Stops,
@@ -192,7 +207,7 @@ impl SolverScratch {
     /// What it tells of the last step, without the vectors, which the next one overwrites.
     pub(crate) fn without_vectors(&self) -> Self {
         let empty = Self::default();
-        let Self { free, residual, rhs, direction, product, inverse_block, partials, stops, .. } = empty;
+        let Self { free, residual, rhs, direction, product, inverse_block, partials, account, stops, .. } = empty;
         let Self { residual_work, is_counted, fault, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
@@ -205,6 +220,7 @@ impl SolverScratch {
             product,
             inverse_block,
             partials,
+            account,
             stops,
             stored,
             is_audited,

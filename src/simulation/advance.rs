@@ -45,6 +45,7 @@ pub(super) type Aside = Vec<(Entity, SolverScratch)>;
 pub(super) fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, running: &mut Running) -> f64 {
     let step = StepContext::of_step(settings, dt, time + dt);
     let mut failed = Aside::new();
+    let held_back = held_back(world);
     solve_and_tear(world, &step, settings.resumes, running, &mut failed);
     if failed.is_empty() {
         return dt;
@@ -55,7 +56,9 @@ pub(super) fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64
         // The body is there: nothing has been despawned.
         let _ = world.insert_one(body, scratch);
         let mut retried = Retried { world, settings, running, tries: 0, is_last_resort: false };
-        most = retried.in_halves(time, dt, settings.halvings).max(most);
+        // What could not go all of its way even in the smallest part of the last step is not tried in parts again.
+        let halvings = if held_back.contains(&body) { 0 } else { settings.halvings };
+        most = retried.in_halves(time, dt, halvings).max(most);
         done.extend(put_all_aside(world));
     }
     for (body, scratch) in done {
@@ -107,6 +110,12 @@ impl Retried<'_, '_> {
         }
         if self.is_last_resort { 0.0 } else { self.in_halves(time, dt, halvings) }
     }
+}
+
+/// The bodies that went only a part of their way in the last step.
+fn held_back(world: &mut World) -> SmallVec<[Entity; 4]> {
+    let bodies = world.query_mut::<(Entity, &SolverScratch)>().into_iter();
+    bodies.filter(|(_, scratch)| scratch.is_held_back).map(|(body, _)| body).collect()
 }
 
 /// Takes what solvers remember off all bodies.
@@ -188,6 +197,7 @@ fn iterate(world: &mut World, step: &StepContext, running: &mut Running, failed:
         running.stage(world, step, Stage::Begin);
     }
     solve_stage(world, step, running);
+    running.stage(world, step, Stage::Judge);
 }
 
 /// Newton's iteration of a step or a stage of it.

@@ -6,10 +6,12 @@
 //! little noise, and buckles; compression and centrifugal tension stay as long as the run. Every case is judged by what a caller would see.
 
 mod course;
+mod drift;
 mod map;
 mod sheet;
 
 pub use course::{Course, Grade};
+pub use drift::drift;
 pub use map::{draw, printed};
 pub use sheet::Quality;
 
@@ -166,11 +168,11 @@ pub fn sweep(context: &Context, steps_asked: Option<u64>) -> Result<(Axes, Vec<M
     Ok((axes, maps, steps))
 }
 
-/// Every case with its grade and figures.
-pub fn table(context: &Context, maps: &[Map], steps: u64) -> Table {
+/// Every case with its grade and figures, as a table of this name.
+pub fn table(name: &str, context: &Context, maps: &[Map], steps: u64) -> Table {
     let keys = ["mode", "mesh", "compression", "stiffness_ratio", "spin_rad_per_ms", "dt_ms"];
     let figures = ["grade", "steps", "retried", "held_back", "failed", "largest_gain", "energy_left", "spin_left"];
-    let mut table = Table::new("stability", context, &keys, &figures);
+    let mut table = Table::new(name, context, &keys, &figures);
     table.remark(format!(
         "{steps} steps; a sheet pressed together along x that spins about x, on which nothing does work"
     ));
