@@ -18,6 +18,21 @@ fn stress<L: Lanes>([q11, q12, q22, q66]: [Doubles<L>; 4], e: Vectors<L>) -> Vec
     [q11 * e[0] + q12 * e[1], q12 * e[0] + q22 * e[1], (q66 + q66) * e[2]]
 }
 
+/// The stretch rate of a gradient change, in the frame of the axes: [`membrane`](crate::systems::kernels::membrane)'s.
+#[inline(always)]
+fn stretch_rate<L: Lanes>(
+    lanes: L,
+    [r1, r2]: [Vectors<L>; 2],
+    [uxx, uyy, uxy]: Vectors<L>,
+    inverse_trace: Doubles<L>,
+    [d1, d2]: [Vectors<L>; 2],
+) -> Vectors<L> {
+    let (a12, a21) = (dot(r1, d2), dot(r2, d1));
+    let spin = (a21 - a12) * inverse_trace;
+    let xy = Doubles::splat(lanes, 0.5) * (a12 + spin * uyy + a21 - spin * uxx);
+    [dot(r1, d1) + spin * uxy, dot(r2, d2) - spin * uxy, xy]
+}
+
 /// Triangles of a body, every one with its whole displacement: the rows have nothing in them.
 pub(super) struct Whole<'a, 'b>(pub &'a Solved<'b>);
 
@@ -34,19 +49,28 @@ impl Kernel<(), f64> for Whole<'_, '_> {
         let (two, damped) = (Doubles::splat(lanes, 2.0), Doubles::splat(lanes, 1.0 + operator.viscosity));
         let least = Doubles::splat(lanes, solved.least);
         let far = Doubles::splat(lanes, solved.far);
+        let viscosity = Doubles::splat(lanes, operator.viscosity);
+        let is_damped = operator.viscosity > 0.0;
         let mut sum = 0.0;
         for start in (first..first + rows.len()).step_by(DOUBLES) {
             let count = (first + rows.len() - start).min(DOUBLES);
             let (mut edges, mut changes, mut shape) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 5]);
             let (mut axes, mut state) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 6]);
-            let (mut law, mut geometric) = ([[0.0; DOUBLES]; 4], [[0.0; DOUBLES]; 4]);
+            let mut travels = [[0.0; DOUBLES]; 6];
+            let (mut laws, mut geometric) = ([[0.0; DOUBLES]; 4], [[0.0; DOUBLES]; 4]);
             for lane in 0..DOUBLES {
                 // The last group is filled up with its last triangle.
                 let t = start + lane.min(count - 1);
                 let [i, j, k] = triangles.corners[t].map(|v| v as usize);
-                let (x, u) = (vertices.position[i], solved.increment.delta[i]);
-                let (a, b) = (vertices.position[j] - x, vertices.position[k] - x);
-                let (da, db) = (solved.increment.delta[j] - u, solved.increment.delta[k] - u);
+                let (x, u) = (&vertices.position, &solved.increment.delta);
+                let (a, b, da, db) = (x[j] - x[i], x[k] - x[i], u[j] - u[i], u[k] - u[i]);
+                if is_damped {
+                    let u = &solved.increment.displacement;
+                    let (da, db) = (u[j] - u[i], u[k] - u[i]);
+                    for (travel, value) in travels.iter_mut().zip([da.x, da.y, da.z, db.x, db.y, db.z]) {
+                        travel[lane] = value;
+                    }
+                }
                 for (edge, value) in edges.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
                     edge[lane] = value;
                 }
@@ -66,7 +90,7 @@ impl Kernel<(), f64> for Whole<'_, '_> {
                     state[lane] = value;
                 }
                 let (q, g) = (&stiffness[t], &frames.geometric[t]);
-                for (law, value) in law.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
+                for (law, value) in laws.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
                     law[lane] = value;
                 }
                 for (geometric, value) in geometric.iter_mut().zip([g.normal.xx, g.normal.yy, g.normal.xy, g.in_plane])
@@ -79,7 +103,7 @@ impl Kernel<(), f64> for Whole<'_, '_> {
             let [g1x, g1y, g2x, g2y, volume] = doubles(lanes, &shape);
             let [r1x, r1y, r1z, r2x, r2y, r2z] = doubles(lanes, &axes);
             let [uxx, uyy, uxy, txx, tyy, txy] = doubles(lanes, &state);
-            let [q11, q12, q22, q66] = doubles(lanes, &law);
+            let [q11, q12, q22, q66] = doubles(lanes, &laws);
             let [nxx, nyy, nxy, in_plane] = doubles(lanes, &geometric);
             let (d1, d2) = ([dax, day, daz], [dbx, dby, dbz]);
             let (d1, d2) = (combine(d1, g1x, d2, g2x), combine(d1, g1y, d2, g2y));
@@ -90,18 +114,22 @@ impl Kernel<(), f64> for Whole<'_, '_> {
             // The work of the stress and of the tangent.
             let (r1, r2) = ([r1x, r1y, r1z], [r2x, r2y, r2z]);
             let inverse_trace = one / (uxx + uyy).max(Doubles::splat(lanes, LEAST_TRACE));
-            let (a12, a21) = (dot(r1, d2), dot(r2, d1));
-            let spin = (a21 - a12) * inverse_trace;
-            let (dxx, dyy) = (dot(r1, d1) + spin * uxy, dot(r2, d2) - spin * uxy);
-            let dxy = half * (a12 + spin * uyy + a21 - spin * uxx);
-            let rate = [dxx, dyy, dxy];
-            let elastic = contract(lanes, stress([q11, q12, q22, q66], rate), rate);
-            let deviator = dxx - dyy;
-            let shear = in_plane * (deviator * deviator + two * two * dxy * dxy);
+            let law = [q11, q12, q22, q66];
+            let rate = stretch_rate(lanes, [r1, r2], [uxx, uyy, uxy], inverse_trace, [d1, d2]);
+            let elastic = contract(lanes, stress(law, rate), rate);
+            let (deviator, shear) = (rate[0] - rate[1], rate[2] + rate[2]);
+            let shear = in_plane * (deviator * deviator + shear * shear);
             let n = cross(r1, r2);
             let (m1, m2) = (dot(n, d1), dot(n, d2));
             let out_of_plane = nxx * m1 * m1 + two * nxy * m1 * m2 + nyy * m2 * m2;
-            let work = contract(lanes, [txx, tyy, txy], rate) + damped * elastic + shear + out_of_plane;
+            let mut work = contract(lanes, [txx, tyy, txy], rate) + damped * elastic + shear + out_of_plane;
+            if is_damped {
+                let [dax, day, daz, dbx, dby, dbz] = doubles(lanes, &travels);
+                let (da, db) = ([dax, day, daz], [dbx, dby, dbz]);
+                let travel = [combine(da, g1x, db, g2x), combine(da, g1y, db, g2y)];
+                let earlier = stretch_rate(lanes, [r1, r2], [uxx, uyy, uxy], inverse_trace, travel);
+                work = work + viscosity * contract(lanes, stress(law, earlier), rate);
+            }
             // What is stored at both ends.
             let (f1, f2) = ([ax, ay, az], [bx, by, bz]);
             let (f1, f2) = (combine(f1, g1x, f2, g2x), combine(f1, g1y, f2, g2y));
@@ -109,7 +137,7 @@ impl Kernel<(), f64> for Whole<'_, '_> {
             let end = rotated(lanes, f1, f2, solved.is_planar);
             let before = contract(lanes, [txx, tyy, txy], [uxx - free[0], uyy - free[1], uxy - free[2]]);
             let strain = [end.stretch[0] - free[0], end.stretch[1] - free[1], end.stretch[2] - free[2]];
-            let after = contract(lanes, stress([q11, q12, q22, q66], strain), strain);
+            let after = contract(lanes, stress(law, strain), strain);
             let more = (volume * (half * (after - before) - work)).to_array();
             let [change_sq, bound_sq] = [change_sq.to_array(), (bound * bound).to_array()];
             let [sound, least] = [end.sound.to_array(), end.least.to_array()];
