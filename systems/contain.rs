@@ -8,7 +8,8 @@
 //!
 //! A step that is solved once more, for its tears or for contact, goes on from the state that it has reached, by a displacement that adds
 //! w to its velocity. With v₀ at its start and the same loads, what the two iterations together create is what the first one does and
-//! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀.
+//! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀,
+//! with what damping answers to the displacement so far among the forces.
 //!
 //! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2: a flap or a free piece that
 //! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
@@ -200,6 +201,17 @@ impl Solved<'_> {
         })
     }
 
+    /// The stress \[MPa\] by which damping answers what earlier iterations have moved: a forth and back does not dissipate twice.
+    fn viscous(&self, t: usize, corners: [usize; 3]) -> Sym2 {
+        let Operator { triangles, frames, viscosity, .. } = self.operator;
+        if viscosity == 0.0 {
+            return Sym2::default();
+        }
+        let travel = corners.map(|v| self.increment.displacement[v]);
+        let rate = membrane::stretch_rate(&frames.state[t].polar, &triangles.rest[t], travel) * viscosity;
+        frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), rate)
+    }
+
     /// What this `part` of the answer leaves over \[mJ\]; `None` where no triangle goes far.
     fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> Option<f64> {
         let Self { operator: Operator { vertices, triangles, frames, .. }, increment, .. } = self;
@@ -219,7 +231,8 @@ impl Solved<'_> {
             end.stress = StiffeningFibres::stiffen(self.fibres, end.polar.stretch, self.unstretched, end.stress);
             let rate = membrane::stretch_rate(&start.polar, rest, u);
             let pull = self.operator.element(t).apply(u);
-            let work = self.volume(t) * start.stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
+            let stress = start.stress + self.viscous(t, corners);
+            let work = self.volume(t) * stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
             self.stored(t, &end) - self.stored(t, start) - work
         });
         let dissipated = |v: usize| {
