@@ -11,6 +11,9 @@
 //! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀,
 //! with what damping answers to the displacement so far among the forces.
 //!
+//! Where only a part p of u is gone along free axes, p·(1 − p)·u·A·u of that work is not done: A is the matrix of the step, whose
+//! equations p·u does not solve. What is created is less by that, and of a part that is small enough energy is lost.
+//!
 //! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2: a flap or a free piece that
 //! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
 //! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
@@ -83,18 +86,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_planar = planar.is_some();
             let (is_counted, rate) = (scratch.is_counted, step.rate());
             let SolverScratch { free, partials, left_over, .. } = &mut *scratch;
-            let mut solved = Solved {
-                operator,
-                increment,
-                free,
-                unstretched,
-                fibres,
-                is_planar,
-                is_counted,
-                rate,
-                far: FAR,
-                least: 0.0,
-            };
+            let mut solved =
+                Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, rate, far: FAR };
             let most = SHARE * solved.energy(partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let before = left_over.min(most);
@@ -111,11 +104,12 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 sum = before + solved.left_over(1.0, partials).unwrap_or(0.0) + work;
             }
             let mut part = 1.0;
-            // A part that takes no triangle far is gone, lest a body that is crumpled stand still for ever. A sum that is no number is too much.
-            (solved.far, solved.least) = (FAR, 1.0);
+            let unsolved = if step.is_last_resort && !(sum <= most) { solved.unsolved(partials) } else { 0.0 };
+            // A sum that is no number is too much.
             while step.is_last_resort && !(sum <= most) && part > 0.0 {
                 part = if part > LEAST_PART { 0.5 * part } else { 0.0 };
-                sum = before + solved.left_over(part, partials).unwrap_or(0.0) + part * work;
+                let left_over = solved.left_over(part, partials).unwrap_or(0.0);
+                sum = before + left_over + part * (work - (1.0 - part) * unsolved);
             }
             scratch.creates_energy = !(sum <= most);
             if scratch.creates_energy {
@@ -177,8 +171,6 @@ struct Solved<'a> {
     rate: f64,
     /// Triangles whose gradient changes by less are not looked at.
     far: f64,
-    /// The least part of that for those that are crushed.
-    least: f64,
 }
 
 impl Solved<'_> {
@@ -221,7 +213,7 @@ impl Solved<'_> {
             let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
             let (d1, d2) = membrane::gradient(u, rest);
             let change = (d1.length_squared() + d2.length_squared()).sqrt();
-            if change <= self.far * uncrushed(&frames.state[t]).max(self.least) && !self.stiffens(t, change) {
+            if change <= self.far * uncrushed(&frames.state[t]) && !self.stiffens(t, change) {
                 return 0.0;
             }
             let x = corners.map(|v| vertices.position[v]);
@@ -246,6 +238,21 @@ impl Solved<'_> {
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
         };
         (sum != 0.0).then(|| sum - parallel::sum(vertices.len(), partials, dissipated))
+    }
+
+    /// u·A·u \[mJ\] along free axes, with the membrane and the masses of the step's matrix A: of a part p of the answer p·(1 − p) of it are
+    /// left unsolved, and are no work of holds and loads.
+    fn unsolved(&self, partials: &mut Vec<f64>) -> f64 {
+        let Operator { vertices, triangles, inertia, .. } = self.operator;
+        let along = |v: usize| self.increment.delta[v] * self.free[v];
+        let pulls = parallel::sum(triangles.len(), partials, |t| {
+            let u = triangles.corners[t].map(|v| along(v as usize));
+            let pull = self.operator.element(t).apply(u);
+            (0..3).map(|i| pull[i].dot(u[i])).sum()
+        });
+        let masses = |v: usize| vertices.mass[v] * inertia * along(v).length_squared();
+        let sum = pulls + parallel::sum(vertices.len(), partials, masses);
+        if sum.is_finite() { sum } else { 0.0 }
     }
 
     /// What is in the body at the start: stored, as motion, and what it would store at the strain [`SLACK`] \[mJ\].
