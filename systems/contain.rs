@@ -87,8 +87,18 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_planar = planar.is_some();
             let (is_counted, rate) = (scratch.is_counted, step.rate());
             let SolverScratch { free, partials, left_over, .. } = &mut *scratch;
-            let mut solved =
-                Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, rate, far: FAR };
+            let mut solved = Solved {
+                operator,
+                increment,
+                free,
+                unstretched,
+                fibres,
+                is_planar,
+                is_counted,
+                rate,
+                far: FAR,
+                least: 0.0,
+            };
             let most = SHARE * solved.energy(partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let before = left_over.min(most);
