@@ -8,7 +8,11 @@
 //!
 //! A step that is solved once more, for its tears or for contact, goes on from the state that it has reached, by a displacement that adds
 //! w to its velocity. With v₀ at its start and the same loads, what the two iterations together create is what the first one does and
-//! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀.
+//! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀,
+//! with what damping answers to the displacement so far among the forces.
+//!
+//! Where only a part p of u is gone along free axes, p·(1 − p)·u·A·u of that work is not done: A is the matrix of the step, whose
+//! equations p·u does not solve. What is created is less by that, and of a part that is small enough energy is lost.
 //!
 //! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2: a flap or a free piece that
 //! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
@@ -72,7 +76,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar, fibres))| {
             let work = scratch.residual_work;
-            let goes_far = fibres.is_some() || !goes_nowhere_far(increment, triangles, &mut scratch.partials);
+            let goes_far = fibres.is_some() || !goes_nowhere_far(increment, triangles, frames, &mut scratch.partials);
             if work == 0.0 && !goes_far {
                 return;
             }
@@ -112,26 +116,30 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if before > LARGE * most {
                 solved.far = 0.0;
             }
-            let is_looked_at = goes_far || solved.far == 0.0;
+            let mut is_looked_at = goes_far || solved.far == 0.0;
             let more = if is_looked_at { solved.left_over(1.0, partials) } else { 0.0 };
             let mut sum = before + more + work;
             if !(sum <= most) && solved.far > 0.0 {
-                solved.far = 0.0;
+                (solved.far, is_looked_at) = (0.0, true);
                 sum = before + solved.left_over(1.0, partials) + work;
             }
             let mut part = 1.0;
-            // A part that takes no triangle far is gone, lest a body that is crumpled stand still for ever. A sum that is no number is too much.
-            (solved.far, solved.least) = (FAR, 1.0);
-            while step.is_last_resort && !(sum <= most) && part > 0.0 {
-                part = shorter(part);
-                sum = before + solved.left_over(part, partials) + part * work;
+            if step.is_last_resort && !(sum <= most) {
+                let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
+                (part, sum) = solved.shorten(&bounds, partials);
+                // What stands and would stand for ever goes so far as takes no triangle far: where nothing is left of its stretches, the energy
+                // of one whose fibres are stiff has a step, which no part that counts in a time leads away from.
+                if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
+                    (solved.far, solved.least) = (FAR, 1.0);
+                    (part, sum) = solved.shorten(&bounds, partials);
+                }
             }
             scratch.creates_energy = !(sum <= most);
             if scratch.creates_energy {
                 return;
             }
             scratch.left_over = sum.max(0.0);
-            scratch.is_counted = true;
+            scratch.is_counted |= is_looked_at;
             if part < 1.0 {
                 scratch.is_held_back = true;
                 increment
@@ -153,19 +161,25 @@ fn shorter(part: f64) -> f64 {
     }
 }
 
-/// Whether no triangle's gradient changes by much: the largest displacement may say so already.
-fn goes_nowhere_far(increment: &mut Increment, triangles: &Triangles, partials: &mut Vec<f64>) -> bool {
+/// Whether no triangle's gradient changes by much, for the one that is crushed most: the largest displacement may say so already.
+fn goes_nowhere_far(
+    increment: &mut Increment,
+    triangles: &Triangles,
+    frames: &Frames,
+    partials: &mut Vec<f64>,
+) -> bool {
     let steepest = *increment.steepest.get_or_insert_with(|| {
         let steep = triangles.rest.iter().map(|rest| rest.gradients[0].length() + rest.gradients[1].length());
         steep.fold(0.0, f64::max)
     });
     let largest_sq = increment.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.length_squared()));
+    let from = FAR * parallel::least(frames.state.len(), partials, |t| uncrushed(&frames.state[t]));
     // Of a triangle's corners two may go by that against the third, each in its own direction.
-    if 2.0 * largest_sq.sqrt() * steepest <= FAR {
+    if 2.0 * largest_sq.sqrt() * steepest <= from {
         return true;
     }
     let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
-    let far = Far { corners, rest, displacement, from: FAR };
+    let far = Far { corners, rest, displacement, from };
     parallel::sum_chunks(&mut vec![(); triangles.len()], partials, &far) == 0.0
 }
 
@@ -199,7 +213,33 @@ struct Solved<'a> {
     least: f64,
 }
 
+/// What a part of an answer is judged by \[mJ\].
+struct Bounds {
+    /// What earlier solves have left over.
+    before: f64,
+    /// What the residual has done.
+    work: f64,
+    /// See [`Solved::unsolved`].
+    unsolved: f64,
+    /// The most that is bearable.
+    most: f64,
+}
+
 impl Solved<'_> {
+    /// The largest half of a half of the answer that leaves no more over than is bearable, and that; a part of 0 whatever it leaves over.
+    fn shorten(&self, bounds: &Bounds, partials: &mut Vec<f64>) -> (f64, f64) {
+        let &Bounds { before, work, unsolved, most } = bounds;
+        let mut part = 1.0;
+        loop {
+            part = shorter(part);
+            let left_over = self.left_over(part, partials);
+            let sum = before + left_over + part * (work - (1.0 - part) * unsolved);
+            if sum <= most || part == 0.0 {
+                return (part, sum);
+            }
+        }
+    }
+
     fn volume(&self, t: usize) -> f64 {
         self.operator.triangles.rest[t].area * self.operator.triangles.thickness[t]
     }
@@ -217,6 +257,17 @@ impl Solved<'_> {
             let stiffness = |e: f64| triangles.stiffness[t].q11 + fibres.response(e).stiffness;
             stiffness(strain + change) > 2.0 * stiffness(strain)
         })
+    }
+
+    /// The stress \[MPa\] by which damping answers what earlier iterations have moved: a forth and back does not dissipate twice.
+    fn viscous(&self, t: usize, corners: [usize; 3]) -> Sym2 {
+        let Operator { triangles, frames, viscosity, .. } = self.operator;
+        if viscosity == 0.0 {
+            return Sym2::default();
+        }
+        let travel = corners.map(|v| self.increment.displacement[v]);
+        let rate = membrane::stretch_rate(&frames.state[t].polar, &triangles.rest[t], travel) * viscosity;
+        frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), rate)
     }
 
     /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer; zero where it does not go far.
@@ -237,7 +288,8 @@ impl Solved<'_> {
         end.stress = StiffeningFibres::stiffen(self.fibres, end.polar.stretch, self.unstretched, end.stress);
         let rate = membrane::stretch_rate(&start.polar, rest, u);
         let pull = self.operator.element(t).apply(u);
-        let work = self.volume(t) * start.stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
+        let stress = start.stress + self.viscous(t, corners);
+        let work = self.volume(t) * stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
         self.stored(t, &end) - self.stored(t, start) - work
     }
 
@@ -261,6 +313,21 @@ impl Solved<'_> {
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
         };
         if sum == 0.0 { 0.0 } else { sum - parallel::sum(vertices.len(), partials, dissipated) }
+    }
+
+    /// u·A·u \[mJ\] along free axes, with the membrane and the masses of the step's matrix A: of a part p of the answer p·(1 − p) of it are
+    /// left unsolved, and are no work of holds and loads.
+    fn unsolved(&self, partials: &mut Vec<f64>) -> f64 {
+        let Operator { vertices, triangles, inertia, .. } = self.operator;
+        let along = |v: usize| self.increment.delta[v] * self.free[v];
+        let pulls = parallel::sum(triangles.len(), partials, |t| {
+            let u = triangles.corners[t].map(|v| along(v as usize));
+            let pull = self.operator.element(t).apply(u);
+            (0..3).map(|i| pull[i].dot(u[i])).sum()
+        });
+        let masses = |v: usize| vertices.mass[v] * inertia * along(v).length_squared();
+        let sum = pulls + parallel::sum(vertices.len(), partials, masses);
+        if sum.is_finite() { sum } else { 0.0 }
     }
 
     /// What is in the body at the start: stored, twice of which may be known, as motion, and what is `slack` \[mJ\].

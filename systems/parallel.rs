@@ -173,6 +173,22 @@ pub fn sum(rows: usize, partials: &mut Vec<f64>, f: impl Fn(usize) -> f64 + Sync
     partials.iter().sum()
 }
 
+/// The least `f(row)` over so many rows; infinite without any. `partials` is scratch; it grows once.
+pub fn least(rows: usize, partials: &mut Vec<f64>, f: impl Fn(usize) -> f64 + Sync) -> f64 {
+    partials.clear();
+    partials.resize(rows.div_ceil(CHUNK), f64::INFINITY);
+    let chunk = |(c, partial): (usize, &mut f64)| {
+        let rows = c * CHUNK..((c + 1) * CHUNK).min(rows);
+        *partial = wide(|| rows.map(&f).fold(f64::INFINITY, f64::min));
+    };
+    if is_worth_sharing(rows) {
+        partials.par_iter_mut().enumerate().for_each(chunk);
+    } else {
+        partials.iter_mut().enumerate().for_each(chunk);
+    }
+    partials.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
 /// Runs a kernel on every part of `out`, which is told its number: part `p` has the rows from `starts[p]` up to `starts[p + 1]`.
 pub fn for_parts<T: Send>(out: &mut [T], starts: &[u32], kernel: &impl Kernel<T>) {
     let is_shared = is_worth_sharing(out.len());

@@ -139,6 +139,9 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
             }
             if round == CONTACT_ROUNDS {
                 contact::put_outside(world, &step);
+                if !has_sound(world, failed) {
+                    return;
+                }
                 break;
             }
             run_iteration(world, &step, running);

@@ -15,6 +15,7 @@ use crate::event::EventKind;
 use crate::replay::Recording;
 use crate::simulation::Simulation;
 use crate::snapshot::{Snapshot, StateHash};
+use crate::storage::Triangles;
 pub(crate) use dice::Dice;
 use invariants::Ledger;
 use scene::Scene;
@@ -136,6 +137,9 @@ pub struct Outcome {
 /// Every so many cases one is repeated on two threads.
 const TWINS: u64 = 8;
 
+/// Cases of so many triangles take few steps, lest they take most of the time.
+const MANY: usize = 400;
+
 /// Runs a case; one that fails is run again, recorded, and its recording made short.
 pub fn run(seed: u64, case: u64) -> Outcome {
     let (mut outcome, hash, is_free) = run_once(seed, case, 1, false);
@@ -198,11 +202,16 @@ fn play(scene: &mut Scene, dice: &mut Dice, counts: &mut Counts) -> Result<(), B
     for actor in scene.bodies.clone() {
         (0..dice.below(3)).for_each(|_| tools::cut(&mut scene.simulation, actor.entity, dice));
         let mut aside = dice.aside();
-        if aside.chance(0.01) {
+        if aside.chance(0.003) {
             tools::riddle(&mut scene.simulation, actor.entity, &mut aside);
         }
     }
-    let steps = if dice.chance(0.05) { 400 } else { 10 + dice.below(90) };
+    let is_long = dice.chance(0.05);
+    let steps = match (triangle_count(scene), is_long) {
+        (MANY.., _) => 10 + dice.below(10),
+        (_, true) => 400,
+        (_, false) => 10 + dice.below(90),
+    };
     let violence = dice.between(0.0, 0.7);
     for _ in 0..steps {
         let dt = dice.decades(-2.0, 2.0);
@@ -223,6 +232,11 @@ fn play(scene: &mut Scene, dice: &mut Dice, counts: &mut Counts) -> Result<(), B
         }
     }
     Ok(())
+}
+
+fn triangle_count(scene: &Scene) -> usize {
+    let count = |actor: &scene::Actor| scene.simulation.world().get::<&Triangles>(actor.entity).map_or(0, |t| t.len());
+    scene.bodies.iter().map(count).sum()
 }
 
 fn step(simulation: &mut Simulation, dt: f64, counts: &mut Counts) -> Result<(), Broken> {

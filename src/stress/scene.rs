@@ -16,6 +16,9 @@ use glam::DVec3;
 use hecs::Entity;
 use std::f64::consts::PI;
 
+/// Iterations at the most of solves that may not take a factor.
+const FEW: u32 = 100;
+
 /// What a case begins with.
 pub(super) struct Scene {
     pub simulation: Simulation,
@@ -73,6 +76,10 @@ fn settings(dice: &mut Dice, is_free: bool, threads: usize) -> Settings {
     }
     if dice.chance(0.1) {
         settings.precision = Precision::Double;
+    }
+    // Without a factor what is ill-conditioned takes all the iterations there may be, and most of the time.
+    if settings.precision == Precision::Double || settings.preconditioner != Preconditioner::Auto {
+        settings.linear.iterations = settings.linear.iterations.min(FEW);
     }
     if dice.chance(0.2) {
         settings.halvings = dice.below(7) as u32;

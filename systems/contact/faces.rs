@@ -24,6 +24,10 @@ const NEAR: f64 = 1e-6;
 /// Rounds in which triangles are put outside.
 const ROUNDS: u32 = 40;
 
+/// A corner is put no farther in a round than so many times the depth. Where all corners are free none has to go farther than 1.4 times; but
+/// beside corners that are held, or in a plane that the normal stands off, what little is free would have to go any distance.
+const LONGEST: f64 = 2.0;
+
 /// A triangle that is held back.
 pub(super) struct HeldFace {
     /// Where in the triangle.
@@ -225,7 +229,9 @@ pub(super) fn put_outside(
             let shares = [0, 1, 2].map(|i| normal * free[corners[i]] * face.weights[i]);
             let gain: f64 = (0..3).map(|i| face.weights[i] * shares[i].dot(normal)).sum();
             if gain > 0.0 {
-                (0..3).for_each(|i| shift(vertices, increment, corners[i], shares[i] * (face.held.depth / gain), step));
+                let longest = shares.iter().map(|share| share.length()).fold(0.0, f64::max);
+                let way = face.held.depth * (1.0 / gain).min(LONGEST / longest);
+                (0..3).for_each(|i| shift(vertices, increment, corners[i], shares[i] * way, step));
             }
         }
         if !is_any {

@@ -29,6 +29,9 @@ fn with_sheet(is_planar: bool, f: impl FnOnce(&mut Solved)) {
     for (v, u) in increment.delta.iter_mut().enumerate() {
         *u = DVec3::new(wave(v, 2.9), wave(v, 4.1), if is_planar { 0.0 } else { wave(v, 6.3) }) * 0.5;
     }
+    for (v, u) in increment.displacement.iter_mut().enumerate() {
+        *u = DVec3::new(wave(v, 1.9), wave(v, 5.3), if is_planar { 0.0 } else { wave(v, 8.1) }) * 0.5;
+    }
     for v in triangles.corners[3] {
         (vertices.position[v as usize], increment.delta[v as usize]) = (DVec3::ZERO, DVec3::X);
     }

@@ -31,6 +31,8 @@ const WITHOUT: u32 = 60;
 const STRIKES: u32 = 3;
 /// Solves for which there is then none.
 const REST: u32 = 512;
+/// Solves in a row that a factor has served which has come to the rescue, until solves are as before.
+const CALM: u32 = 16;
 
 /// Solves from a snapshot to the day its factor takes effect: a 1,500-triangle sheet steps 20 times in 4 ms, and is factored in
 /// three; the larger, the more.
@@ -56,6 +58,8 @@ struct InUse {
     /// Solves it has served.
     served: u32,
     is_worse_than_none: bool,
+    /// Whether it was made on the spot in a dynamic solve.
+    is_rescue: bool,
     /// The vertices that edits have touched: inverse block and free axes.
     touched: Vec<(usize, DMat3, DVec3)>,
 }
@@ -79,7 +83,8 @@ impl Pending {
 
 impl InUse {
     fn new(cholesky: Cholesky, bridge: Bridge, warp: Warp) -> Box<Self> {
-        Box::new(Self { cholesky, bridge, warp, served: 0, is_worse_than_none: false, touched: Vec::new() })
+        let (served, touched) = (0, Vec::new());
+        Box::new(Self { cholesky, bridge, warp, served, is_worse_than_none: false, is_rescue: false, touched })
     }
 
     /// Whether mesh and turns are those it was made at.
@@ -158,7 +163,24 @@ impl Factor {
     /// As [`renew`](Self::renew).
     pub fn rescue(&mut self, operator: &Operator, free: &[DVec3], without: u32) -> Result<(), NoFactor> {
         (self.without, self.strikes, self.rest) = (without, 0, 0);
-        self.renew(operator, free)
+        self.renew(operator, free)?;
+        if let Some(current) = &mut self.current {
+            current.is_rescue = true;
+        }
+        Ok(())
+    }
+
+    /// Whether the factor has come to the rescue of a dynamic solve: the next ones begin with it, and renew it on the spot, for without it they
+    /// would come to nothing again.
+    pub fn is_rescue(&self) -> bool {
+        self.current.as_ref().is_some_and(|current| current.is_rescue && current.served < CALM)
+    }
+
+    /// After a solve that the factor of an earlier state has served.
+    pub fn has_done(&mut self) {
+        if let Some(current) = &mut self.current {
+            current.served += 1;
+        }
     }
 
     /// Before a dynamic solve: whether it is to use the factor.

@@ -4,6 +4,7 @@
 //! or a vertex of that edge slid onto it. A snap leaves the ray for a vertex nearby and changes nothing else. Where neither
 //! leaves good triangles there are detours: a wider snap, a part of the exact way, the edge that leads forward at all.
 
+use super::relax::may_slide;
 use super::{Quality, TearRefusal, TipChart};
 use crate::event::Course;
 use crate::storage::{Edit, Mesh};
@@ -90,7 +91,7 @@ pub fn plan_free(
     let mut slides = [(a, b, exit.along), (b, a, 1.0 - exit.along)];
     slides.sort_by(|x, y| x.2.total_cmp(&y.2));
     for (vertex, towards, weight) in slides {
-        if weight <= LONGEST_SLIDE && is_movable(vertex) && !mesh.topology.is_boundary_vertex(vertex) {
+        if weight <= LONGEST_SLIDE && is_movable(vertex) && may_slide(mesh, vertex) {
             let edits = smallvec![Edit::Slide { vertex, towards, weight }];
             ways.exact.push(Way { edits, reaches: vertex, deviation: 0.0, course: Course::Exact });
         }

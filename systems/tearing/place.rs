@@ -1,6 +1,7 @@
 //! Bringing a vertex to a given point of the rest surface.
 
 use super::locate::SurfacePoint;
+use super::relax::may_slide;
 use super::{Cutter, TearRefusal};
 use crate::storage::{Edit, NONE, Refusal};
 use glam::DVec3;
@@ -87,8 +88,7 @@ impl Cutter<'_, '_> {
         near.sort_by(|&i, &j| weights[j].total_cmp(&weights[i]));
         for i in near {
             let vertex = corners[i];
-            let is_free =
-                !held.contains(&vertex) && !self.mesh.topology.is_boundary_vertex(vertex) && (self.is_movable)(vertex);
+            let is_free = !held.contains(&vertex) && (self.is_movable)(vertex) && may_slide(self.mesh, vertex);
             if is_free {
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 let slides = [(corners[j], weights[j] / (1.0 - weights[k])), (corners[k], weights[k])];

@@ -3,11 +3,12 @@
 
 use super::Cutter;
 use crate::math::{Orthotropic, SmallestAngle};
-use crate::storage::{Edit, NONE, TriangleRow};
+use crate::storage::{Edit, Mesh, NONE, TriangleRow};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// Cosine of the largest angle between the normals of two triangles in the rest shape that may be flipped: 20°.
+/// Cosine of the largest angle between the normals of two triangles in the rest shape that may be flipped, and between those around a vertex
+/// that may be moved and their mean: 20°.
 const COPLANAR: f64 = 0.939_692_620_785_908_4;
 /// Materials of two triangles may differ by this part where they are flipped; a flip gives both the mean.
 const ALIKE: f64 = 0.2;
@@ -69,6 +70,18 @@ impl Cutter<'_, '_> {
         let is_coplanar = n.dot(m) >= COPLANAR * n.length() * m.length();
         is_convex && is_coplanar && are_alike(&triangles.at(triangle), &triangles.at(other))
     }
+}
+
+/// Whether a vertex may be moved in the rest surface: it lies inside, where that is nearly flat. To move a corner or a ridge takes off what
+/// stands out: an octahedron lost a quarter of its area.
+pub(super) fn may_slide(mesh: &Mesh, vertex: u32) -> bool {
+    let corners_of = |t: u32| mesh.triangles.corners[t as usize].map(|v| mesh.vertices.rest_position[v as usize]);
+    let around = &mesh.topology.incident[vertex as usize];
+    let normals: SmallVec<[DVec3; 12]> =
+        around.iter().map(|&entry| corners_of(entry / 3)).map(|[a, b, c]| normal(a, b, c)).collect();
+    let mean: DVec3 = normals.iter().sum();
+    let is_flat = normals.iter().all(|n| n.dot(mean) >= COPLANAR * n.length() * mean.length());
+    is_flat && !mesh.topology.is_boundary_vertex(vertex)
 }
 
 fn normal(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {

@@ -70,6 +70,7 @@ struct Current {
     warp: Warp,
     served: u32,
     is_worse_than_none: bool,
+    is_rescue: bool,
 }
 
 /// The one that is being made.
@@ -95,6 +96,7 @@ impl Factor {
             warp: turning(&current.bridge, &current.warp),
             served: current.served,
             is_worse_than_none: current.is_worse_than_none,
+            is_rescue: current.is_rescue,
         });
         let coming = |Pending { origin, bridge, warp, left, .. }: &Pending| {
             let (origin, warp, bridge) = (origin.clone(), turning(bridge, warp), bridge.clone());
@@ -113,6 +115,7 @@ impl Factor {
             let cholesky = Cholesky::of_equations(&current.equations, current.precision)?;
             let mut factor = InUse::new(cholesky, current.bridge.clone(), current.warp.clone());
             (factor.served, factor.is_worse_than_none) = (current.served, current.is_worse_than_none);
+            factor.is_rescue = current.is_rescue;
             Ok(factor)
         });
         let begin = |Coming { origin, bridge, warp, left }: &Coming| {
