@@ -15,10 +15,14 @@
 //! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
 //! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
 //! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
+//!
+//! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
+
+mod folds;
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
-use super::linear::Operator;
+use super::linear::{Folds, Operator};
 use super::{Formula, StepContext, parallel};
 use crate::components::{Damping, Frames, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres};
 use crate::math::{ElementState, Sym2};
@@ -46,7 +50,7 @@ const LEAST_PART: f64 = 1e-3;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Increment, &'a mut SolverScratch),
+    (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>),
     (Option<&'a Damping>, Option<&'a PreStretch>, Option<&'a Planar>, Option<&'a StiffeningFibres>),
 );
 
@@ -59,25 +63,20 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
-        |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar, fibres))| {
+        |((_, triangles, ..), (_, scratch, _), ..)| scratch.rows_to_solve(triangles.len()),
+        |(
+            (vertices, triangles, topology, frames),
+            (increment, scratch, folds),
+            (damping, pre_stretch, planar, fibres),
+        )| {
             let work = scratch.residual_work;
             if work <= 0.0 && fibres.is_none() && goes_nowhere_far(increment, triangles, &mut scratch.partials) {
                 return;
             }
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
-            let operator = Operator {
-                vertices,
-                triangles,
-                topology,
-                frames,
-                external: None,
-                folds: None,
-                inertia,
-                viscosity,
-                tangent,
-            };
+            let operator =
+                Operator { vertices, triangles, topology, frames, external: None, folds, inertia, viscosity, tangent };
             let unstretched = PreStretch::unstretched(pre_stretch);
             let is_planar = planar.is_some();
             let (is_counted, rate) = (scratch.is_counted, step.rate());
@@ -232,7 +231,10 @@ impl Solved<'_> {
             };
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
         };
-        (sum != 0.0).then(|| sum - parallel::sum(vertices.len(), partials, dissipated))
+        (sum != 0.0).then(|| {
+            let bent = self.bent(part, partials);
+            sum + bent - parallel::sum(vertices.len(), partials, dissipated)
+        })
     }
 
     /// What is in the body at the start: stored, as motion, and what it would store at the strain [`SLACK`] \[mJ\].
@@ -242,7 +244,8 @@ impl Solved<'_> {
             let law = frames.stiffness(triangles, t);
             self.stored(t, &frames.state[t]) + 0.5 * self.volume(t) * (law.q11 + law.q22) * (SLACK * SLACK)
         });
+        let bent = self.operator.folds.map_or(0.0, |folds| folds.stored(partials));
         let motion = |v: usize| 0.5 * vertices.mass[v] * self.increment.start_velocity[v].length_squared();
-        stored + parallel::sum(vertices.len(), partials, motion)
+        stored + bent + parallel::sum(vertices.len(), partials, motion)
     }
 }
