@@ -70,7 +70,14 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             (damping, pre_stretch, planar, fibres),
         )| {
             let work = scratch.residual_work;
-            if work <= 0.0 && fibres.is_none() && goes_nowhere_far(increment, triangles, &mut scratch.partials) {
+            let tilts_far = |increment: &Increment, partials: &mut Vec<f64>| {
+                folds.is_some_and(|f| f.tilts_far(&triangles.corners, |v| increment.delta[v], FAR, partials))
+            };
+            if work <= 0.0
+                && fibres.is_none()
+                && goes_nowhere_far(increment, triangles, &mut scratch.partials)
+                && !tilts_far(increment, &mut scratch.partials)
+            {
                 return;
             }
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
@@ -231,10 +238,8 @@ impl Solved<'_> {
             };
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
         };
-        (sum != 0.0).then(|| {
-            let bent = self.bent(part, partials);
-            sum + bent - parallel::sum(vertices.len(), partials, dissipated)
-        })
+        let bent = self.bent(part, partials);
+        (sum != 0.0 || bent != 0.0).then(|| sum + bent - parallel::sum(vertices.len(), partials, dissipated))
     }
 
     /// What is in the body at the start: stored, as motion, and what it would store at the strain [`SLACK`] \[mJ\].

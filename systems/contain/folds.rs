@@ -4,7 +4,8 @@ use super::{Solved, partly, uncrushed};
 use crate::systems::kernels::membrane;
 
 impl Solved<'_> {
-    /// What the folds leave over by this `part` of the answer \[mJ\]: of those of the triangles that go far.
+    /// What the folds leave over by this `part` of the answer \[mJ\]: of those of the triangles that go far,
+    /// or tilt far: by so much that a normal turns like that of a triangle that goes far.
     pub(super) fn bent(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
         let Some(folds) = self.operator.folds else { return 0.0 };
         let (vertices, triangles, frames) = (self.operator.vertices, self.operator.triangles, self.operator.frames);
@@ -15,6 +16,6 @@ impl Solved<'_> {
             let least = self.far * uncrushed(&frames.state[t]).max(self.least);
             !(change_sq <= least * least)
         };
-        folds.left_over(&triangles.corners, &vertices.position, u, goes_far, partials)
+        folds.left_over((&triangles.corners, &vertices.position), u, (goes_far, self.far), partials)
     }
 }

@@ -16,7 +16,7 @@ mod left_over;
 mod taut;
 
 use crate::components::Bending;
-use crate::math::{Orthotropic, RestTriangle};
+use crate::math::{Orthotropic, RestTriangle, Sym2};
 use crate::storage::{NONE, Topology, Triangles, Vertices, measure};
 use crate::systems::kernels::fold::{self, OverEdges, Tilt};
 use crate::systems::parallel;
@@ -42,8 +42,8 @@ struct RestFold {
     turn: DVec3,
     /// The same edge as the triangle across has it, three times that triangle plus the edge; [`NONE`] at the boundary.
     across: [u32; 3],
-    /// What bending adds at most to the stiffness along normals, per squared slope of the triangle \[N·mm\].
-    stiffest: f64,
+    /// What bending adds at most to the stiffness along normals, as a form of the slope of the triangle \[N·mm\].
+    stiffest: Sym2,
 }
 
 /// What bending of a body needs. *Derived*: rest data follow the mesh by themselves.
@@ -72,7 +72,10 @@ struct Passes {
     bent: Vec<[DVec3; 2]>,
     /// Of a motion: half angles at its end, and their change along the tilts.
     moved: Vec<[DVec3; 2]>,
-    is_far: Vec<bool>,
+    /// Triangles that go far, those beside them, and so on: the distance plus one; zero further off.
+    ring: Vec<u8>,
+    /// The triangles with a ring, outwards.
+    rings: Vec<u32>,
 }
 
 /// Tables of a body.
@@ -96,11 +99,11 @@ impl Folds {
             (triangles.rest[t], topology.neighbours[t], stiffness, scale)
         };
         let before = &self.made_of;
-        self.is_changed.clear();
-        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| *before != made_of(t))));
-        if before.len() == count && !self.is_changed.contains(&true) {
+        if before.len() == count && (0..count).all(|t| before[t] == made_of(t)) {
             return;
         }
+        self.is_changed.clear();
+        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| *before != made_of(t))));
         self.rest.resize(count, RestFold::default());
         self.made_of.truncate(count);
         for t in (0..count).filter(|&t| self.is_changed[t]) {
@@ -309,7 +312,9 @@ impl Folds {
         travel: impl Fn(usize) -> DVec3 + Sync,
         forces: &mut [DVec3],
     ) {
-        self.spread((1.0, self.factor - 1.0), travel, (true, -1.0), (corners, topology), forces);
+        let is_moving = self.factor != 1.0 && (0..forces.len()).any(|v| travel(v) != DVec3::ZERO);
+        let by = if is_moving { self.factor - 1.0 } else { 0.0 };
+        self.spread((1.0, by), travel, (true, -1.0), (corners, topology), forces);
     }
 
     /// Adds the product \[N\] of the tangent with u \[mm\]: of the energy, but for the change of the angles' derivatives, or of the

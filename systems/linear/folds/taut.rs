@@ -1,15 +1,17 @@
 //! Which triangles bend in the tangent of a dynamic step: all but those that are taut.
 //!
-//! A taut sheet is held level by its tension. With the slope p of a triangle an edge is tilted by no more than |p| from either side,
-//! and Σ ¼·θ·Q·θ over triangles is at most Σ |p|²·½·(3·tr Q + Σ tr Q') with the laws Q' of the triangles across, while tension has
-//! Σ V·p·S⁺·p. Where the first is at most half of the second, around a triangle and its neighbours, the moments of the triangle are
-//! left out of the tangent: what is left is two thirds of the whole and more, and backward Euler is stable from a half on.
-//! Forces know no such difference, so that a sheet comes to rest in the same shape; and in most of a taut sheet a product
-//! has nothing to bend.
+//! A taut sheet is held level by its tension. With the slope p of a triangle its edges with normals m are tilted by p·m from its side, and
+//! Σ ¼·θ·Q·θ over triangles is at most Σ p·C·p with C = Σ ½·(λ + λ')·m⊗m over the edges and the largest stiffnesses λ, λ' of the laws
+//! on both sides, while tension has Σ V·p·S⁺·p. Where the first is at most half of the second, in a triangle and its neighbours, the
+//! moments of the triangle are left out of the tangent: what is left is two thirds of the whole and more, and backward Euler is
+//! stable from a half on. Forces know no such difference, so that a sheet comes to rest in the same shape; and in most of a
+//! taut sheet a product has nothing to bend.
 
 use super::Folds;
 use crate::components::Frames;
+use crate::math::Sym2;
 use crate::storage::{NONE, Triangles};
+use crate::systems::kernels::fold::OverEdges;
 use crate::systems::parallel;
 
 /// The part of the stiffness by tension that may be left out.
@@ -27,12 +29,24 @@ pub(super) enum Part {
     Whole,
 }
 
+/// No principal value of a law is larger (Gershgorin).
+fn largest(q: &OverEdges) -> f64 {
+    let (a, b, c) = (q[3].abs(), q[4].abs(), q[5].abs());
+    (q[0] + a + c).max(q[1] + a + b).max(q[2] + b + c)
+}
+
 impl Folds {
-    /// The bound of the stiffness along normals per squared slope of a triangle.
-    pub(super) fn stiffest(&self, t: usize, neighbours: [u32; 3]) -> f64 {
-        let trace = |t: usize| self.rest[t].law[..3].iter().sum::<f64>();
-        let others = neighbours.iter().filter(|n| **n != NONE).map(|&n| trace(n as usize));
-        0.5 * (3.0 * trace(t) + others.sum::<f64>())
+    /// C of a triangle, of the rest shape.
+    pub(super) fn stiffest(&self, t: usize, neighbours: [u32; 3]) -> Sym2 {
+        let gradients = self.made_of[t].0.all_gradients();
+        let own = largest(&self.rest[t].law);
+        (0..3).fold(Sym2::ZERO, |sum, e| match neighbours[e] {
+            NONE => sum,
+            n => {
+                let normal = gradients[(e + 2) % 3].normalize_or_zero();
+                sum + Sym2::outer(normal) * (0.5 * (own + largest(&self.rest[n as usize].law)))
+            }
+        })
     }
 
     /// Leaves the moments of taut triangles out of the majorant, for the frames of the same state.
@@ -41,11 +55,9 @@ impl Folds {
         is_taut.resize(rest.len(), false);
         parallel::for_rows(is_taut, |t, is_taut| {
             let volume = triangles.rest[t].area * triangles.thickness[t];
-            let least = rest[t].stiffest * *factor / (LEAST * volume);
-            let tension = frames.geometric[t].normal;
-            let (x, y) = (tension.xx - least, tension.yy - least);
-            // Both principal values are above; not so where one is no number.
-            *is_taut = x > 0.0 && y > 0.0 && x * y > tension.xy * tension.xy;
+            let left = frames.geometric[t].normal * (LEAST * volume) - rest[t].stiffest * *factor;
+            // Positive definite; not so where one is no number.
+            *is_taut = left.xx > 0.0 && left.yy > 0.0 && left.determinant() > 0.0;
         });
         let any =
             |t: usize, is: &dyn Fn(usize) -> bool| rest[t].across.iter().any(|&n| n != NONE && is(n as usize / 3));
