@@ -2,6 +2,7 @@
 
 use super::{Solved, partly, uncrushed};
 use crate::systems::kernels::membrane;
+use glam::DVec3;
 
 impl Solved<'_> {
     /// What the folds leave over by this `part` of the answer \[mJ\]: of those of the triangles that go far,
@@ -10,8 +11,8 @@ impl Solved<'_> {
         let Some(folds) = self.operator.folds else { return 0.0 };
         let (vertices, triangles, frames) = (self.operator.vertices, self.operator.triangles, self.operator.frames);
         let u = |v: usize| partly(self.increment.delta[v], self.free[v], part);
-        let goes_far = |t: usize| {
-            let (d1, d2) = membrane::gradient(triangles.corners[t].map(|v| u(v as usize)), &triangles.rest[t]);
+        let goes_far = |t: usize, u: [DVec3; 3]| {
+            let (d1, d2) = membrane::gradient(u, &triangles.rest[t]);
             let change_sq = d1.length_squared() + d2.length_squared();
             let least = self.far * uncrushed(&frames.state[t]).max(self.least);
             !(change_sq <= least * least)

@@ -92,18 +92,23 @@ impl Folds {
     /// followed edits has the same bits as what is made anew.
     pub fn refresh(&mut self, vertices: &Vertices, triangles: &Triangles, topology: &Topology, bending: &Bending) {
         let count = triangles.len();
-        let made_of = |t: usize| {
-            let (stiffness, h) = (triangles.stiffness[t], triangles.thickness[t]);
-            let even = h * h * h / 12.0;
-            let scale = bending.stiffness.map_or(even, |d| d / (stiffness.q11 * stiffness.q22).sqrt());
-            (triangles.rest[t], topology.neighbours[t], stiffness, scale)
+        let scale = |t: usize| {
+            let (stiffness, h) = (&triangles.stiffness[t], triangles.thickness[t]);
+            bending.stiffness.map_or_else(|| h * h * h / 12.0, |d| d / (stiffness.q11 * stiffness.q22).sqrt())
+        };
+        let made_of = |t: usize| (triangles.rest[t], topology.neighbours[t], triangles.stiffness[t], scale(t));
+        let is_same = |t: usize, (rest, neighbours, stiffness, factor): &MadeOf| {
+            *neighbours == topology.neighbours[t]
+                && *rest == triangles.rest[t]
+                && *stiffness == triangles.stiffness[t]
+                && *factor == scale(t)
         };
         let before = &self.made_of;
-        if before.len() == count && (0..count).all(|t| before[t] == made_of(t)) {
+        if before.len() == count && before.iter().enumerate().all(|(t, before)| is_same(t, before)) {
             return;
         }
         self.is_changed.clear();
-        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| *before != made_of(t))));
+        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| !is_same(t, before))));
         self.rest.resize(count, RestFold::default());
         self.made_of.truncate(count);
         for t in (0..count).filter(|&t| self.is_changed[t]) {

@@ -10,6 +10,13 @@ use std::sync::PoisonError;
 /// A triangle whose half angles are smaller \[rad\] stores next to nothing.
 const LEVEL: f64 = 1e-3;
 
+/// Half angles from which on what a moment does along the change of tilts is no longer less than what the tangent sees \[rad\].
+const SHARP: f64 = 0.25;
+
+/// Half angles from which on a fold may go on beyond 180°, however little it tilts: what its triangle shares with other folds then
+/// changes at once \[rad\].
+const NEARLY_CLOSED: f64 = 1.5;
+
 /// Rings: triangles that go far; those beside them, whose energies are told; and those whose angles and normals that takes.
 const FAR: u8 = 1;
 const BESIDE: u8 = 2;
@@ -34,7 +41,8 @@ impl Folds {
         })
     }
 
-    /// Whether a displacement tilts a triangle by more than so much.
+    /// Whether a displacement tilts a triangle by more than so much, or a tenth of that where it is in a sharp fold,
+    /// or at all where a fold is nearly closed.
     pub fn tilts_far(
         &self,
         corners: &[[u32; 3]],
@@ -48,6 +56,11 @@ impl Folds {
 
     #[inline(always)]
     fn tilts_beyond(&self, t: usize, u: [DVec3; 3], far: f64) -> bool {
+        let far = match self.half[t].abs().max_element() {
+            half if half > NEARLY_CLOSED => 0.0,
+            half if half > SHARP => 0.1 * far,
+            _ => far,
+        };
         let tilt = self.tilt[t].of(u).abs();
         // What is no number is beyond.
         !(tilt.x <= far && tilt.y <= far && tilt.z <= far)
@@ -60,7 +73,7 @@ impl Folds {
         &self,
         (corners, x): (&[[u32; 3]], &[DVec3]),
         u: impl Fn(usize) -> DVec3 + Sync,
-        (goes_far, far): (impl Fn(usize) -> bool + Sync, f64),
+        (goes_far, far): (impl Fn(usize, [DVec3; 3]) -> bool + Sync, f64),
         partials: &mut Vec<f64>,
     ) -> f64 {
         let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
@@ -70,7 +83,8 @@ impl Folds {
         bent.resize(count, Default::default());
         moved.resize(count, Default::default());
         parallel::for_rows(ring, |t, ring| {
-            *ring = u8::from(goes_far(t) || self.tilts_beyond(t, corners[t].map(|v| u(v as usize)), far));
+            let u = corners[t].map(|v| u(v as usize));
+            *ring = u8::from(goes_far(t, u) || self.tilts_beyond(t, u, far));
         });
         rings.clear();
         rings.extend((0..count as u32).filter(|&t| ring[t as usize] == FAR));
