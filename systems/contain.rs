@@ -19,13 +19,16 @@
 //! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
 //! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
 //! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
+//!
+//! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
 
+mod folds;
 mod lanes;
 pub mod nonlinear;
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
-use super::linear::Operator;
+use super::linear::{Folds, Operator};
 use super::{Formula, StepContext, parallel};
 use crate::components::{Damping, Frames, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres};
 use crate::math::{ElementState, Orthotropic, Sym2};
@@ -60,7 +63,7 @@ const LEAST_PART: f64 = 1e-15;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Increment, &'a mut SolverScratch),
+    (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>),
     (Option<&'a Damping>, Option<&'a PreStretch>, Option<&'a Planar>, Option<&'a StiffeningFibres>),
 );
 
@@ -73,27 +76,27 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
-        |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar, fibres))| {
+        |((_, triangles, ..), (_, scratch, _), ..)| scratch.rows_to_solve(triangles.len()),
+        |(
+            (vertices, triangles, topology, frames),
+            (increment, scratch, folds),
+            (damping, pre_stretch, planar, fibres),
+        )| {
             let work = scratch.residual_work;
-            let goes_far = fibres.is_some() || !goes_nowhere_far(increment, triangles, frames, &mut scratch.partials);
+            let tilts_far = |increment: &Increment, partials: &mut Vec<f64>| {
+                folds.is_some_and(|f| f.tilts_far(&triangles.corners, |v| increment.delta[v], FAR, partials))
+            };
+            let goes_far = fibres.is_some()
+                || !goes_nowhere_far(increment, triangles, frames, &mut scratch.partials)
+                || tilts_far(increment, &mut scratch.partials);
             if work == 0.0 && !goes_far {
                 return;
             }
             let slack = *increment.slack.get_or_insert_with(|| slack_energy(triangles, |t| &triangles.stiffness[t]));
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
-            let operator = Operator {
-                vertices,
-                triangles,
-                topology,
-                frames,
-                external: None,
-                folds: None,
-                inertia,
-                viscosity,
-                tangent,
-            };
+            let operator =
+                Operator { vertices, triangles, topology, frames, external: None, folds, inertia, viscosity, tangent };
             let unstretched = PreStretch::unstretched(pre_stretch);
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
@@ -312,6 +315,7 @@ impl Solved<'_> {
             };
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
         };
+        let sum = sum + self.bent(part, partials);
         if sum == 0.0 { 0.0 } else { sum - parallel::sum(vertices.len(), partials, dissipated) }
     }
 
@@ -335,11 +339,12 @@ impl Solved<'_> {
         let Operator { vertices, triangles, frames, .. } = self.operator;
         let motion = |v: usize| 0.5 * vertices.mass[v] * self.increment.start_velocity[v].length_squared();
         let motion = parallel::sum(vertices.len(), partials, motion);
+        let bent = self.operator.folds.map_or(0.0, |folds| folds.stored(partials));
         if self.fibres.is_none() {
-            return 0.5 * twice_stored + slack + motion;
+            return 0.5 * twice_stored + bent + slack + motion;
         }
         let stored = parallel::sum(triangles.len(), partials, |t| self.stored(t, &frames.state[t]));
-        stored + slack_energy(triangles, |t| frames.stiffness(triangles, t)) + motion
+        stored + bent + slack_energy(triangles, |t| frames.stiffness(triangles, t)) + motion
     }
 }
 

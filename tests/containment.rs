@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use hecs::Entity;
-use rhexis::components::{Curve, Fibres, Gravity, Hold, Material};
+use rhexis::components::{Bending, Curve, Fibres, Gravity, Hold, Material};
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
 use rhexis::settings::{Integrator, LinearParams, Settings, Tangent};
@@ -12,12 +12,13 @@ use rhexis::storage::{Attached, Vertices};
 
 /// A sheet of 10 mm as thin as a lens capsule, that nothing holds.
 fn sheet(is_planar: bool, settings: Settings) -> (Simulation, Entity) {
+    spawned(settings, |sheet| if is_planar { sheet.planar() } else { sheet })
+}
+
+fn spawned(settings: Settings, kind: impl Fn(Membrane) -> Membrane) -> (Simulation, Entity) {
     let mesh = generate::grid(10.0, 10.0, 10, 10).unwrap();
     let mut sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::figure_2() });
-    sheet = sheet.fibres(Fibres::at_degrees(30.0));
-    if is_planar {
-        sheet = sheet.planar();
-    }
+    sheet = kind(sheet.fibres(Fibres::at_degrees(30.0)));
     let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
     let body = simulation.spawn(sheet).unwrap();
     (simulation, body)
@@ -168,4 +169,33 @@ fn drawn(settings: Settings, over: f64) -> (Simulation, Entity) {
     let body = simulation.spawn(sheet).unwrap();
     simulation.settle(0.0, 1e-10).unwrap();
     (simulation, body)
+}
+
+/// Crumpled and let go with this bending stiffness \[N·mm\]; returns how many steps were retried.
+fn let_go(stiffness: f64) -> u32 {
+    let mut retried = 0;
+    for dt in [0.01, 0.1, 1.0, 10.0] {
+        for size in [0.5, 3.0] {
+            let bending = Bending { stiffness: Some(stiffness) };
+            let (mut simulation, body) = spawned(solved_to(1e-4), |sheet| sheet.with(bending));
+            change(&simulation, body, |v, x, _| {
+                *x += DVec3::new(noise(3 * v), noise(3 * v + 1), noise(3 * v + 2)) * size;
+            });
+            let what = format!("D = {stiffness} N·mm, crumpled by {size} mm, {dt} ms");
+            retried += assert_contained(&mut simulation, body, dt, &what);
+        }
+    }
+    retried
+}
+
+#[test]
+fn a_crumpled_body_that_bends_gains_nothing() {
+    // Folds that store a hundredth of what the crumpled sheet does, and as much.
+    assert!(let_go(1e-3) + let_go(0.1) > 0);
+}
+
+#[test]
+fn folds_that_pass_180_degrees_gain_nothing() {
+    // A hundred times what the sheet stores.
+    assert!(let_go(10.0) > 0);
 }

@@ -60,6 +60,14 @@ impl Tilt {
     }
 }
 
+/// The unit normal of a triangle with corners at `x` and a rest area \[mm²\]; zero for a collapsed one, as in [`Tilt`].
+#[inline(always)]
+pub fn normal(x: [DVec3; 3], rest_area: f64) -> DVec3 {
+    let cross = (x[0] - x[2]).cross(x[1] - x[0]);
+    let twice_area = cross.length();
+    if twice_area > 2.0 * LEAST_AREA * rest_area { cross * (1.0 / twice_area) } else { DVec3::ZERO }
+}
+
 /// Below this tangent an angle is a sum of seven powers of it, to the last digit.
 const SMALL: f64 = 1.0 / 16.0;
 

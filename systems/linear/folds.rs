@@ -7,17 +7,23 @@
 //! the angles leaves an energy that is a sum of squares, above Morley's own.
 //!
 //! With h half the angles, Q the triangles' laws ([`fold::law`]) and J the differences of moments over edges, times −ω/k:
-//! energy ½·φ·Q·φ with φ = (1 + J·Q)·h, moments (1 + Q·J)·Q·φ. Without J it is the majorant that dynamic steps take as tangent.
+//! energy ½·φ·Q·φ with φ = (1 + J·Q)·h, moments (1 + Q·J)·Q·φ. Without J it is the majorant that dynamic steps take as tangent, with
+//! the triangles that are not [taut](taut).
 
 mod energy;
+mod hinge;
+mod left_over;
+mod taut;
 
 use crate::components::Bending;
-use crate::math::{Orthotropic, RestTriangle};
+use crate::math::{Orthotropic, RestTriangle, Sym2};
 use crate::storage::{NONE, Topology, Triangles, Vertices, measure};
 use crate::systems::kernels::fold::{self, OverEdges, Tilt};
 use crate::systems::parallel;
 use glam::DVec3;
+pub use hinge::Hinge;
 use std::sync::{Mutex, PoisonError};
+use taut::Part;
 
 /// The part ω of a single mid-edge normal's own way to balance by which all are turned at once (2/3 would be best for a triangle by
 /// itself, whose modes lie between 0 and 3).
@@ -36,6 +42,8 @@ struct RestFold {
     turn: DVec3,
     /// The same edge as the triangle across has it, three times that triangle plus the edge; [`NONE`] at the boundary.
     across: [u32; 3],
+    /// What bending adds at most to the stiffness along normals, as a form of the slope of the triangle \[N·mm\].
+    stiffest: Sym2,
 }
 
 /// What bending of a body needs. *Derived*: rest data follow the mesh by themselves.
@@ -47,6 +55,9 @@ pub struct Folds {
     tilt: Vec<Tilt>,
     /// Half of what the angles are off their rest values.
     half: Vec<DVec3>,
+    /// What of the triangles is in the majorant.
+    part: Vec<Part>,
+    is_taut: Vec<bool>,
     /// 1 + β/s, with the span s of the step and the time β of strain-rate damping.
     factor: f64,
     passes: Mutex<Passes>,
@@ -59,6 +70,12 @@ struct Passes {
     rows: Vec<DVec3>,
     /// Half angles and moments.
     bent: Vec<[DVec3; 2]>,
+    /// Of a motion: half angles at its end, and their change along the tilts.
+    moved: Vec<[DVec3; 2]>,
+    /// Triangles that go far, those beside them, and so on: the distance plus one; zero further off.
+    ring: Vec<u8>,
+    /// The triangles with a ring, outwards.
+    rings: Vec<u32>,
 }
 
 /// Tables of a body.
@@ -70,34 +87,28 @@ fn is_first(t: usize, e: usize, across: u32) -> bool {
     across != NONE && ((3 * t + e) as u32) < across
 }
 
-/// Four vertices around an edge, for matrices that need entries: the two of the edge, then those opposite.
-#[derive(Clone, Copy, Debug)]
-pub struct Hinge {
-    /// The vertices.
-    pub vertices: [u32; 4],
-    /// Derivative of the angle by each of them \[1/mm\].
-    pub gradient: [DVec3; 4],
-    /// Moment per angle \[N·mm\].
-    pub stiffness: f64,
-}
-
 impl Folds {
     /// Brings rest data up to the mesh, where that or the material has changed. They are a function of the mesh alone: what has
     /// followed edits has the same bits as what is made anew.
     pub fn refresh(&mut self, vertices: &Vertices, triangles: &Triangles, topology: &Topology, bending: &Bending) {
         let count = triangles.len();
-        let made_of = |t: usize| {
-            let (stiffness, h) = (triangles.stiffness[t], triangles.thickness[t]);
-            let even = h * h * h / 12.0;
-            let scale = bending.stiffness.map_or(even, |d| d / (stiffness.q11 * stiffness.q22).sqrt());
-            (triangles.rest[t], topology.neighbours[t], stiffness, scale)
+        let scale = |t: usize| {
+            let (stiffness, h) = (&triangles.stiffness[t], triangles.thickness[t]);
+            bending.stiffness.map_or_else(|| h * h * h / 12.0, |d| d / (stiffness.q11 * stiffness.q22).sqrt())
+        };
+        let made_of = |t: usize| (triangles.rest[t], topology.neighbours[t], triangles.stiffness[t], scale(t));
+        let is_same = |t: usize, (rest, neighbours, stiffness, factor): &MadeOf| {
+            *neighbours == topology.neighbours[t]
+                && *rest == triangles.rest[t]
+                && *stiffness == triangles.stiffness[t]
+                && *factor == scale(t)
         };
         let before = &self.made_of;
-        self.is_changed.clear();
-        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| *before != made_of(t))));
-        if before.len() == count && !self.is_changed.contains(&true) {
+        if before.len() == count && before.iter().enumerate().all(|(t, before)| is_same(t, before)) {
             return;
         }
+        self.is_changed.clear();
+        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| !is_same(t, before))));
         self.rest.resize(count, RestFold::default());
         self.made_of.truncate(count);
         for t in (0..count).filter(|&t| self.is_changed[t]) {
@@ -136,6 +147,7 @@ impl Folds {
                 rest.angle[e] = angle;
                 rest.turn[e] = TURN / stiffness;
             }
+            self.rest[t].stiffest = self.stiffest(t, neighbours);
         }
     }
 
@@ -148,6 +160,8 @@ impl Folds {
     pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64) {
         let Self { rest, made_of, tilt, half, passes, .. } = self;
         self.factor = factor;
+        self.part.clear();
+        self.part.resize(rest.len(), Part::Whole);
         tilt.resize(rest.len(), Tilt::default());
         parallel::for_rows(tilt, |t, tilt| {
             let [a, b, c] = corners[t];
@@ -214,6 +228,9 @@ impl Folds {
 
     /// Moments of a triangle about its edges for half angles everywhere: of the energy, or of the majorant.
     fn moment(&self, t: usize, half: &impl Fn(usize) -> DVec3, is_exact: bool) -> DVec3 {
+        if !is_exact && self.part[t] != Part::Whole {
+            return DVec3::ZERO;
+        }
         let first = |t: usize| fold::product(&self.rest[t].law, half(t));
         if !is_exact {
             return first(t);
@@ -252,18 +269,26 @@ impl Folds {
         u: impl Fn(usize) -> DVec3 + Sync,
         is_exact: bool,
         corners: &[[u32; 3]],
-        Passes { rows, bent }: &mut Passes,
+        Passes { rows, bent, .. }: &mut Passes,
     ) {
         debug_assert_eq!(corners.len(), self.rest.len());
+        let has_part = |t: usize| is_exact || self.part[t] != Part::None;
         rows.resize(self.rest.len(), DVec3::ZERO);
         bent.resize(self.rest.len(), Default::default());
         if by != 0.0 {
             parallel::for_rows(rows, |t, tilts| {
+                if !has_part(t) {
+                    return;
+                }
                 let [a, b, c] = corners[t];
                 *tilts = self.tilt[t].of([u(a as usize), u(b as usize), u(c as usize)]);
             });
         }
         parallel::for_rows(bent, |t, bent| {
+            if !is_exact && self.part[t] != Part::Whole {
+                *bent = Default::default();
+                return;
+            }
             let mut half = if at == 0.0 { DVec3::ZERO } else { self.half[t] * at };
             if by != 0.0 {
                 half += self.half_of_tilts(t, |t| rows[t]) * by;
@@ -278,7 +303,10 @@ impl Folds {
                 bent[1] = rows[t] + fold::product(&self.rest[t].law, self.turned(t, |t| rows[t]));
             });
         }
-        parallel::for_rows(rows, |t, along| *along = self.tilt[t].along(self.half_of_tilts(t, |t| bent[t][1])));
+        parallel::for_rows(rows, |t, along| {
+            let moment = || self.tilt[t].along(self.half_of_tilts(t, |t| bent[t][1]));
+            *along = if has_part(t) { moment() } else { DVec3::ZERO };
+        });
     }
 
     /// Adds the forces \[N\] at the angles last evaluated; `travel` is what the vertices travel in the span of the step.
@@ -289,7 +317,9 @@ impl Folds {
         travel: impl Fn(usize) -> DVec3 + Sync,
         forces: &mut [DVec3],
     ) {
-        self.spread((1.0, self.factor - 1.0), travel, (true, -1.0), (corners, topology), forces);
+        let is_moving = self.factor != 1.0 && (0..forces.len()).any(|v| travel(v) != DVec3::ZERO);
+        let by = if is_moving { self.factor - 1.0 } else { 0.0 };
+        self.spread((1.0, by), travel, (true, -1.0), (corners, topology), forces);
     }
 
     /// Adds the product \[N\] of the tangent with u \[mm\]: of the energy, but for the change of the angles' derivatives, or of the
@@ -311,6 +341,9 @@ impl Folds {
         self.find_forces((0.0, self.factor), |v| u[v], is_exact, corners, &mut passes);
         let rows = &passes.rows;
         parallel::for_rows(out, |t, out| {
+            if !(is_exact || self.part[t] != Part::None) {
+                return;
+            }
             let (normal, along) = (self.tilt[t].normal, rows[t]);
             out[0] += normal * along.x;
             out[1] += normal * along.y;
@@ -337,43 +370,15 @@ impl Folds {
         topology.incident[v].iter().map(force).sum()
     }
 
-    /// The hinge at an edge of a triangle: without what couples the edges of a triangle, for preconditioners. `None` at the
-    /// boundary.
-    pub fn hinge(&self, corners: &[[u32; 3]], t: usize, e: usize) -> Option<Hinge> {
-        let across = self.rest[t].across[e];
-        if across == NONE {
-            return None;
-        }
-        let (n, f) = (across as usize / 3, across as usize % 3);
-        let (own, other) = (&self.tilt[t], &self.tilt[n]);
-        let part = |tilt: &Tilt, e: usize, corner: usize| tilt.normal * tilt.by_corner[e][corner % 3];
-        let gradient = [
-            part(own, e, e) + part(other, f, f + 1),
-            part(own, e, e + 1) + part(other, f, f),
-            part(own, e, e + 2),
-            part(other, f, f + 2),
-        ];
-        let vertices = [corners[t][e], corners[t][(e + 1) % 3], corners[t][(e + 2) % 3], corners[n][(f + 2) % 3]];
-        let stiffness = 0.25 * (self.rest[t].law[e] + self.rest[n].law[f]) * self.factor;
-        Some(Hinge { vertices, gradient, stiffness })
-    }
-
-    /// All hinges, each once.
-    pub fn hinges(&self, corners: &[[u32; 3]]) -> impl Iterator<Item = Hinge> {
-        let edges = (0..self.rest.len()).flat_map(|t| [0, 1, 2].map(|e| (t, e)));
-        let once = edges.filter(|&(t, e)| is_first(t, e, self.rest[t].across[e]));
-        once.filter_map(move |(t, e)| self.hinge(corners, t, e))
-    }
-
     /// The tilts of a triangle.
     pub fn tilt(&self, t: usize) -> &Tilt {
         &self.tilt[t]
     }
 
-    /// The law of a triangle times 1 + β/s \[N·mm\].
+    /// The law of a triangle in the majorant, times 1 + β/s \[N·mm\].
     #[inline(always)]
     pub fn law(&self, t: usize) -> OverEdges {
-        self.rest[t].law.map(|q| q * self.factor)
+        if self.part[t] == Part::Whole { self.rest[t].law.map(|q| q * self.factor) } else { OverEdges::default() }
     }
 
     /// The edges of a triangle as those across have them, three times the triangle plus the edge; [`NONE`] at the boundary.

@@ -9,8 +9,8 @@ use super::partition::{EMPTY, Partition};
 use crate::storage::NONE;
 use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::fold_pack::{FoldPack, NUMBERS};
-use crate::systems::kernels::lanes::{Lanes, Singles};
-use crate::systems::kernels::pack::LANES;
+use crate::systems::kernels::lanes::Lanes;
+use crate::systems::kernels::pack::{LANES, Pack, Places};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::linear::Folds;
 use crate::systems::parallel;
@@ -22,42 +22,47 @@ struct Side {
     normal: Vec4,
     /// Per edge the tilts by the corner where it begins, where it ends and opposite, then the stiffness.
     edge: [Vec4; 3],
-    /// The same edges in the triangles across: three times the triangle plus the edge, or [`NONE`].
+    /// The same edges in the triangles across: three times the triangle plus the edge, or [`NONE`] without any stiffness.
     across: [u32; 3],
 }
 
-/// The bending part of the operator.
+/// The bending part of the operator: of the triangles that bend or lie beside one that does, block by block.
 #[derive(Debug, Default)]
 pub struct Folding {
     packs: Vec<FoldPack>,
+    /// Triangle of every lane; [`EMPTY`] where there is none.
+    triangle: Vec<[u32; LANES]>,
+    /// Places of the corners in the block's list of vertices.
+    places: Vec<Places>,
+    /// First pack of every block; one more entry at the end.
+    pack_start: Vec<u32>,
     sides: Vec<Side>,
     tilt: Vec<f32>,
     moment: Vec<f32>,
-    /// Of every triangle its place in the lists of numbers.
+    /// Of every triangle its place in the lists of numbers; [`EMPTY`] without one.
     place: Vec<u32>,
     /// First number of every block of packs; one more entry at the end.
     start: Vec<u32>,
+    /// The triangles of the block at hand, with pack and lane in the partition.
+    of_block: Vec<[u32; 3]>,
 }
 
 impl Folding {
     /// Takes the numbers of the majorant.
     pub fn assemble(&mut self, folds: &Folds, corners: &[[u32; 3]], partition: &Partition, row: &[u32]) {
-        let (count, numbers) = (corners.len(), NUMBERS * partition.triangle.len());
-        empty(&mut self.place, count);
-        self.place.resize(count, 0);
-        for (pack, triangles) in partition.triangle.iter().enumerate() {
-            for (lane, &t) in triangles.iter().enumerate().filter(|(_, t)| **t != EMPTY) {
-                self.place[t as usize] = (pack * NUMBERS + lane) as u32;
+        self.choose(folds, corners.len(), partition);
+        empty(&mut self.sides, corners.len());
+        self.sides.resize(corners.len(), Side::default());
+        parallel::for_rows(&mut self.sides, |t, side| {
+            if folds.has_part(t) {
+                *side = Side::new(folds, t);
             }
-        }
-        empty(&mut self.sides, count);
-        self.sides.resize(count, Side::default());
-        parallel::for_rows(&mut self.sides, |t, side| *side = Side::new(folds, t));
-        empty(&mut self.packs, partition.triangle.len());
-        self.packs.resize(partition.triangle.len(), FoldPack::default());
-        let Self { packs, sides, place, .. } = self;
+        });
+        let Self { packs, sides, place, triangle, .. } = self;
+        empty(packs, triangle.len());
+        packs.resize(triangle.len(), FoldPack::default());
         parallel::for_rows(packs, |p, pack| {
-            for (lane, &t) in partition.triangle[p].iter().enumerate() {
+            for (lane, &t) in triangle[p].iter().enumerate() {
                 let own = (p * NUMBERS + lane) as u32;
                 pack.across = [0, 1, 2].map(|e| with_lane(pack.across[e], lane, own + (e * LANES) as u32));
                 if t != EMPTY {
@@ -66,31 +71,69 @@ impl Folding {
                 }
             }
         });
+        let numbers = NUMBERS * self.triangle.len();
         for pass in [&mut self.tilt, &mut self.moment] {
             empty(pass, numbers);
             pass.resize(numbers, 0.0);
         }
-        empty(&mut self.start, partition.pack_start.len());
-        self.start.extend(partition.pack_start.iter().map(|start| NUMBERS as u32 * start));
+        empty(&mut self.start, self.pack_start.len());
+        self.start.extend(self.pack_start.iter().map(|start| NUMBERS as u32 * start));
     }
 
-    /// The moments on every triangle by a displacement; [`forces`](Self::forces) has their forces then.
-    pub fn bend(&mut self, partition: &Partition, u: &[Vec4]) {
-        let Self { packs, tilt, moment, start, .. } = self;
-        let first = &partition.pack_start;
+    /// Packs the triangles that have a part in it: like those of the partition, neighbours far apart.
+    fn choose(&mut self, folds: &Folds, count: usize, partition: &Partition) {
+        let Self { triangle, places, pack_start, place, of_block, .. } = self;
+        empty(triangle, partition.triangle.len());
+        empty(places, partition.triangle.len());
+        empty(pack_start, partition.pack_start.len());
+        empty(place, count);
+        place.resize(count, EMPTY);
+        pack_start.push(0);
+        for block in partition.pack_start.windows(2) {
+            of_block.clear();
+            for lane in 0..LANES {
+                for pack in block[0]..block[1] {
+                    let t = partition.triangle[pack as usize][lane];
+                    if t != EMPTY && folds.has_part(t as usize) {
+                        of_block.push([t, pack, lane as u32]);
+                    }
+                }
+            }
+            let (first, packs) = (triangle.len(), of_block.len().div_ceil(LANES));
+            triangle.resize(first + packs, [EMPTY; LANES]);
+            places.resize(first + packs, Places::default());
+            for (i, &[t, pack, from]) in of_block.iter().enumerate() {
+                let (p, lane) = (first + i % packs, i / packs);
+                triangle[p][lane] = t;
+                place[t as usize] = (p * NUMBERS + lane) as u32;
+                (0..3).for_each(|c| places[p][c][lane] = partition.places[pack as usize][c][from as usize]);
+            }
+            pack_start.push(triangle.len() as u32);
+        }
+    }
+
+    /// The moments on every triangle by a displacement; [`add_forces`](Self::add_forces) has their forces then.
+    pub fn bend(&mut self, u: &[Vec4]) {
+        let Self { packs, tilt, moment, start, pack_start, .. } = self;
+        let first = &*pack_start;
         parallel::for_parts(tilt, start, &Tilts { packs, first, u });
         parallel::for_parts(moment, start, &Moments { packs, first, tilt });
     }
 
-    /// The forces on corners 1 and 2 of the triangles of a pack.
+    /// Adds the forces on the corners of a block's triangles to those of its vertices.
     #[inline(always)]
-    pub fn forces<L: Lanes>(&self, lanes: L, pack: usize) -> [[Singles<L>; 3]; 2] {
-        self.packs[pack].forces(lanes, pack, &self.moment)
+    pub fn add_forces<L: Lanes>(&self, lanes: L, block: usize, out: &mut [Vec4]) {
+        for p in self.pack_start[block] as usize..self.pack_start[block + 1] as usize {
+            Pack::scatter(&self.places[p], self.packs[p].forces(lanes, p, &self.moment), out);
+        }
     }
 
     /// Adds the hinges of a triangle, those that it shares by halves, to the blocks of its corners and of its edges 1–0, 2–0, 2–1.
     #[inline(always)]
     pub fn add_blocks(&self, t: usize, corners: &mut [Block; 3], edges: &mut [Block; 3]) {
+        if self.place[t] == EMPTY {
+            return;
+        }
         let side = &self.sides[t];
         for (e, [a, b, opposite]) in [[0, 1, 2], [1, 2, 0], [2, 0, 1]].into_iter().enumerate() {
             if side.across[e] == NONE {
@@ -131,6 +174,8 @@ impl Side {
             let rates = [rates[e], rates[(e + 1) % 3], rates[(e + 2) % 3], 0.25 * law[e]];
             edge[e] = Vec4::from_array(rates.map(|x| x as f32));
         }
+        let bends = |e: usize, n: u32| n != NONE && law[e] + folds.law(n as usize / 3)[n as usize % 3] > 0.0;
+        let across = [0, 1, 2].map(|e| if bends(e, across[e]) { across[e] } else { NONE });
         Self { normal: tilt.normal.as_vec3().extend(0.0), edge, across }
     }
 }

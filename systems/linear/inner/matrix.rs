@@ -113,7 +113,7 @@ impl Matrix {
     pub fn apply(&mut self, partition: &Partition, u: &[Vec4], out: &mut [Vec4], partials: &mut Vec<f64>) -> f64 {
         let Self { packs, flat_packs, is_flat, own, segments, segment_start, folding } = self;
         if let Some(folding) = folding {
-            folding.bend(partition, u);
+            folding.bend(u);
         }
         let folding = folding.as_ref();
         if *is_flat {
@@ -188,18 +188,11 @@ impl Kernel<Vec4> for Blocks<'_> {
     fn run<L: Lanes>(&self, lanes: L, block: usize, segment: &mut [Vec4]) {
         let Self { packs, partition, u, folding } = self;
         let (out, local, packs_of) = begin(partition, block, u, segment);
-        let Some(folding) = folding else {
-            for (pack, places) in packs[packs_of.clone()].iter().zip(&partition.places[packs_of]) {
-                Pack::scatter(places, pack.forces(lanes, places, local), out);
-            }
-            return;
-        };
-        for p in packs_of {
-            let places = &partition.places[p];
-            let ([a, b], [bent_a, bent_b]) = (packs[p].forces(lanes, places, local), folding.forces(lanes, p));
-            let a = [a[0] + bent_a[0], a[1] + bent_a[1], a[2] + bent_a[2]];
-            let b = [b[0] + bent_b[0], b[1] + bent_b[1], b[2] + bent_b[2]];
-            Pack::scatter(places, [a, b], out);
+        for (pack, places) in packs[packs_of.clone()].iter().zip(&partition.places[packs_of]) {
+            Pack::scatter(places, pack.forces(lanes, places, local), out);
+        }
+        if let Some(folding) = folding {
+            folding.add_forces(lanes, block, out);
         }
     }
 }

@@ -1,0 +1,82 @@
+//! Which triangles bend in the tangent of a dynamic step: all but those that are taut.
+//!
+//! A taut sheet is held level by its tension. With the slope p of a triangle its edges with normals m are tilted by p·m from its side, and
+//! Σ ¼·θ·Q·θ over triangles is at most Σ p·C·p with C = Σ ½·(λ + λ')·m⊗m over the edges and the largest stiffnesses λ, λ' of the laws
+//! on both sides, while tension has Σ V·p·S⁺·p. Where the first is at most half of the second, in a triangle and its neighbours, the
+//! moments of the triangle are left out of the tangent: what is left is two thirds of the whole and more, and backward Euler is
+//! stable from a half on. Forces know no such difference, so that a sheet comes to rest in the same shape; and in most of a
+//! taut sheet a product has nothing to bend.
+
+use super::Folds;
+use crate::components::Frames;
+use crate::math::Sym2;
+use crate::storage::{NONE, Triangles};
+use crate::systems::kernels::fold::OverEdges;
+use crate::systems::parallel;
+
+/// The part of the stiffness by tension that may be left out.
+const LEAST: f64 = 0.5;
+
+/// What of a triangle is in the majorant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Part {
+    /// Nothing.
+    None,
+    /// Its tilts only, for a neighbour's moments.
+    Tilts,
+    /// Its tilts and moments.
+    #[default]
+    Whole,
+}
+
+/// No principal value of a law is larger (Gershgorin).
+fn largest(q: &OverEdges) -> f64 {
+    let (a, b, c) = (q[3].abs(), q[4].abs(), q[5].abs());
+    (q[0] + a + c).max(q[1] + a + b).max(q[2] + b + c)
+}
+
+impl Folds {
+    /// C of a triangle, of the rest shape.
+    pub(super) fn stiffest(&self, t: usize, neighbours: [u32; 3]) -> Sym2 {
+        let gradients = self.made_of[t].0.all_gradients();
+        let own = largest(&self.rest[t].law);
+        (0..3).fold(Sym2::ZERO, |sum, e| match neighbours[e] {
+            NONE => sum,
+            n => {
+                let normal = gradients[(e + 2) % 3].normalize_or_zero();
+                sum + Sym2::outer(normal) * (0.5 * (own + largest(&self.rest[n as usize].law)))
+            }
+        })
+    }
+
+    /// Leaves the moments of taut triangles out of the majorant, for the frames of the same state.
+    pub fn leave_out_taut(&mut self, triangles: &Triangles, frames: &Frames) {
+        let Self { rest, is_taut, part, factor, .. } = self;
+        is_taut.resize(rest.len(), false);
+        parallel::for_rows(is_taut, |t, is_taut| {
+            let volume = triangles.rest[t].area * triangles.thickness[t];
+            let left = frames.geometric[t].normal * (LEAST * volume) - rest[t].stiffest * *factor;
+            // Positive definite; not so where one is no number.
+            *is_taut = left.xx > 0.0 && left.yy > 0.0 && left.determinant() > 0.0;
+        });
+        let any =
+            |t: usize, is: &dyn Fn(usize) -> bool| rest[t].across.iter().any(|&n| n != NONE && is(n as usize / 3));
+        parallel::for_rows(part, |t, part| {
+            let is_slack = |t: usize| !is_taut[t];
+            let bends = |t: usize| is_slack(t) || any(t, &is_slack);
+            *part = if bends(t) {
+                Part::Whole
+            } else if any(t, &bends) {
+                Part::Tilts
+            } else {
+                Part::None
+            };
+        });
+    }
+
+    /// Whether the majorant knows anything of a triangle.
+    #[inline(always)]
+    pub fn has_part(&self, t: usize) -> bool {
+        self.part[t] != Part::None
+    }
+}
