@@ -51,6 +51,9 @@ const HALVED: f64 = 1e-3;
 /// no further than a tenth of a triangle lets it buckle, step by step.
 const LEAST_PART: f64 = 1e-15;
 
+/// Rounding of a sum over all triangles, over what is bearable.
+const ROUNDING: f64 = 1e-12;
+
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Increment, &'a mut SolverScratch),
@@ -117,10 +120,12 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 sum = before + solved.left_over(1.0, partials).unwrap_or(0.0) + work;
             }
             let mut part = 1.0;
-            // A part that takes no triangle far is gone, lest a body that is crumpled stand still for ever. A sum that is no number is too much.
-            (solved.far, solved.least) = (FAR, 1.0);
+            // A part that takes no triangle far is gone, lest a body that is crumpled stand still for ever; a smaller one where energy falls.
+            // A sum that is no number is too much, and what rounding makes of nothing is nothing.
+            let most = most * (1.0 + ROUNDING);
             while step.is_last_resort && !(sum <= most) && part > 0.0 {
                 part = shorter(part);
+                (solved.far, solved.least) = if part < HALVED { (0.0, 0.0) } else { (FAR, 1.0) };
                 sum = before + solved.left_over(part, partials).unwrap_or(0.0) + part * work;
             }
             scratch.creates_energy = !(sum <= most);
