@@ -61,6 +61,9 @@ const HALVED: f64 = 1e-3;
 /// no further than a tenth of a triangle lets it buckle, step by step.
 const LEAST_PART: f64 = 1e-15;
 
+/// Rounding of a sum over all triangles, over what is bearable.
+const ROUNDING: f64 = 1e-12;
+
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>),
@@ -127,14 +130,19 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 sum = before + solved.left_over(1.0, partials) + work;
             }
             let mut part = 1.0;
+            // A sum that is no number is too much, and what rounding makes of nothing is nothing.
+            let most = most * (1.0 + ROUNDING);
             if step.is_last_resort && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
-                (part, sum) = solved.shorten(&bounds, partials);
-                // What stands and would stand for ever goes so far as takes no triangle far: where nothing is left of its stretches, the energy
-                // of one whose fibres are stiff has a step, which no part that counts in a time leads away from.
-                if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
+                (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
+                // What stands and would all but stand for ever goes so far as takes no triangle far: where nothing is left of its stretches,
+                // the energy of one whose fibres are stiff has a step, which no part that counts in a time leads away from.
+                if part < HALVED && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
                     (solved.far, solved.least) = (FAR, 1.0);
-                    (part, sum) = solved.shorten(&bounds, partials);
+                    let (further, left_over) = solved.shorten(&bounds, HALVED, partials);
+                    if further > part {
+                        (part, sum) = (further, left_over);
+                    }
                 }
             }
             scratch.creates_energy = !(sum <= most);
@@ -229,12 +237,16 @@ struct Bounds {
 }
 
 impl Solved<'_> {
-    /// The largest half of a half of the answer that leaves no more over than is bearable, and that; a part of 0 whatever it leaves over.
-    fn shorten(&self, bounds: &Bounds, partials: &mut Vec<f64>) -> (f64, f64) {
+    /// The largest part of the answer, down to the `least`, that leaves no more over than is bearable, and that; a part of 0 whatever it
+    /// leaves over.
+    fn shorten(&self, bounds: &Bounds, least: f64, partials: &mut Vec<f64>) -> (f64, f64) {
         let &Bounds { before, work, unsolved, most } = bounds;
         let mut part = 1.0;
         loop {
             part = shorter(part);
+            if part < least {
+                part = 0.0;
+            }
             let left_over = self.left_over(part, partials);
             let sum = before + left_over + part * (work - (1.0 - part) * unsolved);
             if sum <= most || part == 0.0 {

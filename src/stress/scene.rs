@@ -43,7 +43,7 @@ pub(super) struct Actor {
 /// What the engine refuses of it, which it should not.
 pub(super) fn scene(dice: &mut Dice, threads: usize) -> Result<Scene, String> {
     let is_free = dice.chance(0.35);
-    let settings = settings(dice, is_free, threads);
+    let settings = settings(dice, threads);
     let mut simulation = Simulation::new(settings).map_err(|error| error.to_string())?;
     let mut bodies = Vec::new();
     let mut size: f64 = 0.0;
@@ -63,7 +63,7 @@ pub(super) fn scene(dice: &mut Dice, threads: usize) -> Result<Scene, String> {
     Ok(Scene { simulation, bodies, obstacles, is_free, size })
 }
 
-fn settings(dice: &mut Dice, is_free: bool, threads: usize) -> Settings {
+fn settings(dice: &mut Dice, threads: usize) -> Settings {
     let mut settings = Settings { threads, ..Settings::default() };
     settings.linear = match dice.below(6) {
         0 => LinearParams::by_residual(dice.decades(-8.0, -0.3), 2000),
@@ -85,7 +85,7 @@ fn settings(dice: &mut Dice, is_free: bool, threads: usize) -> Settings {
         settings.halvings = dice.below(7) as u32;
         settings.resumes = dice.below(12) as u32;
     }
-    if !is_free && dice.chance(0.2) {
+    if dice.chance(0.2) {
         let accurate = Settings { threads, ..Settings::accurate() };
         let newton = Settings { newton_iterations: 4, tangent: Tangent::Projected, ..settings };
         let exact = Settings { tangent: Tangent::Exact, newton_iterations: 1 + dice.below(3) as u32, ..settings };
