@@ -66,7 +66,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar, fibres))| {
             let work = scratch.residual_work;
-            if work <= 0.0 && fibres.is_none() && goes_nowhere_far(increment, triangles, &mut scratch.partials) {
+            if work <= 0.0 && fibres.is_none() && goes_nowhere_far(increment, triangles, frames, &mut scratch.partials)
+            {
                 return;
             }
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
@@ -86,8 +87,18 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_planar = planar.is_some();
             let (is_counted, rate) = (scratch.is_counted, step.rate());
             let SolverScratch { free, partials, left_over, .. } = &mut *scratch;
-            let mut solved =
-                Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, rate, far: FAR };
+            let mut solved = Solved {
+                operator,
+                increment,
+                free,
+                unstretched,
+                fibres,
+                is_planar,
+                is_counted,
+                rate,
+                far: FAR,
+                least: 0.0,
+            };
             let most = SHARE * solved.energy(partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let before = left_over.min(most);
@@ -104,12 +115,15 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 sum = before + solved.left_over(1.0, partials).unwrap_or(0.0) + work;
             }
             let mut part = 1.0;
-            let unsolved = if step.is_last_resort && !(sum <= most) { solved.unsolved(partials) } else { 0.0 };
-            // A sum that is no number is too much.
-            while step.is_last_resort && !(sum <= most) && part > 0.0 {
-                part = if part > LEAST_PART { 0.5 * part } else { 0.0 };
-                let left_over = solved.left_over(part, partials).unwrap_or(0.0);
-                sum = before + left_over + part * (work - (1.0 - part) * unsolved);
+            if step.is_last_resort && !(sum <= most) {
+                let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
+                (part, sum) = solved.shorten(&bounds, partials);
+                // What stands and would stand for ever goes so far as takes no triangle far: where nothing is left of its stretches, the energy
+                // of one whose fibres are stiff has a step, which no part that counts in a time leads away from.
+                if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
+                    (solved.far, solved.least) = (FAR, 1.0);
+                    (part, sum) = solved.shorten(&bounds, partials);
+                }
             }
             scratch.creates_energy = !(sum <= most);
             if scratch.creates_energy {
@@ -129,19 +143,25 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// Whether no triangle's gradient changes by much: the largest displacement may say so already.
-fn goes_nowhere_far(increment: &mut Increment, triangles: &Triangles, partials: &mut Vec<f64>) -> bool {
+/// Whether no triangle's gradient changes by much, for the one that is crushed most: the largest displacement may say so already.
+fn goes_nowhere_far(
+    increment: &mut Increment,
+    triangles: &Triangles,
+    frames: &Frames,
+    partials: &mut Vec<f64>,
+) -> bool {
     let steepest = *increment.steepest.get_or_insert_with(|| {
         let steep = triangles.rest.iter().map(|rest| rest.gradients[0].length() + rest.gradients[1].length());
         steep.fold(0.0, f64::max)
     });
     let largest_sq = increment.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.length_squared()));
+    let from = FAR * frames.state.iter().map(uncrushed).fold(1.0, f64::min);
     // Of a triangle's corners two may go by that against the third, each in its own direction.
-    if 2.0 * largest_sq.sqrt() * steepest <= FAR {
+    if 2.0 * largest_sq.sqrt() * steepest <= from {
         return true;
     }
     let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
-    let far = Far { corners, rest, displacement, from: FAR };
+    let far = Far { corners, rest, displacement, from };
     parallel::sum_chunks(&mut vec![(); triangles.len()], partials, &far) == 0.0
 }
 
@@ -171,9 +191,37 @@ struct Solved<'a> {
     rate: f64,
     /// Triangles whose gradient changes by less are not looked at.
     far: f64,
+    /// The least part of that for those that are crushed.
+    least: f64,
+}
+
+/// What a part of an answer is judged by \[mJ\].
+struct Bounds {
+    /// What earlier solves have left over.
+    before: f64,
+    /// What the residual has done.
+    work: f64,
+    /// See [`Solved::unsolved`].
+    unsolved: f64,
+    /// The most that is bearable.
+    most: f64,
 }
 
 impl Solved<'_> {
+    /// The largest half of a half of the answer that leaves no more over than is bearable, and that; a part of 0 whatever it leaves over.
+    fn shorten(&self, bounds: &Bounds, partials: &mut Vec<f64>) -> (f64, f64) {
+        let &Bounds { before, work, unsolved, most } = bounds;
+        let mut part = 1.0;
+        loop {
+            part = if part > LEAST_PART { 0.5 * part } else { 0.0 };
+            let left_over = self.left_over(part, partials).unwrap_or(0.0);
+            let sum = before + left_over + part * (work - (1.0 - part) * unsolved);
+            if sum <= most || part == 0.0 {
+                return (part, sum);
+            }
+        }
+    }
+
     fn volume(&self, t: usize) -> f64 {
         self.operator.triangles.rest[t].area * self.operator.triangles.thickness[t]
     }
@@ -213,7 +261,7 @@ impl Solved<'_> {
             let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
             let (d1, d2) = membrane::gradient(u, rest);
             let change = (d1.length_squared() + d2.length_squared()).sqrt();
-            if change <= self.far * uncrushed(&frames.state[t]) && !self.stiffens(t, change) {
+            if change <= self.far * uncrushed(&frames.state[t]).max(self.least) && !self.stiffens(t, change) {
                 return 0.0;
             }
             let x = corners.map(|v| vertices.position[v]);
