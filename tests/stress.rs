@@ -6,12 +6,12 @@ use rhexis::stress;
 #[test]
 fn some_cases_break_nothing() {
     let mut steps = 0;
-    for case in 0..60 {
+    for case in 0..25 {
         let outcome = stress::run(1, case);
         assert_eq!(outcome.failure, None, "case {case}");
         steps += outcome.counts.steps;
     }
-    assert!(steps > 1000, "{steps}");
+    assert!(steps > 500, "{steps}");
 }
 
 #[test]
