@@ -66,11 +66,16 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         |((_, triangles, ..), (_, scratch), ..)| scratch.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (increment, scratch), (damping, pre_stretch, planar, fibres))| {
             let work = scratch.residual_work;
-            if work <= 0.0 && fibres.is_none() && goes_nowhere_far(increment, triangles, frames, &mut scratch.partials)
+            let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+            // A later solve may go back, by short ways too, on what damping has been counted for.
+            let goes_back = viscosity > 0.0 && scratch.is_counted;
+            if work <= 0.0
+                && fibres.is_none()
+                && !goes_back
+                && goes_nowhere_far(increment, triangles, frames, &mut scratch.partials)
             {
                 return;
             }
-            let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
             let operator = Operator {
                 vertices,
