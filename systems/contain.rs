@@ -92,7 +92,9 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let goes_far = fibres.is_some()
                 || !goes_nowhere_far(increment, triangles, frames, &mut scratch.partials)
                 || tilts_far(increment, &mut scratch.partials);
-            if work == 0.0 && !goes_far {
+            // A later solve may go back, by short ways too, on what damping has been counted for.
+            let goes_back = damping.is_some() && scratch.is_counted;
+            if work == 0.0 && !goes_far && !goes_back {
                 return;
             }
             let slack = *increment.slack.get_or_insert_with(|| slack_energy(triangles, |t| &triangles.stiffness[t]));
@@ -119,7 +121,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let most = SHARE * solved.energy(stored, slack, partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let before = left_over.min(most);
-            if before > LARGE * most {
+            if goes_back || before > LARGE * most {
                 solved.far = 0.0;
             }
             let mut is_looked_at = goes_far || solved.far == 0.0;
@@ -134,14 +136,16 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let most = most * (1.0 + ROUNDING);
             if step.is_last_resort && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
-                (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
-                // What stands and would all but stand for ever goes so far as takes no triangle far: where nothing is left of its stretches,
-                // the energy of one whose fibres are stiff has a step, which no part that counts in a time leads away from.
-                if part < HALVED && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
+                (part, sum) = solved.shorten(&bounds, HALVED, partials);
+                // What stands and would stand for ever goes so far as takes no triangle far: where nothing is left of its stretches, the energy
+                // of one whose fibres are stiff has a step, which no part that counts in a time leads away from. Or else it goes as
+                // little as need be.
+                if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
                     (solved.far, solved.least) = (FAR, 1.0);
-                    let (further, left_over) = solved.shorten(&bounds, HALVED, partials);
-                    if further > part {
-                        (part, sum) = (further, left_over);
+                    (part, sum) = solved.shorten(&bounds, HALVED, partials);
+                    if part == 0.0 {
+                        (solved.far, solved.least) = (0.0, 0.0);
+                        (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
                     }
                 }
             }
