@@ -116,7 +116,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 is_counted,
                 rate,
                 far: FAR,
-                least: 0.0,
+                lets_pass: false,
             };
             let most = SHARE * solved.energy(stored, slack, partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
@@ -137,14 +137,15 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if step.is_last_resort && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
                 (part, sum) = solved.shorten(&bounds, HALVED, partials);
-                // What stands and would stand for ever goes so far as takes no triangle far: where nothing is left of its stretches, the energy
-                // of one whose fibres are stiff has a step, which no part that counts in a time leads away from. Or else it goes as
-                // little as need be.
+                // What stands and would stand for ever goes as little as need be. In a plane, where nothing is left of a triangle's mean
+                // stretch, the energy of stiff fibres has a step, over which no part leads that creates nothing: it passes.
                 if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
-                    (solved.far, solved.least) = (FAR, 1.0);
-                    (part, sum) = solved.shorten(&bounds, HALVED, partials);
+                    if is_planar {
+                        solved.lets_pass = true;
+                        (part, sum) = solved.shorten(&bounds, HALVED, partials);
+                        solved.lets_pass = false;
+                    }
                     if part == 0.0 {
-                        (solved.far, solved.least) = (0.0, 0.0);
                         (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
                     }
                 }
@@ -224,8 +225,8 @@ struct Solved<'a> {
     rate: f64,
     /// Triangles whose gradient changes by less are not looked at.
     far: f64,
-    /// The least part of that for those that are crushed.
-    least: f64,
+    /// Whether triangles are not looked at of whose mean stretch next to nothing is left, unless they go far.
+    lets_pass: bool,
 }
 
 /// What a part of an answer is judged by \[mJ\].
@@ -278,6 +279,12 @@ impl Solved<'_> {
         })
     }
 
+    /// The change of its gradient from which on a triangle is looked at.
+    fn least_far(&self, state: &ElementState) -> f64 {
+        let uncrushed = uncrushed(state);
+        if self.lets_pass && uncrushed < FAR { FAR } else { self.far * uncrushed }
+    }
+
     /// The stress \[MPa\] by which damping answers what earlier iterations have moved: a forth and back does not dissipate twice.
     fn viscous(&self, t: usize, corners: [usize; 3]) -> Sym2 {
         let Operator { triangles, frames, viscosity, .. } = self.operator;
@@ -297,7 +304,7 @@ impl Solved<'_> {
         let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
         let (d1, d2) = membrane::gradient(u, rest);
         let change = (d1.length_squared() + d2.length_squared()).sqrt();
-        if change <= self.far * uncrushed(&frames.state[t]).max(self.least) && !self.stiffens(t, change) {
+        if change <= self.least_far(&frames.state[t]) && !self.stiffens(t, change) {
             return 0.0;
         }
         let x = corners.map(|v| vertices.position[v]);

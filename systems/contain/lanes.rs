@@ -47,7 +47,6 @@ impl Kernel<(), f64> for Whole<'_, '_> {
         let free = doubles(lanes, &[[free.xx; 4], [free.yy; 4], [free.xy; 4]]);
         let (zero, half, one) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0));
         let (two, damped) = (Doubles::splat(lanes, 2.0), Doubles::splat(lanes, 1.0 + operator.viscosity));
-        let least = Doubles::splat(lanes, solved.least);
         let far = Doubles::splat(lanes, solved.far);
         let viscosity = Doubles::splat(lanes, operator.viscosity);
         let is_damped = operator.viscosity > 0.0;
@@ -110,7 +109,7 @@ impl Kernel<(), f64> for Whole<'_, '_> {
             let change_sq = dot(d1, d1) + dot(d2, d2);
             // The smaller of one and what is left of the stretches.
             let uncrushed = zero - (zero - (half * (uxx + uyy)).max(zero)).max(zero - one);
-            let bound = far * uncrushed.max(least);
+            let bound = far * uncrushed;
             // The work of the stress and of the tangent.
             let (r1, r2) = ([r1x, r1y, r1z], [r2x, r2y, r2z]);
             let inverse_trace = one / (uxx + uyy).max(Doubles::splat(lanes, LEAST_TRACE));
