@@ -8,8 +8,7 @@
 //!
 //! A step that is solved once more, for its tears or for contact, goes on from the state that it has reached, by a displacement that adds
 //! w to its velocity. With v₀ at its start and the same loads, what the two iterations together create is what the first one does and
-//! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀,
-//! with what damping answers to the displacement so far among the forces.
+//! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀.
 //!
 //! Where only a part p of u is gone along free axes, p·(1 − p)·u·A·u of that work is not done: A is the matrix of the step, whose
 //! equations p·u does not solve. What is created is less by that, and of a part that is small enough energy is lost.
@@ -92,9 +91,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let goes_far = fibres.is_some()
                 || !goes_nowhere_far(increment, triangles, frames, &mut scratch.partials)
                 || tilts_far(increment, &mut scratch.partials);
-            // A later solve may go back, by short ways too, on what damping has been counted for.
-            let goes_back = damping.is_some() && scratch.is_counted;
-            if work == 0.0 && !goes_far && !goes_back {
+            if work == 0.0 && !goes_far {
                 return;
             }
             let slack = *increment.slack.get_or_insert_with(|| slack_energy(triangles, |t| &triangles.stiffness[t]));
@@ -121,7 +118,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let most = SHARE * solved.energy(stored, slack, partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let before = left_over.min(most);
-            if goes_back || before > LARGE * most {
+            if before > LARGE * most {
                 solved.far = 0.0;
             }
             let mut is_looked_at = goes_far || solved.far == 0.0;
@@ -285,17 +282,6 @@ impl Solved<'_> {
         if self.lets_pass && uncrushed < FAR { FAR } else { self.far * uncrushed }
     }
 
-    /// The stress \[MPa\] by which damping answers what earlier iterations have moved: a forth and back does not dissipate twice.
-    fn viscous(&self, t: usize, corners: [usize; 3]) -> Sym2 {
-        let Operator { triangles, frames, viscosity, .. } = self.operator;
-        if viscosity == 0.0 {
-            return Sym2::default();
-        }
-        let travel = corners.map(|v| self.increment.displacement[v]);
-        let rate = membrane::stretch_rate(&frames.state[t].polar, &triangles.rest[t], travel) * viscosity;
-        frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), rate)
-    }
-
     /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer; zero where it does not go far.
     fn of_triangle(&self, t: usize, part: f64) -> f64 {
         let Self { operator: Operator { vertices, triangles, frames, .. }, increment, .. } = self;
@@ -314,8 +300,7 @@ impl Solved<'_> {
         end.stress = StiffeningFibres::stiffen(self.fibres, end.polar.stretch, self.unstretched, end.stress);
         let rate = membrane::stretch_rate(&start.polar, rest, u);
         let pull = self.operator.element(t).apply(u);
-        let stress = start.stress + self.viscous(t, corners);
-        let work = self.volume(t) * stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
+        let work = self.volume(t) * start.stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
         self.stored(t, &end) - self.stored(t, start) - work
     }
 
@@ -379,6 +364,3 @@ fn slack_energy<'a>(triangles: &Triangles, law: impl Fn(usize) -> &'a Orthotropi
     };
     (0..triangles.len()).map(of_triangle).sum()
 }
-
-#[cfg(all(test, feature = "scenes"))]
-mod tests;
