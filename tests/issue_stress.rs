@@ -85,9 +85,8 @@ fn the_smallest_part_of_a_step_counts_what_its_near_triangles_create() {
 }
 
 #[test]
-fn damping_does_not_pay_twice_for_a_way_forth_and_back() {
-    // A second solve of the step goes back on some of the first one's way: what damping had taken for that was counted as if it were still
-    // taken, and as much could come from nowhere.
+fn a_damped_body_that_goes_forth_and_back_within_a_step_gains_nothing() {
+    // A second solve of the step goes back on some of the first one's way, and on what damping has taken for that.
     for seed in 0..20 {
         let mesh = generate::grid(4.0, 4.0, 5, 5).unwrap();
         let tearing = Tearing {
