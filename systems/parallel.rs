@@ -6,7 +6,7 @@ use hecs::{Query, World};
 use rayon::prelude::*;
 use std::cell::Cell;
 use std::iter::Sum;
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -159,34 +159,27 @@ pub fn sum_rows<T: Send, S: Copy + Default + Send + AddAssign + Sum>(
 
 /// Sums `f(row)` over so many rows. `partials` is scratch; it grows once.
 pub fn sum(rows: usize, partials: &mut Vec<f64>, f: impl Fn(usize) -> f64 + Sync) -> f64 {
-    partials.clear();
-    partials.resize(rows.div_ceil(CHUNK), 0.0);
-    let chunk = |(c, partial): (usize, &mut f64)| {
-        let rows = c * CHUNK..((c + 1) * CHUNK).min(rows);
-        *partial = wide(|| rows.map(&f).sum());
-    };
-    if is_worth_sharing(rows) {
-        partials.par_iter_mut().enumerate().for_each(chunk);
-    } else {
-        partials.iter_mut().enumerate().for_each(chunk);
-    }
+    fill(rows, partials, |rows| wide(|| rows.map(&f).sum()));
     partials.iter().sum()
 }
 
 /// The least `f(row)` over so many rows; infinite without any. `partials` is scratch; it grows once.
 pub fn least(rows: usize, partials: &mut Vec<f64>, f: impl Fn(usize) -> f64 + Sync) -> f64 {
+    fill(rows, partials, |rows| wide(|| rows.map(&f).fold(f64::INFINITY, f64::min)));
+    partials.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// A number for every chunk of so many rows.
+#[inline]
+fn fill(rows: usize, partials: &mut Vec<f64>, of_chunk: impl Fn(Range<usize>) -> f64 + Sync) {
     partials.clear();
-    partials.resize(rows.div_ceil(CHUNK), f64::INFINITY);
-    let chunk = |(c, partial): (usize, &mut f64)| {
-        let rows = c * CHUNK..((c + 1) * CHUNK).min(rows);
-        *partial = wide(|| rows.map(&f).fold(f64::INFINITY, f64::min));
-    };
+    partials.resize(rows.div_ceil(CHUNK), 0.0);
+    let chunk = |(c, partial): (usize, &mut f64)| *partial = of_chunk(c * CHUNK..((c + 1) * CHUNK).min(rows));
     if is_worth_sharing(rows) {
         partials.par_iter_mut().enumerate().for_each(chunk);
     } else {
         partials.iter_mut().enumerate().for_each(chunk);
     }
-    partials.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
 /// Runs a kernel on every part of `out`, which is told its number: part `p` has the rows from `starts[p]` up to `starts[p + 1]`.

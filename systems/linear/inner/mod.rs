@@ -139,8 +139,7 @@ impl InnerSolver {
         let (reference_sq, mut residual_sq) = self.first_residual(operator, is_single, corner, x, scratch)?;
         let limits = Limits::new(params, reference_sq, scratch.stored);
         let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
-        let mut is_solved = true;
-        let mut shift = SHIFT;
+        let (mut is_solved, mut shift) = (true, SHIFT);
         if !limits.are_met(residual_sq, info.error_energy) {
             if !is_single {
                 self.take(operator, &scratch.free);
@@ -173,7 +172,9 @@ impl InnerSolver {
             let is_known = is_single && reached.iterations <= FEW;
             residual_sq = if is_known && limits.are_met(by_recursion, info.error_energy) {
                 self.add_to(x, norm);
-                self.unload(&mut scratch.residual, norm);
+                let (row, xr) = (&self.order.row, &self.vectors.xr);
+                let left = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3() * norm;
+                parallel::for_rows(&mut scratch.residual, |v, r| *r = left(v));
                 by_recursion
             } else {
                 self.correct(operator, norm, corner, x, scratch)
@@ -360,12 +361,6 @@ impl InnerSolver {
     fn add_to(&self, x: &mut [DVec3], norm: f64) {
         let (row, xr) = (&self.order.row, &self.vectors.xr);
         parallel::for_rows(x, |v, x| *x += xr[row[v] as usize][0].truncate().as_dvec3() * norm);
-    }
-
-    /// Gives the residual that the iterations say they have left.
-    fn unload(&self, residual: &mut [DVec3], norm: f64) {
-        let (row, xr) = (&self.order.row, &self.vectors.xr);
-        parallel::for_rows(residual, |v, r| *r = xr[row[v] as usize][1].truncate().as_dvec3() * norm);
     }
 
     /// Adds the correction to `x` and forms the residual anew; returns its squared norm.
