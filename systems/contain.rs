@@ -29,24 +29,25 @@ use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
 use super::linear::{Folds, Operator};
 use super::{Formula, StepContext, parallel};
-use crate::components::{Damping, Frames, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres};
-use crate::math::{ElementState, Orthotropic, Sym2};
+use crate::components::{Damping, Frames, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres, Tautness};
+use crate::math::{ElementState, Faded, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use lanes::Whole;
 
-/// Change of the deformation gradient from which on a triangle that is not crushed is looked at. A smaller one turns it by less than 0.1,
-/// hence stretches it by less than 0.5 %, and what the tangent sees of it is twice what it stores: such triangles lower the sum or hardly raise it,
-/// but for those whose fibres stiffen to more than twice what the tangent knows. What a turn has stretched is
-/// given back as it ends, by triangles that are near again: where the sum has become large all are looked at, lest it only climb.
+/// Change of the deformation gradient from which on a triangle that is not crushed goes far: then what all of them leave over is summed, and where
+/// it is a fold that tilts so far, what such folds do. A smaller one turns by less than 0.1, and what it creates has a bound.
 const FAR: f64 = 0.1;
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
 /// much smaller one would refuse steps that do no harm.
 const SHARE: f64 = 0.1;
 
-/// The part of what is bearable from which on all triangles are looked at.
+/// The part of what is bearable up to which bounds do in place of sums.
+const UNSEEN: f64 = 0.1;
+
+/// The part of it from which on all folds are looked at.
 const LARGE: f64 = 0.5;
 
 /// A strain whose energy counts as being in the body: what is slack and at rest stores nothing, and may turn.
@@ -88,13 +89,10 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let tilts_far = |increment: &Increment, partials: &mut Vec<f64>| {
                 folds.is_some_and(|f| f.tilts_far(&triangles.corners, |v| increment.delta[v], FAR, partials))
             };
-            let goes_far = fibres.is_some()
-                || !goes_nowhere_far(increment, triangles, frames, &mut scratch.partials)
-                || tilts_far(increment, &mut scratch.partials);
-            if work == 0.0 && !goes_far {
-                return;
-            }
-            let slack = *increment.slack.get_or_insert_with(|| slack_energy(triangles, |t| &triangles.stiffness[t]));
+            let tautness = *increment.tautness.get_or_insert_with(|| Tautness {
+                slack: slack_energy(triangles, |t| &triangles.stiffness[t]),
+                stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
+            });
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
             let operator =
@@ -102,30 +100,35 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let unstretched = PreStretch::unstretched(pre_stretch);
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
-            let SolverScratch { free, partials, left_over, .. } = &mut *scratch;
-            let mut solved = Solved {
-                operator,
-                increment,
-                free,
-                unstretched,
-                fibres,
-                is_planar,
-                is_counted,
-                rate,
-                far: FAR,
-                lets_pass: false,
-            };
-            let most = SHARE * solved.energy(stored, slack, partials);
+            let SolverScratch { free, partials, pairs, left_over, unseen, .. } = &mut *scratch;
+            let is_later = increment.displacement.iter().any(|u| *u != DVec3::ZERO);
+            let far = if step.is_last_resort { 0.0 } else { FAR };
+            let mut solved =
+                Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, is_later, rate, far };
+            let most = SHARE * solved.energy(stored, tautness.slack, partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let before = left_over.min(most);
-            if before > LARGE * most {
-                solved.far = 0.0;
+            let bound = if fibres.is_some() || tilts_far(increment, partials) {
+                f64::INFINITY
+            } else {
+                bound((increment, triangles, frames), (stored, tautness.stiffest), partials, pairs)
+            };
+            if before + work <= LARGE * most && *unseen + bound <= UNSEEN * most {
+                *unseen += bound;
+                scratch.left_over = (before + work).max(0.0);
+                return;
             }
-            let mut is_looked_at = goes_far || solved.far == 0.0;
-            let more = if is_looked_at { solved.left_over(1.0, partials) } else { 0.0 };
+            let more = solved.left_over(1.0, partials);
+            let mut before = before;
+            if bound.is_finite() {
+                // What was not looked at has created as much of its bound as what is looked at now.
+                before += *unseen * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
+                *unseen = 0.0;
+            }
+            let most = most - *unseen;
             let mut sum = before + more + work;
-            if !(sum <= most) && solved.far > 0.0 {
-                (solved.far, is_looked_at) = (0.0, true);
+            if !(sum <= LARGE * most) && solved.far > 0.0 && folds.is_some() {
+                solved.far = 0.0;
                 sum = before + solved.left_over(1.0, partials) + work;
             }
             let mut part = 1.0;
@@ -134,17 +137,9 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if step.is_last_resort && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
                 (part, sum) = solved.shorten(&bounds, HALVED, partials);
-                // What stands and would stand for ever goes as little as need be. In a plane, where nothing is left of a triangle's mean
-                // stretch, the energy of stiff fibres has a step, over which no part leads that creates nothing: it passes.
+                // What stands and would stand for ever goes as little as need be.
                 if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
-                    if is_planar {
-                        solved.lets_pass = true;
-                        (part, sum) = solved.shorten(&bounds, HALVED, partials);
-                        solved.lets_pass = false;
-                    }
-                    if part == 0.0 {
-                        (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
-                    }
+                    (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
                 }
             }
             scratch.creates_energy = !(sum <= most);
@@ -152,7 +147,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 return;
             }
             scratch.left_over = sum.max(0.0);
-            scratch.is_counted |= is_looked_at;
+            scratch.is_counted = true;
             if part < 1.0 {
                 scratch.is_held_back = true;
                 increment
@@ -174,33 +169,36 @@ fn shorter(part: f64) -> f64 {
     }
 }
 
-/// Whether no triangle's gradient changes by much, for the one that is crushed most: the largest displacement may say so already.
-fn goes_nowhere_far(
-    increment: &mut Increment,
-    triangles: &Triangles,
-    frames: &Frames,
+/// No less \[mJ\] than what the triangles create, none where one may go [far](FAR).
+///
+/// Of a stretch the tangent leaves out no more than a²/t, with the change a of the triangle's gradient and t twice its [mean
+/// stretch](uncrushed): Σ V·(|T|·a²/t + (a²/t)·C·(a²/t)) is bounded by the stored energy and Schwarz's inequality.
+fn bound(
+    (increment, triangles, frames): (&Increment, &Triangles, &Frames),
+    (twice_stored, stiffest): (f64, f64),
     partials: &mut Vec<f64>,
-) -> bool {
-    let steepest = *increment.steepest.get_or_insert_with(|| {
-        let steep = triangles.rest.iter().map(|rest| rest.gradients[0].length() + rest.gradients[1].length());
-        steep.fold(0.0, f64::max)
-    });
-    let largest_sq = increment.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.length_squared()));
-    let from = FAR * parallel::least(frames.state.len(), partials, |t| uncrushed(&frames.state[t]));
-    // Of a triangle's corners two may go by that against the third, each in its own direction.
-    if 2.0 * largest_sq.sqrt() * steepest <= from {
-        return true;
-    }
+    pairs: &mut Vec<DVec2>,
+) -> f64 {
+    let least = parallel::least(frames.state.len(), partials, |t| uncrushed(&frames.state[t], frames.is_planar));
     let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
-    let far = Far { corners, rest, displacement, from };
-    parallel::sum_chunks(&mut vec![(); triangles.len()], partials, &far) == 0.0
+    let far = Far { corners, rest, displacement, from: FAR * least };
+    let DVec2 { x: count, y: fourth } = parallel::sum_chunks(&mut vec![(); triangles.len()], pairs, &far);
+    if count > 0.0 {
+        return f64::INFINITY;
+    }
+    let missed = stiffest * fourth / (4.0 * least * least);
+    (twice_stored * missed).sqrt() + missed
 }
 
-/// The mean stretch, between 0 and 1: a turn changes the gradient of a triangle that is crushed by so much less, and where nothing is left
-/// of its stretches any change may turn it over.
-fn uncrushed(state: &ElementState) -> f64 {
-    let stretch = &state.polar.stretch;
-    (0.5 * (stretch.xx + stretch.yy)).clamp(0.0, 1.0)
+/// The mean stretch, between 0 and 1, or what part of it is no mirror image: a turn changes the gradient of a triangle that is crushed by so much
+/// less, and where nothing is left of its stretches, or the law fades, any change may turn it over.
+fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
+    let stretch = state.polar.stretch;
+    if Faded::at(stretch, is_planar).is_some() {
+        return 0.0;
+    }
+    let (trace, mirrored) = (stretch.trace(), (stretch.xx - stretch.yy).hypot(2.0 * stretch.xy));
+    (0.5 * trace * (trace / mirrored).min(1.0)).clamp(0.0, 1.0)
 }
 
 /// A displacement of which only a part is gone along free axes.
@@ -218,12 +216,12 @@ struct Solved<'a> {
     is_planar: bool,
     /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
     is_counted: bool,
+    /// Whether an earlier solve of the step has moved the body.
+    is_later: bool,
     /// 1/dt \[1/ms\].
     rate: f64,
-    /// Triangles whose gradient changes by less are not looked at.
+    /// Folds that tilt by less are not looked at.
     far: f64,
-    /// Whether triangles are not looked at of whose mean stretch next to nothing is left, unless they go far.
-    lets_pass: bool,
 }
 
 /// What a part of an answer is judged by \[mJ\].
@@ -262,37 +260,16 @@ impl Solved<'_> {
     }
 
     fn stored(&self, t: usize, state: &ElementState) -> f64 {
-        let twice = StiffeningFibres::twice_energy(self.fibres, state.polar.stretch, self.unstretched, state.stress);
-        0.5 * self.volume(t) * twice
+        let law = (self.is_planar, self.unstretched, self.fibres);
+        0.5 * self.volume(t) * membrane::twice_energy(state, &self.operator.triangles.stiffness[t], law)
     }
 
-    /// Whether fibres could stiffen to more than twice what the tangent takes them for when the gradient changes by `change`.
-    fn stiffens(&self, t: usize, change: f64) -> bool {
-        self.fibres.is_some_and(|fibres| {
-            let Operator { triangles, frames, .. } = self.operator;
-            let strain = StiffeningFibres::strain(frames.state[t].polar.stretch, self.unstretched);
-            let stiffness = |e: f64| triangles.stiffness[t].q11 + fibres.response(e).stiffness;
-            stiffness(strain + change) > 2.0 * stiffness(strain)
-        })
-    }
-
-    /// The change of its gradient from which on a triangle is looked at.
-    fn least_far(&self, state: &ElementState) -> f64 {
-        let uncrushed = uncrushed(state);
-        if self.lets_pass && uncrushed < FAR { FAR } else { self.far * uncrushed }
-    }
-
-    /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer; zero where it does not go far.
+    /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer.
     fn of_triangle(&self, t: usize, part: f64) -> f64 {
         let Self { operator: Operator { vertices, triangles, frames, .. }, increment, .. } = self;
         let rest = &triangles.rest[t];
         let corners = triangles.corners[t].map(|v| v as usize);
         let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
-        let (d1, d2) = membrane::gradient(u, rest);
-        let change = (d1.length_squared() + d2.length_squared()).sqrt();
-        if change <= self.least_far(&frames.state[t]) && !self.stiffens(t, change) {
-            return 0.0;
-        }
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = &frames.state[t];
@@ -300,11 +277,31 @@ impl Solved<'_> {
         end.stress = StiffeningFibres::stiffen(self.fibres, end.polar.stretch, self.unstretched, end.stress);
         let rate = membrane::stretch_rate(&start.polar, rest, u);
         let pull = self.operator.element(t).apply(u);
-        let work = self.volume(t) * start.stress.contract(rate) + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
+        let work = self.volume(t) * start.stress.contract(rate)
+            + self.damped(t, rate)
+            + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
         self.stored(t, &end) - self.stored(t, start) - work
     }
 
-    /// What this `part` of the answer leaves over \[mJ\]; zero where no triangle goes far.
+    /// Whether there is damping, and something that an earlier solve of the step has gone.
+    fn is_damped_before(&self) -> bool {
+        self.operator.viscosity > 0.0 && self.is_later
+    }
+
+    /// What damping by what the step's earlier solves have gone does along a stretch rate \[mJ\], and in these where they are not counted.
+    fn damped(&self, t: usize, rate: Sym2) -> f64 {
+        let Operator { triangles, frames, viscosity, .. } = self.operator;
+        if !self.is_damped_before() {
+            return 0.0;
+        }
+        let u = triangles.corners[t].map(|v| self.increment.displacement[v as usize]);
+        let earlier = membrane::stretch_rate(&frames.state[t].polar, &triangles.rest[t], u);
+        let stress = frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), earlier * viscosity);
+        let along = if self.is_counted { rate } else { rate + earlier };
+        self.volume(t) * stress.contract(along)
+    }
+
+    /// What this `part` of the answer leaves over \[mJ\].
     fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
         let Self { operator: Operator { vertices, triangles, tangent, .. }, increment, .. } = self;
         let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
@@ -348,12 +345,18 @@ impl Solved<'_> {
         let motion = |v: usize| 0.5 * vertices.mass[v] * self.increment.start_velocity[v].length_squared();
         let motion = parallel::sum(vertices.len(), partials, motion);
         let bent = self.operator.folds.map_or(0.0, |folds| folds.stored(partials));
-        if self.fibres.is_none() {
+        if frames.stiffened.is_empty() {
             return 0.5 * twice_stored + bent + slack + motion;
         }
         let stored = parallel::sum(triangles.len(), partials, |t| self.stored(t, &frames.state[t]));
         stored + bent + slack_energy(triangles, |t| frames.stiffness(triangles, t)) + motion
     }
+}
+
+/// No less \[N/mm\] than what strains of a triangle meet, over its thickness.
+fn stiffness(triangles: &Triangles, t: usize) -> f64 {
+    let q = &triangles.stiffness[t];
+    (q.q11 + q.q22).max(2.0 * q.q66) * triangles.thickness[t]
 }
 
 /// What a body whose triangles have such laws would store at the strain [`SLACK`] \[mJ\].

@@ -5,9 +5,10 @@ use super::kernels::membrane_lanes::{Geometric, States};
 use super::kernels::simd;
 use super::{Formula, StepContext, parallel};
 use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
-use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic, Sym2};
+use crate::math::{CoupledStiffness, ElementState, Faded, GeometricStiffness, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Alike, Triangles, Vertices};
+use std::sync::atomic::AtomicBool;
 
 /// Fills [`Frames`].
 pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -45,16 +46,17 @@ fn evaluate_rotated(
     reserve: f64,
 ) {
     frames.is_planar = is_planar;
-    frames.stiffened.clear();
     frames.state.resize(triangles.len(), ElementState::REST);
     frames.geometric.resize(triangles.len(), GeometricStiffness::default());
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
-    let states = States { corners, position, rest, stiffness, is_planar, unstretched };
+    let states =
+        States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
     parallel::for_pairs(&mut frames.state, &mut frames.geometric, |first, state, geometric| {
         simd::run(&states, first, state);
         simd::run(&Geometric { state, start: first, stiffness, is_planar, reserve }, first, geometric);
     });
+    stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), None);
 }
 
 /// State of every triangle at the vertices' positions, and its stiffness where fibres stiffen.
@@ -71,24 +73,39 @@ pub fn evaluate(
     frames.state.resize(triangles.len(), ElementState::REST);
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
-    parallel::for_chunks(&mut frames.state, &States { corners, position, rest, stiffness, is_planar, unstretched });
-    match fibres {
-        None => frames.stiffened.clear(),
-        Some(fibres) => stiffen(frames, &triangles.stiffness, unstretched, fibres),
-    }
+    let states =
+        States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
+    parallel::for_chunks(&mut frames.state, &states);
+    stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), fibres);
 }
 
-/// Adds what the fibres do beyond the linear law to the stress, and fills in the stiffness.
-fn stiffen(frames: &mut Frames, material: &Alike<Orthotropic>, unstretched: Sym2, fibres: &StiffeningFibres) {
-    let Frames { state, stiffened, .. } = frames;
+/// Fills in the stiffness where it is not that of the material, and adds to the stress what fibres do beyond the linear law.
+fn stiffen(
+    Frames { state, stiffened, is_planar, .. }: &mut Frames,
+    material: &Alike<Orthotropic>,
+    unstretched: Sym2,
+    has_faded: bool,
+    fibres: Option<&StiffeningFibres>,
+) {
     stiffened.clear();
+    if fibres.is_none() && !has_faded {
+        return;
+    }
     stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0 }));
     parallel::for_rows(stiffened, |t, stiffened| {
-        *stiffened = fibres.stiffness(state[t].polar.stretch, unstretched, &stiffened.law);
+        let stretch = state[t].polar.stretch;
+        if let Some(faded) = Faded::at(stretch, *is_planar) {
+            stiffened.law = faded.majorant(&stiffened.law, stretch, unstretched);
+        }
+        if let Some(fibres) = fibres {
+            *stiffened = fibres.stiffness(stretch, unstretched, &stiffened.law);
+        }
     });
-    parallel::for_rows(state, |_, state| {
-        state.stress = StiffeningFibres::stiffen(Some(fibres), state.polar.stretch, unstretched, state.stress);
-    });
+    if fibres.is_some() {
+        parallel::for_rows(state, |_, state| {
+            state.stress = StiffeningFibres::stiffen(fibres, state.polar.stretch, unstretched, state.stress);
+        });
+    }
 }
 
 /// Geometric stiffness of every triangle at its state, as the tangent needs it.

@@ -19,7 +19,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.is_held_back = false;
         (scratch.is_counted, scratch.fault) = (false, None);
         scratch.account.energy = None;
-        scratch.start_left_over = scratch.left_over;
+        scratch.start_left_over = [scratch.left_over, scratch.unseen];
     }
     type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Prescription<'a>, Option<&'a Planar>);
     parallel::for_bodies::<Query>(

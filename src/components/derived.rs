@@ -5,7 +5,7 @@ use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropi
 use crate::report::Fault;
 use crate::settings::Tangent;
 use crate::storage::{Edit, EditRecord, Triangles};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness.
 #[derive(Clone, Debug, Default)]
@@ -72,21 +72,27 @@ pub struct Increment {
     pub middle_displacement: Vec<DVec3>,
     /// Velocity there \[mm/ms\].
     pub middle_velocity: Vec<DVec3>,
-    /// The largest gradient that displacements by 1 mm make in a triangle \[1/mm\]; none after an edit.
+    /// How much the body resists strain; none after an edit.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub steepest: Option<f64>,
-    /// What the body stores at the strain from which on it counts as taut \[mJ\]; none after an edit.
-    #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub slack: Option<f64>,
+    pub tautness: Option<Tautness>,
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
+}
+
+/// How much a body resists strain.
+#[derive(Clone, Copy, Debug)]
+pub struct Tautness {
+    /// What it stores at the strain from which on it counts as taut \[mJ\].
+    pub slack: f64,
+    /// The largest stiffness of a triangle against strain in any direction, over its thickness \[N/mm\].
+    pub stiffest: f64,
 }
 
 impl Increment {
     /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and
     /// the one that a collapse removes is gone.
     pub fn follow(&mut self, record: &EditRecord) {
-        (self.steepest, self.slack) = (None, None);
+        self.tautness = None;
         let Self { start, start_velocity, displacement, middle_displacement, middle_velocity, .. } = self;
         for values in [start, start_velocity, displacement, middle_displacement, middle_velocity] {
             for (row, parents) in record.created() {
@@ -154,6 +160,9 @@ pub struct SolverScratch {
     /// Sums per chunk of rows.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub partials: Vec<f64>,
+    /// Pairs of sums per chunk of rows.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub pairs: Vec<DVec2>,
     /// What a step of several iterations is judged by.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub account: StepAccount,
@@ -184,8 +193,10 @@ pub struct SolverScratch {
     pub tangent: Tangent,
     /// Energy \[mJ\] that steps along the tangent have created so far and not taken away again; never negative.
     pub left_over: f64,
-    /// The same at the start of the step.
-    pub start_left_over: f64,
+    /// No less \[mJ\] than what they have created beside since it was last looked at.
+    pub unseen: f64,
+    /// `left_over` and `unseen` at the start of the step.
+    pub start_left_over: [f64; 2],
     /// The work \[mJ\] of the residual that the last solve has left, along its answer.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual_work: f64,
@@ -207,11 +218,12 @@ impl SolverScratch {
     /// What it tells of the last step, without the vectors, which the next one overwrites.
     pub(crate) fn without_vectors(&self) -> Self {
         let empty = Self::default();
-        let Self { free, residual, rhs, direction, product, inverse_block, partials, account, stops, .. } = empty;
+        let Self { free, residual, rhs, direction, product, inverse_block, partials, pairs, account, stops, .. } =
+            empty;
         let Self { residual_work, is_counted, fault, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
-        let Self { left_over, start_left_over, creates_energy, is_held_back, .. } = *self;
+        let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, .. } = *self;
         Self {
             free,
             residual,
@@ -220,6 +232,7 @@ impl SolverScratch {
             product,
             inverse_block,
             partials,
+            pairs,
             account,
             stops,
             stored,
@@ -234,6 +247,7 @@ impl SolverScratch {
             fell_back,
             tangent,
             left_over,
+            unseen,
             start_left_over,
             residual_work,
             is_counted,

@@ -32,7 +32,9 @@ pub use blade::Blade;
 pub use body::{Body, Planar};
 pub use changes::{Change, ChangeSet, Changes};
 pub use curve::{BadCurve, Curve};
-pub use derived::{ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch, StepAccount};
+pub use derived::{
+    ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch, StepAccount, Tautness,
+};
 pub(crate) use energy_audit::Equilibrium;
 pub use energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub use energy_criterion::EnergyCriterion;

@@ -4,6 +4,7 @@
 //! Nothing here allocates, panics or knows of meshes. Units are the caller's: the engine uses mm, g, ms, N, MPa.
 
 mod element;
+mod faded;
 mod fracture;
 mod orthotropic;
 mod per_row;
@@ -12,6 +13,7 @@ mod sym2;
 mod triangle;
 
 pub use element::{ElementState, GeometricStiffness, Polar};
+pub use faded::{FADES_FROM, Faded};
 pub use fracture::{CrackTip, Modes, Slopes};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 pub use per_row::PerRow;

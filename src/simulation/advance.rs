@@ -310,7 +310,7 @@ fn set_back((vertices, increment, scratch, audit): Started<'_>) {
     }
     increment.displacement.fill(DVec3::ZERO);
     scratch.linear_residual = 0.0;
-    scratch.left_over = scratch.start_left_over;
+    [scratch.left_over, scratch.unseen] = scratch.start_left_over;
     scratch.creates_energy = false;
     if let Some(audit) = audit {
         audit.void_step();

@@ -47,6 +47,7 @@ use crate::report::{BodyReport, Fault, Report};
 use crate::schedule::Schedule;
 use crate::settings::{Integrator, Precision, Settings, Tangent};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::systems::kernels::membrane;
 use crate::systems::linear::Folds;
 use crate::systems::parallel::Pool;
 use crate::systems::{Formula, StepContext, corotation};
@@ -294,10 +295,10 @@ impl Simulation {
         let mut query = self.world.query_one::<Query>(body);
         let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let unstretched = PreStretch::unstretched(pre_stretch);
-        let elastic = frames.state.iter().zip(&triangles.rest).zip(triangles.thickness.iter()).map(|((s, rest), h)| {
-            let twice = StiffeningFibres::twice_energy(fibres, s.polar.stretch, unstretched, s.stress);
-            0.5 * rest.area * h * twice
+        let law = (frames.is_planar, PreStretch::unstretched(pre_stretch), fibres);
+        let elastic = frames.state.iter().enumerate().map(|(t, state)| {
+            let twice = membrane::twice_energy(state, &triangles.stiffness[t], law);
+            0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
         });
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
         let body = (vertices, triangles, topology);

@@ -1,6 +1,6 @@
 //! What bending adds to what a step leaves over.
 
-use super::{Solved, partly};
+use super::{Solved, partly, uncrushed};
 use crate::systems::kernels::membrane;
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ impl Solved<'_> {
         let goes_far = |t: usize, u: [DVec3; 3]| {
             let (d1, d2) = membrane::gradient(u, &triangles.rest[t]);
             let change_sq = d1.length_squared() + d2.length_squared();
-            let least = self.least_far(&frames.state[t]);
+            let least = self.far * uncrushed(&frames.state[t], frames.is_planar);
             !(change_sq <= least * least)
         };
         folds.left_over((&triangles.corners, &vertices.position), u, (goes_far, self.far), partials)

@@ -23,6 +23,7 @@ use crate::components::{
 };
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::context::MIDDLE;
+use crate::systems::kernels::membrane;
 use crate::systems::kernels::path_work::Element;
 use crate::systems::linear::{Folds, Operator};
 use crate::systems::{Formula, StepContext, parallel};
@@ -171,13 +172,12 @@ fn motion(vertices: &Vertices, partials: &mut Vec<f64>) -> f64 {
 
 /// Energy of stress, bending and motion \[mJ\] where the body was last evaluated.
 fn evaluated_energy(
-    ((vertices, triangles, _, frames), (_, pre_stretch, fibres), bending): Elastic<'_>,
+    ((vertices, triangles, _, frames), (planar, pre_stretch, fibres), bending): Elastic<'_>,
     partials: &mut Vec<f64>,
 ) -> f64 {
-    let unstretched = PreStretch::unstretched(pre_stretch);
+    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres);
     let stored = parallel::sum(triangles.len(), partials, |t| {
-        let state = &frames.state[t];
-        let twice = StiffeningFibres::twice_energy(fibres, state.polar.stretch, unstretched, state.stress);
+        let twice = membrane::twice_energy(&frames.state[t], &triangles.stiffness[t], law);
         0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
     });
     stored + bending.map_or(0.0, |(_, folds)| folds.energy()) + motion(vertices, partials)

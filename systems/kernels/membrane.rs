@@ -7,7 +7,7 @@
 //! it is then no gradient of any energy, and an anisotropic triangle spins by itself.
 
 use super::polar;
-use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
+use crate::math::{ElementState, Faded, Orthotropic, Polar, RestTriangle, StiffeningFibres, Sym2};
 use glam::{DMat3, DVec2, DVec3};
 
 /// In-plane 2×2 matrix `[m11, m12, m21, m22]`.
@@ -45,7 +45,27 @@ pub fn state(
     if strain.xx * strain.xx + strain.yy * strain.yy + strain.xy * strain.xy <= ROUNDING_SQ {
         return ElementState { polar: Polar { stretch: unstretched, ..polar }, stress: Sym2::ZERO };
     }
-    ElementState { polar, stress: stiffness.stress(strain) }
+    let stress = match Faded::at(polar.stretch, is_planar) {
+        None => stiffness.stress(strain),
+        Some(faded) => faded.stress(stiffness, polar.stretch, unstretched),
+    };
+    ElementState { polar, stress }
+}
+
+/// Twice the energy per volume \[MPa\] of a triangle with the law `stiffness` in a state: of [`state`], with what `fibres` add.
+#[inline]
+pub fn twice_energy(
+    ElementState { polar, stress }: &ElementState,
+    stiffness: &Orthotropic,
+    (is_planar, unstretched, fibres): (bool, Sym2, Option<&StiffeningFibres>),
+) -> f64 {
+    match Faded::at(polar.stretch, is_planar) {
+        None => StiffeningFibres::twice_energy(fibres, polar.stretch, unstretched, *stress),
+        Some(faded) => {
+            let own = fibres.map_or(0.0, |f| f.response(StiffeningFibres::strain(polar.stretch, unstretched)).energy);
+            faded.twice_energy(stiffness, polar.stretch, unstretched) + 2.0 * own
+        }
+    }
 }
 
 /// 1/tr U, bounded. Every matrix-vector product needs it twice per triangle, and a division costs as much as the law.

@@ -6,8 +6,11 @@
 use super::lanes::{DOUBLES, Doubles, Lanes};
 use super::membrane::{self, LEAST_TRACE, ROUNDING_SQ};
 use super::simd::Kernel;
-use crate::math::{ElementState, GeometricStiffness, Orthotropic, PerRow, Polar, RestTriangle, Sym2};
-use glam::DVec3;
+use crate::math::{
+    ElementState, FADES_FROM, Faded, GeometricStiffness, Orthotropic, PerRow, Polar, RestTriangle, Sym2,
+};
+use glam::{DVec2, DVec3};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Vectors of four triangles.
 pub type Vectors<L> = [Doubles<L>; 3];
@@ -79,7 +82,9 @@ pub fn rotated<L: Lanes>(lanes: L, f1: Vectors<L>, f2: Vectors<L>, is_planar: bo
     let (p, q, trace, sound, least) = if is_planar {
         let (p, q) = ([f1[0] + f2[1], f1[1] - f2[0], f1[2]], [f2[0] - f1[1], f2[1] + f1[0], f2[2]]);
         let trace_sq = dot(p, p);
-        (p, q, trace_sq.sqrt(), trace_sq, lengths_sq * Doubles::splat(lanes, 1e-28))
+        // Next to a mirror image the law fades, long before the rotation is but rounding.
+        let least = Doubles::splat(lanes, FADES_FROM * FADES_FROM).max(lengths_sq * Doubles::splat(lanes, 1e-28));
+        (p, q, trace_sq.sqrt(), trace_sq, least)
     } else {
         let normal = cross(f1, f2);
         let twice_area = dot(normal, normal).sqrt();
@@ -110,6 +115,8 @@ pub struct States<'a> {
     pub is_planar: bool,
     /// The stretch that is free of stress.
     pub unstretched: Sym2,
+    /// Becomes true where there is a triangle whose law has [`Faded`].
+    pub has_faded: AtomicBool,
 }
 
 impl States<'_> {
@@ -124,6 +131,9 @@ impl States<'_> {
         for (lane, out) in out.iter_mut().enumerate() {
             if !(sound[lane] > least[lane]) {
                 *out = self.alone(first + lane);
+                if Faded::at(out.polar.stretch, self.is_planar).is_some() {
+                    self.has_faded.store(true, Ordering::Relaxed);
+                }
             } else if strain_sq[lane] <= ROUNDING_SQ {
                 (out.polar.stretch, out.stress) = (self.unstretched, Sym2::ZERO);
             }
@@ -330,7 +340,8 @@ impl Kernel<[DVec3; 3]> for CornerForces<'_> {
     }
 }
 
-/// Whether triangles go far: the rows have nothing in them, the sum says how many do, at the least.
+/// How far triangles go: the rows have nothing in them. Of the sums the first says how many go far, at the least; the second is that of A·a⁴ with
+/// the rest area A \[mm²\] and the norm a of the change of the deformation gradient.
 pub struct Far<'a> {
     /// Vertices of the triangles.
     pub corners: &'a [[u32; 3]],
@@ -338,19 +349,20 @@ pub struct Far<'a> {
     pub rest: &'a [RestTriangle],
     /// Displacement of the vertices \[mm\].
     pub displacement: &'a [DVec3],
-    /// The norm of the change of the deformation gradient from which on a triangle goes far.
+    /// The a from which on a triangle goes far.
     pub from: f64,
 }
 
-impl Kernel<(), f64> for Far<'_> {
+impl Kernel<(), DVec2> for Far<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [()]) -> f64 {
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [()]) -> DVec2 {
         let most_sq = self.from * self.from;
-        let mut count = 0;
+        let (mut count, mut sum) = (0, 0.0);
         for start in (first..first + rows.len()).step_by(DOUBLES) {
-            let (mut edges, mut gradients) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4]);
+            let (mut edges, mut gradients, mut areas) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4], [0.0; DOUBLES]);
+            let within = (first + rows.len() - start).min(DOUBLES);
             for lane in 0..DOUBLES {
-                let t = (start + lane).min(first + rows.len() - 1);
+                let t = start + lane.min(within - 1);
                 let [i, j, k] = self.corners[t];
                 let u = self.displacement[i as usize];
                 let (a, b) = (self.displacement[j as usize] - u, self.displacement[k as usize] - u);
@@ -361,18 +373,22 @@ impl Kernel<(), f64> for Far<'_> {
                 for (gradient, value) in gradients.iter_mut().zip([g1.x, g1.y, g2.x, g2.y]) {
                     gradient[lane] = value;
                 }
+                areas[lane] = self.rest[t].area;
             }
             let [ax, ay, az, bx, by, bz] = doubles(lanes, &edges);
             let [g1x, g1y, g2x, g2y] = doubles(lanes, &gradients);
             let d1 = combine([ax, ay, az], g1x, [bx, by, bz], g2x);
             let d2 = combine([ax, ay, az], g1y, [bx, by, bz], g2y);
-            // What is no number goes far.
-            let change_sq = (dot(d1, d1) + dot(d2, d2)).to_array();
-            for change_sq in change_sq {
-                count += usize::from(!(change_sq <= most_sq));
+            let change_sq = dot(d1, d1) + dot(d2, d2);
+            let weighted = (Doubles::new(lanes, areas) * change_sq * change_sq).to_array();
+            let change_sq = change_sq.to_array();
+            for lane in 0..within {
+                // What is no number goes far.
+                count += usize::from(!(change_sq[lane] <= most_sq));
+                sum += weighted[lane];
             }
         }
-        count as f64
+        DVec2::new(count as f64, sum)
     }
 }
 

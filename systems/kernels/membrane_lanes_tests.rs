@@ -49,7 +49,8 @@ impl Mesh {
     fn states(&self, is_planar: bool) -> States<'_> {
         let Self { corners, position, rest, stiffness, .. } = self;
         let stiffness = PerRow::each(stiffness);
-        States { corners, position, rest, stiffness, is_planar, unstretched: Sym2::new(0.98, 1.01, 0.005) }
+        let has_faded = AtomicBool::new(false);
+        States { corners, position, rest, stiffness, is_planar, unstretched: Sym2::new(0.98, 1.01, 0.005), has_faded }
     }
 }
 
@@ -130,8 +131,12 @@ fn those_that_go_far_are_counted() {
         (d1.length_squared() + d2.length_squared()).sqrt()
     };
     let largest = (0..corners.len()).map(change).fold(0.0, f64::max);
+    let fourth: f64 = (0..corners.len()).map(|t| rest[t].area * change(t).powi(4)).sum();
     for (from, is_any) in [(1.001 * largest, false), (0.999 * largest, true), (f64::NAN, true)] {
         let far = Far { corners, rest, displacement, from };
-        assert_eq!(run(&far, 0, &mut vec![(); corners.len()]) > 0.0, is_any, "{from}");
+        let found = run(&far, 0, &mut vec![(); corners.len()]);
+        assert_eq!(found.x > 0.0, is_any, "{from}");
+        // Rounding of a sum of some dozen numbers.
+        assert!((found.y - fourth).abs() <= 1e-14 * fourth, "{} {fourth}", found.y);
     }
 }

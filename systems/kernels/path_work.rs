@@ -43,8 +43,8 @@ impl Element<'_> {
 
     /// Elastic energy with corners at `x` \[mJ\].
     pub fn energy(&self, x: [DVec3; 3]) -> f64 {
-        let ElementState { polar, stress } = self.state(x);
-        0.5 * self.volume * StiffeningFibres::twice_energy(self.fibres, polar.stretch, self.unstretched, stress)
+        let law = (self.is_planar, self.unstretched, self.fibres);
+        0.5 * self.volume * membrane::twice_energy(&self.state(x), self.stiffness, law)
     }
 
     /// −force · `u` with corners at `x` \[mJ\]: the derivative of the energy along `u`.

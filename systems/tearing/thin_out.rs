@@ -5,7 +5,7 @@
 
 use super::Surface;
 use crate::components::StiffeningFibres;
-use crate::math::{RestTriangle, smallest_angle};
+use crate::math::{ElementState, RestTriangle, smallest_angle};
 use crate::systems::kernels::membrane;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -96,10 +96,11 @@ impl Surface<'_> {
             let triangle = self.triangles.at(t);
             let energy = |rest: &RestTriangle, now: [DVec3; 3]| {
                 let state = membrane::state(now, rest, &triangle.stiffness, self.is_planar, self.unstretched);
-                let u = state.polar.stretch;
-                let stress = StiffeningFibres::stiffen(self.fibres, u, self.unstretched, state.stress);
-                let twice = StiffeningFibres::twice_energy(self.fibres, u, self.unstretched, stress);
-                0.5 * rest.area * triangle.thickness * twice
+                let law = (self.is_planar, self.unstretched, self.fibres);
+                let stress =
+                    StiffeningFibres::stiffen(self.fibres, state.polar.stretch, self.unstretched, state.stress);
+                let state = ElementState { stress, ..state };
+                0.5 * rest.area * triangle.thickness * membrane::twice_energy(&state, &triangle.stiffness, law)
             };
             before += energy(&triangle.rest, triangle.corners.map(|v| self.vertices.position[v as usize]));
             let stress = FAINT * strength;
