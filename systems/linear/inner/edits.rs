@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_pattern_that_follows_edits_equals_one_found_anew() {
-        [Pattern::default, Pattern::filled].map(follows_edits);
+        [Pattern::default, Pattern::filled].into_iter().for_each(follows_edits);
     }
 
     fn follows_edits(empty: fn() -> Pattern) {

@@ -1,8 +1,8 @@
 //! The order of the rows of the inner solver: reverse Cuthill–McKee, then by levels.
 //!
 //! Cuthill–McKee (1969, reversed by George 1971) keeps neighbours near each other whatever the order of the mesh, which an
-//! incomplete factor without fill needs: with rows in colours its iterations are half as many again. By levels, a row's level
-//! being one more than the highest among its neighbours that come before it, the factor stays the same number for number, but
+//! incomplete factor needs: with rows in colours the iterations of one without fill are half as many again. By levels, a row's level
+//! being one more than the highest among the rows before it that it has a block with, the factor stays the same number for number, but
 //! rows that follow each other do not wait for each other.
 
 use super::empty;
