@@ -50,8 +50,8 @@ pub enum Preconditioner {
     /// The inverse of each vertex' own block: no memory and no time to set up, but hundreds of iterations per solve, more the
     /// finer the mesh. Right where memory is short, and for dynamic steps so short that inertia keeps the iterations few.
     BlockJacobi,
-    /// An incomplete Cholesky factor without fill, made anew for every solve: a third to a quarter of block Jacobi's
-    /// iterations, each half as long again. Right for dynamic steps of bodies that tear, fold and slacken. It serves the
+    /// An incomplete Cholesky factor with the fill of level one, made anew for every solve: about a quarter of block Jacobi's
+    /// iterations, each twice as long. Right for dynamic steps of bodies that tear, fold and slacken. It serves the
     /// rotated tangent in [`Precision::Mixed`]; elsewhere this is block Jacobi.
     IncompleteCholesky,
     /// Multigrid: a cycle over coarser and coarser levels that follow the surface and its tears. About 6 iterations per solve to

@@ -25,6 +25,9 @@ const MOST_AXES_ASIDE: f64 = 4e4;
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;
 
+/// The last iteration that there may be is solved so much further: no other mends what it leaves, which would turn a free body.
+const LAST_NEWTON: f64 = 0.1;
+
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
@@ -220,7 +223,8 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     let needed = 0.1 * step.newton_tolerance * force_scale / scratch.imbalance.max(f64::MIN_POSITIVE);
     let gain = scratch.imbalance / imbalance_before.max(f64::MIN_POSITIVE);
     let least = step.linear.tolerance.min(FIRST_NEWTON);
-    LinearParams { tolerance: needed.max(gain * gain).min(1e-3).max(least), ..linear }
+    let share = if scratch.newton_iterations == step.newton_iterations { LAST_NEWTON } else { 1.0 };
+    LinearParams { tolerance: (share * needed.max(gain * gain).min(1e-3)).max(least), ..linear }
 }
 
 /// Number of free axes.

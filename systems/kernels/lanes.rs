@@ -6,7 +6,7 @@
 //! What is generic over lanes is marked `#[inline(always)]` down to the last function and calls no closure: a function that is not
 //! inlined into the wide one cannot take the wide instructions in, and calls each of them instead.
 
-use glam::{Mat4, Vec4};
+use glam::{Mat4, Vec4, Vec4Swizzles};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Lanes in single precision.
@@ -36,9 +36,15 @@ pub trait Lanes: Copy {
     fn components(self, rows: [Vec4; 8]) -> [Self::Singles; 3];
     /// The eight vectors with these components and a last one of zero.
     fn rows(self, components: [Self::Singles; 3]) -> [Vec4; 8];
+    /// The first, second and third number of either half, all over it.
+    fn spread(self, x: Self::Singles) -> [Self::Singles; 3];
+    /// The sums of either half of three, side by side, and a zero.
+    fn sums(self, x: [Self::Singles; 3]) -> Self::Singles;
 
     /// Takes four numbers.
     fn doubles(self, x: [f64; 4]) -> Self::Doubles;
+    /// Takes four numbers in single precision.
+    fn widened(self, x: Vec4) -> Self::Doubles;
     /// Gives four numbers.
     fn double_array(self, x: Self::Doubles) -> [f64; 4];
     /// a + b.
@@ -101,10 +107,24 @@ impl Lanes for Portable {
         let [e, f, g, h] = columns(x[1], y[1], z[1], Vec4::ZERO);
         [a, b, c, d, e, f, g, h]
     }
+    #[inline(always)]
+    fn spread(self, [low, high]: [Vec4; 2]) -> [[Vec4; 2]; 3] {
+        [[low.xxxx(), high.xxxx()], [low.yyyy(), high.yyyy()], [low.zzzz(), high.zzzz()]]
+    }
+    #[inline(always)]
+    fn sums(self, [a, b, c]: [[Vec4; 2]; 3]) -> [Vec4; 2] {
+        let [x, y, z, w] = columns(a[0], b[0], c[0], Vec4::ZERO);
+        let [x_high, y_high, z_high, w_high] = columns(a[1], b[1], c[1], Vec4::ZERO);
+        [(x + z) + (y + w), (x_high + z_high) + (y_high + w_high)]
+    }
 
     #[inline(always)]
     fn doubles(self, x: [f64; 4]) -> [f64; 4] {
         x
+    }
+    #[inline(always)]
+    fn widened(self, x: Vec4) -> [f64; 4] {
+        x.to_array().map(f64::from)
     }
     #[inline(always)]
     fn double_array(self, x: [f64; 4]) -> [f64; 4] {
@@ -204,8 +224,30 @@ mod wide {
         }
 
         #[inline(always)]
+        fn spread(self, x: __m256) -> [__m256; 3] {
+            let avx = self.avx;
+            [
+                avx._mm256_permute_ps::<0b00_00_00_00>(x),
+                avx._mm256_permute_ps::<0b01_01_01_01>(x),
+                avx._mm256_permute_ps::<0b10_10_10_10>(x),
+            ]
+        }
+        #[inline(always)]
+        fn sums(self, [a, b, c]: [__m256; 3]) -> __m256 {
+            let (avx, zero) = (self.avx, self.avx._mm256_setzero_ps());
+            let ab = avx._mm256_add_ps(avx._mm256_unpacklo_ps(a, b), avx._mm256_unpackhi_ps(a, b));
+            let c = avx._mm256_add_ps(avx._mm256_unpacklo_ps(c, zero), avx._mm256_unpackhi_ps(c, zero));
+            let even = avx._mm256_shuffle_ps::<0b01_00_01_00>(ab, c);
+            avx._mm256_add_ps(even, avx._mm256_shuffle_ps::<0b11_10_11_10>(ab, c))
+        }
+
+        #[inline(always)]
         fn doubles(self, x: [f64; 4]) -> __m256d {
             self.avx._mm256_setr_pd(x[0], x[1], x[2], x[3])
+        }
+        #[inline(always)]
+        fn widened(self, x: Vec4) -> __m256d {
+            self.avx._mm256_cvtps_pd(x.into())
         }
         #[inline(always)]
         fn double_array(self, x: __m256d) -> [f64; 4] {
@@ -289,6 +331,19 @@ impl<L: Lanes> Singles<L> {
         self.0.single_array(self.1)
     }
 
+    /// The first, second and third number of either half, all over it.
+    #[inline(always)]
+    pub fn spread(self) -> [Self; 3] {
+        let [x, y, z] = self.0.spread(self.1);
+        [Self(self.0, x), Self(self.0, y), Self(self.0, z)]
+    }
+
+    /// The sums of either half of three, side by side, and a zero.
+    #[inline(always)]
+    pub fn sums([a, b, c]: [Self; 3]) -> Self {
+        Self(a.0, a.0.sums([a.1, b.1, c.1]))
+    }
+
     /// The first three components of eight vectors.
     #[inline(always)]
     pub fn components(lanes: L, rows: [Vec4; 8]) -> [Self; 3] {
@@ -308,6 +363,12 @@ impl<L: Lanes> Doubles<L> {
     #[inline(always)]
     pub fn new(lanes: L, x: [f64; 4]) -> Self {
         Self(lanes, lanes.doubles(x))
+    }
+
+    /// Takes four numbers in single precision.
+    #[inline(always)]
+    pub fn widened(lanes: L, x: Vec4) -> Self {
+        Self(lanes, lanes.widened(x))
     }
 
     /// The same number in every lane.

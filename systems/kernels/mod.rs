@@ -1,6 +1,7 @@
 //! The numbers: functions on values and slices. No world, no allocation, no threads.
 
 pub mod block;
+pub mod block_pair;
 pub mod disc;
 pub mod failure;
 pub mod fan;

@@ -129,22 +129,45 @@ impl Pack {
     /// columns, of the triangles in the first (0) or last (1) four lanes: column `i` of each matrix belongs to the `i`-th of them.
     #[inline(always)]
     pub fn blocks(&self, half: usize) -> ([[Mat4; 3]; 3], [[Mat4; 3]; 3]) {
-        let (k, m, l) = (self.k11.map(|e| e[half]), self.k12.map(|e| e[half]), self.k22.map(|e| e[half]));
+        let (k, m, l) = (half_of(&self.k11, half), half_of(&self.k12, half), half_of(&self.k22, half));
         let k11 = [[k[0], k[1], k[2]], [k[1], k[3], k[4]], [k[2], k[4], k[5]]];
         let k22 = [[l[0], l[1], l[2]], [l[1], l[3], l[4]], [l[2], l[4], l[5]]];
         // Columns, as all of these.
         let k21 = [[m[0], m[1], m[2]], [m[3], m[4], m[5]], [m[6], m[7], m[8]]];
         let k12 = [[m[0], m[3], m[6]], [m[1], m[4], m[7]], [m[2], m[5], m[8]]];
-        let combine = |a: [[Vec4; 3]; 3], b: [[Vec4; 3]; 3], sign: f32| {
-            std::array::from_fn(|x| std::array::from_fn(|y| (a[x][y] + b[x][y]) * sign))
-        };
-        let k10 = combine(k11, k12, -1.0);
-        let k20 = combine(k21, k22, -1.0);
-        let k00 = combine(k10, k20, -1.0);
-        let by_lane =
-            |k: [[Vec4; 3]; 3]| k.map(|[x, y, z]: [Vec4; 3]| Mat4::from_cols(x, y, z, Vec4::ZERO).transpose());
+        let (k10, k20) = (minus_sum(k11, k12), minus_sum(k21, k22));
+        let k00 = minus_sum(k10, k20);
         ([by_lane(k00), by_lane(k11), by_lane(k22)], [by_lane(k10), by_lane(k20), by_lane(k21)])
     }
+}
+
+#[inline(always)]
+fn half_of<const N: usize>(entries: &[Entry; N], half: usize) -> [Vec4; N] {
+    let mut of_half = [Vec4::ZERO; N];
+    for i in 0..N {
+        of_half[i] = entries[i][half];
+    }
+    of_half
+}
+
+#[inline(always)]
+fn minus_sum(a: [[Vec4; 3]; 3], b: [[Vec4; 3]; 3]) -> [[Vec4; 3]; 3] {
+    let mut sum = a;
+    for x in 0..3 {
+        for y in 0..3 {
+            sum[x][y] = -(a[x][y] + b[x][y]);
+        }
+    }
+    sum
+}
+
+#[inline(always)]
+fn by_lane(k: [[Vec4; 3]; 3]) -> [Mat4; 3] {
+    let mut columns = [Mat4::ZERO; 3];
+    for (column, [x, y, z]) in columns.iter_mut().zip(k) {
+        *column = Mat4::from_cols(x, y, z, Vec4::ZERO).transpose();
+    }
+    columns
 }
 
 /// Eight vertices' vectors by components.

@@ -47,6 +47,40 @@ pub fn run<T, S, K: Kernel<T, S>>(kernel: &K, first: usize, rows: &mut [T]) -> S
     }
 }
 
+/// A pass over what it holds, row after row.
+pub trait Pass {
+    /// What it finds.
+    type Output;
+
+    /// Does it. To be marked `#[inline(always)]`, as that of a kernel.
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// Does a pass with the best instructions there are.
+#[inline]
+pub fn pass<P: Pass>(pass: P) -> P::Output {
+    match arch() {
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V3(v3) => v3.vectorize(WholePass { lanes: v3, pass }),
+        _ => pass.run(Portable),
+    }
+}
+
+/// A pass and its instruction set.
+struct WholePass<L, P> {
+    lanes: L,
+    pass: P,
+}
+
+impl<L: Lanes, P: Pass> NullaryFnOnce for WholePass<L, P> {
+    type Output = P::Output;
+
+    #[inline(always)]
+    fn call(self) -> P::Output {
+        self.pass.run(self.lanes)
+    }
+}
+
 fn arch() -> pulp::Arch {
     if IS_PORTABLE.get() { pulp::Arch::Scalar } else { pulp::Arch::new() }
 }

@@ -19,17 +19,19 @@ pub struct Edits {
     pub triangles: Vec<u32>,
     /// Number of triangles before.
     pub count_before: usize,
-    /// Per row, whether its neighbours may be others than before, or have other rows.
+    /// Per row, whether its neighbours or theirs may be others than before, or have other rows.
     pub is_touched: Vec<bool>,
     /// Vertices that have changed their rows.
     moved: Vec<u32>,
+    /// Vertices with other neighbours than before, or whose neighbours have other rows; some of them more than once.
+    touched: Vec<u32>,
 }
 
 impl Edits {
     /// Compares the corners and brings `order` up to date. `false`, with the order as it was, where so much has changed that all is
     /// to be found anew.
     pub fn find(&mut self, before: &[[u32; 3]], corners: &[[u32; 3]], topology: &Topology, order: &mut Order) -> bool {
-        let Self { triangles, count_before, is_touched, moved } = self;
+        let Self { triangles, count_before, is_touched, moved, touched } = self;
         let (rows_before, rows) = (order.row.len(), topology.incident.len());
         let most = (before.len() / MOST).max(1);
         if before.is_empty() || corners.len().abs_diff(before.len()) > most || rows_before.abs_diff(rows) > most {
@@ -48,18 +50,18 @@ impl Edits {
         order.follow(rows, moved);
         empty(is_touched, rows);
         is_touched.resize(rows, false);
-        let mut touch = |v: u32| {
-            // A vertex that is gone has no row.
-            if let Some(&row) = order.row.get(v as usize) {
-                is_touched[row as usize] = true;
-            }
-        };
+        touched.clear();
         let gone = before.iter().skip(corners.len());
         let old = triangles.iter().filter_map(|&t| before.get(t as usize)).chain(gone);
-        old.chain(triangles.iter().map(|&t| &corners[t as usize])).flatten().for_each(|&v| touch(v));
+        touched.extend(old.chain(triangles.iter().map(|&t| &corners[t as usize])).flatten());
         for &v in &*moved {
-            touch(v);
-            neighbours(v, corners, topology).for_each(&mut touch);
+            touched.push(v);
+            touched.extend(neighbours(v, corners, topology));
+        }
+        // A vertex that is gone has no row.
+        for &v in touched.iter().filter(|v| (**v as usize) < rows) {
+            is_touched[order.row[v as usize] as usize] = true;
+            neighbours(v, corners, topology).for_each(|w| is_touched[order.row[w as usize] as usize] = true);
         }
         true
     }
@@ -104,9 +106,13 @@ mod tests {
 
     #[test]
     fn a_pattern_that_follows_edits_equals_one_found_anew() {
+        [Pattern::default, Pattern::filled].into_iter().for_each(follows_edits);
+    }
+
+    fn follows_edits(empty: fn() -> Pattern) {
         let mut corners = grid(40);
         let mut topology = Topology::new(vertex_count(&corners), &corners).unwrap();
-        let (mut order, mut partition, mut pattern) = (Order::default(), Partition::default(), Pattern::default());
+        let (mut order, mut partition, mut pattern) = (Order::default(), Partition::default(), empty());
         order.rebuild(&corners, &topology);
         partition.rebuild(&corners, &order.row);
         pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, &topology);
@@ -129,7 +135,7 @@ mod tests {
             }
             assert_eq!(order.vertex.len(), topology.incident.len());
             assert!((0..).zip(&order.vertex).all(|(row, &v)| order.row[v as usize] == row), "step {step}");
-            let mut anew = Pattern::default();
+            let mut anew = empty();
             anew.rebuild(&partition, (&order.vertex, &order.row), &corners, &topology);
             assert!(pattern.equals(&anew), "step {step}");
         }

@@ -5,7 +5,7 @@ use super::folding::Folding;
 use super::order::Order;
 use super::partition::{EMPTY, Partition};
 use crate::settings::Tangent;
-use crate::systems::kernels::block::Block;
+use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::flat_pack::FlatPack;
 use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::membrane::ElementTangent;
@@ -13,7 +13,7 @@ use crate::systems::kernels::pack::{LANES, Pack};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::linear::Operator;
 use crate::systems::parallel;
-use glam::{DVec3, Vec4, Vec4Swizzles};
+use glam::{DVec3, Mat4, Vec4, Vec4Swizzles};
 use std::ops::Range;
 
 /// The numbers of the operator at one state. Rows are numbered as the [`Partition`] was told.
@@ -91,8 +91,7 @@ impl Matrix {
                         if partition.triangle[pack][lane] == EMPTY {
                             continue;
                         }
-                        let mut corners = corners.map(|block| block.map(|column| column.col(i)));
-                        let mut edges = edges.map(|block| block.map(|column| column.col(i)));
+                        let (mut corners, mut edges) = (of_lane(&corners, i), of_lane(&edges, i));
                         if let Some(folding) = &self.folding {
                             folding.add_blocks(partition.triangle[pack][lane] as usize, &mut corners, &mut edges);
                         }
@@ -123,6 +122,16 @@ impl Matrix {
         }
         parallel::sum_chunks(out, partials, &Rows { own, segments, partition, u })
     }
+}
+
+/// The blocks of one lane; without a closure, which may not be inlined.
+#[inline(always)]
+fn of_lane(blocks: &[[Mat4; 3]; 3], lane: usize) -> [Block; 3] {
+    let mut of_lane = [block::ZERO; 3];
+    for (of_lane, block) in of_lane.iter_mut().zip(blocks) {
+        *of_lane = [block[0].col(lane), block[1].col(lane), block[2].col(lane)];
+    }
+    of_lane
 }
 
 /// The packs of the operator's triangles.

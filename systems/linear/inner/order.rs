@@ -1,12 +1,13 @@
 //! The order of the rows of the inner solver: reverse Cuthill–McKee, then by levels.
 //!
 //! Cuthill–McKee (1969, reversed by George 1971) keeps neighbours near each other whatever the order of the mesh, which an
-//! incomplete factor without fill needs: with rows in colours its iterations are half as many again. By levels, a row's level
-//! being one more than the highest among its neighbours that come before it, the factor stays the same number for number, but
+//! incomplete factor needs: with rows in colours the iterations of one without fill are half as many again. By levels, a row's level
+//! being one more than the highest among the rows before it that it has a block with, the factor stays the same number for number, but
 //! rows that follow each other do not wait for each other.
 
 use super::empty;
 use crate::storage::Topology;
+use std::iter::once;
 
 /// Rows that are sorted by levels among themselves: enough that those of a level keep the processor busy, few enough that
 /// rows near each other stay near on large meshes (all sorted, a product takes up to twice as long at 1.5 million triangles).
@@ -103,11 +104,11 @@ impl Order {
         }
     }
 
-    /// A row that comes before another and is its neighbour has a lower level: sorted by levels it still comes before.
+    /// A row that comes before another and has a block with it has a lower level: sorted by levels it still comes before.
     fn sort_by_level(&mut self, corners: &[[u32; 3]], topology: &Topology) {
         let Self { vertex, row, level, .. } = self;
-        for (r, &v) in vertex.iter().enumerate() {
-            let before = neighbours(v, corners, topology).filter(|&w| row[w as usize] < r as u32);
+        for &v in &*vertex {
+            let before = before_with_fill(v, row, corners, topology);
             level[v as usize] = before.map(|w| level[w as usize] + 1).max().unwrap_or(0);
         }
         for rows in vertex.chunks_mut(WINDOW) {
@@ -122,4 +123,17 @@ pub fn neighbours<'a>(v: u32, corners: &'a [[u32; 3]], topology: &'a Topology) -
         let (c, corner) = (corners[entry as usize / 3], entry as usize % 3);
         [c[(corner + 1) % 3], c[(corner + 2) % 3]]
     })
+}
+
+/// The vertices of the blocks before the diagonal in a vertex' row, many of them more than once: its neighbours that come before it, and
+/// the fill of level one, what eliminating each of them puts between the vertex and those of their neighbours that come after them.
+pub fn before_with_fill<'a>(
+    v: u32,
+    row: &'a [u32],
+    corners: &'a [[u32; 3]],
+    topology: &'a Topology,
+) -> impl Iterator<Item = u32> + 'a {
+    let end = row[v as usize];
+    let before = move |v: u32| neighbours(v, corners, topology).filter(move |&w| row[w as usize] < end);
+    before(v).flat_map(move |k| once(k).chain(before(k).filter(move |&w| row[w as usize] > row[k as usize])))
 }

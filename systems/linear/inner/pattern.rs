@@ -4,7 +4,7 @@
 use super::edits::Edits;
 use super::empty;
 use super::matrix::Matrix;
-use super::order::neighbours;
+use super::order::{before_with_fill, neighbours};
 use super::partition::{EMPTY, Partition};
 use crate::storage::Topology;
 use crate::systems::kernels::block::{self, Block};
@@ -29,6 +29,8 @@ pub struct Pattern {
     row_start_before: Vec<u32>,
     column_before: Vec<u32>,
     place: Vec<u32>,
+    /// Whether it has the fill of level one, and rows of even length.
+    is_filled: bool,
 }
 
 /// A block that is to be looked for.
@@ -38,6 +40,12 @@ const LOST: u32 = u32::MAX;
 const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
 
 impl Pattern {
+    /// A pattern with the fill of level one: besides neighbours, rows have a block where both are neighbours of a row before them. A row
+    /// of an odd number of blocks has one more in its own column, for all to come in pairs.
+    pub fn filled() -> Self {
+        Self { is_filled: true, ..Self::default() }
+    }
+
     /// Finds the pattern of the triangles anew, by rows; `vertex` has the vertices in their order, `row` the row of each.
     pub fn rebuild(
         &mut self,
@@ -46,10 +54,11 @@ impl Pattern {
         corners: &[[u32; 3]],
         topology: &Topology,
     ) {
-        // Three edges for each vertex of a surface.
-        self.begin(vertex.len(), 3 * vertex.len());
-        for (i, &v) in vertex.iter().enumerate() {
-            self.push_row(neighbours(v, corners, topology).map(|w| row[w as usize]).filter(|&c| c < i as u32));
+        // Three edges for each vertex of a surface; about one block of fill for each, and half a one for even rows.
+        let blocks = if self.is_filled { 9 * vertex.len() / 2 } else { 3 * vertex.len() };
+        self.begin(vertex.len(), blocks);
+        for &v in vertex {
+            self.push_row_of(v, row, corners, topology);
         }
         let mut target = std::mem::take(&mut self.target);
         empty(&mut target, partition.triangle.len());
@@ -85,8 +94,7 @@ impl Pattern {
                 self.place.resize(from, LOST);
                 self.place.extend(start..start + (to - from) as u32);
             } else {
-                let (v, i) = (vertex[next], next as u32);
-                self.push_row(neighbours(v, corners, topology).map(|w| row[w as usize]).filter(|&c| c < i));
+                self.push_row_of(vertex[next], row, corners, topology);
             }
             next = end.max(next + 1);
         }
@@ -136,6 +144,20 @@ impl Pattern {
         empty(&mut self.row_start, rows + 1);
         empty(&mut self.column, blocks);
         self.row_start.push(0);
+    }
+
+    /// Adds the row of a vertex.
+    fn push_row_of(&mut self, v: u32, row: &[u32], corners: &[[u32; 3]], topology: &Topology) {
+        let i = row[v as usize];
+        if !self.is_filled {
+            self.push_row(neighbours(v, corners, topology).map(|w| row[w as usize]).filter(|&c| c < i));
+            return;
+        }
+        self.push_row(before_with_fill(v, row, corners, topology).map(|w| row[w as usize]));
+        if !self.column.len().is_multiple_of(2) {
+            self.column.push(i);
+            *self.row_start.last_mut().unwrap_or(&mut 0) += 1;
+        }
     }
 
     /// Adds a row: its columns before the diagonal, in any order, some of them more than once.
@@ -244,17 +266,16 @@ impl Pattern {
         before.iter().copied().chain(after.iter().map(|entry| entry[0]))
     }
 
-    /// Sums the triangles' blocks and those that the vertices have by themselves. `place` is where a row of the matrix stands here.
+    /// Sums the triangles' blocks and those that the vertices have by themselves; `add` adds one to a block below the diagonal.
+    /// `place` is where a row of the matrix stands here.
     pub fn gather(
         &self,
         partition: &Partition,
         matrix: &Matrix,
         place: impl Fn(usize) -> usize,
         diagonal: &mut Vec<Block>,
-        lower: &mut Vec<Block>,
+        mut add: impl FnMut(usize, &Block),
     ) {
-        empty(lower, self.column.len());
-        lower.resize(self.column.len(), block::ZERO);
         empty(diagonal, matrix.own.len());
         diagonal.resize(matrix.own.len(), block::ZERO);
         for (row, [x, y, z, _]) in matrix.own.iter().enumerate() {
@@ -266,8 +287,8 @@ impl Pattern {
                 |row, value| block::add(&mut diagonal[place(row)], value),
                 |pack, edge, lane, value| {
                     let target = self.target[pack][edge][lane];
-                    let block = &mut lower[target as usize / 2];
-                    if target % 2 == 1 { block::add(block, &block::transpose(value)) } else { block::add(block, value) }
+                    let value = if target % 2 == 1 { &block::transpose(value) } else { value };
+                    add(target as usize / 2, value);
                 },
             );
         });

@@ -12,7 +12,7 @@ use super::level::{Level, Vectors};
 use super::numbering::Numbering;
 use super::transfer::Transfer;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::kernels::block::Block;
+use crate::systems::kernels::block::{self, Block};
 use crate::systems::parallel;
 use glam::{DVec3, Vec4};
 
@@ -135,7 +135,10 @@ impl Hierarchy {
     /// Takes the operator's numbers.
     pub fn assemble(&mut self, partition: &Partition, matrix: &Matrix) {
         let Level { numbering, pattern, diagonal, lower, free, .. } = &mut self.levels[0];
-        pattern.gather(partition, matrix, |place| numbering.row(place as u32) as usize, diagonal, lower);
+        empty(lower, pattern.column.len());
+        lower.resize(pattern.column.len(), block::ZERO);
+        let row = |place: usize| numbering.row(place as u32) as usize;
+        pattern.gather(partition, matrix, row, diagonal, |block, value| block::add(&mut lower[block], value));
         empty(free, matrix.own.len());
         free.extend((0..matrix.own.len()).map(|row| matrix.own[numbering.place(row as u32) as usize][3]));
         self.finish();
