@@ -102,9 +102,32 @@ fn the_tear_follows_the_circle_and_closes() {
 fn drawn_outwards_late_it_runs_out_to_the_rim() {
     let (figures, _) = run(&mut instance("capsulorhexis-runout", &sets(&COARSE)));
     assert_eq!(figures.outcome, Outcome::RanOut, "{}", row(&figures));
-    // The rim is a polygon in a circle of 4.9 mm. The tear goes straight there from 160°; were it the flap that tears off at its
-    // inner end, far more of the circle would have been passed.
+    // The rim is a polygon in a circle of 4.9 mm. The tear goes straight there from 160°.
     assert!(figures.largest_radius > 4.85 && (0.4 * TAU..0.6 * TAU).contains(&figures.completion), "{}", row(&figures));
+}
+
+#[test]
+fn a_flap_that_tears_off_is_no_tear_that_runs_out() {
+    // Left on its circle and drawn outwards by 40°, the flap tears on from its inner end, straight over the pole to the far rim.
+    let on_lens = |radius: f64, angle: f64| {
+        let (s, c) = angle.sin_cos();
+        format!("[{}, {}, {}]", radius * c, radius * s, (100.0 - radius * radius).sqrt() - 10.0)
+    };
+    let circle = (0..=15).map(|i| on_lens(2.65 - 0.05 * f64::from(i) / 15.0, f64::from(10 * i).to_radians()));
+    let points: Vec<String> = [1.2, 2.0].map(|radius| on_lens(radius, 0.0)).into_iter().chain(circle).collect();
+    let mut all = sets(&FEW);
+    all.push(format!("bodies.0.cuts.0.polyline=[{}]", points.join(", ")));
+    all.push("bodies.0.grips.0.path.1.by=[6.13, -5.14, 0.3]".to_owned());
+    let (figures, events) = run(&mut instance("capsulorhexis-runout", &all));
+    assert_eq!(figures.outcome, Outcome::TornOff, "{}", row(&figures));
+    // The cut's tips are told in the order of its points.
+    let mut started = events.iter().filter_map(|event| match event.kind {
+        EventKind::Started { tip, at, .. } => Some((tip, at.truncate().length())),
+        _ => None,
+    });
+    let (inner, radius) = started.next().unwrap();
+    assert!((radius - 1.2).abs() < 0.01, "{radius}");
+    assert!(events.iter().any(|event| matches!(event.kind, EventKind::Ended { tip, .. } if tip == inner)));
 }
 
 #[test]

