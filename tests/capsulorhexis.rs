@@ -222,3 +222,37 @@ fn the_trends() {
         }
     }
 }
+
+/// Fourteen grasps of 2 s that each lift the flap by 0.3 mm and draw it straight on by 3 mm, at an angle over the opening to the tear's
+/// direction.
+fn straight_grasps(degrees: f64) -> String {
+    let (s, c) = degrees.to_radians().sin_cos();
+    let grasp = |k: u32| {
+        let from = 200 + 2000 * k;
+        format!(
+            "{{ name = \"grasp {}\", at = [2.3, 0, -0.2681], near_tip = {{ behind = 0.35, left = 0.35 }}, from = {from}, \
+             until = {}, radius = 0.2, stiffness = 0.2, path = [{{ by = [0, 0, 0.3], end = {} }}, \
+             {{ by = [{:.4}, {:.4}, 0.3], end = {} }}] }}",
+            k + 1,
+            from + 1800,
+            from + 450,
+            -3.0 * s,
+            3.0 * c,
+            from + 1800
+        )
+    };
+    format!("bodies.0.grips=[{}]", (0..14).map(grasp).collect::<Vec<_>>().join(", "))
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture angles"]
+fn the_angles_of_a_hand_that_no_fibre_guides() {
+    let isotropic = ["bodies.0.grading.ratio_at_rim=1", "bodies.0.tearing.strength_ratio=1", "run.duration=28200"];
+    for degrees in [30.0, 45.0, 60.0, 80.0, 110.0] {
+        let mut all = sets(&FEW);
+        all.extend(sets(&isotropic));
+        all.push(straight_grasps(degrees));
+        let (figures, _) = run(&mut instance("capsulorhexis", &all));
+        println!("| {degrees}° | {} |", row(&figures));
+    }
+}
