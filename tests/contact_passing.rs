@@ -82,7 +82,7 @@ fn nothing_passes(settings: &Settings, triangles: usize, motions: &[(f64, f64)],
         for &(speed, dt) in motions {
             let end = RISE / speed;
             let (rise, fall) = if is_obstacle_moved { (RISE, 0.0) } else { (0.0, RISE) };
-            let mut simulation = Simulation::new(settings.clone()).unwrap();
+            let mut simulation = Simulation::new(*settings).unwrap();
             let body = simulation.spawn(drum(triangles, fall, end)).unwrap();
             if is_obstacle_moved {
                 let path = Path { points: vec![(0.0, DVec3::ZERO), (end, DVec3::Z * rise)] };

@@ -15,10 +15,13 @@ use glam::DVec3;
 /// The core's size over the obstacle's.
 const CORE: f64 = 0.9;
 
-/// What is in the core already may come so much nearer to its middle in a step, of the distance.
-const NEARER: f64 = 0.9;
+/// What touches the core may go on half-way to this size in a step, so that it is free to slide and to leave.
+const INNERMOST: f64 = 0.87;
 
-/// How near to the core, of the obstacle's size, the way ends at the latest, and the steps to there at the most.
+/// What is further inside, as it may have begun, may come nearer to the middle by this factor: never to it.
+const NEARER: f64 = 0.99;
+
+/// Of the distance that there was, what is left at the latest where a way ends, and the steps to there at the most.
 const NEAR: f64 = 1e-3;
 const MOST: u32 = 60;
 
@@ -51,7 +54,8 @@ fn part_outside(shape: &Shape, from: [DVec3; 3], to: [DVec3; 3]) -> f64 {
         return 1.0;
     }
     let Some(mut distance) = nearness(shape, from) else { return 1.0 };
-    let limit = CORE.min(NEARER * distance);
+    let limit = if distance > INNERMOST { CORE.min(0.5 * (INNERMOST + distance)) } else { NEARER * distance };
+    let near = NEAR * (distance - limit);
     let mut done = 0.0;
     for _ in 0..MOST {
         // No point of the triangle comes nearer than its fastest corner goes.
@@ -61,7 +65,7 @@ fn part_outside(shape: &Shape, from: [DVec3; 3], to: [DVec3; 3]) -> f64 {
         }
         let then = [0, 1, 2].map(|i| from[i].lerp(to[i], done));
         match nearness(shape, then) {
-            Some(now) if now - limit > NEAR * limit => distance = now,
+            Some(now) if now - limit > near => distance = now,
             _ => break,
         }
     }
@@ -115,10 +119,10 @@ mod tests {
     #[test]
     fn a_triangle_goes_as_far_as_the_core() {
         let along = |way: DVec3| part_outside(&BALL, OVER, OVER.map(|x| x + way));
-        // To 0.18 mm over the middle, within a thousandth of that, and never beyond.
+        // To 0.18 mm over the middle, within a thousandth of the way to there, and never beyond.
         for way in [0.9, 2.0, 20.0] {
             let part = along(DVec3::NEG_Z * way);
-            assert!(part * way <= 0.82 && part * way > 0.82 - 2e-4, "{part} of {way}");
+            assert!(part * way <= 0.82 && part * way > 0.82 - 1e-3, "{part} of {way}");
         }
         assert_eq!(along(DVec3::NEG_Z * 0.81), 1.0);
         assert_eq!(along(DVec3::Z * 5.0), 1.0);
@@ -142,7 +146,22 @@ mod tests {
         let inside = OVER.map(|x| x - DVec3::Z * 0.9);
         assert_eq!(part_outside(&BALL, inside, inside.map(|x| x + DVec3::Z)), 1.0);
         let part = part_outside(&BALL, inside, inside.map(|x| x - DVec3::Z));
-        assert!(part <= 0.01 && part > 0.0098, "{part}");
+        assert!(part <= 1e-3 && part > 0.98e-3, "{part}");
+    }
+
+    #[test]
+    fn what_touches_the_core_is_free_to_leave_and_to_slide_and_never_gets_through_bit_by_bit() {
+        let touching = OVER.map(|x| x - DVec3::Z * 0.82);
+        let part = |way: DVec3| part_outside(&BALL, touching, touching.map(|x| x + way));
+        assert_eq!([part(DVec3::Z), part(DVec3::X * 0.1)], [1.0; 2]);
+        let mut at = touching;
+        for step in 0..1000 {
+            let to = at.map(|x| x - DVec3::Z);
+            let part = part_outside(&BALL, at, to);
+            at = [0, 1, 2].map(|i| at[i].lerp(to[i], part));
+            // Half-way by half-way to 0.174 mm, as far as rounding tells them apart; then by hundredths.
+            assert!(at[0].z > if step < 30 { 0.174 } else { 0.0 }, "{} after {step}", at[0].z);
+        }
     }
 
     #[test]
@@ -153,7 +172,7 @@ mod tests {
             for x in [-0.85, 0.0, 0.85] {
                 let from = OVER.map(|p| p * DVec3::new(0.01, 0.01, 1.0) + DVec3::X * x);
                 let part = part_outside(&shape, from, from.map(|p| p - DVec3::Z * 20.0));
-                assert!(part < 0.05 && part > 0.04 - 1e-9, "{shape:?} at {x}: {part}");
+                assert!(part < 0.05 && part > 0.04 - 1e-3, "{shape:?} at {x}: {part}");
             }
         }
     }
