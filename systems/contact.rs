@@ -4,9 +4,10 @@
 //! back is the one at which its way, the obstacle's motion included, enters; where it began inside, as at rest it does by a little,
 //! the plane at the closest point, unless that has changed sides. What a solve has carried into an obstacle asks for another, and
 //! what is still inside then is put back onto its plane. Triangles that are large beside an obstacle are judged in the same way at
-//! their deepest point.
+//! their deepest point; and none passes through one, whatever comes of that.
 
 mod faces;
+mod side;
 
 use super::{StepContext, parallel};
 use crate::components::{Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolverScratch, Swept};
@@ -24,6 +25,9 @@ const SAME_SIDE: f64 = 0.7;
 
 /// A vertex further inside than this part of an edge after a solve asks for another.
 const DEEP: f64 = 0.05;
+
+/// See [`bearable`]: of the least half width.
+const BEARABLE: f64 = 0.1;
 
 /// The slip in a step, over the length of an edge, from which on friction is Coulomb's; below it is in proportion to the slip.
 const STICKING: f64 = 1e-3;
@@ -150,10 +154,8 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
 }
 
 /// Leaves only those bodies to be iterated of which a solve has carried a vertex deep into an obstacle, or through it.
-/// Of obstacles that stand still what is inside was pushed there, and is pushed out in the steps that come.
 pub fn take_up_again(world: &mut World) -> bool {
-    let mut obstacles = obstacles(world);
-    obstacles.retain(|moved| moved.1 != DVec3::ZERO);
+    let obstacles = obstacles(world);
     if obstacles.is_empty() {
         return false;
     }
@@ -161,25 +163,43 @@ pub fn take_up_again(world: &mut World) -> bool {
     type Query<'a> =
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a mut SolverScratch, Option<&'a Contact>);
     for (vertices, triangles, topology, increment, scratch, contact) in world.query_mut::<Query>() {
-        let is_deep = |v: usize| {
-            let place = |moved: &Moved| held(moved, increment.start[v], vertices.position[v]);
-            let limit = || DEEP * topology.vertex_area(triangles, v as u32).sqrt();
-            obstacles.iter().any(|moved| place(moved).is_some_and(|held| held.depth > limit()))
-        };
         let was_solved = increment.start.len() == vertices.len() && scratch.newton_iterations > 0;
-        let asks = contact.is_some()
-            && was_solved
-            && ((0..vertices.len()).any(is_deep) || has_deep_face(&obstacles, &increment.start, (vertices, triangles)));
+        let asks = contact.is_some() && was_solved && {
+            let looked_at = looked_at(&obstacles, increment);
+            let is_deep = |v: usize| {
+                let place = |moved: &Moved| held(moved, increment.start[v], vertices.position[v]);
+                let limit = || DEEP * topology.vertex_area(triangles, v as u32).sqrt();
+                looked_at.iter().any(|moved| place(moved).is_some_and(|held| held.depth > limit().max(bearable(moved))))
+            };
+            !looked_at.is_empty()
+                && ((0..vertices.len()).any(is_deep)
+                    || has_deep_face(&looked_at, &increment.start, (vertices, triangles)))
+        };
         scratch.is_converged = !asks;
         is_any |= asks;
     }
     is_any
 }
 
+/// How deep a solve may leave a body in an obstacle that stands, whatever its edges \[mm\]: what is inside was pushed there, and is
+/// pushed out in the steps that come. But what springs back goes deeper than that in one step, out at the other side.
+fn bearable((obstacle, travel): &Moved) -> f64 {
+    if *travel == DVec3::ZERO { BEARABLE * obstacle.shape.least_half_width() } else { 0.0 }
+}
+
+/// The obstacles in which a body may be deep: those that move, and those into which it has come far enough.
+fn looked_at(obstacles: &Obstacles, increment: &Increment) -> Obstacles {
+    let largest = increment.displacement.iter().map(|u| u.length_squared()).fold(0.0, f64::max).sqrt();
+    obstacles.iter().filter(|moved| moved.1 != DVec3::ZERO || largest > bearable(moved)).copied().collect()
+}
+
 fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&Vertices, &Triangles)) -> bool {
     let mut is_any = false;
     for moved in obstacles {
-        faces::for_held(moved, start, (&vertices.position[..], triangles), |_, face| is_any |= face.is_deep());
+        let bearable = bearable(moved);
+        faces::for_held(moved, start, (&vertices.position[..], triangles), |_, face| {
+            is_any |= face.is_deep() && face.held.depth > bearable;
+        });
     }
     is_any
 }
@@ -191,13 +211,14 @@ pub fn put_outside(world: &mut World, step: &StepContext) {
     type Query<'a> =
         ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a Topology, &'a SolverScratch), Option<&'a Contact>);
     for ((vertices, increment), (triangles, topology, scratch), contact) in world.query_mut::<Query>() {
-        if obstacles.is_empty() || contact.is_none() || increment.start.len() != vertices.len() {
+        if contact.is_none() || increment.start.len() != vertices.len() {
             continue;
         }
+        let obstacles = looked_at(&obstacles, increment);
         for v in 0..vertices.len() {
             for moved in &obstacles {
                 let Some(held) = held(moved, increment.start[v], vertices.position[v]) else { continue };
-                if held.depth > DEEP * topology.vertex_area(triangles, v as u32).sqrt() {
+                if held.depth > (DEEP * topology.vertex_area(triangles, v as u32).sqrt()).max(bearable(moved)) {
                     shift(vertices, increment, v, held.normal * held.depth * scratch.free[v], step);
                 }
             }
@@ -206,6 +227,25 @@ pub fn put_outside(world: &mut World, step: &StepContext) {
             faces::put_outside(moved, (vertices, increment), (triangles, &scratch.free), step);
         }
     }
+}
+
+/// Holds back what would pass through an obstacle in the step. Returns whether there was any.
+pub fn keep_sides(world: &mut World, step: &StepContext) -> bool {
+    let obstacles = obstacles(world);
+    if obstacles.is_empty() {
+        return false;
+    }
+    let mut is_any = false;
+    type Query<'a> = ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a SolverScratch), Option<&'a Contact>);
+    for ((vertices, increment), (triangles, scratch), contact) in world.query_mut::<Query>() {
+        if contact.is_none() || increment.start.len() != vertices.len() {
+            continue;
+        }
+        for moved in &looked_at(&obstacles, increment) {
+            is_any |= side::keep(moved, (&mut *vertices, &mut *increment), (triangles, &scratch.free), step);
+        }
+    }
+    is_any
 }
 
 /// Shifts a vertex within the step.

@@ -102,9 +102,32 @@ fn the_tear_follows_the_circle_and_closes() {
 fn drawn_outwards_late_it_runs_out_to_the_rim() {
     let (figures, _) = run(&mut instance("capsulorhexis-runout", &sets(&COARSE)));
     assert_eq!(figures.outcome, Outcome::RanOut, "{}", row(&figures));
-    // The rim is a polygon in a circle of 4.9 mm. The tear goes straight there from 160°; were it the flap that tears off at its
-    // inner end, far more of the circle would have been passed.
+    // The rim is a polygon in a circle of 4.9 mm. The tear goes straight there from 160°.
     assert!(figures.largest_radius > 4.85 && (0.4 * TAU..0.6 * TAU).contains(&figures.completion), "{}", row(&figures));
+}
+
+#[test]
+fn a_flap_that_tears_off_is_no_tear_that_runs_out() {
+    // Left on its circle and drawn outwards by 40°, the flap tears on from its inner end, straight over the pole to the far rim.
+    let on_lens = |radius: f64, angle: f64| {
+        let (s, c) = angle.sin_cos();
+        format!("[{}, {}, {}]", radius * c, radius * s, (100.0 - radius * radius).sqrt() - 10.0)
+    };
+    let circle = (0..=15).map(|i| on_lens(2.65 - 0.05 * f64::from(i) / 15.0, f64::from(10 * i).to_radians()));
+    let points: Vec<String> = [1.2, 2.0].map(|radius| on_lens(radius, 0.0)).into_iter().chain(circle).collect();
+    let mut all = sets(&FEW);
+    all.push(format!("bodies.0.cuts.0.polyline=[{}]", points.join(", ")));
+    all.push("bodies.0.grips.0.path.1.by=[6.13, -5.14, 0.3]".to_owned());
+    let (figures, events) = run(&mut instance("capsulorhexis-runout", &all));
+    assert_eq!(figures.outcome, Outcome::TornOff, "{}", row(&figures));
+    // The cut's tips are told in the order of its points.
+    let mut started = events.iter().filter_map(|event| match event.kind {
+        EventKind::Started { tip, at, .. } => Some((tip, at.truncate().length())),
+        _ => None,
+    });
+    let (inner, radius) = started.next().unwrap();
+    assert!((radius - 1.2).abs() < 0.01, "{radius}");
+    assert!(events.iter().any(|event| matches!(event.kind, EventKind::Ended { tip, .. } if tip == inner)));
 }
 
 #[test]
@@ -197,5 +220,39 @@ fn the_trends() {
             let (figures, _) = run(&mut instance("capsulorhexis-runout", &all));
             println!("| {what} | {value} | {} |", row(&figures));
         }
+    }
+}
+
+/// Fourteen grasps of 2 s that each lift the flap by 0.3 mm and draw it straight on by 3 mm, at an angle over the opening to the tear's
+/// direction.
+fn straight_grasps(degrees: f64) -> String {
+    let (s, c) = degrees.to_radians().sin_cos();
+    let grasp = |k: u32| {
+        let from = 200 + 2000 * k;
+        format!(
+            "{{ name = \"grasp {}\", at = [2.3, 0, -0.2681], near_tip = {{ behind = 0.35, left = 0.35 }}, from = {from}, \
+             until = {}, radius = 0.2, stiffness = 0.2, path = [{{ by = [0, 0, 0.3], end = {} }}, \
+             {{ by = [{:.4}, {:.4}, 0.3], end = {} }}] }}",
+            k + 1,
+            from + 1800,
+            from + 450,
+            -3.0 * s,
+            3.0 * c,
+            from + 1800
+        )
+    };
+    format!("bodies.0.grips=[{}]", (0..14).map(grasp).collect::<Vec<_>>().join(", "))
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture angles"]
+fn the_angles_of_a_hand_that_no_fibre_guides() {
+    let isotropic = ["bodies.0.grading.ratio_at_rim=1", "bodies.0.tearing.strength_ratio=1", "run.duration=28200"];
+    for degrees in [30.0, 45.0, 60.0, 80.0, 110.0] {
+        let mut all = sets(&FEW);
+        all.extend(sets(&isotropic));
+        all.push(straight_grasps(degrees));
+        let (figures, _) = run(&mut instance("capsulorhexis", &all));
+        println!("| {degrees}° | {} |", row(&figures));
     }
 }

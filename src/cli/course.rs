@@ -6,7 +6,7 @@ use serde::Serialize;
 /// Figures as [`CourseFigures`] defines them.
 #[derive(Serialize)]
 pub(super) struct CourseReport {
-    /// `"closed"`, `"ran_out"` or `"unfinished"`.
+    /// `"closed"`, `"ran_out"`, `"torn_off"` or `"unfinished"`.
     pub outcome: &'static str,
     pub completion_deg: f64,
     /// Absent unless the tear has closed, as the next two.
@@ -28,6 +28,7 @@ impl CourseReport {
             outcome: match figures.outcome {
                 Outcome::Closed => "closed",
                 Outcome::RanOut => "ran_out",
+                Outcome::TornOff => "torn_off",
                 Outcome::Unfinished => "unfinished",
             },
             completion_deg: figures.completion.to_degrees(),
@@ -54,6 +55,9 @@ impl CourseReport {
                     "run out to the rim at {:.0}°, {:.3} mm from the axis",
                     self.completion_deg, self.largest_radius_mm
                 )
+            }
+            _ if self.outcome == "torn_off" => {
+                format!("the flap has torn off from its inner end to the rim; {:.0}° passed", self.completion_deg)
             }
             _ => format!(
                 "open: {:.0}° done, at most {:.3} mm from the axis",

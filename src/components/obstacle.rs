@@ -98,6 +98,15 @@ impl Shape {
         }
     }
 
+    /// Half of its least width \[mm\]; infinite for a plane.
+    pub fn least_half_width(&self) -> f64 {
+        match *self {
+            Self::Plane { .. } => f64::INFINITY,
+            Self::Sphere { radius, .. } | Self::Capsule { radius, .. } => radius,
+            Self::Ellipsoid { half_axes, .. } => half_axes.min_element(),
+        }
+    }
+
     /// Whether the obstacle may reach into a ball: wherever it does, and for ellipsoids and capsules in some cases more.
     pub fn reaches(&self, ball_centre: DVec3, ball_radius: f64) -> bool {
         let extent = match *self {

@@ -6,6 +6,9 @@
 //! | grasps, time | jaws closed; from the start to the end of the tear | Raval 2021: experts 3.9 to 6.5 grasps, 29 to 42 s |
 //! | force | RMS and peak of the force at closed jaws, over the steps until the tear's end | fibre-Bragg forceps: experts 9 mN RMS, novices 17 |
 //! | largest radius | from the axis to the farthest point reached by a tip | run-out: past the zonules' insertion, or to the rim |
+//!
+//! A tear begins with a puncture near the axis, from which a cut leads outwards and round. The end of the cut that is left there is the
+//! flap's inner end. Where it tears on, it is the flap that tears off, and no circle that is left.
 
 use super::opening::{Axis, Opening, boundary_loops};
 use crate::components::Grips;
@@ -18,6 +21,10 @@ use std::f64::consts::{PI, TAU};
 /// A tear ends on the rim where it is nearer to it than this part of the rim's mean radius.
 const ON_RIM: f64 = 1e-6;
 
+/// An end of the first cut is the flap's inner end that is nearer to the axis than this part of the cut's farthest point, if its other
+/// end is not.
+const INNER: f64 = 0.5;
+
 /// How a tear around an axis has ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -29,6 +36,8 @@ pub enum Outcome {
     Closed,
     /// A tip has run out to the rim.
     RanOut,
+    /// The flap has torn off: its inner end has torn on to the rim.
+    TornOff,
 }
 
 /// The figures of a tear's course.
@@ -65,6 +74,8 @@ pub struct TearCourse {
     /// Angles passed \[rad\], and that of every tip alive.
     passed: [f64; 2],
     tips: Vec<(TipKey, f64, DVec3)>,
+    /// Tips at flaps' inner ends.
+    inner_ends: Vec<TipKey>,
     squares: f64,
     samples: u64,
     figures: CourseFigures,
@@ -76,7 +87,8 @@ impl TearCourse {
         let mut query = world.query_one::<(&Vertices, &Triangles, &Topology)>(body);
         let (vertices, triangles, topology) = query.get().ok()?;
         let outline = |rows: &[u32]| rows.iter().map(|&v| vertices.rest_position[v as usize]).collect::<Vec<_>>();
-        let loops: Vec<Vec<DVec3>> = boundary_loops(triangles, topology).iter().map(|rows| outline(rows)).collect();
+        let rows = boundary_loops(triangles, topology);
+        let loops: Vec<Vec<DVec3>> = rows.iter().map(|rows| outline(rows)).collect();
         let size = |points: &[DVec3]| {
             Axis::of_outline(points)
                 .map_or(0.0, |axis| points.iter().map(|&p| axis.offset(p).length()).fold(0.0, f64::max))
@@ -90,6 +102,7 @@ impl TearCourse {
             start: time,
             passed: [f64::INFINITY, f64::NEG_INFINITY],
             tips: Vec::new(),
+            inner_ends: Vec::new(),
             squares: 0.0,
             samples: 0,
             figures: CourseFigures::default(),
@@ -99,9 +112,16 @@ impl TearCourse {
             slit.iter().for_each(|&point| last = Some((course.pass(last, point), point)));
         }
         if let Ok(tips) = world.get::<&Tips>(body) {
-            let alive = tips.keys().iter().zip(&tips.vertex);
-            let places: Vec<_> = alive.map(|(&key, &v)| (key, vertices.rest_position[v as usize])).collect();
-            places.into_iter().for_each(|(key, at)| course.begin(key, at));
+            let radius = |v: u32| axis.offset(vertices.rest_position[v as usize]).length();
+            let alive = || tips.keys().iter().zip(&tips.vertex);
+            alive().for_each(|(&key, &v)| course.begin(key, vertices.rest_position[v as usize]));
+            for slit in rows.iter().enumerate().filter(|(i, _)| *i != rim).map(|(_, slit)| slit) {
+                let farthest = slit.iter().map(|&v| radius(v)).fold(0.0, f64::max);
+                let mut inner = alive().filter(|(_, v)| slit.contains(v) && radius(**v) < INNER * farthest);
+                if let (Some((&key, _)), None) = (inner.next(), inner.next()) {
+                    course.inner_ends.push(key);
+                }
+            }
         }
         Some(course)
     }
@@ -126,8 +146,9 @@ impl TearCourse {
             match &event.kind {
                 EventKind::Started { tip, at, .. } => self.begin(*tip, *at),
                 EventKind::Advanced { tip, to, .. } => self.go_on(*tip, *to),
-                EventKind::Ended { at, .. } if self.is_on_rim(*at) => {
-                    self.figures.outcome = Outcome::RanOut;
+                EventKind::Ended { tip, at, .. } if self.is_on_rim(*at) => {
+                    let is_flap = self.inner_ends.contains(tip);
+                    self.figures.outcome = if is_flap { Outcome::TornOff } else { Outcome::RanOut };
                     self.note_radius(*at);
                 }
                 EventKind::PieceFreed { .. } => self.look_for_opening(world),

@@ -149,12 +149,14 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
                 return;
             }
         }
+        contact::keep_sides(world, &step);
         running.stage(world, &step, Stage::Decide);
         if step.newton_iterations == 1 && take_up_again_for_tears(world, &step) {
             run_iteration(world, &decisive(step), running);
             if !has_sound(world, failed) {
                 return;
             }
+            contact::keep_sides(world, &step);
             running.stage(world, &step, Stage::Decide);
         }
         running.stage(world, &step, Stage::Account);

@@ -57,7 +57,7 @@ fn least_radius(shape: &Shape) -> f64 {
 
 /// The place of a triangle that is deepest in a shape: of a ball and a capsule in length, of an ellipsoid on the smallest of those
 /// similar to it. `None` for a plane, whose deepest place is a vertex.
-fn deepest(shape: &Shape, x: [DVec3; 3]) -> Option<[f64; 3]> {
+pub(super) fn deepest(shape: &Shape, x: [DVec3; 3]) -> Option<[f64; 3]> {
     let weights = match *shape {
         Shape::Plane { .. } => return None,
         Shape::Sphere { centre, .. } => nearest_in_triangle(x, centre),
@@ -67,7 +67,7 @@ fn deepest(shape: &Shape, x: [DVec3; 3]) -> Option<[f64; 3]> {
     weights.iter().all(|w| w.is_finite()).then_some(weights)
 }
 
-fn at(x: [DVec3; 3], weights: [f64; 3]) -> DVec3 {
+pub(super) fn at(x: [DVec3; 3], weights: [f64; 3]) -> DVec3 {
     x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2]
 }
 
