@@ -36,8 +36,8 @@ use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DVec2, DVec3};
 use lanes::Whole;
 
-/// Change of the deformation gradient from which on a triangle that is not crushed goes far: then what all of them leave over is summed, and where
-/// it is a fold that tilts so far, what such folds do. A smaller one turns by less than 0.1, and what it creates has a bound.
+/// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than 0.1, and
+/// what it creates has a bound.
 const FAR: f64 = 0.1;
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
@@ -46,9 +46,6 @@ const SHARE: f64 = 0.1;
 
 /// The part of what is bearable up to which bounds do in place of sums.
 const UNSEEN: f64 = 0.1;
-
-/// The part of it from which on all folds are looked at.
-const LARGE: f64 = 0.5;
 
 /// A strain whose energy counts as being in the body: what is slack and at rest stores nothing, and may turn.
 const SLACK: f64 = 0.01;
@@ -86,9 +83,6 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             (damping, pre_stretch, planar, fibres),
         )| {
             let work = scratch.residual_work;
-            let tilts_far = |increment: &Increment, partials: &mut Vec<f64>| {
-                folds.is_some_and(|f| f.tilts_far(&triangles.corners, |v| increment.delta[v], FAR, partials))
-            };
             let tautness = *increment.tautness.get_or_insert_with(|| Tautness {
                 slack: slack_energy(triangles, |t| &triangles.stiffness[t]),
                 stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
@@ -102,36 +96,31 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let SolverScratch { free, partials, pairs, left_over, unseen, .. } = &mut *scratch;
             let is_later = increment.displacement.iter().any(|u| *u != DVec3::ZERO);
-            let far = if step.is_last_resort { 0.0 } else { FAR };
-            let mut solved =
-                Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, is_later, rate, far };
+            let solved =
+                Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, is_later, rate };
             let most = SHARE * solved.energy(stored, tautness.slack, partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
-            let before = left_over.min(most);
-            let bound = if fibres.is_some() || tilts_far(increment, partials) {
+            let mut before = left_over.min(most);
+            *unseen = unseen.min(UNSEEN * most);
+            let bound = if fibres.is_some() || folds.is_some() {
                 f64::INFINITY
             } else {
                 bound((increment, triangles, frames), (stored, tautness.stiffest), partials, pairs)
             };
-            if before + work <= LARGE * most && *unseen + bound <= UNSEEN * most {
+            if before + work <= most && *unseen + bound <= UNSEEN * most {
                 *unseen += bound;
                 scratch.left_over = (before + work).max(0.0);
                 return;
             }
             let more = solved.left_over(1.0, partials);
-            let mut before = before;
             if bound.is_finite() {
                 // What was not looked at has created as much of its bound as what is looked at now.
                 before += *unseen * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
                 *unseen = 0.0;
             }
             let most = most - *unseen;
-            let mut sum = before + more + work;
-            if !(sum <= LARGE * most) && solved.far > 0.0 && folds.is_some() {
-                solved.far = 0.0;
-                sum = before + solved.left_over(1.0, partials) + work;
-            }
-            let mut part = 1.0;
+            let before = before.min(most);
+            let (mut part, mut sum) = (1.0, before + more + work);
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
             if step.is_last_resort && !(sum <= most) {
@@ -220,8 +209,6 @@ struct Solved<'a> {
     is_later: bool,
     /// 1/dt \[1/ms\].
     rate: f64,
-    /// Folds that tilt by less are not looked at.
-    far: f64,
 }
 
 /// What a part of an answer is judged by \[mJ\].

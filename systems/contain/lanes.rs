@@ -191,9 +191,9 @@ mod tests {
         let vertices = &*vertices;
         let operator = Operator { vertices, triangles, topology, frames, external, folds, inertia, viscosity, tangent };
         let unstretched = Sym2::new(0.98, 1.01, 0.005);
-        let (is_counted, is_later, rate, far) = (false, false, 0.1, 0.0);
+        let (is_counted, is_later, rate) = (false, false, 0.1);
         let (free, fibres) = (&scratch.free[..], None);
-        f(&mut Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, is_later, rate, far });
+        f(&mut Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, is_later, rate });
     }
 
     #[test]

@@ -70,12 +70,8 @@ struct Passes {
     rows: Vec<DVec3>,
     /// Half angles and moments.
     bent: Vec<[DVec3; 2]>,
-    /// Of a motion: half angles at its end, and their change along the tilts.
-    moved: Vec<[DVec3; 2]>,
-    /// Triangles that go far, those beside them, and so on: the distance plus one; zero further off.
-    ring: Vec<u8>,
-    /// The triangles with a ring, outwards.
-    rings: Vec<u32>,
+    /// Of a motion: half angles at its end, their change along the tilts, and that of a motion before.
+    moved: Vec<[DVec3; 3]>,
 }
 
 /// Tables of a body.
