@@ -114,9 +114,12 @@ fn gained(simulation: &Simulation, body: Entity, ledger: &mut Ledger, energy: f6
         ledger.energy = Some(Start { energy, rest_positions, corners });
         return None;
     };
+    // Of a body thrown far away positions are rounded, and strains with them.
+    let rounded = f64::EPSILON * vertices.position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
     let slack = |t: usize| {
-        let law = &triangles.stiffness[t];
-        0.5 * triangles.rest[t].area * triangles.thickness[t] * (law.q11 + law.q22) * (SLACK * SLACK)
+        let (law, [g1, g2]) = (&triangles.stiffness[t], triangles.rest[t].gradients);
+        let strain_sq = SLACK * SLACK + (rounded * rounded) * (g1.length_squared() + g2.length_squared());
+        0.5 * triangles.rest[t].area * triangles.thickness[t] * (law.q11 + law.q22) * strain_sq
     };
     let slack: f64 = (0..triangles.len()).map(slack).sum();
     let most = GROWTH * (start.energy + slack);
