@@ -8,9 +8,12 @@
 
 mod faces;
 mod side;
+mod sweeps;
 
 use super::{StepContext, parallel};
-use crate::components::{Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolverScratch, Swept};
+use crate::components::{
+    Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolverScratch, Swept, TearDecisions,
+};
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
 use hecs::World;
@@ -154,16 +157,19 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
 }
 
 /// Leaves only those bodies to be iterated of which a solve has carried a vertex deep into an obstacle, or through it.
-pub fn take_up_again(world: &mut World) -> bool {
+pub fn take_up_again(world: &mut World, step: &StepContext) -> bool {
     let obstacles = obstacles(world);
     if obstacles.is_empty() {
         return false;
     }
     let mut is_any = false;
-    type Query<'a> =
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a mut SolverScratch, Option<&'a Contact>);
-    for (vertices, triangles, topology, increment, scratch, contact) in world.query_mut::<Query>() {
-        let was_solved = increment.start.len() == vertices.len() && scratch.newton_iterations > 0;
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
+        &'a mut SolverScratch,
+        (Option<&'a Contact>, Option<&'a TearDecisions>),
+    );
+    for ((vertices, triangles, topology, increment), scratch, (contact, decisions)) in world.query_mut::<Query>() {
+        let was_solved = scratch.newton_iterations > 0 && is_in_step(vertices, increment, step, decisions);
         let asks = contact.is_some() && was_solved && {
             let looked_at = looked_at(&obstacles, increment);
             let is_deep = |v: usize| {
@@ -179,6 +185,16 @@ pub fn take_up_again(world: &mut World) -> bool {
         is_any |= asks;
     }
     is_any
+}
+
+/// Whether a body has begun the step and not done it: what is done is only waited for, perhaps with another mesh.
+fn is_in_step(
+    vertices: &Vertices,
+    increment: &Increment,
+    step: &StepContext,
+    decisions: Option<&TearDecisions>,
+) -> bool {
+    increment.start.len() == vertices.len() && !step.is_done(decisions)
 }
 
 /// How deep a solve may leave a body in an obstacle that stands, whatever its edges \[mm\]: what is inside was pushed there, and is
@@ -208,10 +224,13 @@ fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&
 /// a body far, no number of solves is sure to end on the right side. The velocity goes with it.
 pub fn put_outside(world: &mut World, step: &StepContext) {
     let obstacles = obstacles(world);
-    type Query<'a> =
-        ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a Topology, &'a SolverScratch), Option<&'a Contact>);
-    for ((vertices, increment), (triangles, topology, scratch), contact) in world.query_mut::<Query>() {
-        if contact.is_none() || increment.start.len() != vertices.len() {
+    type Query<'a> = (
+        (&'a mut Vertices, &'a mut Increment),
+        (&'a Triangles, &'a Topology, &'a mut SolverScratch),
+        (Option<&'a Contact>, Option<&'a TearDecisions>),
+    );
+    for ((vertices, increment), (triangles, topology, scratch), (contact, decisions)) in world.query_mut::<Query>() {
+        if contact.is_none() || !is_in_step(vertices, increment, step, decisions) {
             continue;
         }
         let obstacles = looked_at(&obstacles, increment);
@@ -224,7 +243,7 @@ pub fn put_outside(world: &mut World, step: &StepContext) {
             }
         }
         for moved in &obstacles {
-            faces::put_outside(moved, (vertices, increment), (triangles, &scratch.free), step);
+            faces::put_outside(moved, (vertices, increment), (triangles, scratch), step);
         }
     }
 }
@@ -236,13 +255,17 @@ pub fn keep_sides(world: &mut World, step: &StepContext) -> bool {
         return false;
     }
     let mut is_any = false;
-    type Query<'a> = ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a SolverScratch), Option<&'a Contact>);
-    for ((vertices, increment), (triangles, scratch), contact) in world.query_mut::<Query>() {
-        if contact.is_none() || increment.start.len() != vertices.len() {
+    type Query<'a> = (
+        (&'a mut Vertices, &'a mut Increment),
+        (&'a Triangles, &'a mut SolverScratch),
+        (Option<&'a Contact>, Option<&'a TearDecisions>),
+    );
+    for ((vertices, increment), (triangles, scratch), (contact, decisions)) in world.query_mut::<Query>() {
+        if contact.is_none() || !is_in_step(vertices, increment, step, decisions) {
             continue;
         }
         for moved in &looked_at(&obstacles, increment) {
-            is_any |= side::keep(moved, (&mut *vertices, &mut *increment), (triangles, &scratch.free), step);
+            is_any |= side::keep(moved, (&mut *vertices, &mut *increment), (triangles, &mut *scratch), step);
         }
     }
     is_any

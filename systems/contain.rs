@@ -19,6 +19,9 @@
 //! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
 //! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
 //!
+//! Damping dissipates what it takes: W has the work of the stress that the earlier solves' way has left along the way of this one. So does drag,
+//! whose work along the way is no load's.
+//!
 //! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
 
 mod folds;
@@ -27,9 +30,12 @@ pub mod nonlinear;
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
+use super::kernels::path_work::Element;
 use super::linear::{Folds, Operator};
 use super::{Formula, StepContext, parallel};
-use crate::components::{Damping, Frames, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres, Tautness};
+use crate::components::{
+    Damping, Drag, Frames, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres, Tautness,
+};
 use crate::math::{ElementState, Faded, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -64,7 +70,8 @@ const ROUNDING: f64 = 1e-12;
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>),
-    (Option<&'a Damping>, Option<&'a PreStretch>, Option<&'a Planar>, Option<&'a StiffeningFibres>),
+    (Option<&'a Damping>, Option<&'a Drag>),
+    (Option<&'a PreStretch>, Option<&'a Planar>, Option<&'a StiffeningFibres>),
 );
 
 /// Adds up what the last solve leaves over, and marks the bodies where that is too much. Where no shorter step is left to be tried, such
@@ -80,7 +87,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         |(
             (vertices, triangles, topology, frames),
             (increment, scratch, folds),
-            (damping, pre_stretch, planar, fibres),
+            (damping, drag),
+            (pre_stretch, planar, fibres),
         )| {
             let work = scratch.residual_work;
             let tautness = *increment.tautness.get_or_insert_with(|| Tautness {
@@ -95,14 +103,25 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let SolverScratch { free, partials, pairs, left_over, unseen, .. } = &mut *scratch;
-            let is_later = increment.displacement.iter().any(|u| *u != DVec3::ZERO);
-            let solved =
-                Solved { operator, increment, free, unstretched, fibres, is_planar, is_counted, is_later, rate };
+            let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
+            let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
+            let solved = Solved {
+                operator,
+                increment,
+                free,
+                unstretched,
+                fibres,
+                is_planar,
+                is_counted,
+                is_damped_before,
+                drag,
+                rate,
+            };
             let most = SHARE * solved.energy(stored, tautness.slack, partials);
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
             let mut before = left_over.min(most);
             *unseen = unseen.min(UNSEEN * most);
-            let bound = if fibres.is_some() || folds.is_some() {
+            let bound = if fibres.is_some() || folds.is_some() || is_damped_before {
                 f64::INFINITY
             } else {
                 bound((increment, triangles, frames), (stored, tautness.stiffest), partials, pairs)
@@ -205,8 +224,10 @@ struct Solved<'a> {
     is_planar: bool,
     /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
     is_counted: bool,
-    /// Whether an earlier solve of the step has moved the body.
-    is_later: bool,
+    /// Whether there is damping, and something that an earlier solve of the step has gone.
+    is_damped_before: bool,
+    /// The coefficient of drag over dt \[N/mm³\].
+    drag: f64,
     /// 1/dt \[1/ms\].
     rate: f64,
 }
@@ -260,25 +281,21 @@ impl Solved<'_> {
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = &frames.state[t];
-        let mut end = membrane::state(x, rest, &triangles.stiffness[t], self.is_planar, self.unstretched);
-        end.stress = StiffeningFibres::stiffen(self.fibres, end.polar.stretch, self.unstretched, end.stress);
+        let &Self { is_planar, unstretched, fibres, .. } = self;
+        let (volume, stiffness) = (self.volume(t), &triangles.stiffness[t]);
+        let end = Element { rest, stiffness, volume, is_planar, unstretched, fibres }.energy(x);
         let rate = membrane::stretch_rate(&start.polar, rest, u);
         let pull = self.operator.element(t).apply(u);
-        let work = self.volume(t) * start.stress.contract(rate)
+        let work = volume * start.stress.contract(rate)
             + self.damped(t, rate)
             + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
-        self.stored(t, &end) - self.stored(t, start) - work
-    }
-
-    /// Whether there is damping, and something that an earlier solve of the step has gone.
-    fn is_damped_before(&self) -> bool {
-        self.operator.viscosity > 0.0 && self.is_later
+        end - self.stored(t, start) - work
     }
 
     /// What damping by what the step's earlier solves have gone does along a stretch rate \[mJ\], and in these where they are not counted.
     fn damped(&self, t: usize, rate: Sym2) -> f64 {
         let Operator { triangles, frames, viscosity, .. } = self.operator;
-        if !self.is_damped_before() {
+        if !self.is_damped_before {
             return 0.0;
         }
         let u = triangles.corners[t].map(|v| self.increment.displacement[v as usize]);
@@ -290,7 +307,7 @@ impl Solved<'_> {
 
     /// What this `part` of the answer leaves over \[mJ\].
     fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
-        let Self { operator: Operator { vertices, triangles, tangent, .. }, increment, .. } = self;
+        let Self { operator: Operator { vertices, triangles, topology, tangent, .. }, increment, .. } = self;
         let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
         let sum = if is_alike {
             parallel::sum_chunks(&mut vec![(); triangles.len()], partials, &Whole(self))
@@ -300,12 +317,15 @@ impl Solved<'_> {
         let dissipated = |v: usize| {
             let delta = partly(increment.delta[v], self.free[v], part);
             let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
-            let earlier = if self.is_counted {
-                0.0
+            let gone = increment.displacement[v];
+            let (earlier, dragged) = if self.is_counted {
+                (0.0, 0.0)
             } else {
-                0.5 * (increment.displacement[v] * self.rate - before).length_squared()
+                (0.5 * (gone * self.rate - before).length_squared(), gone.length_squared())
             };
+            let drag = if self.drag > 0.0 { self.drag * topology.vertex_area(triangles, v as u32) } else { 0.0 };
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
+                + drag * (dragged + delta.dot(gone + delta))
         };
         let sum = sum + self.bent(part, partials);
         if sum == 0.0 { 0.0 } else { sum - parallel::sum(vertices.len(), partials, dissipated) }
@@ -326,10 +346,10 @@ impl Solved<'_> {
         if sum.is_finite() { sum } else { 0.0 }
     }
 
-    /// What is in the body at the start: stored, twice of which may be known, as motion, and what is `slack` \[mJ\].
+    /// What is in the body where the solve starts: stored, twice of which may be known, as motion, and what is `slack` \[mJ\].
     fn energy(&self, twice_stored: f64, slack: f64, partials: &mut Vec<f64>) -> f64 {
         let Operator { vertices, triangles, frames, .. } = self.operator;
-        let motion = |v: usize| 0.5 * vertices.mass[v] * self.increment.start_velocity[v].length_squared();
+        let motion = |v: usize| 0.5 * vertices.mass[v] * vertices.velocity[v].length_squared();
         let motion = parallel::sum(vertices.len(), partials, motion);
         let bent = self.operator.folds.map_or(0.0, |folds| folds.stored(partials));
         if frames.stiffened.is_empty() {

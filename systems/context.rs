@@ -5,7 +5,7 @@
 //! TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): both stages have s = (1 − 1/√2)·Δt, so that one matrix serves both. The
 //! first is the trapezoidal rule from 0 to γ·Δt, the second the backward difference formula through both and Δt.
 
-use crate::components::{Increment, SolverScratch};
+use crate::components::{Increment, SolverScratch, TearDecisions};
 use crate::settings::{Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
@@ -88,6 +88,11 @@ impl StepContext {
             newton_iterations: settings.newton_iterations.max(1),
             newton_tolerance: settings.newton_tolerance,
         }
+    }
+
+    /// Whether a body has done its step, which others take up again: its tears need not advance further.
+    pub fn is_done(&self, decisions: Option<&TearDecisions>) -> bool {
+        self.is_resumed && !decisions.is_some_and(|decisions| decisions.may_advance_further)
     }
 
     /// A static solve by Newton's method with the exact tangent, under the loads of `time` \[ms\].

@@ -40,7 +40,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
         world,
         |((_, triangles, _, tearing), (tips, decisions, _, sleeping), _)| {
-            let is_done = is_asleep(sleeping) || step.is_resumed && !decisions.may_advance_further;
+            let is_done = is_asleep(sleeping) || step.is_done(Some(decisions));
             match (is_done, tearing.may_initiate) {
                 (true, _) => 0,
                 (false, true) => triangles.len(),

@@ -82,7 +82,7 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
         (Prescription<'a>, Option<&'a Planar>, Option<&'a TearDecisions>),
     );
     for ((vertices, increment, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
-        scratch.is_converged = !decisions.is_some_and(|d| d.may_advance_further);
+        scratch.is_converged = step.is_done(decisions);
         if scratch.is_converged {
             continue;
         }

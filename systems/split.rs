@@ -36,7 +36,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (point_loads, edge_loads, refined, changes),
     ) in world.query_mut::<Query>().with::<&SolverScratch>()
     {
-        if step.is_resumed && !decisions.may_advance_further {
+        if step.is_done(Some(decisions)) {
             continue;
         }
         let reach = Reach::new(step, tearing);

@@ -1,8 +1,11 @@
 //! No step creates energy: bodies that nothing holds or pushes keep what they have or lose it, however they are thrown, crumpled and
 //! stepped, and however badly their linear systems are solved.
 
+mod noise;
+
 use glam::DVec3;
 use hecs::Entity;
+use noise::noises;
 use rhexis::components::{Bending, Curve, Fibres, Gravity, Hold, Material};
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
@@ -42,14 +45,6 @@ fn energy(simulation: &mut Simulation, body: Entity) -> f64 {
     energies.elastic + energies.kinetic
 }
 
-/// Uniform in −1 … 1 (splitmix64 of a counter).
-fn noise(i: usize) -> f64 {
-    let mut z = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-}
-
 fn change(simulation: &Simulation, body: Entity, change: impl Fn(usize, &mut DVec3, &mut DVec3)) {
     let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
     let Vertices { position, velocity, .. } = &mut *vertices;
@@ -59,7 +54,7 @@ fn change(simulation: &Simulation, body: Entity, change: impl Fn(usize, &mut DVe
 /// Throws every vertex up to `size` \[mm\] off.
 fn crumple(simulation: &Simulation, body: Entity, is_planar: bool, size: f64) {
     change(simulation, body, |v, x, _| {
-        let by = DVec3::new(noise(3 * v), noise(3 * v + 1), noise(3 * v + 2)) * size;
+        let by = noises(v, 0) * size;
         *x += if is_planar { by.with_z(0.0) } else { by };
     });
 }
@@ -179,7 +174,7 @@ fn let_go(stiffness: f64) -> u32 {
             let bending = Bending { stiffness: Some(stiffness) };
             let (mut simulation, body) = spawned(solved_to(1e-4), |sheet| sheet.with(bending));
             change(&simulation, body, |v, x, _| {
-                *x += DVec3::new(noise(3 * v), noise(3 * v + 1), noise(3 * v + 2)) * size;
+                *x += noises(v, 0) * size;
             });
             let what = format!("D = {stiffness} N·mm, crumpled by {size} mm, {dt} ms");
             retried += assert_contained(&mut simulation, body, dt, &what);

@@ -8,7 +8,7 @@ use rhexis::components::{
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Settings};
-use rhexis::simulation::{CutError, Simulation, SimulationError};
+use rhexis::simulation::{CutError, MotionError, Simulation, SimulationError};
 use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};
 
 /// Numbers that break arithmetic which does not look.
@@ -249,6 +249,20 @@ fn derived_state_of_another_length_is_made_anew_or_survived() {
         simulation.settle(0.0, 1e-6).unwrap();
     }
     assert_finite(&simulation, body);
+}
+
+#[test]
+fn a_velocity_that_is_none_or_has_no_energy_is_refused() {
+    let (mut simulation, body) = spawned();
+    simulation.step(10.0).unwrap();
+    let velocity = |s: &Simulation| s.world().get::<&Vertices>(body).unwrap().velocity.clone();
+    let before = velocity(&simulation);
+    // The square of the last overflows, its own value does not.
+    for speed in [f64::NAN, f64::INFINITY, 1e200] {
+        assert!(matches!(simulation.set_velocity(body, |_| DVec3::X * speed), Err(MotionError::NotFinite)), "{speed}");
+        assert_eq!(velocity(&simulation), before);
+    }
+    simulation.set_velocity(body, |_| DVec3::X * 1e3).unwrap();
 }
 
 #[test]

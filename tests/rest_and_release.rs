@@ -1,8 +1,11 @@
 //! What a body does that is left to itself: at rest it stays, spinning it keeps its angular momentum as far as the integrator promises,
 //! taut it comes to rest from noise, and let go from any collapse it comes back to a shape without stress.
 
+mod noise;
+
 use glam::{DMat3, DVec3};
 use hecs::Entity;
+use noise::noises;
 use rhexis::components::{Curve, Damping, Drag, Fibres, Hold, Material};
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
@@ -23,19 +26,6 @@ fn spawn(settings: Settings, membrane: Membrane) -> (Simulation, Entity) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
     let body = simulation.spawn(membrane).unwrap();
     (simulation, body)
-}
-
-/// Uniform in −1 … 1 (splitmix64 of a counter).
-fn noise(i: usize) -> f64 {
-    let mut z = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-}
-
-fn noises(v: usize, seed: usize) -> DVec3 {
-    let first = 1_000_003 * seed + 3 * v;
-    DVec3::new(noise(first), noise(first + 1), noise(first + 2))
 }
 
 /// Sets position and velocity from number and rest position.

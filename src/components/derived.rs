@@ -169,6 +169,9 @@ pub struct SolverScratch {
     /// Where solves have stopped because time was up.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub stops: Stops,
+    /// Of the triangles that have to be put outside an obstacle.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub sweeps: Sweeps,
     /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
     pub stored: f64,
     /// Whether `residual` has to be exact after the solve: an energy balance counts it.
@@ -220,7 +223,7 @@ impl SolverScratch {
         let empty = Self::default();
         let Self { free, residual, rhs, direction, product, inverse_block, partials, pairs, account, stops, .. } =
             empty;
-        let Self { residual_work, is_counted, fault, .. } = empty;
+        let Self { sweeps, residual_work, is_counted, fault, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
         let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, .. } = *self;
@@ -235,6 +238,7 @@ impl SolverScratch {
             pairs,
             account,
             stops,
+            sweeps,
             stored,
             is_audited,
             iterations,
@@ -262,6 +266,17 @@ impl SolverScratch {
     pub fn rows_to_solve(&self, rows: usize) -> usize {
         if self.is_converged { 0 } else { rows }
     }
+}
+
+/// When corners have last moved and triangles last been looked at, counted in motions.
+#[derive(Clone, Debug, Default)]
+pub struct Sweeps {
+    /// Motions so far.
+    pub motions: u64,
+    /// Of every vertex.
+    pub moved: Vec<u64>,
+    /// Of every triangle.
+    pub looked_at: Vec<u64>,
 }
 
 /// What a static increment is compared with.

@@ -33,7 +33,7 @@ pub use body::{Body, Planar};
 pub use changes::{Change, ChangeSet, Changes};
 pub use curve::{BadCurve, Curve};
 pub use derived::{
-    ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch, StepAccount, Tautness,
+    ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch, StepAccount, Sweeps, Tautness,
 };
 pub(crate) use energy_audit::Equilibrium;
 pub use energy_audit::{Energies, EnergyAudit, EnergyBalance};

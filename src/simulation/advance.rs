@@ -134,7 +134,7 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
             return;
         }
         for round in 0..=CONTACT_ROUNDS {
-            if step.newton_iterations > 1 || !contact::take_up_again(world) {
+            if step.newton_iterations > 1 || !contact::take_up_again(world, &step) {
                 break;
             }
             if round == CONTACT_ROUNDS {

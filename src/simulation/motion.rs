@@ -14,8 +14,8 @@ pub enum MotionError {
     /// There is no such body.
     #[error("there is no such body")]
     NoSuchBody,
-    /// A rotation, translation or velocity that is not finite.
-    #[error("a rotation, translation or velocity is not finite")]
+    /// A rotation, translation or velocity that is not finite, or a velocity whose energy is not.
+    #[error("a rotation, translation or velocity, or its energy, is not finite")]
     NotFinite,
     /// A hold that would draw the body back at once.
     #[error("`{0}` holds the body along a curve: let its vertices go, or pin them instead")]
@@ -79,14 +79,16 @@ impl Simulation {
     /// Sets the velocities \[mm/ms\] of a body from its positions \[mm\]. Held axes keep to their holds in the next step.
     ///
     /// # Errors
-    /// For a velocity that is not finite; `velocity` is asked twice for each vertex.
+    /// For a velocity that is not finite, or whose energy is not; `velocity` is asked twice for each vertex.
     pub fn set_velocity(&mut self, body: Entity, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), MotionError> {
         self.note(|| Input::Wake(body));
         self.lend(Some(body));
         let before = self.audited_energies(body);
         let (vertices, planar) =
             self.world.query_one_mut::<(&mut Vertices, Option<&Planar>)>(body).map_err(|_| MotionError::NoSuchBody)?;
-        if !vertices.position.iter().all(|&x| velocity(x).is_finite()) {
+        let doubled: f64 =
+            vertices.position.iter().zip(&vertices.mass).map(|(&x, m)| m * velocity(x).length_squared()).sum();
+        if !doubled.is_finite() {
             return Err(MotionError::NotFinite);
         }
         if planar.is_some() && vertices.position.iter().any(|&x| velocity(x).z != 0.0) {

@@ -140,6 +140,12 @@ const TWINS: u64 = 8;
 /// Cases of so many triangles take few steps, lest they take most of the time.
 const MANY: usize = 100;
 
+/// A case ends at the latest when each of its triangles at each of its steps, added up, come to so many.
+const WORK: usize = 3000;
+
+/// No case ends before so many steps for its triangles' sake.
+const LEAST: usize = 10;
+
 /// Runs a case; one that fails is run again, recorded, and its recording made short.
 pub fn run(seed: u64, case: u64) -> Outcome {
     let (mut outcome, hash, is_free) = run_once(seed, case, 1, false);
@@ -213,7 +219,12 @@ fn play(scene: &mut Scene, dice: &mut Dice, counts: &mut Counts) -> Result<(), B
         (_, false) => 10 + dice.below(90),
     };
     let violence = dice.between(0.0, 0.7);
-    for _ in 0..steps {
+    let mut work = 0;
+    for done in 0..steps {
+        work += triangle_count(scene);
+        if work > WORK && done >= LEAST {
+            break;
+        }
         let dt = dice.decades(-2.0, 2.0);
         while dice.chance(violence) {
             hand.act(scene, dice, dt);

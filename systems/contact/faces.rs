@@ -6,7 +6,7 @@
 //! that a step stays stable and only comes to rest a little later.
 
 use super::{DEEP, Held, Moved, STIFFNESS, held, shift};
-use crate::components::{Contact, Increment, Obstacle, Shape};
+use crate::components::{Contact, Increment, Obstacle, Shape, SolverScratch};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::tearing::nearest_in_triangle;
@@ -213,15 +213,20 @@ pub(super) fn force_of(obstacle: &Obstacle, contact: &Contact, vertices: &Vertic
 pub(super) fn put_outside(
     moved: &Moved,
     (vertices, increment): (&mut Vertices, &mut Increment),
-    (triangles, free): (&Triangles, &[DVec3]),
+    (triangles, SolverScratch { free, sweeps, .. }): (&Triangles, &mut SolverScratch),
     step: &StepContext,
 ) {
     if least_radius(&moved.0.shape).is_infinite() {
         return;
     }
-    for _ in 0..ROUNDS {
+    let counts = (vertices.len(), triangles.len());
+    sweeps.begin();
+    for round in 0..ROUNDS {
         let mut is_any = false;
-        for corners in triangles.corners.iter().map(|corners| corners.map(|v| v as usize)) {
+        for (t, corners) in triangles.corners.iter().map(|corners| corners.map(|v| v as usize)).enumerate() {
+            if !(sweeps.is_due(t, corners) || round == 0) {
+                continue;
+            }
             let (start, x) = (corners.map(|v| increment.start[v]), corners.map(|v| vertices.position[v]));
             let Some(face) = held_face(moved, start, x).filter(HeldFace::is_deep) else { continue };
             is_any = true;
@@ -231,7 +236,10 @@ pub(super) fn put_outside(
             if gain > 0.0 {
                 let longest = shares.iter().map(|share| share.length()).fold(0.0, f64::max);
                 let way = face.held.depth * (1.0 / gain).min(LONGEST / longest);
-                (0..3).for_each(|i| shift(vertices, increment, corners[i], shares[i] * way, step));
+                for (v, share) in corners.into_iter().zip(shares) {
+                    sweeps.note(v, counts);
+                    shift(vertices, increment, v, share * way, step);
+                }
             }
         }
         if !is_any {

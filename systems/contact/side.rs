@@ -7,7 +7,7 @@
 
 use super::faces::{at, deepest};
 use super::{Moved, shift};
-use crate::components::{Increment, Shape};
+use crate::components::{Increment, Shape, SolverScratch};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
 use glam::DVec3;
@@ -76,17 +76,22 @@ fn part_outside(shape: &Shape, from: [DVec3; 3], to: [DVec3; 3]) -> f64 {
 pub(super) fn keep(
     (obstacle, travel): &Moved,
     (vertices, increment): (&mut Vertices, &mut Increment),
-    (triangles, free): (&Triangles, &[DVec3]),
+    (triangles, SolverScratch { free, sweeps, .. }): (&Triangles, &mut SolverScratch),
     step: &StepContext,
 ) -> bool {
     let shape = &obstacle.shape;
     if shape.least_half_width().is_infinite() {
         return false;
     }
+    let counts = (vertices.len(), triangles.len());
     let mut is_any_held = false;
+    sweeps.begin();
     for round in 0..SHORTENED + STOPPED {
         let mut is_any = false;
-        for corners in triangles.corners.iter().map(|corners| corners.map(|v| v as usize)) {
+        for (t, corners) in triangles.corners.iter().map(|corners| corners.map(|v| v as usize)).enumerate() {
+            if !(sweeps.is_due(t, corners) || round == 0 || round == SHORTENED) {
+                continue;
+            }
             let from = corners.map(|v| increment.start[v] + *travel);
             let part = part_outside(shape, from, corners.map(|v| vertices.position[v]));
             if !(part < 1.0) {
@@ -97,6 +102,7 @@ pub(super) fn keep(
                 let way = (from - vertices.position[v]) * free[v] * (1.0 - part);
                 if way != DVec3::ZERO {
                     is_any = true;
+                    sweeps.note(v, counts);
                     shift(vertices, increment, v, way, step);
                 }
             }

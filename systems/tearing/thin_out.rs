@@ -4,9 +4,8 @@
 //! rest surface and in space, angles stay good, and the elastic energy of the triangles changes little.
 
 use super::Surface;
-use crate::components::StiffeningFibres;
-use crate::math::{ElementState, RestTriangle, smallest_angle};
-use crate::systems::kernels::membrane;
+use crate::math::{RestTriangle, smallest_angle};
+use crate::systems::kernels::path_work::Element;
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -95,12 +94,9 @@ impl Surface<'_> {
         for &(t, corner) in sectors {
             let triangle = self.triangles.at(t);
             let energy = |rest: &RestTriangle, now: [DVec3; 3]| {
-                let state = membrane::state(now, rest, &triangle.stiffness, self.is_planar, self.unstretched);
-                let law = (self.is_planar, self.unstretched, self.fibres);
-                let stress =
-                    StiffeningFibres::stiffen(self.fibres, state.polar.stretch, self.unstretched, state.stress);
-                let state = ElementState { stress, ..state };
-                0.5 * rest.area * triangle.thickness * membrane::twice_energy(&state, &triangle.stiffness, law)
+                let &Self { is_planar, unstretched, fibres, .. } = self;
+                let (stiffness, volume) = (&triangle.stiffness, rest.area * triangle.thickness);
+                Element { rest, stiffness, volume, is_planar, unstretched, fibres }.energy(now)
             };
             before += energy(&triangle.rest, triangle.corners.map(|v| self.vertices.position[v as usize]));
             let stress = FAINT * strength;

@@ -110,7 +110,7 @@ impl Outline {
         // Four triangles per square of the edge's length: more than any pattern has, and room for the grid of darts.
         let squares =
             (size.x + 2.0) * (size.y + 2.0) + sides(&outline.corners).map(|(a, b)| a.distance(b) / edge).sum::<f64>();
-        bounded((squares < 1e9).then_some(4 * squares as usize))?;
+        bounded((squares < 1e9).then(|| 4 * squares as usize))?;
         for (a, b) in sides(&outline.corners) {
             let count = (a.distance(b) / edge).round().max(1.0);
             outline.border.extend((0..count as usize).map(|i| a + (b - a) * (i as f64 / count)));

@@ -1,9 +1,6 @@
 //! Incomplete Cholesky factor with the fill of level one, by 3×3 blocks: M = L·D·Lᵀ, L with the pattern of A and what eliminating
 //! one row of A puts between its later neighbours (Meijerink, van der Vorst 1977; levels: Watts 1981).
 //!
-//! Without fill L has 2.9 blocks in a row and needs 1.7 times the iterations; with the fill of level two it has 6.0 in place of 4.1 and
-//! needs 0.7 times as many, which its sweeps and its making cost again (lens capsule as it tears).
-//!
 //! A body torn, folded and partly slack has stiff and soft directions side by side, and changes from step to step: the factor is
 //! made anew for every solve, which costs as much as a few iterations and saves three out of four of them. Both sweeps are
 //! serial by nature; rows stand in an order in which neighbours are far apart (see [`super::order`]), so that the processor

@@ -53,8 +53,7 @@ const SINGLE: f64 = 1e-4;
 /// Iterations that are few: of hundreds the rounding adds up.
 const FEW: u32 = 20;
 
-/// The diagonal is raised by this fraction of itself before it is factored. Chosen on the lens capsule as it tears: without it one solve
-/// in a dozen needs two fifths more iterations, with 0.03 all of them a tenth more.
+/// The diagonal is raised by this fraction of itself before it is factored (Manteuffel 1980). Chosen on the lens capsule as it tears.
 const SHIFT: f32 = 0.01;
 
 /// A factor that needs more iterations than this for a round is a bad one: the next has its diagonal raised ten times as far.
