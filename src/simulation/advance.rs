@@ -255,7 +255,8 @@ fn fault(vertices: &Vertices, scratch: &SolverScratch) -> Option<Fault> {
     }
     let Vertices { position, velocity, mass, .. } = vertices;
     // An energy that overflows is none.
-    let is_finite = position.iter().all(|x| x.is_finite())
+    let is_finite = scratch.stored.is_finite()
+        && position.iter().all(|x| x.is_finite())
         && velocity.iter().zip(mass).map(|(v, m)| m * v.length_squared()).sum::<f64>().is_finite();
     if !is_finite {
         return Some(Fault::NotFinite);

@@ -145,9 +145,15 @@ fn move_obstacle(scene: &mut Scene, dice: &mut Dice) {
     let _ = scene.simulation.move_obstacle(obstacle, shape);
 }
 
+/// Bodies that loads have blown up beyond this \[mm\] are not crushed: what is put where it has no finite energy is the hand's failure.
+const BLOWN_UP: f64 = 1e100;
+
 /// Puts vertices where none should be.
 fn crush(simulation: &mut Simulation, actor: Actor, dice: &mut Dice, size: f64) {
     let Ok(vertices) = simulation.entity_mut::<&mut Vertices>(actor.entity) else { return };
+    if vertices.position.iter().any(|x| x.abs().max_element() > BLOWN_UP) {
+        return;
+    }
     let in_plane = |x: DVec3, of: DVec3| if actor.is_planar { x.with_z(of.z) } else { x };
     let middle = lowest(&vertices.position).midpoint(highest(&vertices.position));
     let (axis, amount) =

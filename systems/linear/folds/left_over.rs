@@ -30,11 +30,12 @@ impl Folds {
 
     /// E(x + u) − E(x) + f·u − u·K·u \[mJ\] with the tangent K as it is in the step, for a displacement `u` from where the angles
     /// were last evaluated, less what damping by the way `before` in the step does along u, and along that way too where that is not
-    /// counted yet. Where a fold goes on beyond 180° E is that of the fold told from its other side, as the forces of the next step are.
+    /// counted yet. Where a fold goes on beyond 180° E is that of the fold told from its other side, as the forces of the next step are. For that
+    /// `end`, x + u, has to have the bits that the next step starts from.
     pub fn left_over(
         &self,
-        (corners, x): (&[[u32; 3]], &[DVec3]),
-        u: impl Fn(usize) -> DVec3 + Sync,
+        corners: &[[u32; 3]],
+        (u, end): (impl Fn(usize) -> DVec3 + Sync, impl Fn(usize) -> DVec3 + Sync),
         before: Option<(&[DVec3], bool)>,
         partials: &mut Vec<f64>,
     ) -> f64 {
@@ -47,9 +48,7 @@ impl Folds {
         // Normals at the end, and tilts.
         parallel::for_rows(bent, |t, bent| {
             let corners = corners[t].map(|v| v as usize);
-            let u = corners.map(&u);
-            let end = [x[corners[0]] + u[0], x[corners[1]] + u[1], x[corners[2]] + u[2]];
-            *bent = [fold::normal(end, self.made_of[t].0.area), self.tilt[t].of(u)];
+            *bent = [fold::normal(corners.map(&end), self.made_of[t].0.area), self.tilt[t].of(corners.map(&u))];
         });
         if let Some((before, _)) = before {
             parallel::for_rows(rows, |t, tilts| *tilts = self.tilt[t].of(corners[t].map(|v| before[v as usize])));
@@ -59,8 +58,7 @@ impl Folds {
             for (e, &across) in self.rest[t].across.iter().enumerate() {
                 if across != NONE {
                     let [from, to] = [e, (e + 1) % 3].map(|corner| corners[t][corner] as usize);
-                    let edge = (x[to] + u(to)) - (x[from] + u(from));
-                    let now = fold::angle(bent[t][0], bent[across as usize / 3][0], edge);
+                    let now = fold::angle(bent[t][0], bent[across as usize / 3][0], end(to) - end(from));
                     half[e] = 0.5 * fold::shorter_way(now - self.rest[t].angle[e]);
                 }
             }
