@@ -278,6 +278,18 @@ fn poisoned_state_is_not_carried_on_silently() {
 }
 
 #[test]
+fn a_state_whose_energy_overflows_is_not_carried_on_silently() {
+    for exponent in 140..=308 {
+        let (mut simulation, body) = spawned();
+        simulation.step(10.0).unwrap();
+        simulation.world().get::<&mut Vertices>(body).unwrap().position[20].x = 10_f64.powi(exponent);
+        let has_failed = simulation.step(10.0).unwrap().has_failed;
+        let energies = simulation.energies(body).unwrap();
+        assert!(has_failed || (energies.elastic + energies.kinetic).is_finite(), "1e{exponent} mm: {energies:?}");
+    }
+}
+
+#[test]
 fn parameters_poisoned_after_spawning_are_contained() {
     for value in HOSTILE {
         let (mut simulation, body) = spawned();

@@ -26,6 +26,8 @@ fn cases_that_once_gained_energy_gain_none() {
     break_nothing(&[(3, 18), (3, 100), (3, 345), (3, 360), (3, 409), (3, 481), (3, 655), (3, 682), (3, 697)]);
     // The exact tangent of a body that bends; a second solve that counted what was motion at the start and stored since twice.
     break_nothing(&[(31, 7393), (31, 610)]);
+    // Folds at 180 degrees between crushed triangles, in the second solve of a part of a step that goes next to nowhere.
+    break_nothing(&[(1016, 836), (1017, 4670)]);
 }
 
 /// One of two bodies in contact tears no further while the other's step is taken up again.
