@@ -24,12 +24,12 @@
 //!
 //! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
 
+mod far;
 mod folds;
 mod lanes;
 pub mod nonlinear;
 
 use super::kernels::membrane;
-use super::kernels::membrane_lanes::Far;
 use super::kernels::path_work::Element;
 use super::linear::{Folds, Operator};
 use super::{Formula, StepContext, parallel};
@@ -39,6 +39,7 @@ use crate::components::{
 use crate::math::{ElementState, Faded, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
+use far::Far;
 use glam::{DVec2, DVec3};
 use lanes::Whole;
 
@@ -205,7 +206,8 @@ fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
     if Faded::at(stretch, is_planar).is_some() {
         return 0.0;
     }
-    let (trace, mirrored) = (stretch.trace(), (stretch.xx - stretch.yy).hypot(2.0 * stretch.xy));
+    let (deviator, shear) = (stretch.xx - stretch.yy, 2.0 * stretch.xy);
+    let (trace, mirrored) = (stretch.trace(), (deviator * deviator + shear * shear).sqrt());
     (0.5 * trace * (trace / mirrored).min(1.0)).clamp(0.0, 1.0)
 }
 

@@ -21,8 +21,13 @@ pub fn drag(world: &mut hecs::World, step: &StepContext) -> usize {
         |((triangles, topology, increment, _, drag), forces, external)| {
             let factor = drag.coefficient * step.rate();
             let per_vertex = |v: usize| factor * topology.vertex_area(triangles, v as u32);
-            parallel::for_rows(&mut forces.nodal, |v, f| *f -= step.travel(increment, v) * per_vertex(v));
-            parallel::for_rows(&mut external.block, |v, k| *k += DMat3::from_diagonal(DVec3::splat(per_vertex(v))));
+            parallel::for_pairs(&mut forces.nodal, &mut external.block, |first, nodal, blocks| {
+                for (v, (f, k)) in (first..).zip(nodal.iter_mut().zip(blocks)) {
+                    let drag = per_vertex(v);
+                    *f -= step.travel(increment, v) * drag;
+                    *k += DMat3::from_diagonal(DVec3::splat(drag));
+                }
+            });
         },
     )
 }

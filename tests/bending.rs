@@ -208,6 +208,29 @@ fn the_tangents_are_symmetric_semidefinite_and_one_majorises_the_other() {
 }
 
 #[test]
+fn a_motion_leaves_over_what_energy_forces_and_tangent_say() {
+    let mut cap = Cap::new();
+    let x = cap.noisy(0.15);
+    let mut random = Random::new(13);
+    let u: Vec<DVec3> = x.iter().map(|_| random.vector(0.05)).collect();
+    let end: Vec<DVec3> = x.iter().zip(&u).map(|(x, u)| *x + *u).collect();
+    let change = cap.energy(&end) - cap.energy(&x);
+    let forces = dot(&cap.forces(&x), &u);
+    // With damping that holds a third as much as the folds.
+    cap.folds.evaluate(&cap.triangles.corners, &x, 1.3);
+    for is_exact in [false, true] {
+        let mut product = vec![DVec3::ZERO; u.len()];
+        cap.folds.add_product(&cap.triangles.corners, &cap.topology, &u, is_exact, &mut product);
+        let pull = dot(&product, &u);
+        let found =
+            cap.folds.left_over(&cap.triangles.corners, (|v| u[v], |v| end[v]), None, is_exact, &mut Vec::new());
+        // Hundreds of terms of the size of the largest: rounding.
+        let expected = change + forces - pull;
+        assert!((found - expected).abs() < 1e-12 * pull, "exact {is_exact}: {found} for {expected}");
+    }
+}
+
+#[test]
 fn rest_and_rigid_motions_exert_no_force_and_no_motion_a_torque() {
     let mut cap = Cap::new();
     let scale = {

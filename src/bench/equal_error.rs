@@ -4,8 +4,10 @@ use super::BenchError;
 use super::errors::Errors;
 use super::trace::{Plan, Trace};
 
-/// Tolerances are tried from 10⁻⁰·⁵ down by √10 each.
+/// Tolerances are tried from 10⁻⁰·⁵ down,
 const LOOSEST: f64 = 0.316_227_766_016_837_94;
+/// by 10⁰·²⁵ each.
+const TIGHTER: f64 = 0.562_341_325_190_349_1;
 /// The tightest.
 const TIGHTEST: f64 = 1e-9;
 
@@ -41,6 +43,6 @@ pub fn loosest(plan: &Plan, exact: &Trace, level: f64, seconds: f64) -> Result<R
             let trace = if is_whole { trace } else { Trace::record(&plan, seconds)? };
             return Ok(Reached { tolerance, trace, errors });
         }
-        tolerance *= LOOSEST;
+        tolerance *= TIGHTER;
     }
 }

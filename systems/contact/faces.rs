@@ -103,16 +103,24 @@ fn nearest_of_segments([p, q]: [DVec3; 2], [a, b]: [DVec3; 2]) -> f64 {
     clamped((uv * t - uw) / uu)
 }
 
-/// The plane that holds a triangle back that was at `start` and is at `x`.
+/// The square of a triangle's longest edge \[mm²\].
+#[inline]
+fn longest_sq(x: [DVec3; 3]) -> f64 {
+    let squares = [x[0].distance_squared(x[1]), x[0].distance_squared(x[2]), x[1].distance_squared(x[2])];
+    squares[0].max(squares[1]).max(squares[2])
+}
+
+/// The plane that holds a triangle back that was at `start` and is at `x`, unless it is left to its vertices.
 fn held_face(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3]) -> Option<HeldFace> {
+    let radius = SMALL * least_radius(&moved.0.shape);
+    let longest = longest_sq(x);
+    if longest > radius * radius { held_at(moved, start, x, (longest.sqrt(), radius)) } else { None }
+}
+
+/// The same where the longest edge is longer than the `radius` up to which triangles are left to their vertices, both \[mm\].
+fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64, f64)) -> Option<HeldFace> {
     let (obstacle, travel) = moved;
     let shape = &obstacle.shape;
-    let radius = SMALL * least_radius(shape);
-    let squares = [x[0].distance_squared(x[1]), x[0].distance_squared(x[2]), x[1].distance_squared(x[2])];
-    let longest = squares[0].max(squares[1]).max(squares[2]);
-    if !(longest > radius * radius) {
-        return None;
-    }
     let from = start.map(|start| start + *travel);
     let all = || from.iter().chain(&x);
     let middle = all().sum::<DVec3>() / 6.0;
@@ -159,7 +167,6 @@ fn held_face(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3]) -> Option<HeldFace
         }
         (weights, Held { depth, normal })
     };
-    let edge = longest.sqrt();
     Some(HeldFace { weights, held, size: edge.min(radius / SMALL), part: edge / radius - 1.0 })
 }
 
@@ -170,12 +177,17 @@ pub(super) fn for_held(
     (vertices, triangles): (&[DVec3], &Triangles),
     mut f: impl FnMut(usize, HeldFace),
 ) {
-    if least_radius(&moved.0.shape).is_infinite() {
+    let radius = SMALL * least_radius(&moved.0.shape);
+    if radius.is_infinite() {
         return;
     }
     for (t, corners) in triangles.corners.iter().enumerate() {
         let of = |points: &[DVec3]| corners.map(|v| points[v as usize]);
-        if let Some(face) = held_face(moved, of(start), of(vertices)) {
+        let x = of(vertices);
+        let longest = longest_sq(x);
+        if longest > radius * radius
+            && let Some(face) = held_at(moved, of(start), x, (longest.sqrt(), radius))
+        {
             f(t, face);
         }
     }

@@ -32,6 +32,12 @@ pub struct Limits {
 /// A relative residual this far under the error allowed is small enough.
 const FAR_BELOW: f64 = 1e-3;
 
+/// No round of iterations goes further than this below its own residual: from about ten times less on, single precision only adds noise.
+const LEAST_GAIN: f64 = 1e-5;
+
+/// A round aims a little below the tolerance, lest the last digits of single precision ask for another.
+const AIM: f64 = 0.95;
+
 impl Limits {
     /// The limits of a solve that begins now. `reference_sq` is the squared norm of its right-hand side \[N²\], `stored` twice the
     /// energy in the body \[mJ\].
@@ -48,6 +54,15 @@ impl Limits {
             end: params.time.map(|time| Instant::now() + time),
             stop: None,
         }
+    }
+
+    /// Those of one round in single precision, in units of the residual's norm: a little below what is asked for, but no further than
+    /// single precision can go.
+    pub fn of_round(self, norm: f64, iterations: u32) -> Self {
+        let norm_sq = norm * norm;
+        let aim = |residual_sq: f64| (AIM * AIM * residual_sq / norm_sq).max(LEAST_GAIN * LEAST_GAIN);
+        let (residual_sq, least_sq) = (aim(self.residual_sq), aim(self.least_sq));
+        Self { residual_sq, least_sq, energy: self.energy / norm_sq, iterations, ..self }
     }
 
     /// The limits of a round of iterations that stops where it stopped before, where that is being repeated.

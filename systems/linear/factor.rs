@@ -23,9 +23,11 @@ use std::sync::Arc;
 
 /// Iterations of a dynamic solve from which on a new factor is made: with a present one it takes one or two.
 const STALE: u32 = 4;
-/// An iteration with the factor costs about as much as so many without it.
-const COST: u32 = 3;
-/// What a solve without it is taken to need at the least, in iterations: that of a sheet of 500 triangles.
+/// An iteration with the factor costs about as much as so many without it,
+const COST: u32 = 5;
+/// and what these go by as so many of them.
+const PREPARED: u32 = 8;
+/// What the first solve without it is taken to need, in iterations: that of a sheet of 500 triangles.
 const WITHOUT: u32 = 60;
 /// So often in a row a factor may be stale before it has served for as long as it took to make, until there is none for a while.
 const STRIKES: u32 = 3;
@@ -180,6 +182,10 @@ impl Factor {
     pub fn has_done(&mut self) {
         if let Some(current) = &mut self.current {
             current.served += 1;
+            if current.served == CALM {
+                // What the solve needed that came to nothing tells nothing of those to come.
+                self.without = 0;
+            }
         }
     }
 
@@ -217,7 +223,8 @@ impl Factor {
 
     /// Iterations with it in a dynamic solve at the most: with more it is worse than none.
     pub fn most(&self) -> u32 {
-        self.without.max(WITHOUT) / COST
+        let without = if self.without == 0 { WITHOUT } else { self.without };
+        ((without + PREPARED) / COST).max(STALE + 1)
     }
 
     /// After a dynamic solve with the factor.

@@ -28,7 +28,7 @@ impl Folds {
         })
     }
 
-    /// E(x + u) − E(x) + f·u − u·K·u \[mJ\] with the tangent K as it is in the step, for a displacement `u` from where the angles
+    /// E(x + u) − E(x) + f·u − u·K·u \[mJ\] with the tangent K of the step, exact or the majorant, for a displacement `u` from where the angles
     /// were last evaluated, less what damping by the way `before` in the step does along u, and along that way too where that is not
     /// counted yet. Where a fold goes on beyond 180° E is that of the fold told from its other side, as the forces of the next step are. For that
     /// `end`, x + u, has to have the bits that the next step starts from.
@@ -37,6 +37,7 @@ impl Folds {
         corners: &[[u32; 3]],
         (u, end): (impl Fn(usize) -> DVec3 + Sync, impl Fn(usize) -> DVec3 + Sync),
         before: Option<(&[DVec3], bool)>,
+        is_exact: bool,
         partials: &mut Vec<f64>,
     ) -> f64 {
         let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
@@ -71,13 +72,17 @@ impl Folds {
             let (change, by_tilts) = (self.phi(t, |t| moved[t][1]), moved[t][1]);
             let moment = fold::product(law, start);
             let stored = 0.5 * (end.dot(fold::product(law, end)) - start.dot(moment));
-            let pull = fold::product(&self.law(t), by_tilts);
+            let pull = if is_exact {
+                self.factor * fold::product(law, change).dot(change)
+            } else {
+                fold::product(&self.law(t), by_tilts).dot(by_tilts)
+            };
             let damped = before.map_or(0.0, |(_, is_counted)| {
                 let earlier = self.phi(t, |t| moved[t][2]);
                 let along = if is_counted { change } else { change + earlier };
                 (self.factor - 1.0) * fold::product(law, earlier).dot(along)
             });
-            stored - moment.dot(change) - pull.dot(by_tilts) - damped
+            stored - moment.dot(change) - pull - damped
         })
     }
 }

@@ -27,6 +27,9 @@ pub struct Vectors {
 
 /// A preconditioner M, with the vector passes of an iteration around it.
 pub trait Precondition {
+    /// A step length under this, which is no less than the inverse of the largest eigenvalue of M⁻¹·A, shows that M is broken.
+    const LEAST_STEP: f64 = 0.0;
+
     /// x += α·p, r −= α·q and as much of z = M⁻¹·r as it takes to know r·z; returns r·r and r·z.
     fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2;
 
@@ -45,16 +48,18 @@ pub struct Reached {
     pub energy: f64,
     /// Whether time was up.
     pub is_late: bool,
+    /// Whether the preconditioner is broken.
+    pub is_broken: bool,
 }
 
 /// Solves A·x = r for the `r` in `vectors`, whose `x` is zero, up to the limits.
 ///
 /// # Errors
 /// See [`CgError`].
-pub fn solve(
+pub fn solve<P: Precondition>(
     matrix: &mut Matrix,
     partition: &Partition,
-    preconditioner: &mut impl Precondition,
+    preconditioner: &mut P,
     vectors: &mut Vectors,
     limits: &Limits,
 ) -> Result<Reached, CgError> {
@@ -64,7 +69,8 @@ pub fn solve(
         zero.resize(n, Vec4::ZERO);
     }
     let DVec2 { x: mut residual_sq, y: mut rz } = preconditioner.descend(0.0, vectors);
-    let (mut iterations, mut error, mut is_late, mut beta) = (0, EnergyError::new(rz), false, 0.0);
+    let (mut iterations, mut error, mut beta) = (0, EnergyError::new(rz), 0.0);
+    let (mut is_late, mut is_broken) = (false, false);
     while !limits.are_met(residual_sq, error.squared()) && iterations < limits.iterations && !is_late {
         preconditioner.ascend(beta, vectors);
         let curvature = matrix.apply(partition, &vectors.p, &mut vectors.q, &mut vectors.partials);
@@ -75,11 +81,15 @@ pub fn solve(
             return Err(CgError::Indefinite { iteration: iterations });
         }
         let (before, alpha) = (rz, rz / curvature);
+        is_broken = alpha < P::LEAST_STEP;
+        if is_broken {
+            break;
+        }
         DVec2 { x: residual_sq, y: rz } = preconditioner.descend(alpha as f32, vectors);
         beta = (rz / before) as f32;
         error.advance(alpha, rz);
         iterations += 1;
         is_late = limits.is_late(iterations);
     }
-    Ok(Reached { iterations, residual_sq, energy: error.squared(), is_late })
+    Ok(Reached { iterations, residual_sq, energy: error.squared(), is_late, is_broken })
 }

@@ -43,6 +43,10 @@ impl Default for Incomplete {
 /// has used it up. (A direction that is soft in the block itself may be as soft in the pivot.)
 const LEAST_PART: f32 = 0.1;
 
+/// The least step of conjugate gradients with a sound factor: on the torn capsule they are longer than 1e-6. Where soft directions are but
+/// rounding of stiff ones, L may grow without bound though no pivot tells, and steps are 1e-9 to 1e-19.
+const LEAST_STEP: f64 = 1e-8;
+
 /// Parts of its own block by which a pivot that has been used up is raised, the least that will do.
 const REPAIRS: [f32; 3] = [0.1, 0.3, 1.0];
 
@@ -126,6 +130,8 @@ impl Incomplete {
 }
 
 impl Precondition for Incomplete {
+    const LEAST_STEP: f64 = LEAST_STEP;
+
     fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
         pass(Descent { factor: self, alpha, vectors })
     }

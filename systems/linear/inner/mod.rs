@@ -37,12 +37,6 @@ use order::Order;
 use partition::Partition;
 pub use state::InnerState;
 
-/// No round goes further than this below its own residual: from about ten times less on, single precision only adds noise.
-const LEAST_GAIN: f64 = 1e-5;
-
-/// A round aims a little below the tolerance, lest the last digits of single precision ask for another.
-const AIM: f64 = 0.95;
-
 /// A round that leaves more of the residual than this has come to nothing: double precision goes on.
 const STALLED: f64 = 0.5;
 
@@ -56,8 +50,11 @@ const FEW: u32 = 20;
 /// The diagonal is raised by this fraction of itself before it is factored (Manteuffel 1980). Chosen on the lens capsule as it tears.
 const SHIFT: f32 = 0.01;
 
-/// A factor that needs more iterations than this for a round is a bad one: the next has its diagonal raised ten times as far.
+/// A factor that needs more iterations than this for a round is a bad one: the next has its diagonal raised ten times as far,
 const MOST_WITH_FACTOR: u32 = 500;
+
+/// and one that is broken too, up to this.
+const MOST_SHIFT: f32 = 1.0;
 
 /// What the inner solver can make by itself for the iterations to be few.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,17 +74,6 @@ pub enum With<'a> {
     Own(Inner),
     /// A Cholesky factor of an earlier operator, and the iterations with it at the most.
     Factor(&'a mut Factor, u32),
-}
-
-impl Limits {
-    /// Those of one round, in units of the residual's norm: a little below what is asked for, but no further than single precision
-    /// can go.
-    fn of_round(self, norm: f64, iterations: u32) -> Self {
-        let norm_sq = norm * norm;
-        let aim = |residual_sq: f64| (AIM * AIM * residual_sq / norm_sq).max(LEAST_GAIN * LEAST_GAIN);
-        let (residual_sq, least_sq) = (aim(self.residual_sq), aim(self.least_sq));
-        Self { residual_sq, least_sq, energy: self.energy / norm_sq, iterations, ..self }
-    }
 }
 
 /// A body's operator in single precision and the vectors of its solves. What depends on the triangles alone is kept while
@@ -183,6 +169,11 @@ impl InnerSolver {
             }
             if limits.are_met(residual_sq, info.error_energy) {
                 break;
+            }
+            if reached.is_broken && shift < MOST_SHIFT {
+                shift *= 10.0;
+                self.incomplete.factor(&self.partition, &self.matrix, shift);
+                continue;
             }
             let has_stalled = !(residual_sq <= STALLED * STALLED * before_sq) && reached.iterations < most;
             let has_used_up = matches!(with, With::Factor(_, most) if info.iterations >= most);
