@@ -50,10 +50,11 @@ const FEW: u32 = 20;
 /// The diagonal is raised by this fraction of itself before it is factored (Manteuffel 1980). Chosen on the lens capsule as it tears.
 const SHIFT: f32 = 0.01;
 
-/// A factor that needs more iterations than this for a round is a bad one: the next has its diagonal raised ten times as far,
-const MOST_WITH_FACTOR: u32 = 500;
+/// Iterations of a round with a factor at the most. One that has come to nothing in so many, or is broken, is a bad one: the next has its
+/// diagonal raised ten times as far,
+const MOST_WITH_FACTOR: u32 = 150;
 
-/// and one that is broken too, up to this.
+/// up to this.
 const MOST_SHIFT: f32 = 1.0;
 
 /// What the inner solver can make by itself for the iterations to be few.
@@ -170,26 +171,22 @@ impl InnerSolver {
             if limits.are_met(residual_sq, info.error_energy) {
                 break;
             }
-            if reached.is_broken && shift < MOST_SHIFT {
+            let has_gained = residual_sq <= STALLED * STALLED * before_sq;
+            let is_used_up = reached.is_broken || reached.iterations == most;
+            let is_own_factor = matches!(with, With::Own(Inner::IncompleteCholesky));
+            if is_own_factor && is_used_up && !has_gained && shift < MOST_SHIFT {
                 shift *= 10.0;
                 self.incomplete.factor(&self.partition, &self.matrix, shift);
                 continue;
             }
-            let has_stalled = !(residual_sq <= STALLED * STALLED * before_sq) && reached.iterations < most;
+            let has_stalled = !has_gained && reached.iterations < most;
             let has_used_up = matches!(with, With::Factor(_, most) if info.iterations >= most);
             if (has_stalled || has_used_up) && !info.is_late {
                 is_solved = false;
                 break;
             }
-            if reached.iterations == most {
-                match with {
-                    With::Own(Inner::IncompleteCholesky) => {
-                        shift *= 10.0;
-                        self.incomplete.factor(&self.partition, &self.matrix, shift);
-                    }
-                    With::Own(Inner::Multigrid) => self.multigrid.renew(&self.partition, &self.matrix),
-                    With::Own(Inner::BlockJacobi) | With::Factor(..) => {}
-                }
+            if reached.iterations == most && matches!(with, With::Own(Inner::Multigrid)) {
+                self.multigrid.renew(&self.partition, &self.matrix);
             }
         }
         if !is_solved {
