@@ -24,12 +24,12 @@
 //!
 //! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
 
-mod far;
 mod folds;
 mod lanes;
 pub mod nonlinear;
 
 use super::kernels::membrane;
+use super::kernels::membrane_lanes::Far;
 use super::kernels::path_work::Element;
 use super::linear::{Folds, Operator};
 use super::{Formula, StepContext, parallel};
@@ -39,7 +39,6 @@ use crate::components::{
 use crate::math::{ElementState, Faded, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
-use far::Far;
 use glam::{DVec2, DVec3};
 use lanes::Whole;
 

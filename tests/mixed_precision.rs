@@ -195,25 +195,6 @@ fn both_precisions_have_one_answer() {
     }
 }
 
-#[test]
-fn four_triangles_side_by_side_have_the_bits_of_one_after_another() {
-    for torn in [Torn::new(), Torn::planar()] {
-        let operator = torn.operator();
-        let u: Vec<DVec3> =
-            torn.free.iter().enumerate().map(|(v, free)| *free * DVec3::new((v as f64).sin(), 0.3, 0.7)).collect();
-        let mut expected = vec![DVec3::ZERO; u.len()];
-        for (t, corners) in torn.triangles.corners.iter().enumerate() {
-            let forces = operator.element(t).apply(corners.map(|v| u[v as usize]));
-            corners.iter().zip(forces).for_each(|(&v, force)| expected[v as usize] += force);
-        }
-        let mut found = vec![DVec3::ZERO; u.len()];
-        operator.apply(&u, &torn.free, &mut Vec::new(), &mut found, &mut Vec::new());
-        for (v, (found, expected)) in found.iter().zip(expected).enumerate() {
-            assert_eq!(*found, operator.own_block(v) * u[v] + expected, "vertex {v}");
-        }
-    }
-}
-
 /// Stiff along skew directions, so that what is soft is but the rounding of that in single precision: factors of it may be of no use.
 #[test]
 fn a_factor_that_rounding_has_broken_costs_few_iterations() {

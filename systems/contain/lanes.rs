@@ -3,13 +3,34 @@
 use super::Solved;
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::membrane::LEAST_TRACE;
-use crate::systems::kernels::membrane_lanes::{Vectors, combine, cross, dot, doubles, rotated, stress, stretch_rate};
+use crate::systems::kernels::membrane_lanes::{Vectors, combine, cross, dot, doubles, rotated};
 use crate::systems::kernels::simd::Kernel;
 
 /// T:E of two symmetric tensors, xx, yy and xy.
 #[inline(always)]
 fn contract<L: Lanes>(lanes: L, t: Vectors<L>, e: Vectors<L>) -> Doubles<L> {
     t[0] * e[0] + t[1] * e[1] + Doubles::splat(lanes, 2.0) * t[2] * e[2]
+}
+
+/// The stress by the law q₁₁, q₁₂, q₂₂, q₆₆.
+#[inline(always)]
+fn stress<L: Lanes>([q11, q12, q22, q66]: [Doubles<L>; 4], e: Vectors<L>) -> Vectors<L> {
+    [q11 * e[0] + q12 * e[1], q12 * e[0] + q22 * e[1], (q66 + q66) * e[2]]
+}
+
+/// The stretch rate of a gradient change, in the frame of the axes: [`membrane`](crate::systems::kernels::membrane)'s.
+#[inline(always)]
+fn stretch_rate<L: Lanes>(
+    lanes: L,
+    [r1, r2]: [Vectors<L>; 2],
+    [uxx, uyy, uxy]: Vectors<L>,
+    inverse_trace: Doubles<L>,
+    [d1, d2]: [Vectors<L>; 2],
+) -> Vectors<L> {
+    let (a12, a21) = (dot(r1, d2), dot(r2, d1));
+    let spin = (a21 - a12) * inverse_trace;
+    let xy = Doubles::splat(lanes, 0.5) * (a12 + spin * uyy + a21 - spin * uxx);
+    [dot(r1, d1) + spin * uxy, dot(r2, d2) - spin * uxy, xy]
 }
 
 /// Triangles of a body, every one with its whole displacement: the rows have nothing in them.

@@ -9,7 +9,7 @@ use super::simd::Kernel;
 use crate::math::{
     ElementState, FADES_FROM, Faded, GeometricStiffness, Orthotropic, PerRow, Polar, RestTriangle, Sym2,
 };
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Vectors of four triangles.
@@ -197,30 +197,9 @@ impl Kernel<ElementState> for States<'_> {
     }
 }
 
-/// The stress by the law q₁₁, q₁₂, q₂₂, q₆₆.
-#[inline(always)]
-pub fn stress<L: Lanes>([q11, q12, q22, q66]: [Doubles<L>; 4], e: Vectors<L>) -> Vectors<L> {
-    [q11 * e[0] + q12 * e[1], q12 * e[0] + q22 * e[1], (q66 + q66) * e[2]]
-}
-
-/// The stretch rate of a gradient change, in the frame of the axes: [`membrane::stretch_rate`].
-#[inline(always)]
-pub fn stretch_rate<L: Lanes>(
-    lanes: L,
-    [r1, r2]: [Vectors<L>; 2],
-    [uxx, uyy, uxy]: Vectors<L>,
-    inverse_trace: Doubles<L>,
-    [d1, d2]: [Vectors<L>; 2],
-) -> Vectors<L> {
-    let (a12, a21) = (dot(r1, d2), dot(r2, d1));
-    let spin = (a21 - a12) * inverse_trace;
-    let xy = Doubles::splat(lanes, 0.5) * (a12 + spin * uyy + a21 - spin * uxx);
-    [dot(r1, d1) + spin * uxy, dot(r2, d2) - spin * uxy, xy]
-}
-
 /// Π = T − (κ/tr U)·J of four triangles, [`membrane`]'s `first_piola`.
 #[inline(always)]
-pub fn first_piola<L: Lanes>(stress: Vectors<L>, stretch: Vectors<L>, inverse_trace: Doubles<L>) -> [Doubles<L>; 4] {
+fn first_piola<L: Lanes>(stress: Vectors<L>, stretch: Vectors<L>, inverse_trace: Doubles<L>) -> [Doubles<L>; 4] {
     let ([txx, tyy, txy], [uxx, uyy, uxy]) = (stress, stretch);
     let spin = ((tyy - txx) * uxy + txy * (uxx - uyy)) * inverse_trace;
     [txx, txy + spin, txy - spin, tyy]
@@ -358,6 +337,58 @@ impl Kernel<[DVec3; 3]> for CornerForces<'_> {
                 *out = [-a - b, a, b];
             }
         }
+    }
+}
+
+/// How far triangles go: the rows have nothing in them. Of the sums the first says how many go far, at the least; the second is that of A·a⁴ with
+/// the rest area A \[mm²\] and the norm a of the change of the deformation gradient.
+pub struct Far<'a> {
+    /// Vertices of the triangles.
+    pub corners: &'a [[u32; 3]],
+    /// Rest shapes.
+    pub rest: &'a [RestTriangle],
+    /// Displacement of the vertices \[mm\].
+    pub displacement: &'a [DVec3],
+    /// The a from which on a triangle goes far.
+    pub from: f64,
+}
+
+impl Kernel<(), DVec2> for Far<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [()]) -> DVec2 {
+        let most_sq = self.from * self.from;
+        let (mut count, mut sum) = (0, 0.0);
+        for start in (first..first + rows.len()).step_by(DOUBLES) {
+            let (mut edges, mut gradients, mut areas) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4], [0.0; DOUBLES]);
+            let within = (first + rows.len() - start).min(DOUBLES);
+            for lane in 0..DOUBLES {
+                let t = start + lane.min(within - 1);
+                let [i, j, k] = self.corners[t];
+                let u = self.displacement[i as usize];
+                let (a, b) = (self.displacement[j as usize] - u, self.displacement[k as usize] - u);
+                let [g1, g2] = self.rest[t].gradients;
+                for (edge, value) in edges.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
+                    edge[lane] = value;
+                }
+                for (gradient, value) in gradients.iter_mut().zip([g1.x, g1.y, g2.x, g2.y]) {
+                    gradient[lane] = value;
+                }
+                areas[lane] = self.rest[t].area;
+            }
+            let [ax, ay, az, bx, by, bz] = doubles(lanes, &edges);
+            let [g1x, g1y, g2x, g2y] = doubles(lanes, &gradients);
+            let d1 = combine([ax, ay, az], g1x, [bx, by, bz], g2x);
+            let d2 = combine([ax, ay, az], g1y, [bx, by, bz], g2y);
+            let change_sq = dot(d1, d1) + dot(d2, d2);
+            let weighted = (Doubles::new(lanes, areas) * change_sq * change_sq).to_array();
+            let change_sq = change_sq.to_array();
+            for lane in 0..within {
+                // What is no number goes far.
+                count += usize::from(!(change_sq[lane] <= most_sq));
+                sum += weighted[lane];
+            }
+        }
+        DVec2::new(count as f64, sum)
     }
 }
 

@@ -18,7 +18,6 @@ mod panels;
 #[cfg(feature = "direct")]
 mod pattern;
 mod preconditioned;
-mod products;
 #[cfg(feature = "direct")]
 mod snapshot;
 #[cfg(feature = "direct")]

@@ -4,12 +4,13 @@
 //! threads write one number and every sum has one order.
 
 use super::Folds;
-use super::products::Products;
 use crate::components::{ExternalStiffness, Frames};
 use crate::math::ElementState;
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::membrane::{ElementTangent, shear_majorant};
+use crate::systems::kernels::simd::Kernel;
 use crate::systems::{StepContext, corners, parallel};
 use glam::{DMat3, DVec3};
 
@@ -164,5 +165,22 @@ impl Operator<'_> {
             }
         }
         sum
+    }
+}
+
+/// The forces of a displacement on the corners of every triangle.
+struct Products<'a> {
+    operator: &'a Operator<'a>,
+    u: &'a [DVec3],
+}
+
+impl Kernel<[DVec3; 3]> for Products<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [[DVec3; 3]]) {
+        for (i, corner) in rows.iter_mut().enumerate() {
+            let [a, b, c] = self.operator.triangles.corners[first + i];
+            *corner =
+                self.operator.element(first + i).apply([self.u[a as usize], self.u[b as usize], self.u[c as usize]]);
+        }
     }
 }
