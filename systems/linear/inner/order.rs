@@ -3,7 +3,8 @@
 //! Cuthill–McKee (1969, reversed by George 1971) keeps neighbours near each other whatever the order of the mesh, which an
 //! incomplete factor needs: with rows in colours the iterations of one without fill are half as many again. By levels, a row's level
 //! being one more than the highest among the rows before it that it has a block with, the factor stays the same number for number, but
-//! rows that follow each other do not wait for each other.
+//! rows that follow each other do not wait for each other. Rows of a level stand by their length, so that the processor foresees where a
+//! row ends: an iteration is a tenth cheaper at 150,000 triangles, and a twentieth dearer at 5,000.
 
 use super::empty;
 use crate::storage::Topology;
