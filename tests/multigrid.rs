@@ -249,15 +249,34 @@ fn what_a_tear_parts_is_parted_on_all_levels() {
 
 #[test]
 fn another_mesh_leaves_no_trace() {
-    let (whole, torn) = (System::square([60, 50], true, &[]), System::square([60, 50], true, &curved_tear()));
+    let (other, torn) = (System::square([50, 60], true, &[]), System::square([60, 50], true, &curved_tear()));
     let force = torn.noise(&mut numbers());
     let mut fresh = InnerSolver::default();
     fresh.begin_cycles(&torn.operator(), &torn.free);
     let expected = torn.cycle(&mut fresh, &force);
     let mut used = InnerSolver::default();
-    whole.iterations(&mut used, 1e-6);
+    other.iterations(&mut used, 1e-6);
     used.begin_cycles(&torn.operator(), &torn.free);
     assert!(torn.cycle(&mut used, &force) == expected);
+}
+
+#[test]
+fn levels_that_follow_a_tear_serve_as_well_as_new_ones() {
+    let tear = curved_tear();
+    for is_planar in [true, false] {
+        let mut followed = InnerSolver::default();
+        let mut sums = [0, 0];
+        for end in 0..tear.len() {
+            let torn = System::square([95, 79], is_planar, if end > 0 { &tear[..=end] } else { &[] });
+            let of_new = torn.iterations(&mut InnerSolver::default(), 1e-6);
+            let of_followed = torn.iterations(&mut followed, 1e-6);
+            println!("planar: {is_planar}, {end} pieces: {of_followed} iterations to 1e-6, {of_new} with new levels");
+            sums[0] += of_followed;
+            sums[1] += of_new;
+        }
+        // A tenth more, and one an iteration by chance.
+        assert!(10 * sums[0] <= 11 * sums[1] + 100, "{sums:?}");
+    }
 }
 
 #[test]

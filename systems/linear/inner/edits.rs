@@ -126,7 +126,8 @@ mod tests {
             topology = Topology::new(vertex_count(&corners), &corners).unwrap();
             if edits.find(&before, &corners, &topology, &mut order) {
                 partition.rebuild(&corners, &order.row);
-                pattern.follow(&partition, (&order.vertex, &order.row), &corners, &topology, &edits);
+                let stays = |row: usize| !edits.is_touched[row];
+                pattern.follow(&partition, (&order.vertex, &order.row), &corners, &topology, &edits, stays);
             } else {
                 rebuilds += 1;
                 order.rebuild(&corners, &topology);

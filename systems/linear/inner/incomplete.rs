@@ -65,7 +65,8 @@ impl Incomplete {
         topology: &Topology,
         edits: &Edits,
     ) {
-        self.pattern.follow(partition, (&order.vertex, &order.row), corners, topology, edits);
+        let stays = |row: usize| !edits.is_touched[row];
+        self.pattern.follow(partition, (&order.vertex, &order.row), corners, topology, edits, stays);
     }
 
     /// Factors the operator with its diagonal raised by a fraction `shift` of itself (Manteuffel 1980).

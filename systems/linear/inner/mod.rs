@@ -23,7 +23,7 @@ use super::estimate::Limits;
 use super::{CgError, CgInfo, Factor, Operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
-use crate::storage::Topology;
+use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
 use cg::{Reached, Vectors};
 use edits::Edits;
@@ -201,7 +201,7 @@ impl InnerSolver {
         if self.same.as_mut().is_some_and(|made| std::mem::replace(&mut made[0], true)) {
             return;
         }
-        self.follow(&operator.triangles.corners, operator.topology);
+        self.follow((operator.vertices, operator.triangles, operator.topology));
         self.matrix.assemble(operator, &self.partition, &self.order, free);
     }
 
@@ -230,22 +230,27 @@ impl InnerSolver {
     }
 
     /// Brings what depends on the triangles up to date where they have changed: a tear changes few of them.
-    fn follow(&mut self, corners: &[[u32; 3]], topology: &Topology) {
-        if self.corners == corners {
+    fn follow(&mut self, mesh: (&Vertices, &Triangles, &Topology)) {
+        let (_, Triangles { corners, .. }, topology) = mesh;
+        if self.corners == *corners {
             return;
         }
-        let Self { order, partition, incomplete, edits, .. } = self;
-        let is_found = !self.multigrid.has_levels() && edits.find(&self.corners, corners, topology, order);
+        let Self { order, partition, incomplete, edits, multigrid, .. } = self;
+        let mut is_found = edits.find(&self.corners, corners, topology, order);
+        if is_found {
+            partition.rebuild(corners, &order.row);
+            is_found = multigrid.follow(partition, order, mesh, edits);
+        }
         if !is_found {
             order.rebuild(corners, topology);
+            partition.rebuild(corners, &order.row);
+            multigrid.forget();
         }
-        partition.rebuild(corners, &order.row);
         self.has_pattern &= is_found && self.needs_pattern;
         if self.has_pattern {
             incomplete.follow(partition, order, corners, topology, edits);
         }
         self.needs_pattern = false;
-        self.multigrid.forget();
         empty(&mut self.corners, corners.len());
         self.corners.extend_from_slice(corners);
     }

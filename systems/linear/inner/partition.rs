@@ -74,28 +74,25 @@ impl Partition {
     fn add_block(&mut self, first_triangle: u32, corners: &[[u32; 3]], number: &[u32]) {
         let first_entry = self.vertex.len() as u32;
         // Triangles that follow each other share vertices: side by side they would wait for each other's sums. The lanes of a
-        // pack are as far apart as they can be.
-        let pack_count = corners.len().div_ceil(LANES);
-        for pack in 0..pack_count {
-            let (mut triangle, mut places) = ([EMPTY; LANES], Places::default());
-            for lane in 0..LANES {
-                let t = lane * pack_count + pack;
-                let Some(corners) = corners.get(t) else { continue };
-                triangle[lane] = first_triangle + t as u32;
-                for (corner, v) in corners.iter().enumerate() {
-                    let v = number[*v as usize];
-                    let entry = &mut self.entry[v as usize];
-                    // Entries of the blocks before are stale.
-                    if *entry == EMPTY || *entry < first_entry {
-                        *entry = self.vertex.len() as u32;
-                        self.vertex.push(v);
-                    }
-                    // At most three vertices for each triangle of a block: this fits.
-                    places[corner][lane] = (*entry - first_entry) as u16;
+        // pack are as far apart as they can be; the vertices stand as triangle after triangle meets them, near each other those that
+        // are so.
+        let (first_pack, pack_count) = (self.triangle.len(), corners.len().div_ceil(LANES));
+        self.triangle.resize(first_pack + pack_count, [EMPTY; LANES]);
+        self.places.resize(first_pack + pack_count, Places::default());
+        for (t, corners) in corners.iter().enumerate() {
+            let (pack, lane) = (first_pack + t % pack_count, t / pack_count);
+            self.triangle[pack][lane] = first_triangle + t as u32;
+            for (corner, v) in corners.iter().enumerate() {
+                let v = number[*v as usize];
+                let entry = &mut self.entry[v as usize];
+                // Entries of the blocks before are stale.
+                if *entry == EMPTY || *entry < first_entry {
+                    *entry = self.vertex.len() as u32;
+                    self.vertex.push(v);
                 }
+                // At most three vertices for each triangle of a block: this fits.
+                self.places[pack][corner][lane] = (*entry - first_entry) as u16;
             }
-            self.triangle.push(triangle);
-            self.places.push(places);
         }
     }
 

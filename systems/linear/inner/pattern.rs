@@ -66,8 +66,8 @@ impl Pattern {
         self.target = target;
     }
 
-    /// Follows edits: rows that they do not touch keep their columns, and what stood elsewhere is moved. Arguments as above, all of
-    /// them after the edits.
+    /// Follows edits: rows that they do not touch, and that say so, keep their columns, and what stood elsewhere is moved. Arguments as
+    /// above, all of them after the edits.
     pub fn follow(
         &mut self,
         partition: &Partition,
@@ -75,16 +75,23 @@ impl Pattern {
         corners: &[[u32; 3]],
         topology: &Topology,
         edits: &Edits,
+        stays: impl Fn(usize) -> bool,
     ) {
+        self.renew(vertex.len(), stays, |pattern, i| pattern.push_row_of(vertex[i], row, corners, topology));
+        self.follow_targets(partition, row, corners, edits);
+    }
+
+    /// Becomes a pattern of so many rows: those that there were and that stay as they are keep their columns, and `push` adds the others.
+    pub fn renew(&mut self, rows: usize, stays: impl Fn(usize) -> bool, mut push: impl FnMut(&mut Self, usize)) {
         std::mem::swap(&mut self.row_start, &mut self.row_start_before);
         std::mem::swap(&mut self.column, &mut self.column_before);
-        self.begin(vertex.len(), self.column_before.len());
+        self.begin(rows, self.column_before.len());
         empty(&mut self.place, self.column_before.len());
-        let rows_before = self.row_start_before.len() - 1;
-        let stays = |row: usize| row < rows_before && !edits.is_touched[row];
+        let rows_before = self.row_start_before.len().saturating_sub(1);
+        let stays = |row: usize| row < rows_before && stays(row);
         let mut next = 0;
-        while next < vertex.len() {
-            let end = (next..vertex.len()).find(|&row| !stays(row)).unwrap_or(vertex.len());
+        while next < rows {
+            let end = (next..rows).find(|&row| !stays(row)).unwrap_or(rows);
             if end > next {
                 let (from, to) = (self.row_start_before[next] as usize, self.row_start_before[end] as usize);
                 let start = self.column.len() as u32;
@@ -94,12 +101,11 @@ impl Pattern {
                 self.place.resize(from, LOST);
                 self.place.extend(start..start + (to - from) as u32);
             } else {
-                self.push_row_of(vertex[next], row, corners, topology);
+                push(self, next);
             }
             next = end.max(next + 1);
         }
         self.place.resize(self.column_before.len(), LOST);
-        self.follow_targets(partition, row, corners, edits);
     }
 
     /// Brings the targets up to date: those in packs whose triangles are the same are moved with their blocks.

@@ -1,5 +1,4 @@
-//! What an inner solver is made of anew: the numbers that multigrid keeps from solve to solve, and, as edits of the mesh leave rows
-//! where they are, the order of its rows and the triangles that it was found for. The rest follows.
+//! What an inner solver is made of anew: what multigrid keeps from solve to solve, and, as edits of the mesh leave rows where they are, the order of its rows and the triangles that it was found for. The rest follows.
 
 use super::multigrid::{Multigrid, MultigridState};
 use super::{InnerSolver, Order};
@@ -13,7 +12,6 @@ pub struct InnerState {
     /// The vertex of every row.
     vertex: Vec<u32>,
     changed: u32,
-    has_levels: bool,
     multigrid: MultigridState,
 }
 
@@ -24,28 +22,24 @@ impl InnerSolver {
             corners: self.corners.clone(),
             vertex: self.order.vertex.clone(),
             changed: self.order.changed as u32,
-            has_levels: self.multigrid.has_levels(),
             multigrid: self.multigrid.state(self.corners == triangles.corners),
         }
     }
 
     /// The solver of a state, which goes on as the one did that it was kept of; `None` where it is not of this mesh.
     pub fn of_state(state: &InnerState, mesh: (&Vertices, &Triangles, &Topology)) -> Option<Self> {
-        let InnerState { corners, vertex, changed, has_levels, multigrid } = state;
+        let InnerState { corners, vertex, changed, multigrid } = state;
         let mut solver = Self { corners: corners.clone(), ..Self::default() };
         solver.order = Order::of_vertices(vertex, *changed as usize)?;
         let is_in_order = corners.iter().flatten().all(|&v| (v as usize) < vertex.len());
         let is_current = *corners == mesh.1.corners;
-        if !is_in_order
-            || is_current && *has_levels != Multigrid::is_numbered(multigrid)
-            || !is_current && Multigrid::is_numbered(multigrid)
-        {
+        if !is_in_order || is_current && vertex.len() != mesh.2.incident.len() {
             return None;
         }
         if !corners.is_empty() {
             solver.partition.rebuild(corners, &solver.order.row);
         }
-        solver.multigrid = Multigrid::of_state(multigrid, *has_levels, &solver.partition, &solver.order, mesh)?;
+        solver.multigrid = Multigrid::of_state(multigrid, is_current, &solver.partition, &solver.order, mesh)?;
         Some(solver)
     }
 }

@@ -20,7 +20,7 @@ const MOST: usize = 15;
 /// Scratch of the choice.
 #[derive(Debug, Default)]
 pub struct Coarsening {
-    /// Per row its node on the coarser level, by places, or [`NONE`].
+    /// Per row its node on the coarser level, or [`NONE`].
     pub node: Vec<u32>,
     /// Per node its row.
     pub row: Vec<u32>,
@@ -55,6 +55,33 @@ impl Coarsening {
                 self.row.len() as u32 - 1
             };
         }
+    }
+
+    /// Goes on after edits from the choice before them: rows that were added come last, nodes stay nodes. Of those that `is_near` an
+    /// edit a row becomes one where no node is beside it, or, at a boundary, none of the boundary.
+    pub fn follow(&mut self, pattern: &Pattern, is_boundary: &[bool], is_near: impl Fn(usize) -> bool) {
+        self.node.resize(pattern.row_count(), NONE);
+        for row in (0..pattern.row_count()).filter(|&row| is_near(row)) {
+            let is_covered = |near: u32| {
+                let near = near as usize;
+                self.node[near] != NONE && (is_boundary[near] || !is_boundary[row])
+            };
+            if self.node[row] == NONE && !pattern.neighbours(row).any(is_covered) {
+                self.node[row] = self.row.len() as u32;
+                self.row.push(row as u32);
+            }
+        }
+    }
+
+    /// The choice of these nodes among so many rows; `None` where they are not each once among them, and fewer.
+    pub fn of_nodes(nodes: &[u32], row_count: usize) -> Option<Self> {
+        let mut node = vec![NONE; row_count];
+        for (n, &row) in (0..).zip(nodes) {
+            let place = node.get_mut(row as usize).filter(|node| **node == NONE)?;
+            *place = n;
+        }
+        let is_coarser = !nodes.is_empty() && nodes.len() < row_count;
+        is_coarser.then(|| Self { node, row: nodes.to_vec(), ..Self::default() })
     }
 
     fn choose(&mut self, pattern: &Pattern, is_boundary: &[bool], of_boundary: bool) {

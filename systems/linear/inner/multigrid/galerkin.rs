@@ -4,6 +4,7 @@ use super::super::empty;
 use super::super::pattern::Pattern;
 use super::interpolation::Parts;
 use super::level::Level;
+use super::marks::Marks;
 use super::transfer::Transfer;
 use crate::systems::kernels::block;
 
@@ -12,12 +13,21 @@ pub fn rebuild_pattern(coarse: &mut Pattern, fine: &Pattern, transfer: &Transfer
     let node_count = transfer.coarsening.row.len();
     // As many as on a regular grid.
     coarse.begin(node_count, 4 * node_count);
-    for node in 0..node_count {
-        let rows = transfer.support(node).iter().flat_map(|&(row, _)| fine.neighbours(row as usize).chain([row]));
-        let columns = rows.flat_map(|row| transfer.parts[row as usize].iter().map(|(other, _)| other as u32));
-        coarse.push_row(columns.filter(|&other| (other as usize) < node));
-    }
+    (0..node_count).for_each(|node| push_row(coarse, fine, transfer, node));
     coarse.finish();
+}
+
+/// The same after edits: rows without any mark have the columns that they had.
+pub fn follow_pattern(coarse: &mut Pattern, fine: &Pattern, transfer: &Transfer, marks: &Marks) {
+    let node_count = transfer.coarsening.row.len();
+    coarse.renew(node_count, |node| !marks.is_any(node), |coarse, node| push_row(coarse, fine, transfer, node));
+    coarse.finish();
+}
+
+fn push_row(coarse: &mut Pattern, fine: &Pattern, transfer: &Transfer, node: usize) {
+    let rows = transfer.support(node).iter().flat_map(|&(row, _)| fine.neighbours(row as usize).chain([row]));
+    let columns = rows.flat_map(|row| transfer.parts[row as usize].iter().map(|(other, _)| other as u32));
+    coarse.push_row(columns.filter(|&other| (other as usize) < node));
 }
 
 /// The numbers of the coarser level, whose pattern and free axes stand.

@@ -9,6 +9,7 @@ use super::coarsest::Coarsest;
 use super::galerkin;
 use super::interpolation::{self, Place};
 use super::level::{Level, Vectors};
+use super::marks::{Mark, Marks};
 use super::numbering::Numbering;
 use super::transfer::Transfer;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -17,30 +18,30 @@ use crate::systems::parallel;
 use glam::{DVec3, Vec4};
 
 /// Nodes of the coarsest level at the most: its dense factor then takes less than a millisecond.
-const MOST_COARSEST: usize = 40;
+pub(super) const MOST_COARSEST: usize = 40;
 
 /// A coarser level with more than this part of its nodes is not worth having: many pieces, each down to its last nodes.
-const LEAST_GAIN: f64 = 0.7;
+pub(super) const LEAST_GAIN: f64 = 0.7;
 
 /// The levels of a body.
 #[derive(Debug, Default)]
 pub struct Hierarchy {
-    levels: Vec<Level>,
+    pub(super) levels: Vec<Level>,
     vectors: Vec<Vectors>,
     /// From every level to the next.
-    transfers: Vec<Transfer>,
+    pub(super) transfers: Vec<Transfer>,
     coarsest: Coarsest,
     partials: Vec<f64>,
     /// Vertex of every row of the finest level, and row of every vertex.
-    vertex: Vec<u32>,
-    row: Vec<u32>,
-    /// Of the level at hand, and room for those of the next.
-    places: Vec<Place>,
-    next_places: Vec<Place>,
-    is_boundary: Vec<bool>,
-    next_boundary: Vec<bool>,
+    pub(super) vertex: Vec<u32>,
+    pub(super) row: Vec<u32>,
     /// Room for the pattern of a level before it is numbered.
     by_place: Pattern,
+    /// Whether there is more than the choice of nodes.
+    pub(super) is_made: bool,
+    /// Scratch of edits: marks on a level and on the next.
+    pub(super) marks: Marks,
+    pub(super) next_marks: Marks,
 }
 
 impl Hierarchy {
@@ -56,40 +57,64 @@ impl Hierarchy {
             let [a, b, c] = c.map(|v| order.row[v as usize]);
             a.max(b).max(c) - a.min(b).min(c)
         };
-        let numbering = Numbering::of_width(n, corners.iter().map(width).max().unwrap_or(0));
-        for list in [&mut self.vertex, &mut self.row] {
-            empty(list, n);
-        }
-        self.vertex.extend((0..n as u32).map(|row| order.vertex[numbering.place(row) as usize]));
-        self.row.extend(order.row.iter().map(|&place| numbering.row(place)));
         if self.levels.is_empty() {
             self.levels.push(Level::default());
         }
-        self.levels[0].numbering = numbering;
+        self.levels[0].numbering = Numbering::of_width(n, corners.iter().map(width).max().unwrap_or(0));
+        self.number(order);
         self.levels[0].pattern.rebuild(partition, (&self.vertex, &self.row), corners, topology);
         self.levels[0].pattern.finish();
-
-        empty(&mut self.places, n);
-        self.places.resize(n, Place::default());
-        let vertex = &self.vertex;
-        parallel::for_rows(&mut self.places, |row, place| {
-            let v = vertex[row] as usize;
-            let normal = |&entry: &u32| {
-                let [a, b, c] = corners[entry as usize / 3].map(|v| vertices.rest_position[v as usize]);
-                (b - a).cross(c - a)
-            };
-            let normal: DVec3 = topology.incident[v].iter().map(normal).sum();
-            *place = Place { position: vertices.rest_position[v], normal: normal.normalize_or(DVec3::Z) };
-        });
-        empty(&mut self.is_boundary, n);
-        self.is_boundary.extend(vertex.iter().map(|&v| topology.is_boundary_vertex(v)));
+        self.marks.clear(n);
+        self.find_places((vertices, triangles, topology));
         let mut count = 1;
         while self.levels[count - 1].pattern.row_count() > MOST_COARSEST && self.coarsen(count) {
             count += 1;
         }
         self.levels.truncate(count);
         self.transfers.truncate(count - 1);
-        self.vectors.resize_with(count, Vectors::default);
+        self.is_made = true;
+        self.fit_vectors();
+    }
+
+    /// Gives the vertices their rows on the finest level, whose numbering stands.
+    pub(super) fn number(&mut self, order: &Order) {
+        let numbering = self.levels[0].numbering;
+        for list in [&mut self.vertex, &mut self.row] {
+            empty(list, order.vertex.len());
+        }
+        self.vertex.extend((0..order.vertex.len() as u32).map(|row| order.vertex[numbering.place(row) as usize]));
+        self.row.extend(order.row.iter().map(|&place| numbering.row(place)));
+    }
+
+    /// Finds where the rows of the finest level are on the rest surface; marks those that were elsewhere.
+    pub(super) fn find_places(&mut self, (vertices, triangles, topology): (&Vertices, &Triangles, &Topology)) {
+        let Self { levels, marks, vertex, .. } = self;
+        let (vertex, Level { places, is_boundary, .. }) = (&*vertex, &mut levels[0]);
+        places.resize(vertex.len(), Place::default());
+        let place = |row: usize| {
+            let v = vertex[row] as usize;
+            let normal = |&entry: &u32| {
+                let [a, b, c] = triangles.corners[entry as usize / 3].map(|v| vertices.rest_position[v as usize]);
+                (b - a).cross(c - a)
+            };
+            let normal: DVec3 = topology.incident[v].iter().map(normal).sum();
+            Place { position: vertices.rest_position[v], normal: normal.normalize_or(DVec3::Z) }
+        };
+        parallel::for_pairs(places, marks.as_mut_slice(), |first, places, marks| {
+            for (i, (before, mark)) in places.iter_mut().zip(marks).enumerate() {
+                let place = place(first + i);
+                if std::mem::replace(before, place) != place {
+                    mark.add(Mark::STALE);
+                }
+            }
+        });
+        empty(is_boundary, vertex.len());
+        is_boundary.extend(vertex.iter().map(|&v| topology.is_boundary_vertex(v)));
+    }
+
+    /// Gives the vectors of all levels their lengths.
+    pub(super) fn fit_vectors(&mut self) {
+        self.vectors.resize_with(self.levels.len(), Vectors::default);
         for (vectors, level) in self.vectors.iter_mut().zip(&self.levels) {
             for vector in [&mut vectors.r, &mut vectors.x, &mut vectors.left] {
                 empty(vector, level.pattern.row_count());
@@ -107,12 +132,12 @@ impl Hierarchy {
         let transfer = &mut self.transfers[count - 1];
         let (fine, coarse) = self.levels.split_at_mut(count);
         let (fine, coarse) = (&fine[count - 1], &mut coarse[0]);
-        transfer.coarsening.rebuild(&fine.pattern, fine.numbering, &self.is_boundary);
+        transfer.coarsening.rebuild(&fine.pattern, fine.numbering, &fine.is_boundary);
         let nodes = transfer.coarsening.row.len();
         if nodes as f64 > LEAST_GAIN * fine.pattern.row_count() as f64 {
             return false;
         }
-        interpolation::rebuild(&mut transfer.parts, &fine.pattern, &self.places, &transfer.coarsening.node);
+        interpolation::rebuild(&mut transfer.parts, &fine.pattern, &fine.places, &transfer.coarsening.node);
         transfer.sort();
         galerkin::rebuild_pattern(&mut coarse.pattern, &fine.pattern, transfer);
         coarse.numbering = Numbering::of_width(nodes, coarse.pattern.width());
@@ -122,13 +147,7 @@ impl Hierarchy {
             std::mem::swap(&mut coarse.pattern, &mut self.by_place);
             transfer.renumber(numbering);
         }
-        let Self { places, next_places, is_boundary, next_boundary, .. } = self;
-        empty(next_places, nodes);
-        next_places.extend(transfer.coarsening.row.iter().map(|&row| places[row as usize]));
-        std::mem::swap(places, next_places);
-        empty(next_boundary, nodes);
-        next_boundary.extend(transfer.coarsening.row.iter().map(|&row| is_boundary[row as usize]));
-        std::mem::swap(is_boundary, next_boundary);
+        coarse.take_places(fine, &transfer.coarsening.row);
         true
     }
 

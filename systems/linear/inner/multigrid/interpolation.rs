@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 
 /// A row's nodes and their weights, which sum to one; unused ones have weight zero.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Parts {
     /// Nodes.
     pub node: [u32; 3],
@@ -29,7 +29,7 @@ impl Parts {
 }
 
 /// A row on the rest surface.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Place {
     /// Rest position \[mm\].
     pub position: DVec3,
@@ -60,7 +60,21 @@ struct Near {
 pub fn rebuild(parts: &mut Vec<Parts>, pattern: &Pattern, places: &[Place], node: &[u32]) {
     super::super::empty(parts, node.len());
     parts.resize(node.len(), Parts::default());
+    refresh(parts, pattern, places, node, |_| true);
+}
+
+/// Finds those of some rows anew.
+pub fn refresh(
+    parts: &mut [Parts],
+    pattern: &Pattern,
+    places: &[Place],
+    node: &[u32],
+    is_stale: impl Fn(usize) -> bool + Sync,
+) {
     parallel::for_rows(parts, |row, parts| {
+        if !is_stale(row) {
+            return;
+        }
         *parts = match node[row] {
             NONE => of_row(pattern, places, node, row),
             own => Parts { node: [own; 3], weight: [1.0, 0.0, 0.0] },

@@ -7,6 +7,8 @@
 use super::super::empty;
 use super::super::matrix::dot;
 use super::super::pattern::Pattern;
+use super::interpolation::Place;
+use super::marks::Marks;
 use super::numbering::Numbering;
 use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::flat_block::{Coefficient, FlatBlock};
@@ -31,6 +33,9 @@ pub struct Level {
     pub lower: Vec<Block>,
     /// Free axes (1) of every row.
     pub free: Vec<Vec4>,
+    /// Where the rows are on the rest surface, and whether at its boundary.
+    pub places: Vec<Place>,
+    pub is_boundary: Vec<bool>,
     /// What sweeps read of a body in space, or of one in a plane.
     pub(super) solid: Sweeps<Block>,
     pub(super) flat: Sweeps<FlatBlock>,
@@ -116,10 +121,35 @@ impl Level {
         r: impl Fn(usize) -> Vec4 + Sync,
     ) -> f64 {
         let blocks = Blocks { level: self, lower, sweeps };
-        let (first, second) = x.split_at_mut(self.numbering.first as usize);
-        let (size, offset) = (self.numbering.size(), first.len());
+        let size = self.numbering.size();
+        let [first, second, added] = self.numbering.split(x);
         let of_first = parallel::sum_pieces(first, size, partials, &Forward { blocks, offset: 0, other: &[], r: &r });
-        of_first + parallel::sum_pieces(second, size, partials, &Forward { blocks, offset, other: first, r: &r })
+        let offset = first.len();
+        let of_second = parallel::sum_pieces(second, size, partials, &Forward { blocks, offset, other: first, r: &r });
+        if added.is_empty() {
+            return of_first + of_second;
+        }
+        let (offset, size) = (offset + second.len(), added.len());
+        let (before, added) = x.split_at_mut(offset);
+        of_first
+            + of_second
+            + parallel::sum_pieces(added, size, partials, &Forward { blocks, offset, other: before, r: &r })
+    }
+
+    /// Takes the places of its rows from the finer level, which rows of that they are being given.
+    pub fn take_places(&mut self, fine: &Self, rows: &[u32]) {
+        empty(&mut self.places, rows.len());
+        self.places.extend(rows.iter().map(|&row| fine.places[row as usize]));
+        empty(&mut self.is_boundary, rows.len());
+        self.is_boundary.extend(rows.iter().map(|&row| fine.is_boundary[row as usize]));
+    }
+
+    /// Whether sweeps allow for the blocks of the rows that are marked.
+    pub fn is_in_order(&self, marks: &Marks) -> bool {
+        let rows = (0..self.pattern.row_count()).filter(|&row| marks.is_any(row));
+        let mut blocks =
+            rows.flat_map(|row| self.pattern.before(row).map(move |k| (row as u32, self.pattern.column[k])));
+        blocks.all(|(row, column)| self.numbering.may_meet(row, column))
     }
 
     /// `left` = r − A·x after [`Level::forward`].
@@ -146,10 +176,19 @@ impl Level {
         r: impl Fn(usize) -> Vec4 + Sync,
     ) {
         let blocks = Blocks { level: self, lower, sweeps };
-        let (first, second) = x.split_at_mut(self.numbering.first as usize);
-        let (size, offset) = (self.numbering.size(), first.len());
-        parallel::for_pieces(second, size, &Backward { blocks, offset, other: first, r: &r });
-        parallel::for_pieces(first, size, &Backward { blocks, offset: 0, other: second, r: &r });
+        let size = self.numbering.size();
+        let [first, second, added] = self.numbering.split(x).map(|rows| rows.len());
+        if added > 0 {
+            let (before, rows) = x.split_at_mut(first + second);
+            let offset = before.len();
+            parallel::for_pieces(rows, added, &Backward { blocks, offset, before, after: (&[], 0), r: &r });
+        }
+        let [of_first, of_second, of_added] = self.numbering.split(x);
+        let after = (&*of_added, first + second);
+        parallel::for_pieces(of_second, size, &Backward { blocks, offset: first, before: of_first, after, r: &r });
+        let (of_first, others) = x.split_at_mut(first);
+        let after = (&*others, first);
+        parallel::for_pieces(of_first, size, &Backward { blocks, offset: 0, before: &[], after, r: &r });
     }
 }
 
@@ -248,25 +287,27 @@ struct Backward<'a, B, R> {
     blocks: Blocks<'a, B>,
     /// First row of the colour.
     offset: usize,
-    /// The other colour.
-    other: &'a [Vec4],
+    /// The rows before it.
+    before: &'a [Vec4],
+    /// The rows after it, and the first of them.
+    after: (&'a [Vec4], usize),
     r: &'a R,
 }
 
 impl<B: Coefficient, R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4> for Backward<'_, B, R> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, x: &mut [Vec4]) {
-        let Self { blocks, offset, other, r } = self;
-        let (Level { pattern, numbering, .. }, Sweeps { upper, inverse, .. }) = (blocks.level, blocks.sweeps);
+        let Self { blocks, offset, before, after: (others, others_start), r } = self;
+        let (Level { pattern, .. }, Sweeps { upper, inverse, .. }) = (blocks.level, blocks.sweeps);
         let start = offset + first;
         for i in (0..x.len()).rev() {
             let row = start + i;
-            let mut y = blocks.subtract_before(r(row), row, start, other, x);
+            let mut y = blocks.subtract_before(r(row), row, start, before, x);
             let after = pattern.after(row);
             let end = start + x.len();
             for (u, &[column, _]) in upper[after.clone()].iter().zip(&pattern.below[after]) {
                 let column = column as usize;
-                let value = if column < end { x[column - start] } else { other[column - numbering.first as usize] };
+                let value = if column < end { x[column - start] } else { others[column - others_start] };
                 y -= u.times(value);
             }
             x[i] = B::only_axes(inverse[row].times(y));

@@ -3,22 +3,25 @@
 //! Coarse nodes are vertices of the mesh ([`coarsen`]), weights come from the rest shape and from distances along edges
 //! ([`interpolation`]), operators are PᵀAP ([`galerkin`]), smoothing is one Gauss–Seidel sweep before and its adjoint after
 //! ([`level`]). What a tear parts has no edge in common, and so no weights and no blocks: every side has nodes of its own, on all
-//! levels.
+//! levels; as a tear goes on, the levels follow ([`follow`]).
 //!
 //! The cycle is that of the operator it was made for, all levels of it: it stays symmetric and positive however far the body
 //! has moved on, and is made anew when that costs less than the iterations it would save.
 
 mod coarsen;
 mod coarsest;
+mod follow;
 mod galerkin;
 mod hierarchy;
 mod interpolation;
 mod level;
+mod marks;
 mod numbering;
 mod state;
 mod transfer;
 
 use super::cg::{Precondition, Vectors};
+use super::edits::Edits;
 use super::matrix::{Matrix, dot};
 use super::order::Order;
 use super::partition::Partition;
@@ -39,6 +42,10 @@ const MOST_STRICT: u32 = 64;
 pub struct Multigrid {
     hierarchy: Hierarchy,
     has_levels: bool,
+    /// Whether they were asked for since the last edits.
+    is_used: bool,
+    /// Whether they have an operator's numbers.
+    has_numbers: bool,
     /// Solves with these numbers.
     served: u32,
     /// Iterations of the first of them, per power of ten that it took off the residual.
@@ -51,12 +58,24 @@ pub struct Multigrid {
 }
 
 impl Multigrid {
-    /// Whether there are levels: they want rows in good order.
-    pub fn has_levels(&self) -> bool {
+    /// The triangles have changed: brings the levels up to them. `false` where there were some, but all is to be found anew: they
+    /// want rows in good order.
+    pub fn follow(
+        &mut self,
+        partition: &Partition,
+        order: &Order,
+        mesh: (&Vertices, &Triangles, &Topology),
+        edits: &Edits,
+    ) -> bool {
+        if !self.has_levels {
+            return true;
+        }
+        self.has_levels = self.is_used && self.hierarchy.follow(partition, order, mesh, Some(edits));
+        (self.is_used, self.has_numbers) = (false, false);
         self.has_levels
     }
 
-    /// The triangles have changed.
+    /// The triangles are others, or their rows.
     pub fn forget(&mut self) {
         self.has_levels = false;
     }
@@ -69,9 +88,12 @@ impl Multigrid {
         mesh: (&Vertices, &Triangles, &Topology),
         matrix: &Matrix,
     ) {
+        self.is_used = true;
         if !self.has_levels {
             self.hierarchy.rebuild(partition, order, mesh);
-            self.has_levels = true;
+            (self.has_levels, self.has_numbers) = (true, false);
+        }
+        if !self.has_numbers {
             self.assemble(partition, matrix);
             return;
         }
@@ -97,6 +119,7 @@ impl Multigrid {
 
     fn assemble(&mut self, partition: &Partition, matrix: &Matrix) {
         self.hierarchy.assemble(partition, matrix);
+        self.has_numbers = true;
         (self.served, self.excess) = (0, 0.0);
     }
 

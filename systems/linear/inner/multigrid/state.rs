@@ -1,15 +1,19 @@
-//! What a multigrid cycle is made of anew, to the same bits: levels follow from the mesh, numbers of the coarser ones from
-//! those of the finest.
+//! What a multigrid cycle is made of anew, to the same bits: levels follow from the mesh and the choice of their nodes, numbers of the
+//! coarser ones from those of the finest.
 
+use super::follow::Choices;
+use super::hierarchy::Hierarchy;
 use super::{Multigrid, Order, Partition};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::block::Block;
 use glam::Vec4;
 
-/// The age of the numbers, and those of the finest level.
+/// The levels, the age of their numbers, and those of the finest.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct MultigridState {
+    choices: Option<Choices>,
+    is_used: bool,
     numbers: Option<Numbers>,
     served: u32,
     rate: f64,
@@ -28,40 +32,43 @@ struct Numbers {
 }
 
 impl Multigrid {
-    /// What a snapshot keeps. `is_current`: no edit has changed the triangles since the levels were found.
+    /// What a snapshot keeps. `is_current`: no edit has changed the triangles since the levels were brought up to them.
     pub fn state(&self, is_current: bool) -> MultigridState {
-        let &Self { ref hierarchy, has_levels, served, rate, excess, strict, strictness } = self;
-        let numbers = (has_levels && is_current).then(|| {
+        let &Self { ref hierarchy, has_levels, is_used, has_numbers, served, rate, excess, strict, strictness } = self;
+        let choices = has_levels.then(|| hierarchy.choices());
+        let numbers = (has_levels && has_numbers && is_current).then(|| {
             let finest = hierarchy.finest();
             let (diagonal, lower) = (finest.diagonal.clone(), finest.lower.clone());
             Numbers { diagonal, lower, free: finest.free.clone() }
         });
-        MultigridState { numbers, served, rate, excess, strict, strictness }
+        MultigridState { choices, is_used, numbers, served, rate, excess, strict, strictness }
     }
 
-    /// The cycle of a state, with levels of these triangles or of those before edits; `None` where its numbers are not of this mesh.
+    /// The cycle of a state. `is_current`: its levels are those of these triangles, and not of some before edits. `None` where they cannot
+    /// be.
     pub fn of_state(
         state: &MultigridState,
-        has_levels: bool,
+        is_current: bool,
         partition: &Partition,
         order: &Order,
         mesh: (&Vertices, &Triangles, &Topology),
     ) -> Option<Self> {
-        let &MultigridState { ref numbers, served, rate, excess, strict, strictness } = state;
-        let mut multigrid = Self { served, rate, excess, strict, strictness, ..Self::default() };
-        if let Some(Numbers { diagonal, lower, free }) = numbers {
-            multigrid.hierarchy.rebuild(partition, order, mesh);
-            if !multigrid.hierarchy.set(diagonal, lower, free) {
+        let &MultigridState { ref choices, is_used, ref numbers, served, rate, excess, strict, strictness } = state;
+        let mut multigrid = Self { is_used, served, rate, excess, strict, strictness, ..Self::default() };
+        if let Some(choices) = choices {
+            multigrid.hierarchy = Hierarchy::of_choices(choices, order.vertex.len())?;
+            multigrid.has_levels = true;
+            // Those of triangles before edits follow them before they are used.
+            if is_current && !multigrid.hierarchy.follow(partition, order, mesh, None) {
                 return None;
             }
         }
-        // Those that edits have made useless since are found anew before they are used.
-        multigrid.has_levels = has_levels;
-        (has_levels || numbers.is_none()).then_some(multigrid)
-    }
-
-    /// Whether a state has numbers.
-    pub fn is_numbered(state: &MultigridState) -> bool {
-        state.numbers.is_some()
+        if let Some(Numbers { diagonal, lower, free }) = numbers {
+            multigrid.has_numbers = true;
+            if choices.is_none() || !is_current || !multigrid.hierarchy.set(diagonal, lower, free) {
+                return None;
+            }
+        }
+        Some(multigrid)
     }
 }

@@ -1,8 +1,10 @@
 //! What one level hands to the next: which rows are its nodes, how the others hang on them.
 
 use super::super::empty;
-use super::coarsen::Coarsening;
-use super::interpolation::Parts;
+use super::super::pattern::Pattern;
+use super::coarsen::{Coarsening, NONE};
+use super::interpolation::{self, Parts, Place};
+use super::marks::Marks;
 use super::numbering::Numbering;
 use crate::systems::parallel;
 use glam::Vec4;
@@ -20,9 +22,17 @@ pub struct Transfer {
     support: Vec<(u32, f32)>,
     /// Room for the rows of the nodes in another order.
     by_row: Vec<u32>,
+    /// Scratch of edits: marks two edges and three about those of the rows.
+    stale: Marks,
+    near: Marks,
 }
 
 impl Transfer {
+    /// With this choice of nodes; the rest comes with [`follow`](Self::follow).
+    pub fn of(coarsening: Coarsening) -> Self {
+        Self { coarsening, ..Self::default() }
+    }
+
     /// Sorts the parts of the rows by nodes.
     pub fn sort(&mut self) {
         let node_count = self.coarsening.row.len();
@@ -54,7 +64,30 @@ impl Transfer {
         empty(&mut self.by_row, by_place.len());
         self.by_row.extend((0..by_place.len() as u32).map(|row| by_place[numbering.place(row) as usize]));
         std::mem::swap(&mut self.coarsening.row, &mut self.by_row);
+        for node in self.coarsening.node.iter_mut().filter(|node| **node != NONE) {
+            *node = numbering.row(*node);
+        }
         parallel::for_rows(&mut self.parts, |_, parts| parts.node = parts.node.map(|place| numbering.row(place)));
+        self.sort();
+    }
+
+    /// After edits: finds the parts anew of rows two edges about those that are marked, as it takes for what rows have near them.
+    /// Leaves marks on the nodes whose rows of the next level may have other columns.
+    pub fn follow(&mut self, pattern: &Pattern, places: &[Place], marks: &Marks, of_nodes: &mut Marks) {
+        self.parts.resize(places.len(), Parts::default());
+        of_nodes.clear(self.coarsening.row.len());
+        self.near.spread_from(marks, pattern);
+        self.stale.spread_from(&self.near, pattern);
+        self.near.spread_from(&self.stale, pattern);
+        for (parts, mark) in self.parts.iter().zip(self.near.iter()) {
+            // What is no more tells of what to find anew, not of where edits have been.
+            parts.iter().for_each(|(node, _)| of_nodes.add(node, mark.of_stale()));
+        }
+        let stale = &self.stale;
+        interpolation::refresh(&mut self.parts, pattern, places, &self.coarsening.node, |row| stale.is_any(row));
+        for (parts, mark) in self.parts.iter().zip(self.near.iter()) {
+            parts.iter().for_each(|(node, _)| of_nodes.add(node, mark));
+        }
         self.sort();
     }
 
