@@ -161,6 +161,7 @@ impl Membrane {
         self.check_components()?;
         let mut triangles = self.triangle_rows()?;
         let mut vertices = Vertices::default();
+        vertices.reserve(self.mesh.positions.len());
         for &position in &self.mesh.positions {
             vertices.push(VertexRow { position, velocity: DVec3::ZERO, rest_position: position, mass: 0.0 });
         }

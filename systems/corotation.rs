@@ -3,6 +3,7 @@
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
 use super::kernels::simd;
+use super::room::grow;
 use super::{Formula, StepContext, parallel};
 use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
 use crate::math::{CoupledStiffness, ElementState, Faded, GeometricStiffness, Orthotropic, Sym2};
@@ -46,7 +47,9 @@ fn evaluate_rotated(
     reserve: f64,
 ) {
     frames.is_planar = is_planar;
+    grow(&mut frames.state, triangles.len(), triangles.corners.capacity());
     frames.state.resize(triangles.len(), ElementState::REST);
+    grow(&mut frames.geometric, triangles.len(), triangles.corners.capacity());
     frames.geometric.resize(triangles.len(), GeometricStiffness::default());
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
@@ -70,6 +73,7 @@ pub fn evaluate(
 ) {
     let unstretched = PreStretch::unstretched(pre_stretch);
     frames.is_planar = is_planar;
+    grow(&mut frames.state, triangles.len(), triangles.corners.capacity());
     frames.state.resize(triangles.len(), ElementState::REST);
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
@@ -117,6 +121,7 @@ pub fn geometric_stiffness(
     reserve: f64,
 ) {
     let Frames { state, geometric, stiffened, .. } = frames;
+    grow(geometric, state.len(), triangles.corners.capacity());
     geometric.resize(state.len(), GeometricStiffness::default());
     if tangent == Tangent::Rotated {
         let stiffness = triangles.stiffness.by_row();

@@ -1,7 +1,7 @@
 //! Start of a step or stage: remembers where it began, marks prescribed axes and puts the prescribed motion into the first guess.
 
 use super::context::SECOND_STAGE;
-use super::{StepContext, parallel};
+use super::{StepContext, parallel, room};
 use crate::components::{Forces, Grips, Holds, Increment, Pinch, Planar, Sleeping, SolverScratch, TearDecisions};
 use crate::storage::Vertices;
 use glam::DVec3;
@@ -109,6 +109,7 @@ fn mark_axes(
 ) {
     let free_axes = if planar.is_some() { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
     scratch.free.clear();
+    room::grow(&mut scratch.free, vertices.len(), vertices.position.capacity());
     scratch.free.resize(vertices.len(), free_axes);
     if planar.is_some() {
         increment.delta.iter_mut().for_each(|d| d.z = 0.0);

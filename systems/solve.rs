@@ -1,6 +1,6 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
-use super::{Formula, StepContext, kernels::membrane::shear_majorant, linear, parallel};
+use super::{Formula, StepContext, kernels::membrane::shear_majorant, linear, parallel, room};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch,
     Reactions, SolverScratch,
@@ -173,6 +173,7 @@ fn imbalance(
     scratch: &mut SolverScratch,
     step: &StepContext,
 ) -> f64 {
+    room::grow(&mut scratch.residual, vertices.len(), vertices.position.capacity());
     scratch.residual.resize(vertices.len(), DVec3::ZERO);
     parallel::for_rows(&mut scratch.residual, |v, r| {
         *r = forces.nodal[v] + step.momentum(increment, v) * vertices.mass[v];

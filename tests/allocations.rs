@@ -45,7 +45,7 @@ fn main() {
         println!("{threads} threads, {preconditioner:?}: {count} allocations in 1000 elastic steps");
         if preconditioner == Preconditioner::Auto {
             // A new factor, every few hundred steps of a sheet that is drawn out steadily, takes its own memory, aside.
-            assert!(count < 500, "{count}");
+            assert!(count < 150, "{count}");
             continue;
         }
         // The queue through which rayon lets a pool in has blocks of 63 places: one block per 63 steps.
@@ -58,11 +58,11 @@ fn main() {
     for energy in [None, Some(EnergyCriterion::new(Toughness { along: 0.01, across: 10.0 }))] {
         a_tear_seldom_allocates(energy);
     }
-    a_refined_tear_hardly_allocates();
+    a_refined_tear_allocates_nothing();
 }
 
 /// The lens capsule, coarser and at twice the time step: tips advance, are refined around and coarsened behind.
-fn a_refined_tear_hardly_allocates() {
+fn a_refined_tear_allocates_nothing() {
     let mut document = Document::named("capsulorhexis").unwrap();
     for set in [
         "run.dt=20",
@@ -87,16 +87,15 @@ fn a_refined_tear_hardly_allocates() {
         });
         (count.sum::<usize>(), advances(&instance.simulation) - before)
     };
-    // The mesh has grown to its budget, and most lists to their length, after half of the grasps.
+    // The mesh has grown to its budget, and all lists to their length, after two thirds of the steps.
     let warm_up = run(WARM_UP);
     let (count, advances) = run(1000 - WARM_UP);
     println!("refined tear: {warm_up:?} allocations and advances at first, then {count} and {advances}");
-    // Some forty edits go with every advance. Now and then one touches more triangles than its record has places for, or a list is
-    // longer than ever before.
-    assert!(advances > 50 && count < advances as usize, "{count} allocations in {advances} advances");
+    // Some forty edits go with every advance; jaws close meanwhile, and a step is set back and taken in halves.
+    assert!(advances > 20 && count == 0, "{count} allocations in {advances} advances");
 }
 
-const WARM_UP: usize = 500;
+const WARM_UP: usize = 700;
 
 fn accurate_steps_allocate_nothing() {
     let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
@@ -206,9 +205,10 @@ fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {
         is_next = has_advanced;
     }
     println!("allocations in the steps with an advance and the next: {advances:?}");
-    // What the step keeps per vertex and triangle grows in the first, by doubling; the tables have room from the start.
-    // Later a disc may hold more triangles than any before, and the last advance walks the piece that it frees.
+    // What the step keeps per vertex grows in the first, to where the tables have room from the start; what it keeps per triangle, five
+    // lists, where the first triangle is added. After that not even the last advance does, which walks the piece that it frees;
+    // but the ring of the energy criterion may be longer than any before.
     let free = advances.iter().filter(|&&count| count == 0).count();
-    assert!(advances.len() > 15 && 5 * free >= 4 * advances.len(), "{advances:?}");
-    assert!(advances.iter().sum::<usize>() < 60, "{advances:?}");
+    assert!(advances.len() > 15 && free + 4 >= advances.len(), "{advances:?}");
+    assert!(advances[0] < 30 && advances[1..].iter().sum::<usize>() <= 6, "{advances:?}");
 }

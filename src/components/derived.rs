@@ -89,6 +89,16 @@ pub struct Tautness {
 }
 
 impl Increment {
+    /// Makes room for as many vertices as their table has room for, before edits: lists that double take as much again in vain.
+    pub fn make_room(&mut self, room: usize) {
+        let Self { start, start_velocity, displacement, delta, middle_displacement, middle_velocity, .. } = self;
+        for values in [start, start_velocity, displacement, delta, middle_displacement, middle_velocity] {
+            if !values.is_empty() && values.capacity() < room {
+                values.reserve_exact(room - values.len());
+            }
+        }
+    }
+
     /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and
     /// the one that a collapse removes is gone.
     pub fn follow(&mut self, record: &EditRecord) {

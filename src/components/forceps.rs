@@ -213,7 +213,7 @@ impl Pinch {
     /// Takes hold of vertices where they are, with the jaws in this pose.
     pub fn close(&mut self, vertices: &Vertices, rows: impl IntoIterator<Item = u32>, pose: &Pose) {
         let place = |row: u32| pose.place(vertices.position[row as usize]);
-        self.held = Attached::new(rows.into_iter().map(|row| (row, place(row))));
+        self.held.replace(rows.into_iter().map(|row| (row, place(row))));
         self.has_slipped = false;
     }
 
@@ -232,7 +232,7 @@ impl Pinch {
 
     /// Opens the jaws.
     pub fn release(&mut self) {
-        self.held = Attached::default();
+        self.held.replace([]);
         self.prescribed.clear();
         (self.force, self.torque) = (DVec3::ZERO, DVec3::ZERO);
     }

@@ -3,6 +3,9 @@
 use super::{Jaws, Pinch, Pose};
 use glam::DVec3;
 
+/// Vertices for which every grasp has room from the start: jaws are small, and close in the middle of a course.
+const USUAL: usize = 64;
+
 /// A polyline through space over time, at rest before its first and after its last point.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -81,7 +84,12 @@ pub struct Grips {
 impl Grips {
     /// The given grasps, none taken yet.
     pub fn new(list: Vec<Grip>) -> Self {
-        let pinch = |grip: &Grip| Pinch { name: grip.name.clone(), jaws: grip.jaws, ..Pinch::default() };
+        let pinch = |grip: &Grip| {
+            let mut pinch = Pinch { name: grip.name.clone(), jaws: grip.jaws, ..Pinch::default() };
+            pinch.held.reserve(USUAL);
+            pinch.prescribed.reserve(USUAL);
+            pinch
+        };
         Self { pinches: list.iter().map(pinch).collect(), list, grasp_count: 0 }
     }
 

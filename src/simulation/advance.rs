@@ -28,12 +28,28 @@ pub(super) struct Running<'a> {
     pub schedule: &'a mut Schedule,
     /// Their report.
     pub report: &'a mut Report,
+    /// Lists of bodies put aside that are empty again.
+    pub spare: &'a mut Vec<Aside>,
 }
 
 impl Running<'_> {
     /// Runs the systems of one stage.
     pub fn stage(&mut self, world: &mut World, step: &StepContext, stage: Stage) {
         self.schedule.run_stage(world, step, stage, &mut self.report.systems);
+    }
+
+    /// An empty list of bodies.
+    fn list(&mut self) -> Aside {
+        self.spare.pop().unwrap_or_default()
+    }
+
+    /// Gives the bodies of a list back what their solvers remember, and keeps the list.
+    fn give_back(&mut self, world: &mut World, mut list: Aside) {
+        for (body, scratch) in list.drain(..) {
+            // The body is there: nothing has been despawned.
+            let _ = world.insert_one(body, scratch);
+        }
+        self.spare.push(list);
     }
 }
 
@@ -44,26 +60,27 @@ pub(super) type Aside = Vec<(Entity, SolverScratch)>;
 /// others keep the step that they have taken. Returns the time \[ms\] that was done: all of `dt`, or less where no body has done all of it.
 pub(super) fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, running: &mut Running) -> f64 {
     let step = StepContext::of_step(settings, dt, time + dt);
-    let mut failed = Aside::new();
+    let mut failed = running.list();
     let held_back = held_back(world);
     solve_and_tear(world, &step, settings.resumes, running, &mut failed);
     if failed.is_empty() {
+        running.spare.push(failed);
         return dt;
     }
-    let mut done = put_all_aside(world);
+    let mut done = running.list();
+    put_all_aside(world, &mut done);
     let mut most = if done.is_empty() { 0.0 } else { dt };
-    for (body, scratch) in failed {
-        // The body is there: nothing has been despawned.
+    for (body, scratch) in failed.drain(..) {
+        // As in `give_back`.
         let _ = world.insert_one(body, scratch);
         let mut retried = Retried { world, settings, running, tries: 0, is_last_resort: false };
         // What could not go all of its way even in the smallest part of the last step is not tried in parts again.
         let halvings = if held_back.contains(&body) { 0 } else { settings.halvings };
         most = retried.in_halves(time, dt, halvings).max(most);
-        done.extend(put_all_aside(world));
+        put_all_aside(world, &mut done);
     }
-    for (body, scratch) in done {
-        let _ = world.insert_one(body, scratch);
-    }
+    running.give_back(world, failed);
+    running.give_back(world, done);
     // The parts have moved them too.
     contact::move_obstacles(world, &StepContext::of_step(settings, dt, time + most));
     most
@@ -100,13 +117,12 @@ impl Retried<'_, '_> {
         self.tries += 1;
         self.is_last_resort |= self.tries > TRIES * (self.settings.halvings + 1);
         let step = if self.is_last_resort { step.last_resort() } else { step };
-        let mut failed = Aside::new();
+        let mut failed = self.running.list();
         solve_and_tear(self.world, &step, self.settings.resumes, self.running, &mut failed);
-        if failed.is_empty() {
+        let is_sound = failed.is_empty();
+        self.running.give_back(self.world, failed);
+        if is_sound {
             return dt;
-        }
-        for (body, scratch) in failed {
-            let _ = self.world.insert_one(body, scratch);
         }
         if self.is_last_resort { 0.0 } else { self.in_halves(time, dt, halvings) }
     }
@@ -119,9 +135,10 @@ fn held_back(world: &mut World) -> SmallVec<[Entity; 4]> {
 }
 
 /// Takes what solvers remember off all bodies.
-fn put_all_aside(world: &mut World) -> Aside {
-    let bodies: Vec<Entity> = world.query_mut::<(Entity, &SolverScratch)>().into_iter().map(|(body, _)| body).collect();
-    bodies.into_iter().filter_map(|body| Some((body, world.remove_one::<SolverScratch>(body).ok()?))).collect()
+fn put_all_aside(world: &mut World, list: &mut Aside) {
+    let bodies = world.query_mut::<(Entity, &SolverScratch)>().into_iter();
+    let bodies: SmallVec<[Entity; 16]> = bodies.map(|(body, _)| body).collect();
+    list.extend(bodies.into_iter().filter_map(|body| Some((body, world.remove_one::<SolverScratch>(body).ok()?))));
 }
 
 /// Solves the step and tears, and takes the step up again while tips may advance further. Bodies that a solve leaves in no sound state

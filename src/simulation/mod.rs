@@ -51,7 +51,7 @@ use crate::systems::kernels::membrane;
 use crate::systems::linear::Folds;
 use crate::systems::parallel::Pool;
 use crate::systems::{Formula, StepContext, corotation};
-use advance::{Running, advance, is_finite, iterate_and_account, restore};
+use advance::{Aside, Running, advance, is_finite, iterate_and_account, restore};
 use glam::DVec3;
 use hecs::{Entity, World};
 
@@ -65,6 +65,8 @@ pub struct Simulation {
     events: Vec<Event>,
     next_order: u32,
     recorder: Option<Recorder>,
+    /// See [`Running`].
+    spare: Vec<Aside>,
 }
 
 impl Simulation {
@@ -77,7 +79,7 @@ impl Simulation {
         let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SimulationError::Threads)?;
         let (world, report, events) = (World::new(), Report::default(), Vec::new());
         let schedule = Schedule::default();
-        Ok(Self { world, settings, pool, schedule, report, events, next_order: 0, recorder: None })
+        Ok(Self { world, settings, pool, schedule, report, events, next_order: 0, recorder: None, spare: Vec::new() })
     }
 
     /// Puts a body into the world.
@@ -179,8 +181,8 @@ impl Simulation {
         let rows = self.report.bodies.iter().filter(|body| !body.is_asleep).map(|body| body.triangle_count).sum();
         self.begin_report();
         self.begin_stops(stops);
-        let Self { world, settings, pool, schedule, report, .. } = self;
-        let (time, mut running) = (report.time, Running { schedule, report });
+        let Self { world, settings, pool, schedule, report, spare, .. } = self;
+        let (time, mut running) = (report.time, Running { schedule, report, spare });
         let done = pool.run_step(rows, || advance(world, settings, time, dt, &mut running));
         self.report.time += done;
         self.finish_report();
@@ -221,8 +223,8 @@ impl Simulation {
         let iterations = self.settings.static_iterations.max(2);
         let (time, preconditioner) = (self.report.time + dt, self.settings.preconditioner);
         let step = StepContext::of_static_solve(dt, time, tolerance, iterations, preconditioner);
-        let Self { world, pool, schedule, report, .. } = self;
-        let mut running = Running { schedule, report };
+        let Self { world, pool, schedule, report, spare, .. } = self;
+        let mut running = Running { schedule, report, spare };
         pool.run(|| iterate_and_account(world, &step, &mut running));
         self.finish_report();
         let is_finite = is_finite(&mut self.world);
@@ -266,8 +268,8 @@ impl Simulation {
             newton_iterations: 1,
             newton_tolerance: 0.0,
         };
-        let Self { world, pool, schedule, report, .. } = self;
-        let mut running = Running { schedule, report };
+        let Self { world, pool, schedule, report, spare, .. } = self;
+        let mut running = Running { schedule, report, spare };
         pool.run(|| iterate_and_account(world, &step, &mut running));
         self.finish_report();
         let residual = self.report.bodies.iter().map(|b| b.residual).max_by(f64::total_cmp).unwrap_or(0.0);

@@ -156,8 +156,8 @@ impl Simulation {
         self.find_equilibrium(dt, tolerance)?;
         for _ in 0..rounds {
             let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
-            let Self { world, pool, schedule, report, .. } = self;
-            let mut running = Running { schedule, report };
+            let Self { world, pool, schedule, report, spare, .. } = self;
+            let mut running = Running { schedule, report, spare };
             pool.run(|| {
                 running.stage(world, &step, Stage::Decide);
                 running.stage(world, &step, Stage::Tear);
@@ -193,7 +193,9 @@ impl Simulation {
             events.extend(log.pending.drain(..).map(|kind| Event { step, time, body, kind }));
         }
         // Stable: the order within a body stays.
-        events[first..].sort_by_key(|event| order(world, event.body));
+        if !events[first..].is_sorted_by_key(|event| order(world, event.body)) {
+            events[first..].sort_by_key(|event| order(world, event.body));
+        }
     }
 }
 

@@ -65,11 +65,11 @@ impl<T: Copy + PartialEq> Alike<T> {
         }
     }
 
-    /// Makes room for so many more rows.
-    pub fn reserve(&mut self, additional: usize) {
+    /// Makes room for so many more rows, and no more.
+    pub fn reserve_exact(&mut self, additional: usize) {
         self.room = self.room.max(self.len + additional);
         if self.mask != 0 {
-            self.values.reserve(additional);
+            self.values.reserve_exact(additional);
         }
     }
 
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn rows_that_are_alike_take_one_place() {
         let mut column: Alike<f64> = std::iter::repeat_n(0.015, 1000).collect();
-        column.reserve(500);
+        column.reserve_exact(500);
         column.put(3, 0.015);
         assert!(column.values.len() == 1 && column[999] == 0.015);
         column.put(3, 0.02);

@@ -50,15 +50,23 @@ impl<T: Attachment> Attached<T> {
         let mut members: Vec<(u32, T)> = members.into_iter().collect();
         members.sort_by_key(|&(row, _)| row);
         let mut set = Self { rows: Vec::new(), values: Vec::new(), buried: Vec::new() };
-        for (row, value) in members {
-            if set.rows.last() == Some(&row) {
-                set.rows.pop();
-                set.values.pop();
-            }
-            set.rows.push(row);
-            set.values.push(value);
-        }
+        set.replace(members);
         set
+    }
+
+    /// The same in the room that this one has, for few members or ascending rows.
+    pub fn replace(&mut self, members: impl IntoIterator<Item = (u32, T)>) {
+        self.clear();
+        self.buried.clear();
+        for (row, value) in members {
+            match self.rows.binary_search(&row) {
+                Ok(place) => self.values[place] = value,
+                Err(place) => {
+                    self.rows.insert(place, row);
+                    self.values.insert(place, value);
+                }
+            }
+        }
     }
 
     /// Rows of the members, ascending.

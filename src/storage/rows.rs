@@ -44,21 +44,26 @@ impl<K: Key> Rows<K> {
 
     /// Takes `row` away and moves the last row into its place. `None` where there is no such row.
     pub fn swap_remove(&mut self, row: u32) -> Option<K> {
-        let key = self.bury(row)?;
-        self.buried.pop();
+        let key = self.take_out(row)?;
         self.slots.remove(key);
         Some(key)
     }
 
     /// As [`swap_remove`](Self::swap_remove), but the key can be exhumed.
     pub fn bury(&mut self, row: u32) -> Option<K> {
+        let key = self.take_out(row)?;
+        self.slots[key] = NONE;
+        self.buried.push(key);
+        Some(key)
+    }
+
+    /// Moves the last row into the place of `row`, whose key then names none.
+    fn take_out(&mut self, row: u32) -> Option<K> {
         let key = self.key(row)?;
         self.keys.swap_remove(row as usize);
         if let Some(&moved) = self.keys.get(row as usize) {
             self.slots[moved] = row;
         }
-        self.slots[key] = NONE;
-        self.buried.push(key);
         Some(key)
     }
 
@@ -130,7 +135,7 @@ impl<K: Key> Rows<K> {
     /// Makes room for `additional` rows, so that the pushes of a step do not allocate.
     pub fn reserve(&mut self, additional: usize) {
         self.slots.reserve(additional);
-        self.keys.reserve(additional);
+        self.keys.reserve_exact(additional);
     }
 
     /// Whether keys and rows name each other, one to one, and every other slot is that of a buried key.

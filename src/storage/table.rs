@@ -142,10 +142,10 @@ macro_rules! table {
                 self.rows.is_empty()
             }
 
-            /// Makes room for `additional` rows in every column.
+            /// Makes room for `additional` rows in every column, and no more.
             pub fn reserve(&mut self, additional: usize) {
                 self.rows.reserve(additional);
-                $( self.$column.reserve(additional); )*
+                $( self.$column.reserve_exact(additional); )*
             }
 
             /// The name of the first column whose length differs from the number of keys, or `"keys"` where keys and

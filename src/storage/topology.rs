@@ -74,8 +74,8 @@ impl Topology {
 
     /// Makes room for an edit sequence that adds so many rows.
     pub fn reserve(&mut self, vertices: usize, triangles: usize) {
-        self.incident.reserve(vertices);
-        self.neighbours.reserve(triangles);
+        self.incident.reserve_exact(vertices);
+        self.neighbours.reserve_exact(triangles);
     }
 
     /// The counter-clockwise fan of triangles around a vertex.

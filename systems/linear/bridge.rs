@@ -13,6 +13,9 @@ type Link = SmallVec<[(u32, f64); 4]>;
 /// Links to more old vertices than this are cut down to the heaviest: a vertex in the middle of much refined tissue.
 const MOST_LINKS: usize = 4;
 
+/// Room for so many vertices more than there are at the first edit, and one in sixteen: a factor serves a few dozen steps.
+const SPARE: usize = 256;
+
 /// The state of the vertices since the factor's snapshot. Empty until the first edit: then every vertex is an old one.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -58,6 +61,9 @@ impl Bridge {
     /// Follows an edit.
     pub fn follow(&mut self, record: &EditRecord) {
         if self.is_empty() {
+            let room = record.first_vertex as usize + SPARE + record.first_vertex as usize / 16;
+            self.link.reserve_exact(room);
+            self.is_touched.reserve_exact(room);
             self.link.extend((0..record.first_vertex).map(|v| Link::from_slice(&[(v, 1.0)])));
             self.is_touched.resize(record.first_vertex as usize, false);
         }

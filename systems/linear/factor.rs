@@ -273,6 +273,7 @@ impl Factor {
                 warp.clear();
             }
             touched.clear();
+            touched.reserve(bridge.touched().count());
             touched.extend(bridge.touched().map(|v| (v, invert(operator.diagonal_block(v), free[v]), free[v])));
         }
     }

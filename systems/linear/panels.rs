@@ -59,7 +59,7 @@ impl<T: Real> Panels<T> {
         }
         self.block_start.clear();
         self.block.clear();
-        let mut tallest = 0;
+        let (mut tallest, mut top) = (0, vec![0.0; self.make_room(factor)]);
         for s in 0..symbolic.n_supernodes() {
             let node = factor.supernode(s);
             let (height, width) = (node.val().nrows(), node.val().ncols());
@@ -69,7 +69,7 @@ impl<T: Real> Panels<T> {
             self.block_start.push(self.block.len());
             self.panel.clear();
             (0..width).for_each(|j| self.panel.extend(node.val().col(j).iter()));
-            times_inverse_of_triangle(&mut self.panel, height, width);
+            times_inverse_of_triangle(&mut self.panel, height, width, &mut top);
             for top in (0..height).step_by(LANES) {
                 for column in self.panel.chunks_exact(height) {
                     let mut lanes = [T::default(); LANES];
@@ -84,6 +84,27 @@ impl<T: Real> Panels<T> {
         self.block_start.push(self.block.len());
         self.work.resize(tallest.div_ceil(LANES), [T::default(); LANES]);
         self.column.resize(symbolic.ncols(), T::default());
+    }
+
+    /// Makes room for the panels of a factor, which are to be written one after the other. Returns the largest width.
+    fn make_room(&mut self, factor: SupernodalLltRef<'_, u32, f64>) -> usize {
+        let count = factor.symbolic().n_supernodes();
+        let (mut rows, mut blocks, mut largest, mut widest) = (0, 0, 0, 0);
+        for panel in (0..count).map(|s| factor.supernode(s).val()) {
+            let (height, width) = (panel.nrows(), panel.ncols());
+            rows += height - width;
+            blocks += height.div_ceil(LANES) * width;
+            largest = largest.max(height * width);
+            widest = widest.max(width);
+        }
+        for (list, len) in [(&mut self.first, count + 1), (&mut self.row_start, count + 1), (&mut self.row, rows)] {
+            list.reserve_exact(len);
+        }
+        self.block_start.reserve_exact(count + 1);
+        self.block.reserve_exact(blocks);
+        self.panel.clear();
+        self.panel.reserve_exact(largest);
+        widest
     }
 
     /// Replaces `column` by L⁻¹ times it, the way down of a solve; returns the scalar product of what it was with (L·Lᵀ)⁻¹ times it,
@@ -225,11 +246,12 @@ fn sum<T: Real>(lanes: &[T; LANES]) -> T {
     lanes[0]
 }
 
-/// [T; B] ← [T⁻¹; B·T⁻¹] for a panel by columns with a lower triangle T on top; zeros above the diagonal.
-fn times_inverse_of_triangle(panel: &mut [f64], height: usize, width: usize) {
+/// [T; B] ← [T⁻¹; B·T⁻¹] for a panel by columns with a lower triangle T on top; zeros above the diagonal. `top` is scratch of
+/// at least the width.
+fn times_inverse_of_triangle(panel: &mut [f64], height: usize, width: usize, top: &mut [f64]) {
     // From the last column to the first: column j of P·T = [I; B] gives P_j = ([e_j; B_j] − Σ_{k>j} P_k·T_kj)/T_jj, and the
     // columns k > j are done already.
-    let mut top = vec![0.0; width];
+    let top = &mut top[..width];
     for j in (0..width).rev() {
         let (before, done) = panel.split_at_mut((j + 1) * height);
         let column = &mut before[j * height..];
@@ -247,7 +269,7 @@ fn times_inverse_of_triangle(panel: &mut [f64], height: usize, width: usize) {
                 *x -= factor * d;
             }
         }
-        triangle.iter_mut().zip(&top).for_each(|(x, t)| *x = t * inverse);
+        triangle.iter_mut().zip(&*top).for_each(|(x, t)| *x = t * inverse);
         below.iter_mut().for_each(|x| *x *= inverse);
     }
 }

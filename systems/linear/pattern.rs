@@ -45,7 +45,7 @@ impl Pattern {
     pub fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &[DVec3]) -> Option<Self> {
         let incident = Incident::new(corners, free.len());
         let hinges = Hinges::new(folded, free.len());
-        let order = elimination_order(corners, (&incident, &hinges), free)?;
+        let order = elimination_order(corners, folded, (&incident, &hinges), free)?;
         let mut place = vec![u32::MAX; free.len()];
         let mut first = vec![0; free.len()];
         let mut column_count = 0;
@@ -54,8 +54,13 @@ impl Pattern {
             first[v as usize] = column_count;
             column_count += axes(free[v as usize]).count() as u32;
         }
-        let (mut earlier_start, mut earlier) = (vec![0], Vec::new());
-        let (mut column_start, mut row) = (vec![0], Vec::new());
+        let (links, width) =
+            (most_links(corners, folded, free.len()), column_count.div_ceil(order.len() as u32) as usize);
+        let (mut earlier_start, mut earlier) = (Vec::with_capacity(order.len() + 1), Vec::with_capacity(links));
+        let mut column_start = Vec::with_capacity(column_count as usize + 1);
+        let mut row = Vec::with_capacity(width * width * links + width * (width + 1) / 2 * order.len());
+        earlier_start.push(0);
+        column_start.push(0);
         for &v in &order {
             let begin = earlier.len();
             // Those that have no place have no free axis.
@@ -175,7 +180,9 @@ impl Pattern {
     /// Four times the vertex plus the axis of every column.
     pub fn axis_of_columns(&self) -> Vec<u32> {
         let of_vertex = |&v: &u32| axes(self.free[v as usize]).map(move |axis| 4 * v + axis as u32);
-        self.order.iter().flat_map(of_vertex).collect()
+        let mut axes = Vec::with_capacity(self.column_count());
+        axes.extend(self.order.iter().flat_map(of_vertex));
+        axes
     }
 
     /// The columns of a vertex' free axes, each with its axis.
@@ -255,6 +262,12 @@ impl Hinges {
     }
 }
 
+/// Pairs of vertices that hang together through an edge or a hinge: at most so many on a surface without handles (Euler), and some to
+/// spare for the list of one vertex before each stands in it once.
+fn most_links(corners: &[[u32; 3]], folded: &[[u32; 4]], vertex_count: usize) -> usize {
+    corners.len() + vertex_count + folded.len() + 64
+}
+
 /// Appends the neighbours that pass, each once, ascending, of the vertex with these entries of [`Incident`] and of
 /// [`Hinges`].
 fn neighbours(corners: &[[u32; 3]], incident: &[u32], far: &[u32], passes: impl Fn(&u32) -> bool, list: &mut Vec<u32>) {
@@ -279,10 +292,12 @@ fn neighbours(corners: &[[u32; 3]], incident: &[u32], far: &[u32], passes: impl 
 /// The vertices with a free axis by approximate minimum degree (Amestoy, Davis, Duff 1996).
 fn elimination_order(
     corners: &[[u32; 3]],
+    folded: &[[u32; 4]],
     (incident, hinges): (&Incident, &Hinges),
     free: &[DVec3],
 ) -> Option<Vec<u32>> {
-    let active: Vec<u32> = (0..free.len() as u32).filter(|&v| free[v as usize] != DVec3::ZERO).collect();
+    let mut active: Vec<u32> = Vec::with_capacity(free.len());
+    active.extend((0..free.len() as u32).filter(|&v| free[v as usize] != DVec3::ZERO));
     if active.is_empty() {
         return None;
     }
@@ -290,7 +305,9 @@ fn elimination_order(
     for (i, &v) in active.iter().enumerate() {
         number[v as usize] = i as u32;
     }
-    let (mut start, mut row) = (vec![0_u32], Vec::new());
+    let mut start: Vec<u32> = Vec::with_capacity(active.len() + 1);
+    let mut row = Vec::with_capacity(most_links(corners, folded, free.len()));
+    start.push(0);
     for &v in &active {
         let far = hinges.far(v as usize);
         neighbours(corners, incident.of(v as usize), far, |w| number[*w as usize] < number[v as usize], &mut row);

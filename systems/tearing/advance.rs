@@ -171,6 +171,7 @@ impl Cutter<'_, '_> {
         tip: &TipChart,
         opening: &Opening<'_>,
     ) -> Result<Advance, TearRefusal> {
+        self.make_room_to_walk();
         let ends = self.mesh.topology.is_boundary_vertex(advance.vertex);
         if let Opening::Later = opening {
             return Ok(Advance { end: ends.then_some(End { freed: None }), ..advance });

@@ -1,9 +1,19 @@
 //! Whether a tear that has met a boundary has freed a piece.
 
-use super::Cutter;
+use super::{Cutter, TearScratch};
 use crate::storage::NONE;
 
 impl Cutter<'_, '_> {
+    /// Makes room for the walks with the first cut, so that the cut that frees a piece takes none.
+    pub(super) fn make_room_to_walk(&mut self) {
+        let (count, room) = (self.mesh.triangles.len(), self.mesh.triangles.corners.capacity());
+        let TearScratch { marks, queues, .. } = &mut *self.scratch;
+        if marks.capacity() < count {
+            marks.reserve_exact(room - marks.len());
+            queues.iter_mut().for_each(|queue| queue.reserve(room / 2));
+        }
+    }
+
     /// The number of triangles of the smaller part, where the two lips of the last opening, at the edge between these
     /// vertices, no longer hang together. Both parts are walked in turn, so the work follows the smaller one.
     pub(super) fn freed_piece(&mut self, from: u32, to: u32) -> Option<usize> {

@@ -46,11 +46,12 @@ impl Edits {
         }
         order.changed = changed;
         *count_before = before.len();
-        moved.clear();
+        empty(moved, most);
         order.follow(rows, moved);
         empty(is_touched, rows);
         is_touched.resize(rows, false);
-        touched.clear();
+        // Corners before and after.
+        empty(touched, 6 * most);
         let gone = before.iter().skip(corners.len());
         let old = triangles.iter().filter_map(|&t| before.get(t as usize)).chain(gone);
         touched.extend(old.chain(triangles.iter().map(|&t| &corners[t as usize])).flatten());

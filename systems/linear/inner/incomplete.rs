@@ -50,6 +50,9 @@ const LEAST_STEP: f64 = 1e-8;
 /// Parts of its own block by which a pivot that has been used up is raised, the least that will do.
 const REPAIRS: [f32; 3] = [0.1, 0.3, 1.0];
 
+/// Rows of more blocks take more room when one comes: vertices have some six neighbours, of which half come before.
+const LONGEST_ROW: usize = 64;
+
 impl Incomplete {
     /// Finds the pattern anew.
     pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]], topology: &Topology) {
@@ -80,6 +83,8 @@ impl Incomplete {
 
     #[inline(always)]
     fn eliminate(&mut self, matrix: &Matrix, shift: f32) {
+        self.row.clear();
+        self.row.reserve(LONGEST_ROW);
         for i in 0..self.inverse.len() {
             let (start, end) = (self.pattern.row_start[i] as usize, self.pattern.row_start[i + 1] as usize);
             let free = matrix.own[i][3];

@@ -25,6 +25,7 @@ use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
+use crate::systems::room::grow;
 use cg::{Reached, Vectors};
 use edits::Edits;
 use factored::Factored;
@@ -267,6 +268,7 @@ impl InnerSolver {
     ) -> Result<(f64, f64), CgError> {
         let SolverScratch { free, residual, rhs, direction, product, partials, .. } = scratch;
         for vector in [&mut *rhs, direction, product] {
+            grow(vector, x.len(), residual.capacity());
             vector.resize(x.len(), DVec3::ZERO);
         }
         rhs.copy_from_slice(residual);
@@ -381,12 +383,12 @@ fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
     is_planar && params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }
 
-/// Empties a list and makes room for `count` entries, with an eighth to spare: as a tear adds some, the next steps find it large
-/// enough. One that has to grow all the same gets five eighths to spare, as much as refinement adds unless told otherwise.
+/// Empties a list and makes room for `count` entries, with a sixteenth to spare, as tables have: as a tear adds some, the next steps
+/// find it large enough. One that has to grow all the same gets five eighths to spare, as much as refinement adds unless told otherwise.
 fn empty<T>(list: &mut Vec<T>, count: usize) {
     list.clear();
     if list.capacity() < count {
-        let spare = if list.capacity() == 0 { count / 8 } else { count / 8 * 5 };
+        let spare = if list.capacity() == 0 { 64 + count / 16 } else { count / 8 * 5 };
         list.reserve_exact(count + spare);
     }
 }

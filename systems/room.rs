@@ -1,0 +1,31 @@
+//! Room in the lists that are as long as a table.
+
+/// Makes a list fit for `count` entries, those of a table that has room for `room`. The first time it gets no more than it needs; one
+/// that has to grow since grows to where its table has to: the edits that follow find it long enough, and it never holds half as much
+/// again in vain, as one that doubles does.
+pub fn grow<T>(list: &mut Vec<T>, count: usize, room: usize) {
+    if list.capacity() == 0 {
+        list.reserve_exact(count);
+    } else if list.capacity() < count {
+        list.reserve_exact(room.max(count) - list.len());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_grows_to_where_its_table_has_room() {
+        let mut list = Vec::new();
+        grow(&mut list, 100, 150);
+        assert_eq!(list.capacity(), 100);
+        list.resize(100, 0_u64);
+        grow(&mut list, 100, 150);
+        assert_eq!(list.capacity(), 100);
+        grow(&mut list, 101, 150);
+        assert_eq!(list.capacity(), 150);
+        grow(&mut list, 151, 150);
+        assert!(list.capacity() >= 151);
+    }
+}
