@@ -10,6 +10,7 @@
 //! energy ½·φ·Q·φ with φ = (1 + J·Q)·h, moments (1 + Q·J)·Q·φ. Without J it is the majorant that dynamic steps take as tangent, with
 //! the triangles that are not [taut](taut).
 
+mod angles;
 mod energy;
 mod hinge;
 mod left_over;
@@ -20,7 +21,8 @@ use crate::math::{Orthotropic, RestTriangle, Sym2};
 use crate::storage::{NONE, Topology, Triangles, Vertices, measure};
 use crate::systems::kernels::fold::{self, OverEdges, Tilt};
 use crate::systems::parallel;
-use glam::DVec3;
+use angles::Edges;
+use glam::{DVec3, DVec4};
 pub use hinge::Hinge;
 use std::sync::{Mutex, PoisonError};
 use taut::Part;
@@ -52,6 +54,7 @@ pub struct Folds {
     rest: Vec<RestFold>,
     made_of: Vec<MadeOf>,
     is_changed: Vec<bool>,
+    edges: Edges,
     tilt: Vec<Tilt>,
     /// Half of what the angles are off their rest values.
     half: Vec<DVec3>,
@@ -70,8 +73,15 @@ struct Passes {
     rows: Vec<DVec3>,
     /// Half angles and moments.
     bent: Vec<[DVec3; 2]>,
-    /// Of a motion: half angles at its end, their change along the tilts, and that of a motion before.
+    /// Per edge half of what its angle is off its rest value.
+    off: Vec<f64>,
+    /// Of a motion: where vertices go and where they end.
+    motion: Vec<[DVec3; 2]>,
+    /// Normals at its end, its tilts and those of a motion before.
     moved: Vec<[DVec3; 3]>,
+    /// Half angles per edge, and their products with the law: at the start and at the end, change along the tilts, and that of the
+    /// motion before.
+    halves: Vec<[[DVec4; 3]; 2]>,
 }
 
 /// Tables of a body.
@@ -145,6 +155,7 @@ impl Folds {
             }
             self.rest[t].stiffest = self.stiffest(t, neighbours);
         }
+        self.edges.list(self.rest.iter().map(|rest| (&rest.angle, rest.across)));
     }
 
     /// Whether the rest data are the same, bit for bit.
@@ -154,7 +165,7 @@ impl Folds {
 
     /// Finds tilts and angles with the vertices at positions `x`; the step's tangent is taken there. `factor` is 1 + β/s.
     pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64) {
-        let Self { rest, made_of, tilt, half, passes, .. } = self;
+        let Self { rest, made_of, edges, tilt, half, passes, .. } = self;
         self.factor = factor;
         self.part.clear();
         self.part.resize(rest.len(), Part::Whole);
@@ -163,32 +174,10 @@ impl Folds {
             let [a, b, c] = corners[t];
             *tilt = Tilt::new([x[a as usize], x[b as usize], x[c as usize]], made_of[t].0.area);
         });
-        // Each angle once: both of its triangles see it the same, bit for bit.
-        let off = &mut passes.get_mut().unwrap_or_else(PoisonError::into_inner).rows;
-        off.resize(rest.len(), DVec3::ZERO);
-        parallel::for_rows(off, |t, off| {
-            for e in 0..3 {
-                let across = rest[t].across[e];
-                if is_first(t, e, across) {
-                    let edge = x[corners[t][(e + 1) % 3] as usize] - x[corners[t][e] as usize];
-                    let now = fold::angle(tilt[t].normal, tilt[across as usize / 3].normal, edge);
-                    off[e] = 0.5 * fold::shorter_way(now - rest[t].angle[e]);
-                }
-            }
-        });
+        let off = &mut passes.get_mut().unwrap_or_else(PoisonError::into_inner).off;
+        edges.find(corners, |t| tilt[t].normal, |v| x[v], off);
         half.resize(rest.len(), DVec3::ZERO);
-        parallel::for_rows(half, |t, half| {
-            for e in 0..3 {
-                let across = rest[t].across[e];
-                half[e] = if across == NONE {
-                    0.0
-                } else if is_first(t, e, across) {
-                    off[t][e]
-                } else {
-                    off[across as usize / 3][across as usize % 3]
-                };
-            }
-        });
+        parallel::for_rows(half, |t, half| *half = edges.around(t, off));
     }
 
     /// What the differences of moments turn the mid-edge normals of a triangle by.
