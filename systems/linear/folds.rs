@@ -20,9 +20,10 @@ use crate::components::Bending;
 use crate::math::{Orthotropic, RestTriangle, Sym2};
 use crate::storage::{NONE, Topology, Triangles, Vertices, measure};
 use crate::systems::kernels::fold::{self, OverEdges, Tilt};
+use crate::systems::kernels::membrane_lanes::Four;
 use crate::systems::parallel;
 use angles::Edges;
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 pub use hinge::Hinge;
 use std::sync::{Mutex, PoisonError};
 use taut::Part;
@@ -60,7 +61,9 @@ pub struct Folds {
     half: Vec<DVec3>,
     /// What of the triangles is in the majorant.
     part: Vec<Part>,
-    is_taut: Vec<bool>,
+    is_slack: Vec<bool>,
+    /// Whether its moments are in the majorant.
+    bends: Vec<bool>,
     /// 1 + β/s, with the span s of the step and the time β of strain-rate damping.
     factor: f64,
     passes: Mutex<Passes>,
@@ -79,10 +82,12 @@ struct Passes {
     motion: Vec<[DVec3; 2]>,
     /// Normals at its end, its tilts and those of a motion before.
     moved: Vec<[DVec3; 3]>,
-    /// Half angles per edge, and their products with the law: at the start and at the end, change along the tilts, and that of the
-    /// motion before.
-    halves: Vec<[[DVec4; 3]; 2]>,
+    halves: Vec<Halves>,
 }
+
+/// Per edge of a triangle four half angles, and their products with the law: at the start of a motion, at its end, their change along the
+/// tilts, and that of the motion before.
+type Halves = [[Four; 3]; 2];
 
 /// Tables of a body.
 type Body<'a> = (&'a Vertices, &'a Triangles, &'a Topology);
@@ -104,17 +109,22 @@ impl Folds {
         };
         let made_of = |t: usize| (triangles.rest[t], topology.neighbours[t], triangles.stiffness[t], scale(t));
         let is_same = |t: usize, (rest, neighbours, stiffness, factor): &MadeOf| {
-            *neighbours == topology.neighbours[t]
-                && *rest == triangles.rest[t]
-                && *stiffness == triangles.stiffness[t]
-                && *factor == scale(t)
+            // No branches: all is the same, next to always.
+            let ([a, b], [c, d]) = (rest.gradients, triangles.rest[t].gradients);
+            let (p, q) = (stiffness, &triangles.stiffness[t]);
+            let is_rest =
+                (a.x == c.x) & (a.y == c.y) & (b.x == d.x) & (b.y == d.y) & (rest.area == triangles.rest[t].area);
+            let is_law = (p.q11 == q.q11) & (p.q12 == q.q12) & (p.q22 == q.q22) & (p.q66 == q.q66);
+            (*neighbours == topology.neighbours[t]) & is_rest & is_law & (*factor == scale(t))
         };
         let before = &self.made_of;
-        if before.len() == count && before.iter().enumerate().all(|(t, before)| is_same(t, before)) {
+        self.is_changed.resize(count, false);
+        parallel::for_rows(&mut self.is_changed, |t, is_changed| {
+            *is_changed = before.get(t).is_none_or(|before| !is_same(t, before));
+        });
+        if before.len() == count && !self.is_changed.contains(&true) {
             return;
         }
-        self.is_changed.clear();
-        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| !is_same(t, before))));
         self.rest.resize(count, RestFold::default());
         self.made_of.truncate(count);
         for t in (0..count).filter(|&t| self.is_changed[t]) {
