@@ -223,7 +223,7 @@ fn a_motion_leaves_over_what_energy_forces_and_tangent_say() {
         cap.folds.add_product(&cap.triangles.corners, &cap.topology, &u, is_exact, &mut product);
         let pull = dot(&product, &u);
         let found =
-            cap.folds.left_over(&cap.triangles.corners, (|v| u[v], |v| end[v]), None, is_exact, &mut Vec::new());
+            cap.folds.left_over(&cap.triangles.corners, (u.len(), |v| [u[v], end[v]]), None, is_exact, &mut Vec::new());
         // Hundreds of terms of the size of the largest: rounding.
         let expected = change + forces - pull;
         assert!((found - expected).abs() < 1e-12 * pull, "exact {is_exact}: {found} for {expected}");

@@ -10,9 +10,11 @@ impl Solved<'_> {
         let Some(folds) = self.operator.folds else { return 0.0 };
         let Increment { start, displacement, delta, .. } = self.increment;
         let before = self.is_damped_before.then_some((displacement.as_slice(), self.is_counted));
-        let u = |v: usize| partly(delta[v], self.free[v], part);
-        let end = |v: usize| start[v] + (displacement[v] + u(v));
+        let motion = |v: usize| {
+            let u = partly(delta[v], self.free[v], part);
+            [u, start[v] + (displacement[v] + u)]
+        };
         let is_exact = self.operator.tangent == Tangent::Exact;
-        folds.left_over(&self.operator.triangles.corners, (u, end), before, is_exact, partials)
+        folds.left_over(&self.operator.triangles.corners, (start.len(), motion), before, is_exact, partials)
     }
 }

@@ -69,7 +69,7 @@ pub fn normal(x: [DVec3; 3], rest_area: f64) -> DVec3 {
 }
 
 /// Below this tangent an angle is a sum of seven powers of it, to the last digit.
-const SMALL: f64 = 1.0 / 16.0;
+pub const SMALL: f64 = 1.0 / 16.0;
 
 /// The angle between two triangles with these unit normals, along the edge between them as the first of them sees it.
 #[inline]

@@ -10,6 +10,7 @@
 //! energy ½·φ·Q·φ with φ = (1 + J·Q)·h, moments (1 + Q·J)·Q·φ. Without J it is the majorant that dynamic steps take as tangent, with
 //! the triangles that are not [taut](taut).
 
+mod angles;
 mod energy;
 mod hinge;
 mod left_over;
@@ -19,7 +20,9 @@ use crate::components::Bending;
 use crate::math::{Orthotropic, RestTriangle, Sym2};
 use crate::storage::{NONE, Topology, Triangles, Vertices, measure};
 use crate::systems::kernels::fold::{self, OverEdges, Tilt};
+use crate::systems::kernels::membrane_lanes::Four;
 use crate::systems::parallel;
+use angles::Edges;
 use glam::DVec3;
 pub use hinge::Hinge;
 use std::sync::{Mutex, PoisonError};
@@ -52,12 +55,15 @@ pub struct Folds {
     rest: Vec<RestFold>,
     made_of: Vec<MadeOf>,
     is_changed: Vec<bool>,
+    edges: Edges,
     tilt: Vec<Tilt>,
     /// Half of what the angles are off their rest values.
     half: Vec<DVec3>,
     /// What of the triangles is in the majorant.
     part: Vec<Part>,
-    is_taut: Vec<bool>,
+    is_slack: Vec<bool>,
+    /// Whether its moments are in the majorant.
+    bends: Vec<bool>,
     /// 1 + β/s, with the span s of the step and the time β of strain-rate damping.
     factor: f64,
     passes: Mutex<Passes>,
@@ -70,9 +76,18 @@ struct Passes {
     rows: Vec<DVec3>,
     /// Half angles and moments.
     bent: Vec<[DVec3; 2]>,
-    /// Of a motion: half angles at its end, their change along the tilts, and that of a motion before.
+    /// Per edge half of what its angle is off its rest value.
+    off: Vec<f64>,
+    /// Of a motion: where vertices go and where they end.
+    motion: Vec<[DVec3; 2]>,
+    /// Normals at its end, its tilts and those of a motion before.
     moved: Vec<[DVec3; 3]>,
+    halves: Vec<Halves>,
 }
+
+/// Per edge of a triangle four half angles, and their products with the law: at the start of a motion, at its end, their change along the
+/// tilts, and that of the motion before.
+type Halves = [[Four; 3]; 2];
 
 /// Tables of a body.
 type Body<'a> = (&'a Vertices, &'a Triangles, &'a Topology);
@@ -94,17 +109,22 @@ impl Folds {
         };
         let made_of = |t: usize| (triangles.rest[t], topology.neighbours[t], triangles.stiffness[t], scale(t));
         let is_same = |t: usize, (rest, neighbours, stiffness, factor): &MadeOf| {
-            *neighbours == topology.neighbours[t]
-                && *rest == triangles.rest[t]
-                && *stiffness == triangles.stiffness[t]
-                && *factor == scale(t)
+            // No branches: all is the same, next to always.
+            let ([a, b], [c, d]) = (rest.gradients, triangles.rest[t].gradients);
+            let (p, q) = (stiffness, &triangles.stiffness[t]);
+            let is_rest =
+                (a.x == c.x) & (a.y == c.y) & (b.x == d.x) & (b.y == d.y) & (rest.area == triangles.rest[t].area);
+            let is_law = (p.q11 == q.q11) & (p.q12 == q.q12) & (p.q22 == q.q22) & (p.q66 == q.q66);
+            (*neighbours == topology.neighbours[t]) & is_rest & is_law & (*factor == scale(t))
         };
         let before = &self.made_of;
-        if before.len() == count && before.iter().enumerate().all(|(t, before)| is_same(t, before)) {
+        self.is_changed.resize(count, false);
+        parallel::for_rows(&mut self.is_changed, |t, is_changed| {
+            *is_changed = before.get(t).is_none_or(|before| !is_same(t, before));
+        });
+        if before.len() == count && !self.is_changed.contains(&true) {
             return;
         }
-        self.is_changed.clear();
-        self.is_changed.extend((0..count).map(|t| before.get(t).is_none_or(|before| !is_same(t, before))));
         self.rest.resize(count, RestFold::default());
         self.made_of.truncate(count);
         for t in (0..count).filter(|&t| self.is_changed[t]) {
@@ -145,6 +165,7 @@ impl Folds {
             }
             self.rest[t].stiffest = self.stiffest(t, neighbours);
         }
+        self.edges.list(self.rest.iter().map(|rest| (&rest.angle, rest.across)));
     }
 
     /// Whether the rest data are the same, bit for bit.
@@ -154,7 +175,7 @@ impl Folds {
 
     /// Finds tilts and angles with the vertices at positions `x`; the step's tangent is taken there. `factor` is 1 + β/s.
     pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64) {
-        let Self { rest, made_of, tilt, half, passes, .. } = self;
+        let Self { rest, made_of, edges, tilt, half, passes, .. } = self;
         self.factor = factor;
         self.part.clear();
         self.part.resize(rest.len(), Part::Whole);
@@ -163,32 +184,10 @@ impl Folds {
             let [a, b, c] = corners[t];
             *tilt = Tilt::new([x[a as usize], x[b as usize], x[c as usize]], made_of[t].0.area);
         });
-        // Each angle once: both of its triangles see it the same, bit for bit.
-        let off = &mut passes.get_mut().unwrap_or_else(PoisonError::into_inner).rows;
-        off.resize(rest.len(), DVec3::ZERO);
-        parallel::for_rows(off, |t, off| {
-            for e in 0..3 {
-                let across = rest[t].across[e];
-                if is_first(t, e, across) {
-                    let edge = x[corners[t][(e + 1) % 3] as usize] - x[corners[t][e] as usize];
-                    let now = fold::angle(tilt[t].normal, tilt[across as usize / 3].normal, edge);
-                    off[e] = 0.5 * fold::shorter_way(now - rest[t].angle[e]);
-                }
-            }
-        });
+        let off = &mut passes.get_mut().unwrap_or_else(PoisonError::into_inner).off;
+        edges.find(corners, |t| tilt[t].normal, |v| x[v], off);
         half.resize(rest.len(), DVec3::ZERO);
-        parallel::for_rows(half, |t, half| {
-            for e in 0..3 {
-                let across = rest[t].across[e];
-                half[e] = if across == NONE {
-                    0.0
-                } else if is_first(t, e, across) {
-                    off[t][e]
-                } else {
-                    off[across as usize / 3][across as usize % 3]
-                };
-            }
-        });
+        parallel::for_rows(half, |t, half| *half = edges.around(t, off));
     }
 
     /// What the differences of moments turn the mid-edge normals of a triangle by.

@@ -31,6 +31,7 @@ impl Folds {
         let mut folds = Self::default();
         if let Some(before) = before {
             (folds.rest, folds.made_of) = (before.rest.clone(), before.made_of.clone());
+            folds.edges = before.edges.clone();
         }
         folds.refresh(vertices, triangles, topology, bending);
         folds.evaluate(&triangles.corners, x, 1.0);

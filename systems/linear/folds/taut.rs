@@ -51,22 +51,21 @@ impl Folds {
 
     /// Leaves the moments of taut triangles out of the majorant, for the frames of the same state.
     pub fn leave_out_taut(&mut self, triangles: &Triangles, frames: &Frames) {
-        let Self { rest, is_taut, part, factor, .. } = self;
-        is_taut.resize(rest.len(), false);
-        parallel::for_rows(is_taut, |t, is_taut| {
+        let Self { rest, is_slack, bends, part, factor, .. } = self;
+        is_slack.resize(rest.len(), false);
+        bends.resize(rest.len(), false);
+        parallel::for_rows(is_slack, |t, is_slack| {
             let volume = triangles.rest[t].area * triangles.thickness[t];
             let left = frames.geometric[t].normal * (LEAST * volume) - rest[t].stiffest * *factor;
-            // Positive definite; not so where one is no number.
-            *is_taut = left.xx > 0.0 && left.yy > 0.0 && left.determinant() > 0.0;
+            // Taut where that is positive definite; not so where one is no number.
+            *is_slack = !(left.xx > 0.0 && left.yy > 0.0 && left.determinant() > 0.0);
         });
-        let any =
-            |t: usize, is: &dyn Fn(usize) -> bool| rest[t].across.iter().any(|&n| n != NONE && is(n as usize / 3));
+        let is_near = |t: usize, of: &[bool]| rest[t].across.iter().any(|&n| n != NONE && of[n as usize / 3]);
+        parallel::for_rows(bends, |t, bends| *bends = is_slack[t] || is_near(t, is_slack));
         parallel::for_rows(part, |t, part| {
-            let is_slack = |t: usize| !is_taut[t];
-            let bends = |t: usize| is_slack(t) || any(t, &is_slack);
-            *part = if bends(t) {
+            *part = if bends[t] {
                 Part::Whole
-            } else if any(t, &bends) {
+            } else if is_near(t, bends) {
                 Part::Tilts
             } else {
                 Part::None

@@ -1,0 +1,168 @@
+//! Angles between the triangles of a body, four edges side by side.
+
+use super::is_first;
+use crate::storage::NONE;
+use crate::systems::kernels::fold::{self, SMALL};
+use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
+use crate::systems::kernels::membrane_lanes::{cross, dot, doubles};
+use crate::systems::kernels::simd::Kernel;
+use crate::systems::parallel;
+use glam::DVec3;
+
+/// An edge between two triangles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Edge {
+    /// As the triangle that is first at it has it, and as the one across: three times the triangle plus the edge.
+    sides: [u32; 2],
+    /// Its rest angle.
+    angle: f64,
+}
+
+impl Edge {
+    /// The normals of its triangles, and its way as the first of them sees it.
+    #[inline(always)]
+    fn place(&self, corners: &[[u32; 3]], normal: &impl Fn(usize) -> DVec3, x: &impl Fn(usize) -> DVec3) -> [DVec3; 3] {
+        let [(t, e), (n, _)] = self.sides.map(|side| (side as usize / 3, side as usize % 3));
+        let [from, to] = [e, (e + 1) % 3].map(|corner| x(corners[t][corner] as usize));
+        [normal(t), normal(n), to - from]
+    }
+}
+
+/// The edges between triangles, each once: both of its triangles see an angle the same.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Edges {
+    edges: Vec<Edge>,
+    /// The edges of every triangle; [`NONE`] at the boundary.
+    of_triangle: Vec<[u32; 3]>,
+}
+
+impl Edges {
+    /// Lists the edges of triangles with such rest angles and the same edges as those across have them.
+    pub fn list<'a>(&mut self, rest: impl ExactSizeIterator<Item = (&'a DVec3, [u32; 3])>) {
+        let Self { edges, of_triangle } = self;
+        edges.clear();
+        of_triangle.clear();
+        of_triangle.resize(rest.len(), [NONE; 3]);
+        for (t, (angle, across)) in rest.enumerate() {
+            for e in 0..3 {
+                if is_first(t, e, across[e]) {
+                    let (n, f) = (across[e] as usize / 3, across[e] as usize % 3);
+                    (of_triangle[t][e], of_triangle[n][f]) = (edges.len() as u32, edges.len() as u32);
+                    edges.push(Edge { sides: [(3 * t + e) as u32, across[e]], angle: angle[e] });
+                }
+            }
+        }
+    }
+
+    /// Finds half of what the angles are off their rest values, for triangles with such normals and vertices at `x`.
+    pub fn find(
+        &self,
+        corners: &[[u32; 3]],
+        normal: impl Fn(usize) -> DVec3 + Sync,
+        x: impl Fn(usize) -> DVec3 + Sync,
+        half: &mut Vec<f64>,
+    ) {
+        half.resize(self.edges.len(), 0.0);
+        parallel::for_chunks(half, &Angles { edges: &self.edges, corners, normal, x });
+    }
+
+    /// What the edges of a triangle have; zero at the boundary.
+    #[inline(always)]
+    pub fn around(&self, t: usize, value: &[f64]) -> DVec3 {
+        let value = |edge: u32| if edge == NONE { 0.0 } else { value[edge as usize] };
+        DVec3::from_array(self.of_triangle[t].map(value))
+    }
+}
+
+/// Half of what the angle at an edge is off its rest value: [`fold::angle`] where it is small.
+struct Angles<'a, N, X> {
+    edges: &'a [Edge],
+    corners: &'a [[u32; 3]],
+    normal: N,
+    x: X,
+}
+
+impl<N: Fn(usize) -> DVec3 + Sync, X: Fn(usize) -> DVec3 + Sync> Kernel<f64> for Angles<'_, N, X> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, half: &mut [f64]) {
+        let Self { edges, corners, normal, x } = self;
+        let [one, minus] = [1.0, -1.0].map(|x| Doubles::splat(lanes, x));
+        let [a3, a5, a7] = [1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0].map(|x| Doubles::splat(lanes, x));
+        let [a9, a11, a13] = [1.0 / 9.0, 1.0 / 11.0, 1.0 / 13.0].map(|x| Doubles::splat(lanes, x));
+        for (group, half) in half.chunks_mut(DOUBLES).enumerate() {
+            let edges = &edges[first + group * DOUBLES..][..half.len()];
+            let (mut normals, mut along) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 3]);
+            for (lane, edge) in edges.iter().enumerate() {
+                let [a, b, way] = edge.place(corners, normal, x);
+                for (normal, value) in normals.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
+                    normal[lane] = value;
+                }
+                for (along, value) in along.iter_mut().zip([way.x, way.y, way.z]) {
+                    along[lane] = value;
+                }
+            }
+            let [ax, ay, az, bx, by, bz] = doubles(lanes, &normals);
+            let (a, b, way) = ([ax, ay, az], [bx, by, bz], doubles(lanes, &along));
+            let inverse = one / dot(way, way).sqrt();
+            let unit = [way[0] * inverse, way[1] * inverse, way[2] * inverse];
+            let (sine, cosine) = (minus * dot(cross(a, b), unit), dot(a, b));
+            let tangent = sine / cosine;
+            let s = tangent * tangent;
+            let powers = a7 - s * (a9 - s * (a11 - s * a13));
+            let small = tangent - tangent * s * (a3 - s * (a5 - s * powers));
+            let ([sine, cosine], inverse) = ([sine.to_array(), cosine.to_array()], inverse.to_array());
+            let small = small.to_array();
+            for (lane, half) in half.iter_mut().enumerate() {
+                let is_small = sine[lane].abs() < SMALL * cosine[lane];
+                let now = if is_small && inverse[lane].is_finite() && inverse[lane] > 0.0 {
+                    small[lane]
+                } else {
+                    let [a, b, way] = edges[lane].place(corners, normal, x);
+                    fold::angle(a, b, way)
+                };
+                *half = 0.5 * fold::shorter_way(now - edges[lane].angle);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! The lanes against one edge after another, on both instruction sets.
+
+    use super::*;
+    use crate::systems::kernels::simd::force_portable;
+
+    #[test]
+    fn lanes_agree_with_one_edge_after_another() {
+        let wave = |i: usize, k: f64| (k * i as f64).sin();
+        let direction = |i: usize, k: f64| DVec3::new(wave(i, 7.1), wave(i, 3.3), wave(i, 5.7)) * k;
+        // Level within a hundredth, bent by some, by any angle; no normal, no edge, one without end.
+        let normal = |t: usize| match t % 11 {
+            10 => DVec3::ZERO,
+            r => (DVec3::Z + direction(t, [0.01, 0.05, 3.0][r % 3])).normalize(),
+        };
+        let x = |v: usize| match v % 13 {
+            0 | 1 => DVec3::ONE,
+            2 => DVec3::splat(f64::INFINITY),
+            _ => direction(v, 2.0),
+        };
+        let edge = |i: u32| Edge { sides: [3 * i + i % 3, 3 * i + 3], angle: 4.0 * wave(i as usize, 1.3) };
+        let edges = Edges { edges: (0..1027).map(edge).collect(), of_triangle: Vec::new() };
+        let corners: Vec<[u32; 3]> = (0..1027).map(|i| [i, i + 1, i + 2]).collect();
+        let each = edges.edges.iter().map(|edge| {
+            let [a, b, way] = edge.place(&corners, &normal, &x);
+            0.5 * fold::shorter_way(fold::angle(a, b, way) - edge.angle)
+        });
+        let each: Vec<u64> = each.map(f64::to_bits).collect();
+        let before = force_portable(true);
+        for is_portable in [true, false] {
+            force_portable(is_portable);
+            let mut half = Vec::new();
+            edges.find(&corners, normal, x, &mut half);
+            let wide: Vec<u64> = half.iter().map(|x| x.to_bits()).collect();
+            assert!(wide == each, "portable {is_portable}");
+        }
+        force_portable(before);
+    }
+}
