@@ -3,6 +3,7 @@
 //! A step spends most of its time outside the linear solve here. What a lane cannot do alike (a collapsed or mirrored
 //! triangle) is done by the functions for one triangle, against which these are tested.
 
+use super::gather::{components, gradients_of, law_of, row, rows_of};
 use super::lanes::{DOUBLES, Doubles, Lanes};
 use super::membrane::{self, LEAST_TRACE, ROUNDING_SQ};
 use super::simd::Kernel;
@@ -145,53 +146,46 @@ impl Kernel<ElementState> for States<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [ElementState]) {
         let free = doubles(lanes, &[[self.unstretched.xx; 4], [self.unstretched.yy; 4], [self.unstretched.xy; 4]]);
+        let (zero, rounding_sq) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, ROUNDING_SQ));
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
             let first = first + group * DOUBLES;
-            let (mut edges, mut gradients, mut law) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4], [[0.0; DOUBLES]; 4]);
+            let (mut edges, mut gradients, mut law) = ([[zero; DOUBLES]; 2], [zero; DOUBLES], [zero; DOUBLES]);
             for lane in 0..DOUBLES {
                 // The last group is filled up with its last triangle.
                 let t = first + lane.min(out.len() - 1);
-                let [i, j, k] = self.corners[t];
-                let x = self.position[i as usize];
-                let (a, b) = (self.position[j as usize] - x, self.position[k as usize] - x);
-                let ([g1, g2], q) = (self.rest[t].gradients, &self.stiffness[t]);
-                for (edge, value) in edges.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
-                    edge[lane] = value;
-                }
-                for (gradient, value) in gradients.iter_mut().zip([g1.x, g1.y, g2.x, g2.y]) {
-                    gradient[lane] = value;
-                }
-                for (law, value) in law.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
-                    law[lane] = value;
-                }
+                let [i, j, k] = self.corners[t].map(|v| v as usize);
+                let x = row(lanes, self.position[i]);
+                edges[0][lane] = row(lanes, self.position[j]) - x;
+                edges[1][lane] = row(lanes, self.position[k]) - x;
+                gradients[lane] = gradients_of(lanes, &self.rest[t]);
+                law[lane] = law_of(lanes, &self.stiffness[t]);
             }
-            let [ax, ay, az, bx, by, bz] = doubles(lanes, &edges);
-            let [g1x, g1y, g2x, g2y] = doubles(lanes, &gradients);
-            let [q11, q12, q22, q66] = doubles(lanes, &law);
-            let f1 = combine([ax, ay, az], g1x, [bx, by, bz], g2x);
-            let f2 = combine([ax, ay, az], g1y, [bx, by, bz], g2y);
+            let (a, b) = (components(edges[0]), components(edges[1]));
+            let ([g1x, g1y, g2x, g2y], [q11, q12, q22, q66]) = (Doubles::transpose(gradients), Doubles::transpose(law));
+            let (f1, f2) = (combine(a, g1x, b, g2x), combine(a, g1y, b, g2y));
             let Rotated { axes: [r1, r2], stretch: [xx, yy, xy], sound, least } =
                 rotated(lanes, f1, f2, self.is_planar);
             let (exx, eyy, exy) = (xx - free[0], yy - free[1], xy - free[2]);
             let stress = [q11 * exx + q12 * eyy, q12 * exx + q22 * eyy, (q66 + q66) * exy];
-            let (r1, r2) = (arrays(r1), arrays(r2));
-            let ([xx, yy, xy], [txx, tyy, txy]) = (arrays([xx, yy, xy]), arrays(stress));
-            let [sound, least, strain_sq] = arrays([sound, least, exx * exx + eyy * eyy + exy * exy]);
+            let rows = [
+                Doubles::transpose([r1[0], r1[1], r1[2], r2[0]]),
+                Doubles::transpose([r2[1], r2[2], xx, yy]),
+                Doubles::transpose([xy, stress[0], stress[1], stress[2]]),
+            ];
             for (lane, out) in out.iter_mut().enumerate() {
+                let [[ax, ay, az, bx], [by, bz, xx, yy], [xy, txx, tyy, txy]] =
+                    [rows[0][lane].to_array(), rows[1][lane].to_array(), rows[2][lane].to_array()];
                 let polar = Polar {
-                    fibre_axis: DVec3::new(r1[0][lane], r1[1][lane], r1[2][lane]),
-                    transverse_axis: DVec3::new(r2[0][lane], r2[1][lane], r2[2][lane]),
-                    stretch: Sym2::new(xx[lane], yy[lane], xy[lane]),
+                    fibre_axis: DVec3::new(ax, ay, az),
+                    transverse_axis: DVec3::new(bx, by, bz),
+                    stretch: Sym2::new(xx, yy, xy),
                 };
-                *out = ElementState { polar, stress: Sym2::new(txx[lane], tyy[lane], txy[lane]) };
+                *out = ElementState { polar, stress: Sym2::new(txx, tyy, txy) };
             }
+            let strain_sq = exx * exx + eyy * eyy + exy * exy;
             // Of all four at once: next to no group has one that is not.
-            let mut is_usual = true;
-            for lane in 0..DOUBLES {
-                is_usual &= (sound[lane] > least[lane]) & (strain_sq[lane] > ROUNDING_SQ);
-            }
-            if !is_usual {
-                self.mend(first, out, (sound, least), strain_sq);
+            if !(sound.is_larger(least) & strain_sq.is_larger(rounding_sq)) {
+                self.mend(first, out, (sound.to_array(), least.to_array()), strain_sq.to_array());
             }
         }
     }
@@ -229,20 +223,16 @@ impl Kernel<GeometricStiffness> for Geometric<'_> {
         let reserve = Doubles::splat(lanes, self.reserve);
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
             let first = first + group * DOUBLES;
-            let (mut state, mut law) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4]);
+            let (mut state, mut law) = ([[zero; DOUBLES]; 2], [zero; DOUBLES]);
             for lane in 0..DOUBLES {
                 let t = first + lane.min(out.len() - 1);
-                let (state_of, q) = (&self.state[t - self.start], &self.stiffness[t]);
-                let (u, s) = (state_of.polar.stretch, state_of.stress);
-                for (state, value) in state.iter_mut().zip([u.xx, u.yy, u.xy, s.xx, s.yy, s.xy]) {
-                    state[lane] = value;
-                }
-                for (law, value) in law.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
-                    law[lane] = value;
-                }
+                let ElementState { polar: Polar { stretch: u, .. }, stress: s } = &self.state[t - self.start];
+                state[0][lane] = Doubles::new(lanes, [u.xx, u.yy, u.xy, s.xx]);
+                state[1][lane] = Doubles::new(lanes, [s.yy, s.xy, 0.0, 0.0]);
+                law[lane] = law_of(lanes, &self.stiffness[t]);
             }
-            let [uxx, uyy, uxy, txx, tyy, txy] = doubles(lanes, &state);
-            let [q11, q12, q22, q66] = doubles(lanes, &law);
+            let ([uxx, uyy, uxy, txx], [tyy, txy, ..]) = (Doubles::transpose(state[0]), Doubles::transpose(state[1]));
+            let [q11, q12, q22, q66] = Doubles::transpose(law);
             let trace = uxx + uyy;
             let (u_half, t_half) = (half * (uxx - uyy), half * (txx - tyy));
             let low = (half * trace - radius(u_half, uxy)).max(Doubles::splat(lanes, 0.2) * trace).max(smallest);
@@ -300,41 +290,33 @@ pub struct CornerForces<'a> {
 impl Kernel<[DVec3; 3]> for CornerForces<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [[DVec3; 3]]) {
-        let zero = Doubles::splat(lanes, 0.0);
+        let (zero, minus_one) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, -1.0));
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
             let first = first + group * DOUBLES;
-            let (mut axes, mut state, mut shape) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 5]);
+            let (mut state, mut gradients, mut volume) = ([[zero; DOUBLES]; 3], [zero; DOUBLES], [0.0; DOUBLES]);
             for lane in 0..DOUBLES {
                 let t = first + lane.min(out.len() - 1);
-                let ElementState { polar, stress: s } = &self.state[t];
-                let (r1, r2, u) = (polar.fibre_axis, polar.transverse_axis, polar.stretch);
-                let [g1, g2] = self.rest[t].gradients;
-                for (axis, value) in axes.iter_mut().zip([r1.x, r1.y, r1.z, r2.x, r2.y, r2.z]) {
-                    axis[lane] = value;
-                }
-                for (state, value) in state.iter_mut().zip([u.xx, u.yy, u.xy, s.xx, s.yy, s.xy]) {
-                    state[lane] = value;
-                }
-                let volume = self.rest[t].area * self.thickness[t];
-                for (shape, value) in shape.iter_mut().zip([g1.x, g1.y, g2.x, g2.y, volume]) {
-                    shape[lane] = value;
-                }
+                [state[0][lane], state[1][lane], state[2][lane]] = rows_of(lanes, &self.state[t]);
+                gradients[lane] = gradients_of(lanes, &self.rest[t]);
+                volume[lane] = self.rest[t].area * self.thickness[t];
             }
-            let [r1x, r1y, r1z, r2x, r2y, r2z] = doubles(lanes, &axes);
-            let [uxx, uyy, uxy, txx, tyy, txy] = doubles(lanes, &state);
-            let [g1x, g1y, g2x, g2y, volume] = doubles(lanes, &shape);
+            let ([r1x, r1y, r1z, r2x], [r2y, r2z, uxx, uyy]) =
+                (Doubles::transpose(state[0]), Doubles::transpose(state[1]));
+            let [uxy, txx, tyy, txy] = Doubles::transpose(state[2]);
+            let [g1x, g1y, g2x, g2y] = Doubles::transpose(gradients);
             let inverse_trace = Doubles::splat(lanes, 1.0) / (uxx + uyy).max(Doubles::splat(lanes, LEAST_TRACE));
             let pi = first_piola([txx, tyy, txy], [uxx, uyy, uxy], inverse_trace);
             let (r1, r2) = ([r1x, r1y, r1z], [r2x, r2y, r2z]);
             let (p1, p2) = (combine(r1, pi[0], r2, pi[2]), combine(r1, pi[1], r2, pi[3]));
-            let minus = zero - volume;
+            let minus = zero - Doubles::new(lanes, volume);
             let a = combine(p1, g1x * minus, p2, g1y * minus);
             let b = combine(p1, g2x * minus, p2, g2y * minus);
-            let (a, b) = (arrays(a), arrays(b));
+            let (c, [bx, by, bz]) = ([minus_one * a[0] - b[0], minus_one * a[1] - b[1], minus_one * a[2] - b[2]], b);
+            let rows = [Doubles::transpose([c[0], c[1], c[2], a[0]]), Doubles::transpose([a[1], a[2], bx, by])];
+            let bz = bz.to_array();
             for (lane, out) in out.iter_mut().enumerate() {
-                let a = DVec3::new(a[0][lane], a[1][lane], a[2][lane]);
-                let b = DVec3::new(b[0][lane], b[1][lane], b[2][lane]);
-                *out = [-a - b, a, b];
+                let ([cx, cy, cz, ax], [ay, az, bx, by]) = (rows[0][lane].to_array(), rows[1][lane].to_array());
+                *out = [DVec3::new(cx, cy, cz), DVec3::new(ax, ay, az), DVec3::new(bx, by, bz[lane])];
             }
         }
     }
@@ -357,28 +339,22 @@ impl Kernel<(), DVec2> for Far<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [()]) -> DVec2 {
         let most_sq = self.from * self.from;
-        let (mut count, mut sum) = (0, 0.0);
+        let (mut count, mut sum, zero) = (0, 0.0, Doubles::splat(lanes, 0.0));
         for start in (first..first + rows.len()).step_by(DOUBLES) {
-            let (mut edges, mut gradients, mut areas) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 4], [0.0; DOUBLES]);
+            let (mut edges, mut gradients, mut areas) = ([[zero; DOUBLES]; 2], [zero; DOUBLES], [0.0; DOUBLES]);
             let within = (first + rows.len() - start).min(DOUBLES);
             for lane in 0..DOUBLES {
                 let t = start + lane.min(within - 1);
-                let [i, j, k] = self.corners[t];
-                let u = self.displacement[i as usize];
-                let (a, b) = (self.displacement[j as usize] - u, self.displacement[k as usize] - u);
-                let [g1, g2] = self.rest[t].gradients;
-                for (edge, value) in edges.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
-                    edge[lane] = value;
-                }
-                for (gradient, value) in gradients.iter_mut().zip([g1.x, g1.y, g2.x, g2.y]) {
-                    gradient[lane] = value;
-                }
+                let [i, j, k] = self.corners[t].map(|v| v as usize);
+                let u = row(lanes, self.displacement[i]);
+                edges[0][lane] = row(lanes, self.displacement[j]) - u;
+                edges[1][lane] = row(lanes, self.displacement[k]) - u;
+                gradients[lane] = gradients_of(lanes, &self.rest[t]);
                 areas[lane] = self.rest[t].area;
             }
-            let [ax, ay, az, bx, by, bz] = doubles(lanes, &edges);
-            let [g1x, g1y, g2x, g2y] = doubles(lanes, &gradients);
-            let d1 = combine([ax, ay, az], g1x, [bx, by, bz], g2x);
-            let d2 = combine([ax, ay, az], g1y, [bx, by, bz], g2y);
+            let (a, b) = (components(edges[0]), components(edges[1]));
+            let [g1x, g1y, g2x, g2y] = Doubles::transpose(gradients);
+            let (d1, d2) = (combine(a, g1x, b, g2x), combine(a, g1y, b, g2y));
             let change_sq = dot(d1, d1) + dot(d2, d2);
             let weighted = (Doubles::new(lanes, areas) * change_sq * change_sq).to_array();
             let change_sq = change_sq.to_array();

@@ -190,10 +190,8 @@ impl Cholesky {
     #[inline]
     pub fn put(&mut self, v: usize, force: DVec3) {
         match &mut self.panels {
-            Either::Single(panels) => {
-                self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] = force[axis] as f32)
-            }
-            Either::Double(panels) => self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] = force[axis]),
+            Either::Single(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] = force[axis] as f32),
+            Either::Double(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] = force[axis]),
         }
     }
 
@@ -201,10 +199,8 @@ impl Cholesky {
     #[inline]
     pub fn add(&mut self, v: usize, force: DVec3) {
         match &mut self.panels {
-            Either::Single(panels) => {
-                self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] += force[axis] as f32)
-            }
-            Either::Double(panels) => self.pattern.columns(v).for_each(|(c, axis)| panels.column[c] += force[axis]),
+            Either::Single(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] += force[axis] as f32),
+            Either::Double(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] += force[axis]),
         }
     }
 
@@ -249,10 +245,8 @@ impl Cholesky {
     pub fn part(&self, v: usize) -> DVec3 {
         let mut part = DVec3::ZERO;
         match &self.panels {
-            Either::Single(panels) => {
-                self.pattern.columns(v).for_each(|(c, axis)| part[axis] = panels.column[c].into())
-            }
-            Either::Double(panels) => self.pattern.columns(v).for_each(|(c, axis)| part[axis] = panels.column[c]),
+            Either::Single(panels) => self.pattern.for_columns(v, |c, axis| part[axis] = panels.column[c].into()),
+            Either::Double(panels) => self.pattern.for_columns(v, |c, axis| part[axis] = panels.column[c]),
         }
         part
     }

@@ -185,10 +185,22 @@ impl Pattern {
         axes
     }
 
-    /// The columns of a vertex' free axes, each with its axis.
-    #[inline]
-    pub fn columns(&self, v: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
-        axes(self.free[v]).enumerate().map(move |(k, axis)| (self.first[v] as usize + k, axis))
+    /// Calls `f` with the columns of a vertex' free axes, each with its axis: one call for each, so that an axis is no index that is
+    /// looked up.
+    #[inline(always)]
+    pub fn for_columns(&self, v: usize, mut f: impl FnMut(usize, usize)) {
+        let (mut column, free) = (self.first[v] as usize, self.free[v]);
+        if free.x != 0.0 {
+            f(column, 0);
+            column += 1;
+        }
+        if free.y != 0.0 {
+            f(column, 1);
+            column += 1;
+        }
+        if free.z != 0.0 {
+            f(column, 2);
+        }
     }
 }
 

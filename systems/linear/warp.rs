@@ -85,7 +85,14 @@ fn is_near([a, b]: [DVec3; 2], [p, q]: [DVec3; 2]) -> bool {
 }
 
 /// The rotation that takes one pair of axes to another.
+#[inline(always)]
 fn between([a, b]: [DVec3; 2], [p, q]: [DVec3; 2]) -> DMat3 {
+    // In a plane the rest is products with zero.
+    if a.z == 0.0 && b.z == 0.0 && p.z == 0.0 && q.z == 0.0 {
+        let column = |i: usize| DVec3::new(p.x * a[i] + q.x * b[i], p.y * a[i] + q.y * b[i], 0.0);
+        let normal = (p.x * q.y - q.x * p.y) * (a.x * b.y - b.x * a.y);
+        return DMat3::from_cols(column(0), column(1), DVec3::new(0.0, 0.0, normal));
+    }
     let then = DMat3::from_cols(a, b, a.cross(b));
     DMat3::from_cols(p, q, p.cross(q)) * then.transpose()
 }

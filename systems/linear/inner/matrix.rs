@@ -1,9 +1,9 @@
 //! The operator in single precision: A = own blocks + Σ over triangles, as packs over blocks of triangles.
 
-use super::empty;
 use super::folding::Folding;
 use super::order::Order;
 use super::partition::{EMPTY, Partition};
+use super::{empty, size};
 use crate::settings::Tangent;
 use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::flat_pack::FlatPack;
@@ -41,24 +41,20 @@ impl Matrix {
         // What moves along no normal has no stiffness along it in the frames either.
         self.is_flat = operator.frames.is_planar && operator.folds.is_none() && free.iter().all(|free| free.z == 0.0);
         if self.is_flat {
-            empty(&mut self.flat_packs, partition.triangle.len());
-            self.flat_packs.resize(partition.triangle.len(), FlatPack::default());
+            size(&mut self.flat_packs, partition.triangle.len(), FlatPack::default());
             parallel::for_chunks(&mut self.flat_packs, &Assembly { operator, partition });
         } else {
-            empty(&mut self.packs, partition.triangle.len());
-            self.packs.resize(partition.triangle.len(), Pack::default());
+            size(&mut self.packs, partition.triangle.len(), Pack::default());
             parallel::for_chunks(&mut self.packs, &Assembly { operator, partition });
         }
-        empty(&mut self.own, vertex.len());
-        self.own.resize(vertex.len(), [Vec4::ZERO; 4]);
+        size(&mut self.own, vertex.len(), [Vec4::ZERO; 4]);
         parallel::for_rows(&mut self.own, |row, own| {
             let v = vertex[row] as usize;
             let block = operator.own_block(v);
             let [x, y, z] = [block.x_axis, block.y_axis, block.z_axis].map(|c| c.as_vec3().extend(0.0));
             *own = [x, y, z, free[v].as_vec3().extend(0.0)];
         });
-        empty(&mut self.segments, 2 * partition.vertex.len());
-        self.segments.resize(2 * partition.vertex.len(), Vec4::ZERO);
+        size(&mut self.segments, 2 * partition.vertex.len(), Vec4::ZERO);
         empty(&mut self.segment_start, partition.vertex_start.len());
         self.segment_start.extend(partition.vertex_start.iter().map(|start| 2 * start));
         match operator.folds {

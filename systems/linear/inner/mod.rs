@@ -312,10 +312,8 @@ impl InnerSolver {
         let Vectors { p, q, partials: sums, .. } = vectors;
         let largest = x.iter().zip(free).map(|(x, free)| (*x * *free).abs().max_element()).fold(0.0, f64::max);
         let scale = if largest.is_normal() { largest } else { 1.0 };
-        for vector in [&mut *p, q] {
-            empty(vector, x.len());
-            vector.resize(x.len(), Vec4::ZERO);
-        }
+        size(p, x.len(), Vec4::ZERO);
+        size(q, x.len(), Vec4::ZERO);
         parallel::for_rows(p, |row, p| {
             let v = order.vertex[row] as usize;
             *p = (x[v] * free[v] / scale).as_vec3().extend(0.0);
@@ -334,8 +332,7 @@ impl InnerSolver {
     /// Takes the residual over its norm as right-hand side.
     fn load(&mut self, residual: &[DVec3], norm: f64) {
         let vertex = &self.order.vertex;
-        empty(&mut self.vectors.xr, vertex.len());
-        self.vectors.xr.resize(vertex.len(), [Vec4::ZERO; 2]);
+        size(&mut self.vectors.xr, vertex.len(), [Vec4::ZERO; 2]);
         parallel::for_rows(&mut self.vectors.xr, |row, xr| {
             *xr = [Vec4::ZERO, (residual[vertex[row] as usize] / norm).as_vec3().extend(0.0)];
         });
@@ -390,5 +387,13 @@ fn empty<T>(list: &mut Vec<T>, count: usize) {
     if list.capacity() < count {
         let spare = if list.capacity() == 0 { 64 + count / 16 } else { count / 8 * 5 };
         list.reserve_exact(count + spare);
+    }
+}
+
+/// Gives a list `count` entries, all of which are to be written: those of before, or blank ones where there were more or fewer.
+fn size<T: Clone>(list: &mut Vec<T>, count: usize, blank: T) {
+    if list.len() != count {
+        empty(list, count);
+        list.resize(count, blank);
     }
 }
