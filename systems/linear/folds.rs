@@ -110,11 +110,10 @@ impl Folds {
         let made_of = |t: usize| (triangles.rest[t], topology.neighbours[t], triangles.stiffness[t], scale(t));
         let is_same = |t: usize, (rest, neighbours, stiffness, factor): &MadeOf| {
             // No branches: all is the same, next to always.
-            let ([a, b], [c, d]) = (rest.gradients, triangles.rest[t].gradients);
-            let (p, q) = (stiffness, &triangles.stiffness[t]);
-            let is_rest =
-                (a.x == c.x) & (a.y == c.y) & (b.x == d.x) & (b.y == d.y) & (rest.area == triangles.rest[t].area);
-            let is_law = (p.q11 == q.q11) & (p.q12 == q.q12) & (p.q22 == q.q22) & (p.q66 == q.q66);
+            let ([a, b], RestTriangle { gradients: [c, d], area }) = (rest.gradients, triangles.rest[t]);
+            let (p, &Orthotropic { q11, q12, q22, q66 }) = (stiffness, &triangles.stiffness[t]);
+            let is_rest = (a.x == c.x) & (a.y == c.y) & (b.x == d.x) & (b.y == d.y) & (rest.area == area);
+            let is_law = (p.q11 == q11) & (p.q12 == q12) & (p.q22 == q22) & (p.q66 == q66);
             (*neighbours == topology.neighbours[t]) & is_rest & is_law & (*factor == scale(t))
         };
         let before = &self.made_of;

@@ -50,6 +50,7 @@ const MOST_WEIGHT: f64 = 1.6;
 #[derive(Clone, Copy, Debug)]
 struct Near {
     node: u32,
+    row: u32,
     /// Along edges \[mm\].
     distance: f64,
     /// In the row's tangent plane, from the row.
@@ -96,7 +97,7 @@ fn of_row(pattern: &Pattern, places: &[Place], node: &[u32], row: usize) -> Part
             Some(near) => near.distance = near.distance.min(distance),
             None => {
                 let from = places[row as usize].position - own.position;
-                near.push(Near { node: known, distance, place: DVec2::new(from.dot(axis), from.dot(other)) });
+                near.push(Near { node: known, row, distance, place: DVec2::new(from.dot(axis), from.dot(other)) });
             }
         }
     };
@@ -109,7 +110,8 @@ fn of_row(pattern: &Pattern, places: &[Place], node: &[u32], row: usize) -> Part
             meet(far, first + at.distance(places[far as usize].position));
         }
     }
-    near.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.node.cmp(&b.node)));
+    // By rows where nodes are as far: those of the nodes change as they are given theirs.
+    near.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.row.cmp(&b.row)));
     near.truncate(MOST_NEAR);
     best(&near)
 }
