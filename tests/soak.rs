@@ -24,6 +24,7 @@ fn rounds_leave_nothing_behind() {
     assert!(rounds.iter().map(|round| round.tears).sum::<u64>() > 24, "the tear goes on in every round");
     let Verdict { heap_growth, is_same, .. } = Verdict::of(rounds).unwrap();
     assert!(is_same, "every round ends in the same state");
-    // A list may come to be longer once more; 1e-4 is 0.2 kB.
-    assert!(heap_growth.abs() < 1e-4, "{heap_growth}");
+    // A list may come to be longer once more; 1e-4 is 0.3 kB. Less is no fault: lists that steps taken in parts have made go with their
+    // simulation where a round begins with another one.
+    assert!(heap_growth < 1e-4, "{heap_growth}");
 }
