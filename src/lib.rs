@@ -48,11 +48,11 @@
 //! ```
 //!
 //! [`Membrane`](membrane::Membrane) makes a body, [`components`] are what it can carry, [`Simulation`](simulation::Simulation)
-//! steps it, [`snapshot`](mod@snapshot) and [`replay`] go back and repeat, [`event`] and [`frame`](mod@frame) are what you see of it. A program
-//! that embeds it has slices and changes
-//! ([`Simulation::view`](simulation::Simulation::view)), a clock ([`FixedStep`](simulation::FixedStep)), pins, rays, systems of its own and a haptic
-//! model ([`Haptics`](simulation::Haptics)). The order of a step is one list, [`schedule::STEP`]. Units are fixed:
-//! mm, g, ms, hence N, MPa, mJ.
+//! steps it, [`snapshot`](mod@snapshot) and [`replay`] go back and repeat, [`event`] and [`frame`](mod@frame) are what
+//! you see of it. A program that embeds it has slices and changes ([`Simulation::view`](simulation::Simulation::view)),
+//! a clock ([`FixedStep`](simulation::FixedStep)), pins, rays, systems of its own and a haptic model
+//! ([`Haptics`](simulation::Haptics)). The order of a step is one list, [`schedule::STEP`]. Units are fixed: mm, g, ms,
+//! hence N, MPa, mJ.
 //!
 //! # Features
 //! - `scenes`: scene files (TOML), mesh generators, the catalog of scenes and readers for OBJ, Gmsh, VTK, PLY and STL.

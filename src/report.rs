@@ -90,7 +90,8 @@ pub struct Report {
     pub bodies: Vec<BodyReport>,
     /// Steps of bodies, or parts of them, that were undone because they left a state that is not finite, or would have created energy.
     pub rolled_back: u32,
-    /// Whether a body's step was given up and its last good state stands. Others have done theirs; where there are none, time has stopped there.
+    /// Whether a body's step was given up and its last good state stands. Others have done theirs; where there are
+    /// none, time has stopped there.
     pub has_failed: bool,
 }
 

@@ -4,8 +4,9 @@ use super::kernels::lanes::Lanes;
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::CornerForces;
 use super::kernels::simd::Kernel;
-use super::{Formula, StepContext, corners, parallel, room};
+use super::{Formula, StepContext, corners, parallel};
 use crate::components::{Damping, ExternalStiffness, Forces, Frames, Increment, SolverScratch};
+use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DMat3, DVec3};
 
@@ -46,7 +47,7 @@ pub fn membrane_forces(
     forces: &mut Forces,
 ) {
     let Forces { nodal, corner, has_scale, scale } = forces;
-    room::grow(nodal, topology.incident.len(), topology.incident.capacity());
+    grow(nodal, topology.incident.len(), topology.incident.capacity());
     nodal.resize(topology.incident.len(), DVec3::ZERO);
     *scale = 0.0;
     let seen = |corner: &[[DVec3; 3]]| {

@@ -19,8 +19,8 @@
 //! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
 //! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
 //!
-//! Damping dissipates what it takes: W has the work of the stress that the earlier solves' way has left along the way of this one. So does drag,
-//! whose work along the way is no load's.
+//! Damping dissipates what it takes: W has the work of the stress that the earlier solves' way has left along the way
+//! of this one. So does drag, whose work along the way is no load's.
 //!
 //! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
 
@@ -59,9 +59,9 @@ const SLACK: f64 = 0.01;
 /// Down to this part of its way a body is tried at halves,
 const HALVED: f64 = 1e-3;
 
-/// from there to this at eighths. Where stiff tissue is crushed, nothing but inertia holds it from the side in a solve: in a step that is long
-/// beside its waves the way is a million times as long as the tissue. Along it energy falls all the same, and a part that goes
-/// no further than a tenth of a triangle lets it buckle, step by step.
+/// from there to this at eighths. Where stiff tissue is crushed, nothing but inertia holds it from the side in a solve:
+/// in a step that is long beside its waves the way is a million times as long as the tissue. Along it energy falls all
+/// the same, and a part that goes no further than a tenth of a triangle lets it buckle, step by step.
 const LEAST_PART: f64 = 1e-15;
 
 /// Rounding of a sum over all triangles, over what is bearable.
@@ -198,8 +198,9 @@ fn bound(
     (twice_stored * missed).sqrt() + missed
 }
 
-/// The mean stretch, between 0 and 1, or what part of it is no mirror image: a turn changes the gradient of a triangle that is crushed by so much
-/// less, and where nothing is left of its stretches, or the law fades, any change may turn it over.
+/// The mean stretch, between 0 and 1, or what part of it is no mirror image: a turn changes the gradient of a triangle
+/// that is crushed by so much less, and where nothing is left of its stretches, or the law fades, any change may turn
+/// it over.
 fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
     let stretch = state.polar.stretch;
     if Faded::at(stretch, is_planar).is_some() {

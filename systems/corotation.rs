@@ -3,11 +3,11 @@
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
 use super::kernels::simd;
-use super::room::grow;
 use super::{Formula, StepContext, parallel};
 use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
 use crate::math::{CoupledStiffness, ElementState, Faded, GeometricStiffness, Orthotropic, Sym2};
 use crate::settings::Tangent;
+use crate::storage::room::grow;
 use crate::storage::{Alike, Triangles, Vertices};
 use std::sync::atomic::AtomicBool;
 

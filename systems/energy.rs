@@ -1,13 +1,15 @@
 //! The energy audit: every term of [`EnergyBalance`] over a step, each from its own formula.
 //!
-//! Six short systems. `begin` lets the last step stand; `refined` measures what changes the mesh before the step; `membrane` and `loads` keep the forces of the last evaluation apart;
-//! `account` sums the terms when the iterations have ended; `edits` measures what tears have changed at fixed positions.
-//! Reactions, residual and nodal forces are those of the step itself; what the scheme did with the membrane is computed anew,
-//! triangle by triangle, so that an error in either leaves an imbalance.
+//! Six short systems. `begin` lets the last step stand; `refined` measures what changes the mesh before the step;
+//! `membrane` and `loads` keep the forces of the last evaluation apart; `account` sums the terms when the iterations
+//! have ended; `edits` measures what tears have changed at fixed positions. Reactions, residual and nodal forces are
+//! those of the step itself; what the scheme did with the membrane is computed anew, triangle by triangle, so that an
+//! error in either leaves an imbalance.
 //!
-//! A dynamic step by backward Euler, the only formula that these terms are of, ends with M·(v₁ − v₀)/dt = f(x_k) − K·δ + loads + reactions − residual, linearised at its last evaluation
-//! x_k = x₁ − δ. It is multiplied by u = x₁ − x₀: what M gives is Δkinetic and ½·(v₁ − v₀)·M·(v₁ − v₀). A static solve only
-//! knows its two ends; its works are those of the mean of the forces there.
+//! A dynamic step by backward Euler, the only formula that these terms are of, ends with M·(v₁ − v₀)/dt = f(x_k) −
+//! K·δ + loads + reactions − residual, linearised at its last evaluation x_k = x₁ − δ. It is multiplied by u = x₁ − x₀:
+//! what M gives is Δkinetic and ½·(v₁ − v₀)·M·(v₁ − v₀). A static solve only knows its two ends; its works are those of
+//! the mean of the forces there.
 
 use super::kernels::membrane::{ElementTangent, shear_majorant, stretch_rate};
 use super::kernels::path_work::Element;

@@ -1,9 +1,10 @@
 //! Start of a step or stage: remembers where it began, marks prescribed axes and puts the prescribed motion into the first guess.
 
 use super::context::SECOND_STAGE;
-use super::{StepContext, parallel, room};
+use super::{StepContext, parallel};
 use crate::components::{Forces, Grips, Holds, Increment, Pinch, Planar, Sleeping, SolverScratch, TearDecisions};
 use crate::storage::Vertices;
+use crate::storage::room::grow;
 use glam::DVec3;
 
 /// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear
@@ -109,7 +110,7 @@ fn mark_axes(
 ) {
     let free_axes = if planar.is_some() { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
     scratch.free.clear();
-    room::grow(&mut scratch.free, vertices.len(), vertices.position.capacity());
+    grow(&mut scratch.free, vertices.len(), vertices.position.capacity());
     scratch.free.resize(vertices.len(), free_axes);
     if planar.is_some() {
         increment.delta.iter_mut().for_each(|d| d.z = 0.0);

@@ -24,7 +24,6 @@ pub mod loads;
 pub mod parallel;
 pub mod pressure;
 pub mod refine;
-pub mod room;
 pub mod sleep;
 pub mod solve;
 pub mod split;

@@ -1,11 +1,12 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
-use super::{Formula, StepContext, kernels::membrane::shear_majorant, linear, parallel, room};
+use super::{Formula, StepContext, kernels::membrane::shear_majorant, linear, parallel};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch,
     Reactions, SolverScratch,
 };
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
+use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
 use linear::{CgError, CgInfo, Factor, Folds, Inner, InnerSolver, Means, Operator, Use};
@@ -173,7 +174,7 @@ fn imbalance(
     scratch: &mut SolverScratch,
     step: &StepContext,
 ) -> f64 {
-    room::grow(&mut scratch.residual, vertices.len(), vertices.position.capacity());
+    grow(&mut scratch.residual, vertices.len(), vertices.position.capacity());
     scratch.residual.resize(vertices.len(), DVec3::ZERO);
     parallel::for_rows(&mut scratch.residual, |v, r| {
         *r = forces.nodal[v] + step.momentum(increment, v) * vertices.mass[v];
@@ -187,9 +188,10 @@ fn imbalance(
     forces.scale
 }
 
-/// The nodal force \[N\] that rounding alone leaves: a strain is known to ε·|x|/edge, so a corner force Q·h·edge·strain to
-/// ε·Q·h·|x|, of which up to eight meet in a vertex. A body torn through is free of stress, and no fraction of its own
-/// forces can be reached. What springs and jaws pull with is known to ε·|x| times their stiffness. By the rest shape, lest a body that nothing holds and that flies off counts as at rest far away.
+/// The nodal force \[N\] that rounding alone leaves: a strain is known to ε·|x|/edge, so a corner force Q·h·edge·strain
+/// to ε·Q·h·|x|, of which up to eight meet in a vertex. A body torn through is free of stress, and no fraction of its
+/// own forces can be reached. What springs and jaws pull with is known to ε·|x| times their stiffness. By the rest
+/// shape, lest a body that nothing holds and that flies off counts as at rest far away.
 fn rounding(vertices: &Vertices, triangles: &Triangles, frames: &Frames, external: Option<&ExternalStiffness>) -> f64 {
     let extent = vertices.rest_position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
     let stiffness = triangles.thickness.iter().enumerate().map(|(t, h)| {

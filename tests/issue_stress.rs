@@ -97,8 +97,8 @@ fn a_damped_body_that_goes_forth_and_back_within_a_step_gains_nothing() {
 
 #[test]
 fn a_damped_sheet_that_spins_gains_nothing_by_small_turns() {
-    // A turn by 0.06 rad stretches by 0.18 %. Damping keeps that from going back, so that it adds up, step by step; turns below a tenth were
-    // not looked at.
+    // A turn by 0.06 rad stretches by 0.18 %. Damping keeps that from going back, so that it adds up, step by step;
+    // turns below a tenth were not looked at.
     for is_planar in [true, false] {
         let mesh = generate::grid(4.0, 4.0, 5, 5).unwrap();
         let mut sheet = Membrane::new("sheet", mesh, stiff_fibres()).fibres(Fibres::at_degrees(30.0));

@@ -78,7 +78,8 @@ fn reactions_balance_the_loads() {
     }
 }
 
-/// A step with jaws of any stiffness is stable (a retry in halves is one that turns a sheet far), and the stiffer they are the nearer it is to a constraint.
+/// A step with jaws of any stiffness is stable (a retry in halves is one that turns a sheet far), and the stiffer they
+/// are the nearer it is to a constraint.
 #[test]
 fn every_stiffness_is_stable_and_leads_to_the_constraint() {
     let run = |stiffness: Option<f64>, settings: Settings| {

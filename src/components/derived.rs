@@ -4,6 +4,7 @@ use super::Stops;
 use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic};
 use crate::report::Fault;
 use crate::settings::Tangent;
+use crate::storage::room::fit;
 use crate::storage::{Edit, EditRecord, Triangles};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -92,11 +93,8 @@ impl Increment {
     /// Makes room for as many vertices as their table has room for, before edits: lists that double take as much again in vain.
     pub fn make_room(&mut self, room: usize) {
         let Self { start, start_velocity, displacement, delta, middle_displacement, middle_velocity, .. } = self;
-        for values in [start, start_velocity, displacement, delta, middle_displacement, middle_velocity] {
-            if !values.is_empty() && values.capacity() < room {
-                values.reserve_exact(room - values.len());
-            }
-        }
+        let lists = [start, start_velocity, displacement, delta, middle_displacement, middle_velocity];
+        lists.into_iter().filter(|values| !values.is_empty()).for_each(|values| fit(values, room));
     }
 
     /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and

@@ -40,9 +40,9 @@ pub struct NearTip {
     pub heading: DVec3,
 }
 
-/// One grasp by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest position lies within their radius of
-/// `material_point` and carry it by the hand's displacement. What edits add between the held vertices is held as well. Tissue that
-/// has slipped out is not taken again.
+/// One grasp by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest
+/// position lies within their radius of `material_point` and carry it by the hand's displacement. What edits add
+/// between the held vertices is held as well. Tissue that has slipped out is not taken again.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grip {

@@ -34,10 +34,11 @@ impl Simulation {
         }))
     }
 
-    /// Goes back to a snapshot, of this simulation or of another one: from there on it takes the same steps to the same bits.
-    /// Bodies and obstacles are those of the snapshot, under their handles; others are gone. Components of your own stay on what lives on, and
-    /// entities of your own stay where no handle of the snapshot needs their place; those that are gone since are there again, empty. Settings are the snapshot's, but for the
-    /// threads and their instructions.
+    /// Goes back to a snapshot, of this simulation or of another one: from there on it takes the same steps to the same
+    /// bits. Bodies and obstacles are those of the snapshot, under their handles; others are gone. Components of your
+    /// own stay on what lives on, and entities of your own stay where no handle of the snapshot needs their place;
+    /// those that are gone since are there again, empty. Settings are the snapshot's, but for the threads and their
+    /// instructions.
     ///
     /// # Errors
     /// Where what a solver is made of does not fit together; nothing has changed then. That of a snapshot that was taken in

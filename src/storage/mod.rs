@@ -22,6 +22,7 @@ mod mesh_error;
 mod order;
 mod outlook;
 mod record;
+pub(crate) mod room;
 mod rows;
 mod table;
 mod tables;

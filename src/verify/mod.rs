@@ -1,7 +1,8 @@
 //! Verification: the engine against independent computations, exact solutions and conservation laws.
 //!
-//! The same cases are run by `cargo test` (coarse meshes only, [`Depth::Quick`]) and by `rhexis verify`. A case returns rows; a row is an error, the tolerance that it
-//! must meet and the unit of both. Reference files are part of the program, so it verifies itself anywhere.
+//! The same cases are run by `cargo test` (coarse meshes only, [`Depth::Quick`]) and by `rhexis verify`. A case returns
+//! rows; a row is an error, the tolerance that it must meet and the unit of both. Reference files are part of the
+//! program, so it verifies itself anywhere.
 
 mod artifacts;
 mod bodies;

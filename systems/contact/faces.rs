@@ -24,8 +24,9 @@ const NEAR: f64 = 1e-6;
 /// Rounds in which triangles are put outside.
 const ROUNDS: u32 = 40;
 
-/// A corner is put no farther in a round than so many times the depth. Where all corners are free none has to go farther than 1.4 times; but
-/// beside corners that are held, or in a plane that the normal stands off, what little is free would have to go any distance.
+/// A corner is put no farther in a round than so many times the depth. Where all corners are free none has to go
+/// farther than 1.4 times; but beside corners that are held, or in a plane that the normal stands off, what little is
+/// free would have to go any distance.
 const LONGEST: f64 = 2.0;
 
 /// A triangle that is held back.

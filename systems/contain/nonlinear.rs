@@ -1,18 +1,21 @@
 //! Finds steps of several Newton iterations, or of two stages, that have created energy.
 //!
-//! A converged step obeys its formula and nothing else: in a large turn of stiff tissue the formula itself makes energy, two iterations
-//! leave an imbalance, and TR-BDF2 loses none but where it must. Such steps are judged by what they have come to. With the energy E stored at x,
-//! the body's own forces f (stress, damping, bending), the imbalance r on free axes, and by the formula
+//! A converged step obeys its formula and nothing else: in a large turn of stiff tissue the formula itself makes
+//! energy, two iterations leave an imbalance, and TR-BDF2 loses none but where it must. Such steps are judged by what
+//! they have come to. With the energy E stored at x, the body's own forces f (stress, damping, bending), the imbalance
+//! r on free axes, and by the formula
 //!
 //! M·(v_γ − v₀) = s·(F₀ + F_γ),     M·(v₁ − v_γ) = s·((m − 1)·(F₀ + F_γ) + F₁),     F = f + (holds and loads) − r,
 //!
-//! what the step does is the mean of F in each stage along its way, u_γ and w = u₁ − u_γ. Holds and loads are the part of it that is neither f nor r:
+//! what the step does is the mean of F in each stage along its way, u_γ and w = u₁ − u_γ. Holds and loads are the part
+//! of it that is neither f nor r:
 //!
 //! W = ½·(v_γ + v₀)·M·(v_γ − v₀) + w·M·(v₁ − v_γ)/τ − ½·u_γ·(f₀ + f_γ − r_γ) − w·((m − 1)·(f₀ + f_γ − r_γ) + f₁ − r₁)/√2,
 //!
-//! with τ = √2·s, the second stage's length; in backward Euler, which has one stage, W = u·M·(v₁ − v₀)/Δt − u·(f₁ − r₁). What E and the energy of motion have grown
-//! by beyond W is added to the same sum as what [linearised steps](super) leave over, with the same bounds. A step that is refused is retried in
-//! halves, at last by a linearised one.
+//! with τ = √2·s, the second stage's length; in backward Euler, which has one stage, W = u·M·(v₁ − v₀)/Δt − u·(f₁ −
+//! r₁). What E and the energy of motion have grown by beyond W is added to the same sum as what [linearised
+//! steps](super) leave over, with the same bounds. A step that is refused is retried in halves, at last by a linearised
+//! one.
 //!
 //! Where tears have changed the mesh and the step is taken up again, what is added is that of the way from there, along which
 //! holds and loads act as at its end.

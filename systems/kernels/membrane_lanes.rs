@@ -322,8 +322,8 @@ impl Kernel<[DVec3; 3]> for CornerForces<'_> {
     }
 }
 
-/// How far triangles go: the rows have nothing in them. Of the sums the first says how many go far, at the least; the second is that of A·a⁴ with
-/// the rest area A \[mm²\] and the norm a of the change of the deformation gradient.
+/// How far triangles go: the rows have nothing in them. Of the sums the first says how many go far, at the least; the
+/// second is that of A·a⁴ with the rest area A \[mm²\] and the norm a of the change of the deformation gradient.
 pub struct Far<'a> {
     /// Vertices of the triangles.
     pub corners: &'a [[u32; 3]],

@@ -58,12 +58,9 @@ impl Factor {
     }
 
     /// False.
-    pub fn is_rescue(&self) -> bool {
+    pub fn is_rescued(&mut self) -> bool {
         false
     }
-
-    /// Nothing.
-    pub fn has_done(&mut self) {}
 
     /// False.
     pub fn is_ready(&mut self, _operator: &Operator, _free: &[DVec3]) -> bool {

@@ -41,7 +41,8 @@ fn axes(free: DVec3) -> impl Iterator<Item = usize> + Clone {
 }
 
 impl Pattern {
-    /// The pattern of an operator on these triangles, with bending about the edges of these hinges; `None` where there is no free axis, or no memory.
+    /// The pattern of an operator on these triangles, with bending about the edges of these hinges; `None` where there
+    /// is no free axis, or no memory.
     pub fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &[DVec3]) -> Option<Self> {
         let incident = Incident::new(corners, free.len());
         let hinges = Hinges::new(folded, free.len());

@@ -58,25 +58,18 @@ pub fn solve(
     let start = Instant::now();
     let mut done = 0;
     if let Some((factor, how)) = &mut means.factor
-        && (*how == Use::Wait || factor.is_rescue())
+        && (*how == Use::Wait || factor.is_rescued())
     {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
             scratch.rhs.clone_from(&scratch.residual);
             let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, corner, x, scratch)?;
             if info.relative_residual <= params.tolerance || info.is_late {
-                if *how == Use::Aside {
-                    factor.has_done();
-                }
                 return Ok(info);
             }
             done = info.iterations;
             scratch.residual.copy_from_slice(&scratch.rhs);
         }
-        let renewed = match how {
-            Use::Wait => factor.renew(operator, &scratch.free),
-            Use::Aside => factor.rescue(operator, &scratch.free, MOST_WITHOUT_FACTOR),
-        };
-        match renewed {
+        match factor.renew(operator, &scratch.free) {
             Ok(()) => {
                 let info = solve_with_factor(operator, params, MOST_WITH_OWN_FACTOR, factor, corner, x, scratch)?;
                 return Ok(CgInfo { iterations: done + info.iterations, ..info });

@@ -27,8 +27,8 @@ pub struct EdgeAdvance {
     pub ideal: DVec3,
 }
 
-/// The edge that leads forward, turning by at most `quality.widest_edge`, and ends nearest to the ray from the ideal point; of equal ones the one that gains more, then the one
-/// that comes first counter-clockwise.
+/// The edge that leads forward, turning by at most `quality.widest_edge`, and ends nearest to the ray from the ideal
+/// point; of equal ones the one that gains more, then the one that comes first counter-clockwise.
 ///
 /// # Errors
 /// [`TearRefusal::NoForwardEdge`].

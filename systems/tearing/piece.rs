@@ -1,17 +1,15 @@
 //! Whether a tear that has met a boundary has freed a piece.
 
-use super::{Cutter, TearScratch};
+use super::Cutter;
 use crate::storage::NONE;
+use crate::storage::room::fit;
 
 impl Cutter<'_, '_> {
     /// Makes room for the walks with the first cut, so that the cut that frees a piece takes none.
     pub(super) fn make_room_to_walk(&mut self) {
-        let (count, room) = (self.mesh.triangles.len(), self.mesh.triangles.corners.capacity());
-        let TearScratch { marks, queues, .. } = &mut *self.scratch;
-        if marks.capacity() < count {
-            marks.reserve_exact(room - marks.len());
-            queues.iter_mut().for_each(|queue| queue.reserve(room / 2));
-        }
+        let room = self.mesh.triangles.corners.capacity();
+        fit(&mut self.scratch.marks, room);
+        self.scratch.queues.iter_mut().for_each(|queue| fit(queue, room / 2));
     }
 
     /// The number of triangles of the smaller part, where the two lips of the last opening, at the edge between these

@@ -7,8 +7,8 @@ use crate::storage::{Edit, Mesh, NONE, TriangleRow};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// Cosine of the largest angle between the normals of two triangles in the rest shape that may be flipped, and between those around a vertex
-/// that may be moved and their mean: 20°.
+/// Cosine of the largest angle between the normals of two triangles in the rest shape that may be flipped, and between
+/// those around a vertex that may be moved and their mean: 20°.
 const COPLANAR: f64 = 0.939_692_620_785_908_4;
 /// Materials of two triangles may differ by this part where they are flipped; a flip gives both the mean.
 const ALIKE: f64 = 0.2;

@@ -58,6 +58,7 @@ pub struct FactorState {
     without: u32,
     strikes: u32,
     rest: u32,
+    rescued: u32,
 }
 
 /// The factor in use.
@@ -70,7 +71,6 @@ struct Current {
     warp: Warp,
     served: u32,
     is_worse_than_none: bool,
-    is_rescue: bool,
 }
 
 /// The one that is being made.
@@ -86,7 +86,7 @@ struct Coming {
 impl Factor {
     /// What a snapshot keeps.
     pub fn state(&self) -> FactorState {
-        let &Self { ref current, ref pending, without, strikes, rest } = self;
+        let &Self { ref current, ref pending, without, strikes, rest, rescued } = self;
         // Across edits a factor does not turn.
         let turning = |bridge: &Bridge, warp: &Warp| if bridge.is_empty() { warp.state() } else { Warp::default() };
         let current = current.as_deref().map(|current| Current {
@@ -96,13 +96,12 @@ impl Factor {
             warp: turning(&current.bridge, &current.warp),
             served: current.served,
             is_worse_than_none: current.is_worse_than_none,
-            is_rescue: current.is_rescue,
         });
         let coming = |Pending { origin, bridge, warp, left, .. }: &Pending| {
             let (origin, warp, bridge) = (origin.clone(), turning(bridge, warp), bridge.clone());
             Coming { origin, bridge, warp, left: *left }
         };
-        FactorState { current, pending: pending.as_ref().map(coming), without, strikes, rest }
+        FactorState { current, pending: pending.as_ref().map(coming), without, strikes, rest, rescued }
     }
 
     /// The factor of a state, which goes on as the one did that it was kept of. The one in use is made now, the other aside.
@@ -110,19 +109,18 @@ impl Factor {
     /// # Errors
     /// Where the matrix has none, which that of a factor has.
     pub fn of_state(state: &FactorState) -> Result<Self, NoFactor> {
-        let &FactorState { ref current, ref pending, without, strikes, rest } = state;
+        let &FactorState { ref current, ref pending, without, strikes, rest, rescued } = state;
         let current = current.as_ref().map(|current| {
             let cholesky = Cholesky::of_equations(&current.equations, current.precision)?;
             let mut factor = InUse::new(cholesky, current.bridge.clone(), current.warp.clone());
             (factor.served, factor.is_worse_than_none) = (current.served, current.is_worse_than_none);
-            factor.is_rescue = current.is_rescue;
             Ok(factor)
         });
         let begin = |Coming { origin, bridge, warp, left }: &Coming| {
             Pending::new(origin.clone(), bridge.clone(), warp.clone(), *left)
         };
         let pending = pending.as_ref().map(begin);
-        Ok(Self { current: current.transpose()?, pending, without, strikes, rest })
+        Ok(Self { current: current.transpose()?, pending, without, strikes, rest, rescued })
     }
 }
 

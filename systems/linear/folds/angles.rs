@@ -3,8 +3,9 @@
 use super::is_first;
 use crate::storage::NONE;
 use crate::systems::kernels::fold::{self, SMALL};
+use crate::systems::kernels::gather::{components, row};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
-use crate::systems::kernels::membrane_lanes::{cross, dot, doubles};
+use crate::systems::kernels::membrane_lanes::{cross, dot};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
 use glam::DVec3;
@@ -91,18 +92,13 @@ impl<N: Fn(usize) -> DVec3 + Sync, X: Fn(usize) -> DVec3 + Sync> Kernel<f64> for
         let [a9, a11, a13] = [1.0 / 9.0, 1.0 / 11.0, 1.0 / 13.0].map(|x| Doubles::splat(lanes, x));
         for (group, half) in half.chunks_mut(DOUBLES).enumerate() {
             let edges = &edges[first + group * DOUBLES..][..half.len()];
-            let (mut normals, mut along) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 3]);
+            let mut rows = [[row(lanes, DVec3::ZERO); DOUBLES]; 3];
             for (lane, edge) in edges.iter().enumerate() {
-                let [a, b, way] = edge.place(corners, normal, x);
-                for (normal, value) in normals.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
-                    normal[lane] = value;
-                }
-                for (along, value) in along.iter_mut().zip([way.x, way.y, way.z]) {
-                    along[lane] = value;
+                for (rows, vector) in rows.iter_mut().zip(edge.place(corners, normal, x)) {
+                    rows[lane] = row(lanes, vector);
                 }
             }
-            let [ax, ay, az, bx, by, bz] = doubles(lanes, &normals);
-            let (a, b, way) = ([ax, ay, az], [bx, by, bz], doubles(lanes, &along));
+            let [a, b, way] = rows.map(components);
             let inverse = one / dot(way, way).sqrt();
             let unit = [way[0] * inverse, way[1] * inverse, way[2] * inverse];
             let (sine, cosine) = (minus * dot(cross(a, b), unit), dot(a, b));

@@ -25,10 +25,11 @@ impl Folds {
         })
     }
 
-    /// E(x + u) − E(x) + f·u − u·K·u \[mJ\] with the tangent K of the step, exact or the majorant, for a displacement u from where the angles
-    /// were last evaluated, less what damping by the way `before` in the step does along u, and along that way too where that is not
-    /// counted yet. Where a fold goes on beyond 180° E is that of the fold told from its other side, as the forces of the next step are. For that
-    /// x + u has to have the bits that the next step starts from: `motion` gives u and x + u of each of so many vertices.
+    /// E(x + u) − E(x) + f·u − u·K·u \[mJ\] with the tangent K of the step, exact or the majorant, for a displacement u
+    /// from where the angles were last evaluated, less what damping by the way `before` in the step does along u, and
+    /// along that way too where that is not counted yet. Where a fold goes on beyond 180° E is that of the fold told
+    /// from its other side, as the forces of the next step are. For that x + u has to have the bits that the next step
+    /// starts from: `motion` gives u and x + u of each of so many vertices.
     pub fn left_over(
         &self,
         corners: &[[u32; 3]],

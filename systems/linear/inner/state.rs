@@ -1,4 +1,5 @@
-//! What an inner solver is made of anew: what multigrid keeps from solve to solve, and, as edits of the mesh leave rows where they are, the order of its rows and the triangles that it was found for. The rest follows.
+//! What an inner solver is made of anew: what multigrid keeps from solve to solve, and, as edits of the mesh leave rows
+//! where they are, the order of its rows and the triangles that it was found for. The rest follows.
 
 use super::multigrid::{Multigrid, MultigridState};
 use super::{InnerSolver, Order};

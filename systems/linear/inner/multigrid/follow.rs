@@ -1,8 +1,9 @@
 //! Levels that follow edits: only what is near one is found anew.
 //!
-//! Nodes stay nodes. A row that an edit has left without a node beside it becomes one, so that both sides of a tear have nodes of their own on all
-//! levels as it goes on. Weights and patterns are functions of the nodes and of the mesh: they are found anew where either has changed, and
-//! are what they would be if all were found anew with the same nodes.
+//! Nodes stay nodes. A row that an edit has left without a node beside it becomes one, so that both sides of a tear
+//! have nodes of their own on all levels as it goes on. Weights and patterns are functions of the nodes and of the
+//! mesh: they are found anew where either has changed, and are what they would be if all were found anew with the same
+//! nodes.
 
 use super::super::edits::Edits;
 use super::super::order::Order;

@@ -5,9 +5,16 @@
 /// again in vain, as one that doubles does.
 pub fn grow<T>(list: &mut Vec<T>, count: usize, room: usize) {
     if list.capacity() == 0 {
-        list.reserve_exact(count);
+        fit(list, count);
     } else if list.capacity() < count {
-        list.reserve_exact(room.max(count) - list.len());
+        fit(list, room.max(count));
+    }
+}
+
+/// Makes a list fit for `room` entries and no more, where it is not.
+pub fn fit<T>(list: &mut Vec<T>, room: usize) {
+    if list.capacity() < room {
+        list.reserve_exact(room - list.len());
     }
 }
 
