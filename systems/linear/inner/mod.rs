@@ -143,9 +143,15 @@ impl InnerSolver {
                 With::Factor(_, most) => most - info.iterations,
             };
             let most = most.min(limits.iterations - info.iterations);
-            // A direction without curvature may be one that single precision has lost: double precision decides.
+            let is_own_factor = matches!(with, With::Own(Inner::IncompleteCholesky));
             let round = limits.of_round(norm, most).repeating(&mut scratch.stops);
             let Ok(reached) = self.iterate(&mut with, &round) else {
+                // L may have left the range of single precision.
+                if is_own_factor && shift < MOST_SHIFT {
+                    shift = self.factor_again(shift);
+                    continue;
+                }
+                // A direction without curvature may be one that single precision has lost: double precision decides.
                 is_solved = false;
                 break;
             };
@@ -174,10 +180,8 @@ impl InnerSolver {
             }
             let has_gained = residual_sq <= STALLED * STALLED * before_sq;
             let is_used_up = reached.is_broken || reached.iterations == most;
-            let is_own_factor = matches!(with, With::Own(Inner::IncompleteCholesky));
             if is_own_factor && is_used_up && !has_gained && shift < MOST_SHIFT {
-                shift *= 10.0;
-                self.incomplete.factor(&self.partition, &self.matrix, shift);
+                shift = self.factor_again(shift);
                 continue;
             }
             let has_stalled = !has_gained && reached.iterations < most;
@@ -228,6 +232,13 @@ impl InnerSolver {
             }
             With::Factor(factor, _) => factor.begin(operator, free),
         }
+    }
+
+    /// Makes the incomplete factor anew where one with its diagonal raised by `shift` is bad; returns by how much it is raised now.
+    fn factor_again(&mut self, shift: f32) -> f32 {
+        let shift = 10.0 * shift;
+        self.incomplete.factor(&self.partition, &self.matrix, shift);
+        shift
     }
 
     /// Brings what depends on the triangles up to date where they have changed: a tear changes few of them.
