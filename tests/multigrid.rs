@@ -197,6 +197,7 @@ fn iterations_do_not_grow_with_the_mesh() {
 #[ignore = "minutes: cargo test --release --test multigrid -- --ignored"]
 fn iterations_do_not_grow_with_large_meshes() {
     SIZES[2..].iter().for_each(|cells| assert_few_on_squares(*cells));
+    // What is asked of the taut cap at any size.
     assert_few("capsule", &System::capsule(150_000), [10, 25]);
 }
 

@@ -2,6 +2,7 @@
 
 use super::Operator;
 use super::estimate::{EnergyError, Limits};
+use super::guess::fit;
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::systems::parallel;
@@ -58,7 +59,7 @@ pub fn solve(
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
     let stored = scratch.stored;
-    let SolverScratch { free, residual, direction, product, partials, stops, .. } = scratch;
+    let SolverScratch { free, residual, direction, product, partials, pairs, stops, .. } = scratch;
     for vector in [&mut *direction, product] {
         vector.resize(n, DVec3::ZERO);
     }
@@ -76,20 +77,12 @@ pub fn solve(
     let is_warm = x.iter().zip(&*free).any(|(x, free)| *x * *free != DVec3::ZERO);
     let mut residual_sq = if is_warm {
         operator.apply(x, free, corner, product, partials);
-        parallel::sum_rows(residual, partials, |v, r| {
-            *r = (*r - product[v]) * free[v];
-            r.length_squared()
-        })
+        let left = |v: usize, b: DVec3| (b - product[v]) * free[v];
+        fit(x, free, direction, residual, left, (pairs, partials)).unwrap_or(reference_sq)
     } else {
         residual.copy_from_slice(direction);
         reference_sq
     };
-    if !(residual_sq <= reference_sq) {
-        // A guess that is worse than none: start from the prescribed motion alone.
-        parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
-        residual.copy_from_slice(direction);
-        residual_sq = reference_sq;
-    }
 
     let limits = Limits::new(params, reference_sq, stored).repeating(stops);
     // z and A·p take turns in one vector: each has been used up where the other begins.

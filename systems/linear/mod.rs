@@ -11,6 +11,7 @@ mod estimate;
 #[cfg_attr(not(feature = "direct"), path = "no_factor.rs")]
 mod factor;
 mod folds;
+mod guess;
 mod inner;
 mod operator;
 #[cfg(feature = "direct")]

@@ -20,6 +20,7 @@ mod pattern;
 mod state;
 
 use super::estimate::Limits;
+use super::guess::fit;
 use super::{CgError, CgInfo, Factor, Operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
@@ -267,8 +268,8 @@ impl InnerSolver {
         self.corners.extend_from_slice(corners);
     }
 
-    /// Keeps b in `scratch.rhs` and forms the residual of the guess, which is dropped where none is better. Returns the squared
-    /// norms of the residual of the prescribed motion alone, and of that of the guess.
+    /// Keeps b in `scratch.rhs` and forms the residual of the guess, which is [scaled](fit). Returns the squared norms of the residual
+    /// of the prescribed motion alone, and of that of the guess.
     fn first_residual(
         &mut self,
         operator: &Operator,
@@ -277,7 +278,7 @@ impl InnerSolver {
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(f64, f64), CgError> {
-        let SolverScratch { free, residual, rhs, direction, product, partials, .. } = scratch;
+        let SolverScratch { free, residual, rhs, direction, product, partials, pairs, .. } = scratch;
         for vector in [&mut *rhs, direction, product] {
             grow(vector, x.len(), residual.capacity());
             vector.resize(x.len(), DVec3::ZERO);
@@ -289,38 +290,25 @@ impl InnerSolver {
             *p = (residual[v] - product[v]) * free[v];
             p.length_squared()
         });
-        let residual_sq = if is_single {
-            self.residual_of_rounded(x, free, direction, residual, partials)
-        } else {
-            operator.apply(x, free, corner, product, partials);
-            parallel::sum_rows(residual, partials, |v, r| {
-                *r = (rhs[v] - product[v]) * free[v];
-                r.length_squared()
-            })
-        };
-        if !reference_sq.is_finite() || residual_sq.is_nan() {
+        if !reference_sq.is_finite() {
             return Err(CgError::NotFinite { iteration: 0 });
         }
-        if residual_sq <= reference_sq {
-            return Ok((reference_sq, residual_sq));
-        }
-        // A guess that is worse than none: start from the prescribed motion alone.
-        parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
-        residual.copy_from_slice(direction);
-        Ok((reference_sq, reference_sq))
+        let residual_sq = if is_single {
+            let scale = self.times_rounded(x, free);
+            let (row, q) = (&self.order.row, &self.vectors.q);
+            let left = |v: usize, _| direction[v] - q[row[v] as usize].truncate().as_dvec3() * scale;
+            fit(x, free, direction, residual, left, (pairs, partials))
+        } else {
+            operator.apply(x, free, corner, product, partials);
+            fit(x, free, direction, residual, |v, b| (b - product[v]) * free[v], (pairs, partials))
+        };
+        Ok((reference_sq, residual_sq.unwrap_or(reference_sq)))
     }
 
-    /// Rounds the free part of the guess `x` to single precision and multiplies it there: what is left of `b`.
-    fn residual_of_rounded(
-        &mut self,
-        x: &mut [DVec3],
-        free: &[DVec3],
-        b: &[DVec3],
-        residual: &mut [DVec3],
-        partials: &mut Vec<f64>,
-    ) -> f64 {
+    /// Rounds the free part of the guess `x` to single precision and multiplies it there. Returns the scale of the product.
+    fn times_rounded(&mut self, x: &mut [DVec3], free: &[DVec3]) -> f64 {
         let Self { matrix, partition, order, vectors, .. } = self;
-        let Vectors { p, q, partials: sums, .. } = vectors;
+        let Vectors { p, q, partials, .. } = vectors;
         let largest = x.iter().zip(free).map(|(x, free)| (*x * *free).abs().max_element()).fold(0.0, f64::max);
         let scale = if largest.is_normal() { largest } else { 1.0 };
         size(p, x.len(), Vec4::ZERO);
@@ -329,15 +317,12 @@ impl InnerSolver {
             let v = order.vertex[row] as usize;
             *p = (x[v] * free[v] / scale).as_vec3().extend(0.0);
         });
-        matrix.apply(partition, p, q, sums);
+        matrix.apply(partition, p, q, partials);
         parallel::for_rows(x, |v, x| {
             let rounded = p[order.row[v] as usize].truncate().as_dvec3() * scale;
             *x = rounded * free[v] + *x * (DVec3::ONE - free[v]);
         });
-        parallel::sum_rows(residual, partials, |v, r| {
-            *r = b[v] - q[order.row[v] as usize].truncate().as_dvec3() * scale;
-            r.length_squared()
-        })
+        scale
     }
 
     /// Takes the residual over its norm as right-hand side.
