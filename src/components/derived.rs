@@ -221,6 +221,8 @@ pub struct SolverScratch {
     pub creates_energy: bool,
     /// Whether the body went only a part of its way in this step, lest that happen.
     pub is_held_back: bool,
+    /// How often in a row the body's steps have ended so, less how often since they have not: each makes its next last resort shorter.
+    pub shortenings: u32,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,
 }
@@ -234,7 +236,7 @@ impl SolverScratch {
         let Self { sweeps, residual_work, is_counted, fault, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
-        let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, .. } = *self;
+        let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, shortenings, .. } = *self;
         Self {
             free,
             residual,
@@ -266,6 +268,7 @@ impl SolverScratch {
             fault,
             creates_energy,
             is_held_back,
+            shortenings,
             line_search,
         }
     }

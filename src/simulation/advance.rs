@@ -22,6 +22,13 @@ const CONTACT_ROUNDS: u32 = 4;
 /// taken as dissipative as can be.
 const TRIES: u32 = 3;
 
+/// So many times shorter is the last resort of a body that was held back in the last step already: in a long one soft directions, held
+/// by inertia alone, go so far that next to nothing of the way may be gone, of stiff ones neither, and crumpled tissue would stay so.
+const SHORTER: f64 = 8.0;
+
+/// So often at the most it is made shorter: to 3 µs of 100 ms.
+const MOST_SHORTENINGS: u32 = 5;
+
 /// What a step is run by, and where it is told what it did.
 pub(super) struct Running<'a> {
     /// The systems.
@@ -75,8 +82,19 @@ pub(super) fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64
         let _ = world.insert_one(body, scratch);
         let mut retried = Retried { world, settings, running, tries: 0, is_last_resort: false };
         // What could not go all of its way even in the smallest part of the last step is not tried in parts again.
-        let halvings = if held_back.contains(&body) { 0 } else { settings.halvings };
-        most = retried.in_halves(time, dt, halvings).max(most);
+        let before = held_back.iter().find(|(held, _)| *held == body).map(|(_, shortenings)| *shortenings);
+        let gone = match before {
+            Some(shortenings) => retried.at_its_end(time, dt, shortenings),
+            None => retried.in_halves(time, dt, settings.halvings),
+        };
+        most = gone.max(most);
+        if let Ok(scratch) = world.query_one_mut::<&mut SolverScratch>(body) {
+            scratch.shortenings = match before {
+                Some(shortenings) if scratch.is_held_back => (shortenings + 1).min(MOST_SHORTENINGS),
+                Some(shortenings) => shortenings.saturating_sub(1),
+                None => 0,
+            };
+        }
         put_all_aside(world, &mut done);
     }
     running.give_back(world, failed);
@@ -111,6 +129,14 @@ impl Retried<'_, '_> {
         if first < half { first } else { half + self.part(time + half, half, halvings - 1) }
     }
 
+    /// A last resort at the end of the step, before which the body stands. Returns the time that was done.
+    fn at_its_end(&mut self, time: f64, dt: f64, shortenings: u32) -> f64 {
+        self.running.report.rolled_back += 1;
+        self.is_last_resort = true;
+        let length = dt / SHORTER.powi(shortenings as i32);
+        if self.part(time + (dt - length), length, 0) > 0.0 { dt } else { 0.0 }
+    }
+
     /// A part of the step. Returns the time that was done.
     fn part(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         let step = StepContext::of_step(self.settings, dt, time + dt);
@@ -128,10 +154,11 @@ impl Retried<'_, '_> {
     }
 }
 
-/// The bodies that went only a part of their way in the last step.
-fn held_back(world: &mut World) -> SmallVec<[Entity; 4]> {
-    let bodies = world.query_mut::<(Entity, &SolverScratch)>().into_iter();
-    bodies.filter(|(_, scratch)| scratch.is_held_back).map(|(body, _)| body).collect()
+/// The bodies that went only a part of their way in the last step, or a shorter one, with how often it was made shorter.
+fn held_back(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
+    let bodies = world.query_mut::<(Entity, &mut SolverScratch)>().into_iter();
+    let held_back = bodies.filter(|(_, scratch)| scratch.is_held_back || scratch.shortenings > 0);
+    held_back.map(|(body, scratch)| (body, std::mem::take(&mut scratch.shortenings))).collect()
 }
 
 /// Takes what solvers remember off all bodies.
