@@ -221,7 +221,7 @@ pub struct SolverScratch {
     pub creates_energy: bool,
     /// Whether the body went only a part of its way in this step, lest that happen.
     pub is_held_back: bool,
-    /// How often in a row the body's steps have ended so, less how often since they have not: each makes its next last resort shorter.
+    /// How many times the body's next last resort is made shorter: once more each time that it is held back again.
     pub shortenings: u32,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,

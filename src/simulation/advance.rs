@@ -158,7 +158,8 @@ impl Retried<'_, '_> {
 fn held_back(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
     let bodies = world.query_mut::<(Entity, &mut SolverScratch)>().into_iter();
     let held_back = bodies.filter(|(_, scratch)| scratch.is_held_back || scratch.shortenings > 0);
-    held_back.map(|(body, scratch)| (body, std::mem::take(&mut scratch.shortenings))).collect()
+    let shortenings = |scratch: &mut SolverScratch| std::mem::take(&mut scratch.shortenings).min(MOST_SHORTENINGS);
+    held_back.map(|(body, scratch)| (body, shortenings(scratch))).collect()
 }
 
 /// Takes what solvers remember off all bodies.
