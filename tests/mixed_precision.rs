@@ -222,6 +222,23 @@ fn both_precisions_have_one_answer() {
     }
 }
 
+#[test]
+#[cfg(feature = "direct")]
+fn a_rescue_ends_however_often_the_factor_is_made_anew() {
+    let torn = Torn::new();
+    let (operator, mut factor) = (torn.operator(), linear::Factor::default());
+    assert!(!factor.is_rescued());
+    factor.rescue(&operator, &torn.free, 500).unwrap();
+    let mut solves = 0;
+    while factor.is_rescued() {
+        solves += 1;
+        // Sixteen, in which solves without it may have become easy again.
+        assert!(solves <= 16);
+        factor.renew(&operator, &torn.free).unwrap();
+    }
+    assert_eq!(solves, 16);
+}
+
 /// Stiff along skew directions, so that what is soft is but the rounding of that in single precision: factors of it may be of no use.
 #[test]
 fn a_factor_that_rounding_has_broken_costs_few_iterations() {

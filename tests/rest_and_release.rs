@@ -286,7 +286,7 @@ fn a_planar_body_comes_back_to_its_rest_shape_from_any_collapse() {
 fn a_body_in_space_comes_back_to_its_lengths_from_any_collapse() {
     for collapse in COLLAPSES {
         for dt in [0.1, 1.0, 10.0, 100.0] {
-            // In long steps some collapses open only if their last resorts grow shorter; of a point one in five.
+            // In long steps some collapses open only if their last resorts grow shorter.
             let seeds = if dt == 100.0 { 25 } else { 3 };
             (0..seeds).for_each(|seed| release(collapse, false, Settings::default(), dt, seed));
         }

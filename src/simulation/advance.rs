@@ -88,12 +88,8 @@ pub(super) fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64
             None => retried.in_halves(time, dt, settings.halvings),
         };
         most = gone.max(most);
-        if let Ok(scratch) = world.query_one_mut::<&mut SolverScratch>(body) {
-            scratch.shortenings = match before {
-                Some(shortenings) if scratch.is_held_back => (shortenings + 1).min(MOST_SHORTENINGS),
-                Some(shortenings) => shortenings.saturating_sub(1),
-                None => 0,
-            };
+        if let (Some(before), Ok(scratch)) = (before, world.query_one_mut::<&mut SolverScratch>(body)) {
+            scratch.shortenings = if scratch.is_held_back { before + 1 } else { before.saturating_sub(1) };
         }
         put_all_aside(world, &mut done);
     }
@@ -154,7 +150,8 @@ impl Retried<'_, '_> {
     }
 }
 
-/// The bodies that went only a part of their way in the last step, or a shorter one, with how often it was made shorter.
+/// The bodies that went only a part of their way in the last step, or a shorter one, with how often it was made shorter. That is taken
+/// off them: of one that goes all of its way at once nothing is left.
 fn held_back(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
     let bodies = world.query_mut::<(Entity, &mut SolverScratch)>().into_iter();
     let held_back = bodies.filter(|(_, scratch)| scratch.is_held_back || scratch.shortenings > 0);

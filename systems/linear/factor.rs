@@ -154,9 +154,8 @@ impl Factor {
     pub fn renew(&mut self, operator: &Operator, free: &[DVec3]) -> Result<(), NoFactor> {
         self.pending = None;
         let before = self.current.take().map(|current| current.cholesky);
-        let rescued = std::mem::take(&mut self.rescued);
-        let cholesky = Cholesky::new(&Snapshot::new(operator, free), Precision::Double, before)?;
-        self.rescued = rescued;
+        let cholesky = Cholesky::new(&Snapshot::new(operator, free), Precision::Double, before);
+        let cholesky = cholesky.inspect_err(|_| self.rescued = 0)?;
         self.current = Some(InUse::new(cholesky, Bridge::default(), Warp::new(operator)));
         Ok(())
     }
