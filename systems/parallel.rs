@@ -1,7 +1,7 @@
 //! The only file that names threads. Work is cut into chunks of rows that depend on the mesh alone, and sums add chunk by
 //! chunk in order, so that every result has the same bits for any number of threads. Every chunk is a [`wide`] loop.
 
-use super::kernels::simd::{Kernel, force_portable, run, wide};
+use super::kernels::simd::{Kernel, LANES, force_portable, run, wide};
 use hecs::{Query, World};
 use rayon::prelude::*;
 use std::cell::Cell;
@@ -95,6 +95,27 @@ pub fn for_pairs<T: Send, U: Send>(a: &mut [T], b: &mut [U], f: impl Fn(usize, &
 /// Runs a kernel on every chunk of rows; all chunks but the last have a multiple of eight rows.
 pub fn for_chunks<T: Send>(out: &mut [T], kernel: &impl Kernel<T>) {
     for_pieces(out, CHUNK, kernel);
+}
+
+/// Runs a kernel on every chunk of packs of eight rows.
+pub fn for_packs<T: Send>(packs: &mut [T], kernel: &impl Kernel<T>) {
+    let size = CHUNK / LANES;
+    let chunk = |(c, packs): (usize, &mut [T])| run(kernel, c * size, packs);
+    if is_worth_sharing(LANES * packs.len()) {
+        packs.par_chunks_mut(size).enumerate().for_each(chunk);
+    } else {
+        packs.chunks_mut(size).enumerate().for_each(chunk);
+    }
+}
+
+/// Does two things that take about as long as so many rows, side by side where that is worth it.
+pub fn both(rows: usize, a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+    if is_worth_sharing(rows) {
+        rayon::join(a, b);
+    } else {
+        a();
+        b();
+    }
 }
 
 /// Runs a kernel on every piece of so many rows.

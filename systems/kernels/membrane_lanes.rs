@@ -193,7 +193,7 @@ impl Kernel<ElementState> for States<'_> {
 
 /// Π = T − (κ/tr U)·J of four triangles, [`membrane`]'s `first_piola`.
 #[inline(always)]
-fn first_piola<L: Lanes>(stress: Vectors<L>, stretch: Vectors<L>, inverse_trace: Doubles<L>) -> [Doubles<L>; 4] {
+pub fn first_piola<L: Lanes>(stress: Vectors<L>, stretch: Vectors<L>, inverse_trace: Doubles<L>) -> [Doubles<L>; 4] {
     let ([txx, tyy, txy], [uxx, uyy, uxy]) = (stress, stretch);
     let spin = ((tyy - txx) * uxy + txy * (uxx - uyy)) * inverse_trace;
     [txx, txy + spin, txy - spin, tyy]

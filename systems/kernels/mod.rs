@@ -17,4 +17,5 @@ pub mod pack;
 pub mod path_work;
 pub mod pick;
 pub mod polar;
+pub mod product_lanes;
 pub mod simd;

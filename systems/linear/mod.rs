@@ -17,6 +17,8 @@ mod operator;
 #[cfg(feature = "direct")]
 mod panels;
 #[cfg(feature = "direct")]
+mod parts;
+#[cfg(feature = "direct")]
 mod pattern;
 mod preconditioned;
 #[cfg(feature = "direct")]

@@ -8,8 +8,9 @@ use crate::components::{ExternalStiffness, Frames};
 use crate::math::ElementState;
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::kernels::lanes::Lanes;
+use crate::systems::kernels::lanes::{DOUBLES, Lanes};
 use crate::systems::kernels::membrane::{ElementTangent, shear_majorant};
+use crate::systems::kernels::product_lanes;
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::{StepContext, corners, parallel};
 use glam::{DMat3, DVec3};
@@ -105,6 +106,11 @@ impl Operator<'_> {
         })
     }
 
+    /// Whether the body lies in a plane and stays there, over these free axes: what moves along no normal has no stiffness along it.
+    pub fn is_flat(&self, free: &[DVec3]) -> bool {
+        self.frames.is_planar && self.folds.is_none() && free.iter().all(|free| free.z == 0.0)
+    }
+
     /// Whether it is positive definite but for rounding: the masses of a dynamic step make what is semidefinite definite.
     pub fn is_definite(&self) -> bool {
         self.inertia > 0.0 && self.tangent != Tangent::Exact
@@ -176,11 +182,28 @@ struct Products<'a> {
 
 impl Kernel<[DVec3; 3]> for Products<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [[DVec3; 3]]) {
-        for (i, corner) in rows.iter_mut().enumerate() {
-            let [a, b, c] = self.operator.triangles.corners[first + i];
-            *corner =
-                self.operator.element(first + i).apply([self.u[a as usize], self.u[b as usize], self.u[c as usize]]);
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [[DVec3; 3]]) {
+        let Self { operator, u } = self;
+        let corners = &operator.triangles.corners[first..][..rows.len()];
+        if operator.tangent != Tangent::Rotated {
+            for (i, (out, [a, b, c])) in rows.iter_mut().zip(corners).enumerate() {
+                *out = operator.element(first + i).apply([u[*a as usize], u[*b as usize], u[*c as usize]]);
+            }
+            return;
+        }
+        for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
+            let start = group * DOUBLES;
+            let (mut elements, mut of_corners) =
+                ([operator.element(first + start); DOUBLES], [[DVec3::ZERO; 3]; DOUBLES]);
+            for lane in 0..DOUBLES {
+                // The last group is filled up with its last triangle.
+                let i = start + lane.min(out.len() - 1);
+                let [a, b, c] = corners[i];
+                elements[lane] = operator.element(first + i);
+                of_corners[lane] = [u[a as usize], u[b as usize], u[c as usize]];
+            }
+            let forces = product_lanes::apply(lanes, &elements, of_corners);
+            out.copy_from_slice(&forces[..out.len()]);
         }
     }
 }

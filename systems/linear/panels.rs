@@ -8,13 +8,19 @@
 //! Single precision halves the memory that a solve waits for and is enough of a preconditioner where inertia holds every
 //! vertex. Where nothing may hold a piece of the body, its free motion takes double precision: a rounding error in the forces
 //! on it is answered with the inverse of next to nothing.
+//!
+//! Columns in two parts that do not need each other (see [`super::parts`]) are swept side by side, with the same bits on one thread as
+//! on two: the second part has its own sums for the columns of the rest.
 
 use crate::systems::kernels::simd::{LANES, NullaryFnOnce, wide};
+use crate::systems::parallel;
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
-use std::ops::{AddAssign, Mul, Neg, SubAssign};
+use std::ops::{AddAssign, Mul, Neg, Range, SubAssign};
 
 /// The numbers of a panel: `f32` or `f64`.
-pub trait Real: Copy + Default + AddAssign + SubAssign + Mul<Output = Self> + Neg<Output = Self> + Into<f64> {
+pub trait Real:
+    Copy + Default + Send + Sync + AddAssign + SubAssign + Mul<Output = Self> + Neg<Output = Self> + Into<f64>
+{
     /// The nearest number.
     fn nearest(x: f64) -> Self;
 }
@@ -42,8 +48,13 @@ pub struct Panels<T> {
     /// Where each panel begins in `block`; one more entry at the end.
     block_start: Vec<usize>,
     block: Vec<[T; LANES]>,
-    /// A panel's input or output.
-    work: Vec<[T; LANES]>,
+    /// The supernodes with which the second part and the rest begin; zero where all are one part, which is the rest.
+    second: usize,
+    rest: usize,
+    /// The second part's share in the columns of the rest.
+    sums: Vec<T>,
+    /// A panel's input or output, for each of two threads.
+    work: [Vec<[T; LANES]>; 2],
     /// One number per column: what to solve for, then the answer.
     pub column: Vec<T>,
     /// The panel at hand, by columns.
@@ -51,8 +62,8 @@ pub struct Panels<T> {
 }
 
 impl<T: Real> Panels<T> {
-    /// Takes over a factor.
-    pub fn fill(&mut self, factor: SupernodalLltRef<'_, u32, f64>) {
+    /// Takes over a factor; `parts` has the columns with which a second part and the rest begin, if there are parts.
+    pub fn fill(&mut self, factor: SupernodalLltRef<'_, u32, f64>, parts: Option<[u32; 2]>) {
         let symbolic = factor.symbolic();
         for list in [&mut self.first, &mut self.row_start, &mut self.row] {
             list.clear();
@@ -82,8 +93,25 @@ impl<T: Real> Panels<T> {
         self.first.push(symbolic.ncols() as u32);
         self.row_start.push(self.row.len() as u32);
         self.block_start.push(self.block.len());
-        self.work.resize(tallest.div_ceil(LANES), [T::default(); LANES]);
+        for work in &mut self.work {
+            work.resize(tallest.div_ceil(LANES), [T::default(); LANES]);
+        }
         self.column.resize(symbolic.ncols(), T::default());
+        (self.second, self.rest) = parts.and_then(|parts| self.parts(parts)).unwrap_or_default();
+        let shared = if self.rest > 0 { self.column.len() - self.first[self.rest] as usize } else { 0 };
+        self.sums.clear();
+        self.sums.resize(shared, T::default());
+    }
+
+    /// The supernodes with which the parts begin. One with columns of the second part and of the rest is taken to the rest.
+    fn parts(&self, [second, rest]: [u32; 2]) -> Option<(usize, usize)> {
+        let second = self.first.binary_search(&second).ok()?;
+        let rest = self.first[1..].partition_point(|&end| end <= rest).max(second);
+        let (second_column, rest_column) = (self.first[second], self.first[rest]);
+        let is_apart = |row: &u32| *row < second_column || *row >= rest_column;
+        let is_sorted = |s: usize| self.panel(s).2.is_sorted();
+        let rows_of_first = &self.row[..self.row_start[second] as usize];
+        ((0..rest).all(is_sorted) && rows_of_first.iter().all(is_apart)).then_some((second, rest))
     }
 
     /// Makes room for the panels of a factor, which are to be written one after the other. Returns the largest width.
@@ -125,9 +153,32 @@ impl<T: Real> Panels<T> {
     }
 
     fn sweep(&mut self, is_down: bool) {
-        let (mut work, mut column) = (std::mem::take(&mut self.work), std::mem::take(&mut self.column));
-        wide(Sweep { panels: self, column: &mut column, work: &mut work, is_down });
-        (self.work, self.column) = (work, column);
+        let (mut column, mut sums) = (std::mem::take(&mut self.column), std::mem::take(&mut self.sums));
+        let [mut work, mut other_work] = std::mem::take(&mut self.work);
+        let Self { second, rest, .. } = *self;
+        let start = |s: usize| self.first[s] as usize;
+        let sweep = |nodes: Range<usize>, own: &mut [T], above: &mut [T], work: &mut [[T; LANES]]| {
+            let (own_start, above_start) = (start(nodes.start), start(nodes.end.max(rest)));
+            wide(Sweep { panels: self, nodes, own, own_start, above, above_start, work, is_down });
+        };
+        let (of_parts, of_rest) = column.split_at_mut(start(rest));
+        let (of_first, of_second) = of_parts.split_at_mut(start(second));
+        let all = self.first.len() - 1;
+        if !is_down {
+            sweep(rest..all, of_rest, &mut [], &mut work);
+        }
+        if rest > 0 {
+            sums.iter_mut().zip(&*of_rest).for_each(|(sum, x)| *sum = if is_down { T::default() } else { *x });
+            let of_second = || sweep(second..rest, of_second, &mut sums, &mut other_work);
+            parallel::both(start(rest), || sweep(0..second, of_first, of_rest, &mut work), of_second);
+            if is_down {
+                of_rest.iter_mut().zip(&sums).for_each(|(x, sum)| *x += *sum);
+            }
+        }
+        if is_down {
+            sweep(rest..all, of_rest, &mut [], &mut work);
+        }
+        (self.column, self.sums, self.work) = (column, sums, [work, other_work]);
     }
 
     /// First column and width of a supernode, its rows below and its panel.
@@ -137,57 +188,18 @@ impl<T: Real> Panels<T> {
         let row = &self.row[self.row_start[s] as usize..self.row_start[s + 1] as usize];
         (first, end - first, row, &self.block[self.block_start[s]..self.block_start[s + 1]])
     }
-
-    /// x ← T⁻¹·x in the supernode's columns, x ← x − B·T⁻¹·x in its rows below.
-    #[inline(always)]
-    fn down(&self, s: usize, x: &mut [T], work: &mut [[T; LANES]]) {
-        let (first, width, row, blocks) = self.panel(s);
-        let (columns, out) = (&x[first..first + width], &mut work[..blocks.len() / width]);
-        for (block, out) in blocks.chunks_exact(width).zip(&mut *out) {
-            let mut sum = [T::default(); LANES];
-            for (lanes, &x) in block.iter().zip(columns) {
-                for l in 0..LANES {
-                    sum[l] += lanes[l] * x;
-                }
-            }
-            *out = sum;
-        }
-        let out = out.as_flattened();
-        x[first..first + width].copy_from_slice(&out[..width]);
-        for (&i, &change) in row.iter().zip(&out[width..]) {
-            x[i as usize] -= change;
-        }
-    }
-
-    /// The transpose of [`down`](Self::down).
-    #[inline(always)]
-    fn up(&self, s: usize, x: &mut [T], work: &mut [[T; LANES]]) {
-        let (first, width, row, blocks) = self.panel(s);
-        let input = &mut work[..blocks.len() / width];
-        if let Some(last) = input.last_mut() {
-            *last = [T::default(); LANES];
-        }
-        let flat = input.as_flattened_mut();
-        flat[..width].copy_from_slice(&x[first..first + width]);
-        for (&i, input) in row.iter().zip(&mut flat[width..]) {
-            *input = -x[i as usize];
-        }
-        let columns = &mut x[first..first + width];
-        let mut start = 0;
-        while start + ABREAST <= width {
-            columns[start..start + ABREAST].copy_from_slice(&dots::<T, ABREAST>(blocks, width, start, input));
-            start += ABREAST;
-        }
-        for column in start..width {
-            [columns[column]] = dots(blocks, width, column, input);
-        }
-    }
 }
 
-/// A sweep over all panels.
+/// A sweep over the panels of some supernodes.
 struct Sweep<'a, T> {
     panels: &'a Panels<T>,
-    column: &'a mut [T],
+    nodes: Range<usize>,
+    /// Their columns, and which the first of them is.
+    own: &'a mut [T],
+    own_start: usize,
+    /// The columns of the rest where they are part of what comes before it. On the way up they are only read.
+    above: &'a mut [T],
+    above_start: usize,
     work: &'a mut [[T; LANES]],
     is_down: bool,
 }
@@ -196,17 +208,77 @@ impl<T: Real> NullaryFnOnce for Sweep<'_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
-        let Self { panels, column, work, is_down } = self;
-        let count = panels.first.len() - 1;
-        if is_down {
-            for s in 0..count {
-                panels.down(s, column, work);
+    fn call(mut self) {
+        if self.is_down {
+            for s in self.nodes.clone() {
+                self.down(s);
             }
         } else {
-            for s in (0..count).rev() {
-                panels.up(s, column, work);
+            for s in self.nodes.clone().rev() {
+                self.up(s);
             }
+        }
+    }
+}
+
+impl<T: Real> Sweep<'_, T> {
+    /// x ← T⁻¹·x in the supernode's columns, x ← x − B·T⁻¹·x in its rows below.
+    #[inline(always)]
+    fn down(&mut self, s: usize) {
+        let Self { own, own_start, above, above_start, work, .. } = self;
+        let (first, width, row, blocks) = self.panels.panel(s);
+        let columns = first - *own_start..first - *own_start + width;
+        let (x, out) = (&own[columns.clone()], &mut work[..blocks.len() / width]);
+        for (block, out) in blocks.chunks_exact(width).zip(&mut *out) {
+            let mut sum = [T::default(); LANES];
+            for (lanes, &x) in block.iter().zip(x) {
+                for l in 0..LANES {
+                    sum[l] += lanes[l] * x;
+                }
+            }
+            *out = sum;
+        }
+        let out = out.as_flattened();
+        own[columns].copy_from_slice(&out[..width]);
+        // Rows ascend.
+        let (row, row_above) = row.split_at(row.partition_point(|&i| (i as usize) < *above_start));
+        let (changes, changes_above) = out[width..].split_at(row.len());
+        for (&i, &change) in row.iter().zip(changes) {
+            own[i as usize - *own_start] -= change;
+        }
+        for (&i, &change) in row_above.iter().zip(changes_above) {
+            above[i as usize - *above_start] -= change;
+        }
+    }
+
+    /// The transpose of [`down`](Self::down).
+    #[inline(always)]
+    fn up(&mut self, s: usize) {
+        let Self { own, own_start, above, above_start, work, .. } = self;
+        let (first, width, row, blocks) = self.panels.panel(s);
+        let columns = first - *own_start..first - *own_start + width;
+        let input = &mut work[..blocks.len() / width];
+        if let Some(last) = input.last_mut() {
+            *last = [T::default(); LANES];
+        }
+        let flat = input.as_flattened_mut();
+        flat[..width].copy_from_slice(&own[columns.clone()]);
+        let (row, row_above) = row.split_at(row.partition_point(|&i| (i as usize) < *above_start));
+        let (of_own, of_above) = flat[width..].split_at_mut(row.len());
+        for (&i, input) in row.iter().zip(of_own) {
+            *input = -own[i as usize - *own_start];
+        }
+        for (&i, input) in row_above.iter().zip(of_above) {
+            *input = -above[i as usize - *above_start];
+        }
+        let x = &mut own[columns];
+        let mut start = 0;
+        while start + ABREAST <= width {
+            x[start..start + ABREAST].copy_from_slice(&dots::<T, ABREAST>(blocks, width, start, input));
+            start += ABREAST;
+        }
+        for column in start..width {
+            [x[column]] = dots(blocks, width, column, input);
         }
     }
 }

@@ -5,6 +5,7 @@
 //! neighbours that come earlier in the order, then its own down to the diagonal. The order is found on the graph of vertices,
 //! not of axes: the same quality from a graph of a quarter to a ninth of the size.
 
+use super::parts;
 use super::snapshot::Snapshot;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::amd};
@@ -33,6 +34,8 @@ pub struct Pattern {
     earlier: Vec<u32>,
     column_start: Vec<u32>,
     row: Vec<u32>,
+    /// Where in [`order`](Self::order) the second of two parts begins that do not need each other, and what needs both.
+    parts: Option<[usize; 2]>,
 }
 
 /// The free axes of a vertex.
@@ -46,8 +49,18 @@ impl Pattern {
     pub fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &[DVec3]) -> Option<Self> {
         let incident = Incident::new(corners, free.len());
         let hinges = Hinges::new(folded, free.len());
-        let order = elimination_order(corners, folded, (&incident, &hinges), free)?;
+        let mut order = elimination_order(corners, folded, (&incident, &hinges), free)?;
         let mut place = vec![u32::MAX; free.len()];
+        let parts = {
+            let before = order.clone();
+            before.iter().enumerate().for_each(|(p, &v)| place[v as usize] = p as u32);
+            parts::in_two(&mut order, |p, list| {
+                let v = before[p] as usize;
+                let has_come = |w: &u32| place[*w as usize] < p as u32;
+                neighbours(corners, incident.of(v), hinges.far(v), has_come, list);
+                list.iter_mut().for_each(|w| *w = place[*w as usize]);
+            })
+        };
         let mut first = vec![0; free.len()];
         let mut column_count = 0;
         for (p, &v) in order.iter().enumerate() {
@@ -78,12 +91,31 @@ impl Pattern {
             }
         }
         let (corners, folded, free) = (corners.to_vec(), folded.to_vec(), free.to_vec());
-        Some(Self { corners, folded, free, incident, hinges, order, first, earlier_start, earlier, column_start, row })
+        Some(Self {
+            corners,
+            folded,
+            free,
+            incident,
+            hinges,
+            order,
+            first,
+            earlier_start,
+            earlier,
+            column_start,
+            row,
+            parts,
+        })
     }
 
     /// Whether this is the pattern for these triangles and free axes.
     pub fn fits(&self, corners: &[[u32; 3]], free: &[DVec3]) -> bool {
         self.corners == corners && self.free == free
+    }
+
+    /// The columns at which the second of two parts begins that do not need each other, and what needs both.
+    pub fn parts(&self) -> Option<[u32; 2]> {
+        let column = |p: usize| self.order.get(p).map_or(self.column_count() as u32, |&v| self.first[v as usize]);
+        self.parts.map(|starts| starts.map(column))
     }
 
     /// The vertices of the hinges.

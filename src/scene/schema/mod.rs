@@ -108,7 +108,7 @@ pub enum Accuracy {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PreconditionerSpec {
-    /// A Cholesky factor in static solves of moderate size, an incomplete one in dynamic steps.
+    /// A Cholesky factor, multigrid or an incomplete factor, by the body's size and motion.
     #[default]
     Auto,
     /// The inverse of each vertex' own block.

@@ -38,14 +38,13 @@ impl Matrix {
     /// Takes the numbers from the double-precision operator, those of the rotated tangent.
     pub fn assemble(&mut self, operator: &Operator, partition: &Partition, order: &Order, free: &[DVec3]) {
         let vertex = &order.vertex;
-        // What moves along no normal has no stiffness along it in the frames either.
-        self.is_flat = operator.frames.is_planar && operator.folds.is_none() && free.iter().all(|free| free.z == 0.0);
+        self.is_flat = operator.is_flat(free);
         if self.is_flat {
             size(&mut self.flat_packs, partition.triangle.len(), FlatPack::default());
-            parallel::for_chunks(&mut self.flat_packs, &Assembly { operator, partition });
+            parallel::for_packs(&mut self.flat_packs, &Assembly { operator, partition });
         } else {
             size(&mut self.packs, partition.triangle.len(), Pack::default());
-            parallel::for_chunks(&mut self.packs, &Assembly { operator, partition });
+            parallel::for_packs(&mut self.packs, &Assembly { operator, partition });
         }
         size(&mut self.own, vertex.len(), [Vec4::ZERO; 4]);
         parallel::for_rows(&mut self.own, |row, own| {

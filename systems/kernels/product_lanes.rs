@@ -1,0 +1,133 @@
+//! Products of the rotated tangent for four triangles side by side: [`ElementTangent::apply`], lane by lane.
+
+use super::gather::{components, gradients_of, law_of, row, rows_of};
+use super::lanes::{DOUBLES, Doubles, Lanes};
+use super::membrane::{ElementTangent, LEAST_TRACE};
+use super::membrane_lanes::{combine, cross, dot, first_piola};
+use glam::DVec3;
+
+/// K·u \[N\] for the corners of four triangles, none of whose tangents is exact.
+#[inline(always)]
+pub fn apply<L: Lanes>(
+    lanes: L,
+    elements: &[ElementTangent<'_>; DOUBLES],
+    u: [[DVec3; 3]; DOUBLES],
+) -> [[DVec3; 3]; DOUBLES] {
+    let zero = Doubles::splat(lanes, 0.0);
+    let (mut state, mut edges) = ([[zero; DOUBLES]; 3], [[zero; DOUBLES]; 2]);
+    let (mut gradients, mut law, mut stiff) = ([zero; DOUBLES], [zero; DOUBLES], [[zero; DOUBLES]; 2]);
+    for (lane, e) in elements.iter().enumerate() {
+        let from = row(lanes, u[lane][0]);
+        edges[0][lane] = row(lanes, u[lane][1]) - from;
+        edges[1][lane] = row(lanes, u[lane][2]) - from;
+        [state[0][lane], state[1][lane], state[2][lane]] = rows_of(lanes, e.state);
+        gradients[lane] = gradients_of(lanes, e.rest);
+        law[lane] = law_of(lanes, e.stiffness);
+        stiff[0][lane] = Doubles::new(lanes, [e.coupling, e.in_plane, e.elastic, e.geometric]);
+        stiff[1][lane] = Doubles::new(lanes, [e.normal.xx, e.normal.yy, e.normal.xy, 0.0]);
+    }
+    let ([r1x, r1y, r1z, r2x], [r2y, r2z, uxx, uyy]) = (Doubles::transpose(state[0]), Doubles::transpose(state[1]));
+    let [uxy, ..] = Doubles::transpose(state[2]);
+    let (r1, r2) = ([r1x, r1y, r1z], [r2x, r2y, r2z]);
+    let ([g1x, g1y, g2x, g2y], [q11, q12, q22, q66]) = (Doubles::transpose(gradients), Doubles::transpose(law));
+    let [coupling, in_plane, elastic, geometric] = Doubles::transpose(stiff[0]);
+    let [nxx, nyy, nxy, _] = Doubles::transpose(stiff[1]);
+    let (a, b) = (components(edges[0]), components(edges[1]));
+    let (d1, d2) = (combine(a, g1x, b, g2x), combine(a, g1y, b, g2y));
+    let n = cross(r1, r2);
+    // The change of the gradient in the frame, the rate of the stretch, and of the stress.
+    let (a11, a12, a21, a22) = (dot(r1, d1), dot(r1, d2), dot(r2, d1), dot(r2, d2));
+    let inverse_trace = Doubles::splat(lanes, 1.0) / (uxx + uyy).max(Doubles::splat(lanes, LEAST_TRACE));
+    let spin = (a21 - a12) * inverse_trace;
+    let (xx, yy) = (a11 + spin * uxy, a22 - spin * uxy);
+    let xy = Doubles::splat(lanes, 0.5) * (a12 + spin * uyy + a21 - spin * uxx);
+    let coupled = coupling * xy;
+    let deviator = in_plane * geometric * (xx - yy);
+    let shear = in_plane * geometric * (xy + xy);
+    let stress = [
+        (q11 * xx + q12 * yy + (coupled + coupled)) * elastic + deviator,
+        (q12 * xx + q22 * yy) * elastic - deviator,
+        ((q66 + q66) * xy + coupling * xx) * elastic + shear,
+    ];
+    let pi = first_piola(stress, [uxx, uyy, uxy], inverse_trace);
+    let (n1, n2) = (dot(n, d1), dot(n, d2));
+    let (m1, m2) = ((nxx * n1 + nxy * n2) * geometric, (nxy * n1 + nyy * n2) * geometric);
+    let (p1, p2) = (combine(r1, pi[0], r2, pi[2]), combine(r1, pi[1], r2, pi[3]));
+    let p1 = [p1[0] + n[0] * m1, p1[1] + n[1] * m1, p1[2] + n[2] * m1];
+    let p2 = [p2[0] + n[0] * m2, p2[1] + n[1] * m2, p2[2] + n[2] * m2];
+    let (a, b) = (combine(p1, g1x, p2, g1y), combine(p1, g2x, p2, g2y));
+    let c = [zero - a[0] - b[0], zero - a[1] - b[1], zero - a[2] - b[2]];
+    let rows = [Doubles::transpose([c[0], c[1], c[2], a[0]]), Doubles::transpose([a[1], a[2], b[0], b[1]])];
+    let last = b[2].to_array();
+    let mut forces = [[DVec3::ZERO; 3]; DOUBLES];
+    for (lane, forces) in forces.iter_mut().enumerate() {
+        let ([cx, cy, cz, ax], [ay, az, bx, by]) = (rows[0][lane].to_array(), rows[1][lane].to_array());
+        *forces = [DVec3::new(cx, cy, cz), DVec3::new(ax, ay, az), DVec3::new(bx, by, last[lane])];
+    }
+    forces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
+    use crate::systems::kernels::simd::{Pass, force_portable, pass};
+
+    struct Products<'a>([ElementTangent<'a>; DOUBLES], [[DVec3; 3]; DOUBLES]);
+
+    impl Pass for Products<'_> {
+        type Output = [[DVec3; 3]; DOUBLES];
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+            apply(lanes, &self.0, self.1)
+        }
+    }
+
+    #[test]
+    fn lanes_compute_what_one_triangle_does() {
+        let rest =
+            RestTriangle::new([DVec3::ZERO, DVec3::X, DVec3::new(0.3, 0.8, 0.0)], DVec3::new(1.0, 0.4, 0.0)).unwrap();
+        let law = Orthotropic::new(10.0, 2.0, 0.3, 0.7).unwrap();
+        // Stretched, squeezed to next to nothing, at rest, and sheared; some with what couples strain and shear.
+        let stretches =
+            [Sym2::new(1.2, 0.9, 0.1), Sym2::new(1e-3, 2e-3, 0.0), Sym2::IDENTITY, Sym2::new(1.0, 1.0, -0.4)];
+        let states = [0.0_f64, 1.0, 2.0, 3.0].map(|turn| {
+            let polar = Polar {
+                fibre_axis: DVec3::new(turn.cos(), 0.6 * turn.sin(), 0.8 * turn.sin()),
+                transverse_axis: DVec3::new(-turn.sin(), 0.6 * turn.cos(), 0.8 * turn.cos()),
+                stretch: stretches[turn as usize],
+            };
+            ElementState { polar, stress: law.stress(polar.stretch - Sym2::IDENTITY) }
+        });
+        let mut lane = 0.0;
+        let elements = states.each_ref().map(|state| {
+            lane += 1.0;
+            ElementTangent {
+                state,
+                rest: &rest,
+                stiffness: &law,
+                coupling: lane - 1.0,
+                normal: Sym2::new(0.3 * lane, 0.2, 0.1),
+                in_plane: 0.5 * lane,
+                elastic: 0.2 + lane,
+                geometric: 0.1 * lane,
+                is_exact: false,
+            }
+        });
+        let u = [0.1, 0.7, -0.4, 0.9]
+            .map(|s| [DVec3::new(s, 0.2, -s), DVec3::new(0.5, s * s, 0.3), DVec3::new(-0.1, s, s)]);
+        let [wide, portable] = [false, true].map(|is_portable| {
+            force_portable(is_portable);
+            pass(Products(elements, u))
+        });
+        force_portable(false);
+        assert!(wide == portable);
+        for lane in 0..DOUBLES {
+            for (a, b) in elements[lane].apply(u[lane]).into_iter().zip(wide[lane]) {
+                // Forces are up to a hundred, with some dozen roundings.
+                assert!((a - b).length() < 1e-12, "{lane}: {a} {b}");
+            }
+        }
+    }
+}
