@@ -164,7 +164,7 @@ impl InnerSolver {
             // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
             let by_recursion = reached.residual_sq * residual_sq;
             let is_known = is_single && reached.iterations <= FEW;
-            residual_sq = if reached.iterations == 0 {
+            residual_sq = if reached.iterations == 0 && limits.are_met(residual_sq, info.error_energy) {
                 residual_sq
             } else if is_known && limits.are_met(by_recursion, info.error_energy) {
                 self.add_to(x, norm);
