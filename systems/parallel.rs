@@ -99,13 +99,7 @@ pub fn for_chunks<T: Send>(out: &mut [T], kernel: &impl Kernel<T>) {
 
 /// Runs a kernel on every chunk of packs of eight rows.
 pub fn for_packs<T: Send>(packs: &mut [T], kernel: &impl Kernel<T>) {
-    let size = CHUNK / LANES;
-    let chunk = |(c, packs): (usize, &mut [T])| run(kernel, c * size, packs);
-    if is_worth_sharing(LANES * packs.len()) {
-        packs.par_chunks_mut(size).enumerate().for_each(chunk);
-    } else {
-        packs.chunks_mut(size).enumerate().for_each(chunk);
-    }
+    in_pieces(packs, CHUNK / LANES, is_worth_sharing(LANES * packs.len()), kernel);
 }
 
 /// Does two things that take about as long as so many rows, side by side where that is worth it.
@@ -120,8 +114,12 @@ pub fn both(rows: usize, a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
 
 /// Runs a kernel on every piece of so many rows.
 pub fn for_pieces<T: Send>(out: &mut [T], size: usize, kernel: &impl Kernel<T>) {
+    in_pieces(out, size, is_worth_sharing(out.len()) && out.len() > size, kernel);
+}
+
+fn in_pieces<T: Send>(out: &mut [T], size: usize, is_shared: bool, kernel: &impl Kernel<T>) {
     let piece = |(p, rows): (usize, &mut [T])| run(kernel, p * size, rows);
-    if is_worth_sharing(out.len()) && out.len() > size {
+    if is_shared {
         out.par_chunks_mut(size).enumerate().for_each(piece);
     } else {
         out.chunks_mut(size).enumerate().for_each(piece);

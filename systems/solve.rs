@@ -24,7 +24,7 @@ const MOST_AXES_FACTORED: f64 = 2e5;
 const MOST_AXES_ASIDE: f64 = 4e4;
 
 /// Free axes from which on a planar body takes multigrid where it has no Cholesky factor: with 1,500 triangles it takes about as long as
-/// with an incomplete factor, with 6,000 three quarters of that.
+/// with an incomplete factor, with 6,000 three quarters of that (`rhexis bench work-precision fig2-dynamic`).
 const LEAST_AXES_PLANAR: f64 = 2e3;
 
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
@@ -108,10 +108,13 @@ fn solve_body(
     scratch.is_audited = audit.is_some() || step.formula != Formula::BackwardEuler && step.newton_iterations == 1;
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
     scratch.stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
-    let axes = if step.preconditioner == Preconditioner::Auto { axes(&scratch.free) } else { 0.0 };
+    // Free axes of the body, by direction.
+    let is_auto = step.preconditioner == Preconditioner::Auto;
+    let axes: DVec3 = if is_auto { scratch.free.iter().sum() } else { DVec3::ZERO };
+    let is_planar = operator.is_planar() && axes.z == 0.0;
     let means = Means {
-        factor: use_of_factor(step, axes).map(|how| (factor, how)),
-        inner: inner_kind(step, axes, &operator, &scratch.free).map(|kind| (inner, kind)),
+        factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
+        inner: inner_kind(step, axes.element_sum(), is_planar).map(|kind| (inner, kind)),
     };
     let mut rotated = None;
     scratch.residual_work = 0.0;
@@ -234,11 +237,6 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     LinearParams { tolerance: (share * needed.max(gain * gain).min(1e-3)).max(least), ..linear }
 }
 
-/// Number of free axes.
-fn axes(free: &[DVec3]) -> f64 {
-    free.iter().map(|f| f.element_sum()).sum()
-}
-
 fn use_of_factor(step: &StepContext, axes: f64) -> Option<Use> {
     match step.preconditioner {
         Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
@@ -250,7 +248,7 @@ fn use_of_factor(step: &StepContext, axes: f64) -> Option<Use> {
 
 /// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
 /// reaches: there it is multigrid or nothing. A planar body does not fold: levels last, where an incomplete factor is made for every solve.
-fn inner_kind(step: &StepContext, axes: f64, operator: &Operator, free: &[DVec3]) -> Option<Inner> {
+fn inner_kind(step: &StepContext, axes: f64, is_planar: bool) -> Option<Inner> {
     if step.is_static {
         let is_multigrid = match step.preconditioner {
             Preconditioner::Multigrid => true,
@@ -265,9 +263,7 @@ fn inner_kind(step: &StepContext, axes: f64, operator: &Operator, free: &[DVec3]
     Some(match step.preconditioner {
         Preconditioner::BlockJacobi => Inner::BlockJacobi,
         Preconditioner::Multigrid => Inner::Multigrid,
-        Preconditioner::Auto if axes > MOST_AXES_ASIDE || axes > LEAST_AXES_PLANAR && operator.is_flat(free) => {
-            Inner::Multigrid
-        }
+        Preconditioner::Auto if axes > MOST_AXES_ASIDE || is_planar && axes > LEAST_AXES_PLANAR => Inner::Multigrid,
         Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
             Inner::IncompleteCholesky
         }

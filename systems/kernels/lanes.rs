@@ -25,6 +25,9 @@ pub trait Lanes: Copy {
     /// Four numbers in double precision.
     type Doubles: Copy;
 
+    /// Whether four numbers in double precision take one instruction: else to bring them side by side is work for nothing.
+    const HAS_DOUBLES: bool;
+
     /// Takes eight numbers.
     fn singles(self, x: [Vec4; 2]) -> Self::Singles;
     /// Gives eight numbers.
@@ -81,6 +84,8 @@ fn columns(a: Vec4, b: Vec4, c: Vec4, d: Vec4) -> [Vec4; 4] {
 impl Lanes for Portable {
     type Singles = [Vec4; 2];
     type Doubles = [f64; 4];
+
+    const HAS_DOUBLES: bool = false;
 
     #[inline(always)]
     fn singles(self, x: [Vec4; 2]) -> [Vec4; 2] {

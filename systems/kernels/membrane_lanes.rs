@@ -277,6 +277,19 @@ impl Kernel<GeometricStiffness> for Geometric<'_> {
     }
 }
 
+/// Writes down the forces on the corners of up to four triangles: `a` and `b` on the last two, on the first what balances them.
+#[inline(always)]
+pub fn balance<L: Lanes>(lanes: L, a: Vectors<L>, b: Vectors<L>, out: &mut [[DVec3; 3]]) {
+    let minus_one = Doubles::splat(lanes, -1.0);
+    let (c, [bx, by, bz]) = ([minus_one * a[0] - b[0], minus_one * a[1] - b[1], minus_one * a[2] - b[2]], b);
+    let rows = [Doubles::transpose([c[0], c[1], c[2], a[0]]), Doubles::transpose([a[1], a[2], bx, by])];
+    let bz = bz.to_array();
+    for (lane, out) in out.iter_mut().enumerate() {
+        let ([cx, cy, cz, ax], [ay, az, bx, by]) = (rows[0][lane].to_array(), rows[1][lane].to_array());
+        *out = [DVec3::new(cx, cy, cz), DVec3::new(ax, ay, az), DVec3::new(bx, by, bz[lane])];
+    }
+}
+
 /// Forces on the corners of every triangle under its stress: [`membrane::nodal_forces`].
 pub struct CornerForces<'a> {
     /// States of the triangles.
@@ -290,7 +303,7 @@ pub struct CornerForces<'a> {
 impl Kernel<[DVec3; 3]> for CornerForces<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [[DVec3; 3]]) {
-        let (zero, minus_one) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, -1.0));
+        let zero = Doubles::splat(lanes, 0.0);
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
             let first = first + group * DOUBLES;
             let (mut state, mut gradients, mut volume) = ([[zero; DOUBLES]; 3], [zero; DOUBLES], [0.0; DOUBLES]);
@@ -311,13 +324,7 @@ impl Kernel<[DVec3; 3]> for CornerForces<'_> {
             let minus = zero - Doubles::new(lanes, volume);
             let a = combine(p1, g1x * minus, p2, g1y * minus);
             let b = combine(p1, g2x * minus, p2, g2y * minus);
-            let (c, [bx, by, bz]) = ([minus_one * a[0] - b[0], minus_one * a[1] - b[1], minus_one * a[2] - b[2]], b);
-            let rows = [Doubles::transpose([c[0], c[1], c[2], a[0]]), Doubles::transpose([a[1], a[2], bx, by])];
-            let bz = bz.to_array();
-            for (lane, out) in out.iter_mut().enumerate() {
-                let ([cx, cy, cz, ax], [ay, az, bx, by]) = (rows[0][lane].to_array(), rows[1][lane].to_array());
-                *out = [DVec3::new(cx, cy, cz), DVec3::new(ax, ay, az), DVec3::new(bx, by, bz[lane])];
-            }
+            balance(lanes, a, b, out);
         }
     }
 }

@@ -106,9 +106,9 @@ impl Operator<'_> {
         })
     }
 
-    /// Whether the body lies in a plane and stays there, over these free axes: what moves along no normal has no stiffness along it.
-    pub fn is_flat(&self, free: &[DVec3]) -> bool {
-        self.frames.is_planar && self.folds.is_none() && free.iter().all(|free| free.z == 0.0)
+    /// Whether nothing is stiff along z: so it is in a plane.
+    pub fn is_planar(&self) -> bool {
+        self.frames.is_planar && self.folds.is_none()
     }
 
     /// Whether it is positive definite but for rounding: the masses of a dynamic step make what is semidefinite definite.
@@ -185,7 +185,7 @@ impl Kernel<[DVec3; 3]> for Products<'_> {
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [[DVec3; 3]]) {
         let Self { operator, u } = self;
         let corners = &operator.triangles.corners[first..][..rows.len()];
-        if operator.tangent != Tangent::Rotated {
+        if operator.tangent != Tangent::Rotated || !L::HAS_DOUBLES {
             for (i, (out, [a, b, c])) in rows.iter_mut().zip(corners).enumerate() {
                 *out = operator.element(first + i).apply([u[*a as usize], u[*b as usize], u[*c as usize]]);
             }
@@ -202,8 +202,7 @@ impl Kernel<[DVec3; 3]> for Products<'_> {
                 elements[lane] = operator.element(first + i);
                 of_corners[lane] = [u[a as usize], u[b as usize], u[c as usize]];
             }
-            let forces = product_lanes::apply(lanes, &elements, of_corners);
-            out.copy_from_slice(&forces[..out.len()]);
+            product_lanes::apply(lanes, &elements, of_corners, out);
         }
     }
 }

@@ -23,6 +23,8 @@ impl Lanes for V3 {
     type Singles = __m256;
     type Doubles = __m256d;
 
+    const HAS_DOUBLES: bool = true;
+
     #[inline(always)]
     fn singles(self, [low, high]: [Vec4; 2]) -> __m256 {
         self.avx._mm256_set_m128(high.into(), low.into())
