@@ -13,6 +13,9 @@ use glam::{DVec2, DVec3};
 use hecs::Entity;
 use std::time::Instant;
 
+/// Rounds at the most: with so many one has met a core that no neighbour shares, if any can.
+pub const ROUNDS: usize = 25;
+
 /// What is run, and what of it is measured.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -79,12 +82,12 @@ pub struct State {
 }
 
 impl Trace {
-    /// Runs the plan, again and again while `seconds` have not passed, but at most five times, for its times.
+    /// Runs the plan, again and again while `seconds` have not passed, but at most [`ROUNDS`] times, for its times.
     pub fn record(plan: &Plan, seconds: f64) -> Result<Self, BenchError> {
         let start = Instant::now();
         let mut trace = run(plan, true)?;
         let mut medians = vec![median(&trace.step_ms)];
-        while start.elapsed().as_secs_f64() < seconds && medians.len() < 5 {
+        while start.elapsed().as_secs_f64() < seconds && medians.len() < ROUNDS {
             let again = run(plan, false)?;
             medians.push(median(&again.step_ms));
             for (least, again) in trace.step_ms.iter_mut().zip(&again.step_ms) {

@@ -1,8 +1,9 @@
 //! What edits have changed in the triangles since the last solve, found by comparing corners: the tables are small against what is
 //! derived from them, and a comparison holds whatever has happened in between.
 
+use super::adjacency::neighbours;
 use super::empty;
-use super::order::{Order, neighbours};
+use super::order::Order;
 use crate::storage::Topology;
 
 /// All is found anew where more than one in so many triangles has changed since the last solve,
@@ -116,7 +117,7 @@ mod tests {
         let (mut order, mut partition, mut pattern) = (Order::default(), Partition::default(), empty());
         order.rebuild(&corners, &topology);
         partition.rebuild(&corners, &order.row);
-        pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, &topology);
+        pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| order.adjacency.of(v));
         let (mut edits, mut made, mut rebuilds) = (Edits::default(), Vec::new(), 0);
         for step in 0..120_usize {
             let before = corners.clone();
@@ -133,12 +134,12 @@ mod tests {
                 rebuilds += 1;
                 order.rebuild(&corners, &topology);
                 partition.rebuild(&corners, &order.row);
-                pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, &topology);
+                pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| order.adjacency.of(v));
             }
             assert_eq!(order.vertex.len(), topology.incident.len());
             assert!((0..).zip(&order.vertex).all(|(row, &v)| order.row[v as usize] == row), "step {step}");
             let mut anew = empty();
-            anew.rebuild(&partition, (&order.vertex, &order.row), &corners, &topology);
+            anew.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| neighbours(v, &corners, &topology));
             assert!(pattern.equals(&anew), "step {step}");
         }
         assert!((1..20).contains(&rebuilds), "{rebuilds}");

@@ -54,9 +54,9 @@ const REPAIRS: [f32; 3] = [0.1, 0.3, 1.0];
 const LONGEST_ROW: usize = 64;
 
 impl Incomplete {
-    /// Finds the pattern anew.
-    pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]], topology: &Topology) {
-        self.pattern.rebuild(partition, (&order.vertex, &order.row), corners, topology);
+    /// Finds the pattern anew; the order has the neighbours of the vertices.
+    pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]]) {
+        self.pattern.rebuild(partition, (&order.vertex, &order.row), corners, |v| order.adjacency.of(v));
     }
 
     /// Brings the pattern up to date after edits.

@@ -5,6 +5,7 @@
 //! answer is as good as that of double precision, and what is reported is the true residual. One round does at the tolerances
 //! that a step is usually solved to; a tighter one takes several.
 
+mod adjacency;
 mod cg;
 mod cycle;
 mod edits;
@@ -224,7 +225,10 @@ impl InnerSolver {
                 }
                 self.needs_pattern = true;
                 if !self.has_pattern {
-                    self.incomplete.rebuild(&self.partition, &self.order, corners, operator.topology);
+                    if !self.order.adjacency.is_found() {
+                        self.order.adjacency.rebuild(corners, operator.topology);
+                    }
+                    self.incomplete.rebuild(&self.partition, &self.order, corners);
                     self.has_pattern = true;
                 }
                 self.incomplete.factor(&self.partition, &self.matrix, shift);

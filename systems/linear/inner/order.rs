@@ -6,10 +6,10 @@
 //! rows that follow each other do not wait for each other. In large bodies rows of a level stand by their length, so that the processor
 //! foresees where a row ends; small ones lose by it more than they gain.
 
+use super::adjacency::{Adjacency, before_with_fill};
 use super::empty;
 use crate::storage::Topology;
 use smallvec::SmallVec;
-use std::iter::once;
 
 /// Rows that are sorted by levels among themselves: enough that those of a level keep the processor busy, few enough that
 /// rows near each other stay near on large meshes (all sorted, a product takes up to twice as long at 1.5 million triangles).
@@ -30,6 +30,8 @@ pub struct Order {
     pub row: Vec<u32>,
     /// Triangles that edits have changed since the order was found.
     pub changed: usize,
+    /// The neighbours of the vertices, from when the order is found until triangles change.
+    pub adjacency: Adjacency,
     /// Level of every vertex times [`LENGTHS`], in large bodies plus how many pairs of blocks its row has.
     level: Vec<u32>,
 }
@@ -37,6 +39,7 @@ pub struct Order {
 impl Order {
     /// Finds the order anew.
     pub fn rebuild(&mut self, corners: &[[u32; 3]], topology: &Topology) {
+        self.adjacency.rebuild(corners, topology);
         let n = topology.incident.len();
         // Here: how often a vertex has been met, once to find the end of its piece to begin at, once to be numbered.
         empty(&mut self.level, n);
@@ -45,16 +48,16 @@ impl Order {
         for seed in 0..n as u32 {
             if self.level[seed as usize] == 0 {
                 let first = self.vertex.len();
-                self.walk(seed, 1, corners, topology);
+                self.walk(seed, 1);
                 let last = self.vertex.last().copied().unwrap_or(seed);
                 self.vertex.truncate(first);
-                self.walk(last, 2, corners, topology);
+                self.walk(last, 2);
             }
         }
         self.changed = 0;
         self.vertex.reverse();
         self.number();
-        self.sort_by_level(corners, topology);
+        self.sort_by_level(corners.len() >= LARGE);
         self.number();
     }
 
@@ -65,13 +68,14 @@ impl Order {
             let place = row.get_mut(v as usize).filter(|row| **row == u32::MAX)?;
             *place = r;
         }
-        Some(Self { vertex: vertex.to_vec(), row, changed, level: Vec::new() })
+        Some(Self { vertex: vertex.to_vec(), row, changed, adjacency: Adjacency::default(), level: Vec::new() })
     }
 
     /// Keeps the rows of the vertices that there were before: new ones come last, and the last rows take the places of those that are
     /// gone. Adds the vertices whose rows have changed to `moved`. A few rows at the end, all of whose neighbours come before them,
     /// hardly change the iterations; a new order is due before they are many.
     pub fn follow(&mut self, vertex_count: usize, moved: &mut Vec<u32>) {
+        self.adjacency.forget();
         for v in self.row.len()..vertex_count {
             self.row.push(self.vertex.len() as u32);
             self.vertex.push(v as u32);
@@ -89,15 +93,16 @@ impl Order {
     }
 
     /// Appends the piece of `start`, nearest vertices first.
-    fn walk(&mut self, start: u32, mark: u32, corners: &[[u32; 3]], topology: &Topology) {
-        let mut next = self.vertex.len();
-        self.vertex.push(start);
-        self.level[start as usize] = mark;
-        while next < self.vertex.len() {
-            for w in neighbours(self.vertex[next], corners, topology) {
-                if self.level[w as usize] < mark {
-                    self.level[w as usize] = mark;
-                    self.vertex.push(w);
+    fn walk(&mut self, start: u32, mark: u32) {
+        let Self { vertex, level, adjacency, .. } = self;
+        let mut next = vertex.len();
+        vertex.push(start);
+        level[start as usize] = mark;
+        while next < vertex.len() {
+            for w in adjacency.of(vertex[next]) {
+                if level[w as usize] < mark {
+                    level[w as usize] = mark;
+                    vertex.push(w);
                 }
             }
             next += 1;
@@ -113,14 +118,14 @@ impl Order {
     }
 
     /// A row that comes before another and has a block with it has a lower level: sorted by levels it still comes before.
-    fn sort_by_level(&mut self, corners: &[[u32; 3]], topology: &Topology) {
-        let Self { vertex, row, level, .. } = self;
+    fn sort_by_level(&mut self, is_large: bool) {
+        let Self { vertex, row, level, adjacency, .. } = self;
         let mut columns = SmallVec::<[u32; 32]>::new();
         for &v in &*vertex {
-            let before = || before_with_fill(v, row, corners, topology);
+            let before = || before_with_fill(v, row, |v| adjacency.of(v));
             let of_row = before().map(|w| level[w as usize] / LENGTHS + 1).max().unwrap_or(0);
             let mut pairs = 0;
-            if corners.len() >= LARGE {
+            if is_large {
                 columns.clear();
                 columns.extend(before());
                 columns.sort_unstable();
@@ -133,25 +138,4 @@ impl Order {
             rows.sort_unstable_by_key(|&v| (level[v as usize], row[v as usize]));
         }
     }
-}
-
-/// The neighbours of a vertex, most of them twice.
-pub fn neighbours<'a>(v: u32, corners: &'a [[u32; 3]], topology: &'a Topology) -> impl Iterator<Item = u32> + 'a {
-    topology.incident[v as usize].iter().flat_map(move |&entry| {
-        let (c, corner) = (corners[entry as usize / 3], entry as usize % 3);
-        [c[(corner + 1) % 3], c[(corner + 2) % 3]]
-    })
-}
-
-/// The vertices of the blocks before the diagonal in a vertex' row, many of them more than once: its neighbours that come before it, and
-/// the fill of level one, what eliminating each of them puts between the vertex and those of their neighbours that come after them.
-pub fn before_with_fill<'a>(
-    v: u32,
-    row: &'a [u32],
-    corners: &'a [[u32; 3]],
-    topology: &'a Topology,
-) -> impl Iterator<Item = u32> + 'a {
-    let end = row[v as usize];
-    let before = move |v: u32| neighbours(v, corners, topology).filter(move |&w| row[w as usize] < end);
-    before(v).flat_map(move |k| once(k).chain(before(k).filter(move |&w| row[w as usize] > row[k as usize])))
 }

@@ -1,10 +1,10 @@
 //! Where the blocks of a symmetric sparse matrix stand: those below the diagonal by rows and, for who asks, each again by columns, which
 //! is its transpose above the diagonal by rows.
 
+use super::adjacency::{before_with_fill, neighbours};
 use super::edits::Edits;
 use super::empty;
 use super::matrix::Matrix;
-use super::order::{before_with_fill, neighbours};
 use super::partition::{EMPTY, Partition};
 use crate::storage::Topology;
 use crate::systems::kernels::block::{self, Block};
@@ -46,19 +46,20 @@ impl Pattern {
         Self { is_filled: true, ..Self::default() }
     }
 
-    /// Finds the pattern of the triangles anew, by rows; `vertex` has the vertices in their order, `row` the row of each.
-    pub fn rebuild(
+    /// Finds the pattern of the triangles anew, by rows; `vertex` has the vertices in their order, `row` the row of each, `near` the
+    /// neighbours of a vertex.
+    pub fn rebuild<I: Iterator<Item = u32>>(
         &mut self,
         partition: &Partition,
         (vertex, row): (&[u32], &[u32]),
         corners: &[[u32; 3]],
-        topology: &Topology,
+        near: impl Fn(u32) -> I + Copy,
     ) {
         // Three edges for each vertex of a surface; about one block of fill for each, and half a one for even rows.
         let blocks = if self.is_filled { 9 * vertex.len() / 2 } else { 3 * vertex.len() };
         self.begin(vertex.len(), blocks);
         for &v in vertex {
-            self.push_row_of(v, row, corners, topology);
+            self.push_row_of(v, row, near);
         }
         let mut target = std::mem::take(&mut self.target);
         empty(&mut target, partition.triangle.len());
@@ -77,7 +78,8 @@ impl Pattern {
         edits: &Edits,
         stays: impl Fn(usize) -> bool,
     ) {
-        self.renew(vertex.len(), stays, |pattern, i| pattern.push_row_of(vertex[i], row, corners, topology));
+        let near = |v: u32| neighbours(v, corners, topology);
+        self.renew(vertex.len(), stays, |pattern, i| pattern.push_row_of(vertex[i], row, near));
         self.follow_targets(partition, row, corners, edits);
     }
 
@@ -153,13 +155,13 @@ impl Pattern {
     }
 
     /// Adds the row of a vertex.
-    fn push_row_of(&mut self, v: u32, row: &[u32], corners: &[[u32; 3]], topology: &Topology) {
+    fn push_row_of<I: Iterator<Item = u32>>(&mut self, v: u32, row: &[u32], near: impl Fn(u32) -> I + Copy) {
         let i = row[v as usize];
         if !self.is_filled {
-            self.push_row(neighbours(v, corners, topology).map(|w| row[w as usize]).filter(|&c| c < i));
+            self.push_row(near(v).map(|w| row[w as usize]).filter(|&c| c < i));
             return;
         }
-        self.push_row(before_with_fill(v, row, corners, topology).map(|w| row[w as usize]));
+        self.push_row(before_with_fill(v, row, near).map(|w| row[w as usize]));
         if !self.column.len().is_multiple_of(2) {
             self.column.push(i);
             *self.row_start.last_mut().unwrap_or(&mut 0) += 1;

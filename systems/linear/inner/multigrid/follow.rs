@@ -5,6 +5,7 @@
 //! mesh: they are found anew where either has changed, and are what they would be if all were found anew with the same
 //! nodes.
 
+use super::super::adjacency::neighbours;
 use super::super::edits::Edits;
 use super::super::order::Order;
 use super::super::partition::Partition;
@@ -84,7 +85,7 @@ impl Hierarchy {
                 pattern.follow(partition, rows, &triangles.corners, topology, edits, |row| !marks.is_any(row));
             }
             None => {
-                pattern.rebuild(partition, rows, &triangles.corners, topology);
+                pattern.rebuild(partition, rows, &triangles.corners, |v| neighbours(v, &triangles.corners, topology));
                 marks.add_to_all(Mark::STALE);
             }
         }

@@ -1,5 +1,6 @@
 //! The levels, the finest first: how they are found, take an operator's numbers, and are cycled through.
 
+use super::super::adjacency::neighbours;
 use super::super::empty;
 use super::super::matrix::{Matrix, dot};
 use super::super::order::Order;
@@ -62,7 +63,8 @@ impl Hierarchy {
         }
         self.levels[0].numbering = Numbering::of_width(n, corners.iter().map(width).max().unwrap_or(0));
         self.number(order);
-        self.levels[0].pattern.rebuild(partition, (&self.vertex, &self.row), corners, topology);
+        let near = |v: u32| neighbours(v, corners, topology);
+        self.levels[0].pattern.rebuild(partition, (&self.vertex, &self.row), corners, near);
         self.levels[0].pattern.finish();
         self.marks.clear(n);
         self.find_places((vertices, triangles, topology));

@@ -1,0 +1,71 @@
+//! Which vertices have a triangle in common, and which the fill of level one brings together.
+
+use super::empty;
+use crate::storage::Topology;
+use std::iter::once;
+
+/// The neighbours of all vertices, each once: what orders and patterns that are found anew ask for again and again. Scratch.
+#[derive(Debug, Default)]
+pub struct Adjacency {
+    /// First entry of every vertex in `vertex`; one more entry at the end. Empty until it is found.
+    start: Vec<u32>,
+    vertex: Vec<u32>,
+}
+
+impl Adjacency {
+    /// Finds the neighbours, as the triangles around each vertex meet them.
+    pub fn rebuild(&mut self, corners: &[[u32; 3]], topology: &Topology) {
+        let n = topology.incident.len();
+        empty(&mut self.start, n + 1);
+        // Three edges for each vertex of a surface, and each of them at both its ends.
+        empty(&mut self.vertex, 6 * n);
+        self.start.push(0);
+        for v in 0..n as u32 {
+            let first = self.vertex.len();
+            for w in neighbours(v, corners, topology) {
+                if !self.vertex[first..].contains(&w) {
+                    self.vertex.push(w);
+                }
+            }
+            self.start.push(self.vertex.len() as u32);
+        }
+    }
+
+    /// Forgets them: the triangles are others.
+    pub fn forget(&mut self) {
+        self.start.clear();
+    }
+
+    /// Whether it has them.
+    pub fn is_found(&self) -> bool {
+        !self.start.is_empty()
+    }
+
+    /// The neighbours of a vertex.
+    #[inline]
+    pub fn of(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
+        self.vertex[self.start[v as usize] as usize..self.start[v as usize + 1] as usize].iter().copied()
+    }
+}
+
+/// The neighbours of a vertex, most of them twice.
+pub fn neighbours<'a>(v: u32, corners: &'a [[u32; 3]], topology: &'a Topology) -> impl Iterator<Item = u32> + 'a {
+    topology.incident[v as usize].iter().flat_map(move |&entry| {
+        let (c, corner) = (corners[entry as usize / 3], entry as usize % 3);
+        [c[(corner + 1) % 3], c[(corner + 2) % 3]]
+    })
+}
+
+/// The vertices of the blocks before the diagonal in a vertex' row, many of them more than once: its neighbours that come before it, and
+/// the fill of level one, what eliminating each of them puts between the vertex and those of their neighbours that come after them.
+/// `near` has the neighbours of a vertex.
+#[inline]
+pub fn before_with_fill<I: Iterator<Item = u32>>(
+    v: u32,
+    row: &[u32],
+    near: impl Fn(u32) -> I + Copy,
+) -> impl Iterator<Item = u32> {
+    let end = row[v as usize];
+    let before = move |v: u32| near(v).filter(move |&w| row[w as usize] < end);
+    before(v).flat_map(move |k| once(k).chain(before(k).filter(move |&w| row[w as usize] > row[k as usize])))
+}
