@@ -3,10 +3,11 @@
 
 use super::clock::median;
 use super::solve::{Isolated, WAYS, Way, relative};
-use super::trace::{instantiate, triangle_count};
+use super::trace::{ROUNDS, instantiate, triangle_count};
 use super::{BenchError, Context, Depth, Table};
 use crate::event::EventKind;
 use crate::settings::LinearParams;
+use std::time::Instant;
 
 const FIGURES: [&str; 8] = [
     "iterations",
@@ -24,6 +25,8 @@ const TOLERANCES: [f64; 3] = [1e-2, 1e-3, 1e-6];
 /// The reference's: as far as every size can be solved in single precision, a round at a time.
 const TIGHT: f64 = 1e-10;
 const MOST_ITERATIONS: u32 = 50_000;
+/// A solve is measured for so long.
+const SECONDS: f64 = 0.5;
 
 /// Cells of the flat sheet, and the depth from which on it is measured.
 const SHEETS: [([usize; 2], Depth); 4] =
@@ -112,7 +115,7 @@ fn measure(table: &mut Table, state: &str, (solve, triangles): &mut (Isolated, u
         let limited = LinearParams::by_residual(TIGHT, 0);
         solve.forget();
         let setup_first = solve.solve(way, limited)?.ms;
-        let again = times(solve, way, limited, *triangles)?;
+        let again = times(solve, way, limited, SECONDS)?;
         let setup_again = median(&again);
         for tolerance in TOLERANCES {
             let linear = LinearParams::by_residual(tolerance, MOST_ITERATIONS);
@@ -124,10 +127,14 @@ fn measure(table: &mut Table, state: &str, (solve, triangles): &mut (Isolated, u
     Ok(())
 }
 
-/// Times of some solves \[ms\].
-fn times(solve: &mut Isolated, way: &Way, linear: LinearParams, triangles: usize) -> Result<Vec<f64>, BenchError> {
-    let rounds = if triangles <= 50_000 { 5 } else { 2 };
-    (0..rounds).map(|_| Ok(solve.solve(way, linear)?.ms)).collect()
+/// Times of solves \[ms\]: of two at least, and of more while `seconds` have not passed, but at most of [`ROUNDS`].
+pub fn times(solve: &mut Isolated, way: &Way, linear: LinearParams, seconds: f64) -> Result<Vec<f64>, BenchError> {
+    let start = Instant::now();
+    let mut times = Vec::new();
+    while times.len() < 2 || times.len() < ROUNDS && start.elapsed().as_secs_f64() < seconds {
+        times.push(solve.solve(way, linear)?.ms);
+    }
+    Ok(times)
 }
 
 /// The figures of [`FIGURES`].
@@ -142,7 +149,7 @@ fn figures(
     // The first makes the factor, where one is kept.
     let solved = solve.solve(way, linear)?;
     let error = relative(&solve.stress(), exact);
-    let times = times(solve, way, linear, triangles)?;
+    let times = times(solve, way, linear, SECONDS)?;
     let total = median(&times);
     let (least, most) = times.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), x| (l.min(*x), m.max(*x)));
     let iterations = f64::from(solved.iterations);

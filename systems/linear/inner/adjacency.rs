@@ -36,9 +36,11 @@ impl Adjacency {
         self.start.clear();
     }
 
-    /// Whether it has them.
-    pub fn is_found(&self) -> bool {
-        !self.start.is_empty()
+    /// Finds them where they have been forgotten.
+    pub fn refresh(&mut self, corners: &[[u32; 3]], topology: &Topology) {
+        if self.start.is_empty() {
+            self.rebuild(corners, topology);
+        }
     }
 
     /// The neighbours of a vertex.

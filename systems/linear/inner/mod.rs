@@ -225,9 +225,7 @@ impl InnerSolver {
                 }
                 self.needs_pattern = true;
                 if !self.has_pattern {
-                    if !self.order.adjacency.is_found() {
-                        self.order.adjacency.rebuild(corners, operator.topology);
-                    }
+                    self.order.adjacency.refresh(corners, operator.topology);
                     self.incomplete.rebuild(&self.partition, &self.order, corners);
                     self.has_pattern = true;
                 }
