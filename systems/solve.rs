@@ -23,10 +23,10 @@ const MOST_AXES_FACTORED: f64 = 2e5;
 /// with the factor grows faster.
 const MOST_AXES_ASIDE: f64 = 4e4;
 
-/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor: with 6,000 triangles it takes two thirds of the
-/// time with an incomplete one (`rhexis bench work-precision fig2-dynamic`). With 1,500 it takes less as well, but whether a Cholesky
-/// factor pays is counted in iterations with the incomplete one, and smaller bodies often have it.
-const LEAST_AXES_PLANAR: f64 = 2e3;
+/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor: with 1,500 and with 6,000 triangles it takes two
+/// thirds of the time with an incomplete one (`rhexis bench work-precision fig2-dynamic`, `fig2-tear`). What is much smaller is mostly
+/// the coarsest level.
+const LEAST_AXES_PLANAR: f64 = 1e3;
 
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;

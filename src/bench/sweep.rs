@@ -4,7 +4,7 @@ use super::clock::{median, quantile};
 use super::errors::Errors;
 use super::front::{Point, better};
 use super::plot::{Chart, Series, draw};
-use super::trace::{Plan, Trace};
+use super::trace::{Plan, Rounds, Trace, in_turns};
 use super::work_precision::{Case, INTEGRATORS, Mesh, Setting};
 use super::{BenchError, Context, Depth, Table};
 
@@ -34,8 +34,8 @@ pub fn sweep(context: &Context, case: &Case) -> Result<[Table; 2], BenchError> {
 fn seconds(depth: Depth) -> f64 {
     match depth {
         Depth::Quick => 0.0,
-        Depth::Usual => 1.0,
-        Depth::Full => 3.0,
+        Depth::Usual => 3.0,
+        Depth::Full => 10.0,
     }
 }
 
@@ -108,35 +108,43 @@ fn solvers(context: &Context, case: &Case) -> Result<Table, BenchError> {
         let exact = Trace::record(&plan(context, case, mesh.sets, dt, &tight), 0.0)?;
         context.done();
         let triangles = exact.triangle_count.to_string();
-        let (mut points, mut series, mut names) = (Vec::new(), Vec::new(), Vec::new());
-        let mut default = None;
+        let (mut runs, mut rounds) = (Vec::new(), Vec::new());
         for (place, setting) in settings.iter().enumerate() {
-            let first = points.len();
             for &tolerance in case.tolerances {
                 context.now(format!("{}: {triangles} triangles, {}, {tolerance:e}", case.name, setting.name));
                 let sets = with_tolerance(case, tolerance, setting.sets);
-                let run = Trace::record(&plan(context, case, mesh.sets, dt, &sets), seconds(context.depth));
-                context.done();
-                let trace = match run {
-                    Ok(trace) => trace,
+                match Rounds::begin(plan(context, case, mesh.sets, dt, &sets)) {
+                    Ok(first) => {
+                        runs.push((place, tolerance));
+                        rounds.push(first);
+                    }
                     // One setting that fails is a result too.
                     Err(error) => {
                         table.remark(format!("{triangles} triangles, {}, {tolerance:e}: {error}", setting.name));
-                        continue;
                     }
-                };
-                let errors = Errors::against(&trace, &exact);
-                let figures = figures(&trace, dt, &errors);
-                let is_default = place == 0 && tolerance == case.default_tolerance;
-                if is_default {
-                    default = Some(points.len());
                 }
-                points.push(Point::new(figures[0], errors.stress));
-                names.push(format!("{} at {tolerance:e}", setting.name));
-                let (tolerance, is_default) = (format!("{tolerance:e}"), is_default.to_string());
-                table.add(&[case.name, &triangles, setting.name, &tolerance, &is_default], &figures);
+                context.done();
             }
-            series.push(Series { name: setting.name.to_owned(), points: points[first..].to_vec() });
+        }
+        context.now(format!("{}: {triangles} triangles, all in turns", case.name));
+        in_turns(&mut rounds, seconds(context.depth))?;
+        let (mut points, mut names, mut default) = (Vec::new(), Vec::new(), None);
+        let mut series: Vec<Series> =
+            settings.iter().map(|setting| Series { name: setting.name.to_owned(), points: Vec::new() }).collect();
+        for ((place, tolerance), Rounds { trace, .. }) in runs.into_iter().zip(&rounds) {
+            let setting = settings[place].name;
+            let errors = Errors::against(trace, &exact);
+            let figures = figures(trace, dt, &errors);
+            let is_default = place == 0 && tolerance == case.default_tolerance;
+            if is_default {
+                default = Some(points.len());
+            }
+            let point = Point::new(figures[0], errors.stress);
+            points.push(point);
+            series[place].points.push(point);
+            names.push(format!("{setting} at {tolerance:e}"));
+            let (tolerance, is_default) = (format!("{tolerance:e}"), is_default.to_string());
+            table.add(&[case.name, &triangles, setting, &tolerance, &is_default], &figures);
         }
         table.remark(verdict(&format!("{triangles} triangles"), default, &points, &names));
         let chart = Chart {
@@ -191,33 +199,41 @@ fn discretisation(context: &Context, case: &Case) -> Result<Table, BenchError> {
         "errors against {} triangles at {shortest} ms, at the vertices that both meshes have",
         exact.triangle_count
     ));
-    let (mut points, mut series, mut names, mut default) = (Vec::new(), Vec::new(), Vec::new(), None);
+    let (mut runs, mut rounds) = (Vec::new(), Vec::new());
     for (i, integrator) in integrators.iter().enumerate() {
         for &dt in time_steps {
-            let first = points.len();
             for (m, mesh) in meshes.iter().enumerate() {
                 let sets = with_tolerance(case, case.default_tolerance, integrator.sets);
                 context.now(format!("{}: mesh {m}, {}, {dt} ms", case.name, integrator.name));
-                let trace = Trace::record(&plan(context, case, mesh.sets, dt, &sets), seconds(context.depth))?;
+                rounds.push(Rounds::begin(plan(context, case, mesh.sets, dt, &sets))?);
+                runs.push((i, dt, m));
                 context.done();
-                // Between meshes and time steps there is only the run as a whole.
-                let errors = Errors::of_states(&trace, &exact);
-                let (stress, path) = (errors.stress, errors.path);
-                let figures = figures(&trace, dt, &errors);
-                let is_default = i == 0 && dt == case.time_steps[0] && m == 0;
-                if is_default {
-                    default = Some(points.len());
-                }
-                let triangles = trace.triangle_count.to_string();
-                let error = if is_by_path { path } else { stress };
-                points.push(Point::new(if case.is_static() { figures[0] } else { figures[4] }, error));
-                names.push(format!("{triangles} triangles at {dt} ms, {},", integrator.name));
-                table
-                    .add(&[case.name, &triangles, integrator.name, &dt.to_string(), &is_default.to_string()], &figures);
             }
-            let name = if case.is_static() { "meshes".to_owned() } else { format!("{}, {dt} ms", integrator.name) };
-            series.push(Series { name, points: points[first..].to_vec() });
         }
+    }
+    context.now(format!("{}: all meshes and time steps in turns", case.name));
+    in_turns(&mut rounds, seconds(context.depth))?;
+    let (mut points, mut series, mut names, mut default) = (Vec::new(), Vec::<Series>::new(), Vec::new(), None);
+    for ((i, dt, m), Rounds { trace, .. }) in runs.into_iter().zip(&rounds) {
+        let integrator = integrators[i].name;
+        if m == 0 {
+            let name = if case.is_static() { "meshes".to_owned() } else { format!("{integrator}, {dt} ms") };
+            series.push(Series { name, points: Vec::new() });
+        }
+        // Between meshes and time steps there is only the run as a whole.
+        let errors = Errors::of_states(trace, &exact);
+        let figures = figures(trace, dt, &errors);
+        let is_default = i == 0 && dt == case.time_steps[0] && m == 0;
+        if is_default {
+            default = Some(points.len());
+        }
+        let triangles = trace.triangle_count.to_string();
+        let error = if is_by_path { errors.path } else { errors.stress };
+        let point = Point::new(if case.is_static() { figures[0] } else { figures[4] }, error);
+        points.push(point);
+        series.iter_mut().last().into_iter().for_each(|last| last.points.push(point));
+        names.push(format!("{triangles} triangles at {dt} ms, {integrator},"));
+        table.add(&[case.name, &triangles, integrator, &dt.to_string(), &is_default.to_string()], &figures);
     }
     table.remark(verdict("mesh and time step", default, &points, &names));
     let chart = Chart {

@@ -81,24 +81,64 @@ pub struct State {
     pub forces: Vec<DVec3>,
 }
 
+/// A plan that is run again and again for its times.
+pub struct Rounds {
+    /// The plan.
+    plan: Plan,
+    /// What it has come to.
+    pub trace: Trace,
+    /// Medians of the rounds \[ms\].
+    medians: Vec<f64>,
+    /// Time that the rounds have taken \[s\].
+    spent: f64,
+}
+
+impl Rounds {
+    /// The first round, which keeps the states.
+    pub fn begin(plan: Plan) -> Result<Self, BenchError> {
+        let start = Instant::now();
+        let trace = Trace { noise: f64::NAN, ..run(&plan, true)? };
+        let medians = vec![median(&trace.step_ms)];
+        Ok(Self { plan, trace, medians, spent: start.elapsed().as_secs_f64() })
+    }
+
+    /// Whether another is due while `seconds` have not passed in its own.
+    fn is_due(&self, seconds: f64) -> bool {
+        self.spent < seconds && self.medians.len() < ROUNDS
+    }
+
+    /// One more.
+    fn again(&mut self) -> Result<(), BenchError> {
+        let (start, Self { plan, trace, medians, spent }) = (Instant::now(), self);
+        let again = run(plan, false)?;
+        medians.push(median(&again.step_ms));
+        for (least, again) in trace.step_ms.iter_mut().zip(&again.step_ms) {
+            *least = least.min(*again);
+        }
+        for (least, again) in trace.process_ms.iter_mut().zip(&again.process_ms) {
+            *least = least.min(*again);
+        }
+        let (least, most) = medians.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), x| (l.min(*x), m.max(*x)));
+        trace.noise = most / least - 1.0;
+        *spent += start.elapsed().as_secs_f64();
+        Ok(())
+    }
+}
+
+/// Runs what is compared in turns, each for so long and [`ROUNDS`] times at the most: a core that is slow for a while is so for all.
+pub fn in_turns(runs: &mut [Rounds], seconds: f64) -> Result<(), BenchError> {
+    while runs.iter().any(|run| run.is_due(seconds)) {
+        runs.iter_mut().filter(|run| run.is_due(seconds)).try_for_each(Rounds::again)?;
+    }
+    Ok(())
+}
+
 impl Trace {
     /// Runs the plan, again and again while `seconds` have not passed, but at most [`ROUNDS`] times, for its times.
     pub fn record(plan: &Plan, seconds: f64) -> Result<Self, BenchError> {
-        let start = Instant::now();
-        let mut trace = run(plan, true)?;
-        let mut medians = vec![median(&trace.step_ms)];
-        while start.elapsed().as_secs_f64() < seconds && medians.len() < ROUNDS {
-            let again = run(plan, false)?;
-            medians.push(median(&again.step_ms));
-            for (least, again) in trace.step_ms.iter_mut().zip(&again.step_ms) {
-                *least = least.min(*again);
-            }
-            for (least, again) in trace.process_ms.iter_mut().zip(&again.process_ms) {
-                *least = least.min(*again);
-            }
-        }
-        let (least, most) = medians.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), x| (l.min(*x), m.max(*x)));
-        trace.noise = if medians.len() > 1 { most / least - 1.0 } else { f64::NAN };
+        let mut rounds = [Rounds::begin(plan.clone())?];
+        in_turns(&mut rounds, seconds)?;
+        let [Rounds { trace, .. }] = rounds;
         Ok(trace)
     }
 }

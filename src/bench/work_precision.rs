@@ -171,7 +171,7 @@ pub const SCENES: &[Case] = &[
         default_tolerance: 5e-3,
         tight: 1e-8,
         settings: DYNAMIC,
-        time_steps: &[10.0, 20.0, 5.0],
+        time_steps: &[20.0, 10.0, 5.0],
         window: Window { from: 1600.0, until: 2200.0, until_quick: 1700.0, every: 20.0 },
         is_chaotic: true,
     },

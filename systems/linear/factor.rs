@@ -6,7 +6,6 @@
 
 mod state;
 
-use super::Operator;
 use super::block_jacobi::invert;
 use super::bridge::Bridge;
 pub use super::cholesky::NoFactor;
@@ -14,6 +13,7 @@ use super::cholesky::{Cholesky, Precision};
 use super::scale_to_single;
 use super::snapshot::Snapshot;
 use super::warp::Warp;
+use super::{Inner, Operator};
 use crate::storage::EditRecord;
 use crate::systems::parallel::{self, Aside};
 use glam::{DMat3, DVec3, Vec4};
@@ -23,12 +23,22 @@ use std::sync::Arc;
 
 /// Iterations of a dynamic solve from which on a new factor is made: with a present one it takes one or two.
 const STALE: u32 = 4;
-/// An iteration with the factor costs about as much as so many without it,
-const COST: u32 = 5;
-/// and what these go by as so many of them.
-const PREPARED: u32 = 8;
-/// What the first solve without it is taken to need, in iterations: that of a sheet of 500 triangles.
-const WITHOUT: u32 = 60;
+
+/// What a solve without the factor takes (`rhexis bench ladder`).
+struct Without {
+    /// An iteration with the factor costs about as much as so many of it,
+    cost: u32,
+    /// and what these go by as so many of them.
+    prepared: u32,
+    /// What the first is taken to need, in iterations.
+    first: u32,
+}
+
+/// With an incomplete factor, made for every solve: the first as on a sheet of 500 triangles.
+const INCOMPLETE: Without = Without { cost: 5, prepared: 8, first: 60 };
+/// With multigrid, whose numbers last.
+const LEVELS: Without = Without { cost: 2, prepared: 0, first: 8 };
+
 /// So often in a row a factor may be stale before it has served for as long as it took to make, until there is none for a while.
 const STRIKES: u32 = 3;
 /// Solves for which there is then none.
@@ -217,15 +227,15 @@ impl Factor {
         self.pending = Some(Pending::new(origin, Bridge::default(), Warp::new(operator), delay(free)));
     }
 
-    /// Iterations with it in a dynamic solve at the most: with more it is worse than none.
-    pub fn most(&self) -> u32 {
-        let without = if self.without == 0 { WITHOUT } else { self.without };
-        ((without + PREPARED) / COST).max(STALE + 1)
+    /// Iterations with it in a dynamic solve at the most: with more it is worse than none, which has `inner` in its place.
+    pub fn most(&self, inner: Option<Inner>) -> u32 {
+        let Without { cost, prepared, first } = if inner == Some(Inner::Multigrid) { LEVELS } else { INCOMPLETE };
+        let without = if self.without == 0 { first } else { self.without };
+        ((without + prepared) / cost).max(STALE + 1)
     }
 
-    /// After a dynamic solve with the factor.
-    pub fn has_served(&mut self, iterations: u32, operator: &Operator, free: &[DVec3]) {
-        let most = self.most();
+    /// After a dynamic solve with the factor, which might have taken so many iterations at the most.
+    pub fn has_served(&mut self, iterations: u32, most: u32, operator: &Operator, free: &[DVec3]) {
         let Some(current) = &mut self.current else { return };
         current.served += 1;
         current.is_worse_than_none |= iterations >= most;

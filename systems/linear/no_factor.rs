@@ -1,6 +1,6 @@
 //! What stands in for a body's Cholesky factor without the feature `direct`: there never is one.
 
-use super::Operator;
+use super::{Inner, Operator};
 use crate::storage::EditRecord;
 use glam::{DVec3, Vec4};
 
@@ -68,12 +68,12 @@ impl Factor {
     }
 
     /// None.
-    pub fn most(&self) -> u32 {
+    pub fn most(&self, _inner: Option<Inner>) -> u32 {
         0
     }
 
     /// Nothing.
-    pub fn has_served(&mut self, _iterations: u32, _operator: &Operator, _free: &[DVec3]) {}
+    pub fn has_served(&mut self, _iterations: u32, _most: u32, _operator: &Operator, _free: &[DVec3]) {}
 
     /// Nothing.
     pub fn discard(&mut self) {}

@@ -84,7 +84,7 @@ pub fn solve(
     if let Some((factor, Use::Aside)) = &mut means.factor
         && factor.is_ready(operator, &scratch.free)
     {
-        let most = factor.most();
+        let most = factor.most(means.inner.as_ref().map(|(_, inner)| *inner));
         let result = match &mut means.inner {
             Some((inner, _)) if operator.tangent != Tangent::Exact => {
                 inner.solve(operator, params, With::Factor(factor, most), corner, x, scratch)
@@ -104,7 +104,7 @@ pub fn solve(
         };
         match result {
             Ok((info, is_solved)) => {
-                factor.has_served(info.iterations, operator, &scratch.free);
+                factor.has_served(info.iterations, most, operator, &scratch.free);
                 if is_solved {
                     return Ok(info);
                 }
