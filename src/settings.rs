@@ -44,7 +44,7 @@ pub enum Preconditioner {
     /// A Cholesky factor or multigrid, by size. In static solves a factor renewed on the spot, over 200,000 free axes multigrid. In
     /// dynamic steps up to 40,000 free axes a factor made aside on a thread of its own, taking effect a fixed number of solves
     /// later and kept while it is better than none, edits of the mesh included, and meanwhile an incomplete one, on planar bodies
-    /// from 1,000 free axes on multigrid; over that multigrid.
+    /// from 1,000 free axes on, 2,000 where they may tear, multigrid; over that multigrid.
     #[default]
     Auto,
     /// The inverse of each vertex' own block: no memory and no time to set up, but hundreds of iterations per solve, more the

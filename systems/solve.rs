@@ -3,7 +3,7 @@
 use super::{Formula, StepContext, kernels::membrane::shear_majorant, linear, parallel};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch,
-    Reactions, SolverScratch,
+    Reactions, SolverScratch, Tearing,
 };
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
@@ -28,6 +28,10 @@ const MOST_AXES_ASIDE: f64 = 4e4;
 /// the coarsest level.
 const LEAST_AXES_PLANAR: f64 = 1e3;
 
+/// The same where the body may tear: the step after an edit, in which levels follow it, takes seven times the median with 1,500 triangles,
+/// with an incomplete factor up to five times; with 6,000 either takes four.
+const LEAST_AXES_TORN: f64 = 2e3;
+
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
 const FIRST_NEWTON: f64 = 1e-4;
 
@@ -40,7 +44,7 @@ type Query<'a> = (
     (&'a mut Factor, &'a mut InnerSolver),
     (Option<&'a ExternalStiffness>, Option<&'a Folds>, Option<&'a Damping>),
     (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
-    (Option<&'a PreStretch>, Option<&'a EnergyAudit>),
+    (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Tearing>),
 );
 
 /// Solves (M/s² + D/s + K)·δ = f − M·(u/s² − b) for the change δ of the displacement u, with the span s and the knowns b of the
@@ -61,7 +65,7 @@ fn solve_body(
         (factor, inner),
         (external, folds, damping),
         (holds, mut reactions, mut grips),
-        (pre_stretch, audit),
+        (pre_stretch, audit, tearing),
     ): Query<'_>,
     step: &StepContext,
 ) {
@@ -112,10 +116,14 @@ fn solve_body(
     // Free axes of the body, by direction.
     let is_auto = step.preconditioner == Preconditioner::Auto;
     let axes: DVec3 = if is_auto { scratch.free.iter().sum() } else { DVec3::ZERO };
-    let is_planar = operator.is_planar() && axes.z == 0.0;
+    let axes_of_levels = match (operator.is_planar() && axes.z == 0.0, tearing) {
+        (false, _) => MOST_AXES_ASIDE,
+        (true, None) => LEAST_AXES_PLANAR,
+        (true, Some(_)) => LEAST_AXES_TORN,
+    };
     let means = Means {
         factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
-        inner: inner_kind(step, axes.element_sum(), is_planar).map(|kind| (inner, kind)),
+        inner: inner_kind(step, axes.element_sum(), axes_of_levels).map(|kind| (inner, kind)),
     };
     let mut rotated = None;
     scratch.residual_work = 0.0;
@@ -248,8 +256,9 @@ fn use_of_factor(step: &StepContext, axes: f64) -> Option<Use> {
 }
 
 /// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
-/// reaches: there it is multigrid or nothing. A planar body does not fold: levels last, where an incomplete factor is made for every solve.
-fn inner_kind(step: &StepContext, axes: f64, is_planar: bool) -> Option<Inner> {
+/// reaches: there it is multigrid or nothing. In dynamic ones it is multigrid over so many axes: early in a planar body, which does not
+/// fold, so that levels last where an incomplete factor is made for every solve.
+fn inner_kind(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<Inner> {
     if step.is_static {
         let is_multigrid = match step.preconditioner {
             Preconditioner::Multigrid => true,
@@ -264,7 +273,7 @@ fn inner_kind(step: &StepContext, axes: f64, is_planar: bool) -> Option<Inner> {
     Some(match step.preconditioner {
         Preconditioner::BlockJacobi => Inner::BlockJacobi,
         Preconditioner::Multigrid => Inner::Multigrid,
-        Preconditioner::Auto if axes > MOST_AXES_ASIDE || is_planar && axes > LEAST_AXES_PLANAR => Inner::Multigrid,
+        Preconditioner::Auto if axes > axes_of_levels => Inner::Multigrid,
         Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
             Inner::IncompleteCholesky
         }
