@@ -97,6 +97,21 @@ fn a_body_that_turns_keeps_its_factor() {
     }
 }
 
+/// Where the residual is hardly asked for, a factor of an earlier state is not taken for good before the stress is: a new one is made.
+#[test]
+fn a_factor_made_on_the_spot_goes_as_far_as_the_stress_asks() {
+    let linear = LinearParams { tolerance: 1.0, stress_tolerance: 1e-8, ..LinearParams::default() };
+    let settings = Settings { preconditioner: Preconditioner::Cholesky, linear, threads: 1, ..Settings::default() };
+    let mut run = Square::new([30, 26], 60.0).spawn(settings);
+    run.stretch_to(0.8);
+    for step in 0..200 {
+        let error = run.simulation.step(2.0).unwrap().bodies[0].stress_error;
+        // What is asked for, as the step itself estimates it.
+        assert!(error <= 1e-8, "step {step}: {error:e}");
+    }
+    assert!(run.log().advance_count > 2, "the state must be one that factors do not outlast");
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_bits_across_renewals() {
     let state = |threads| {

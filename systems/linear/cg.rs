@@ -21,6 +21,8 @@ pub struct CgInfo {
     pub relative_residual: f64,
     /// Squared energy norm of the error, as estimated \[mJ\].
     pub error_energy: f64,
+    /// Whether the tolerances were reached, that of the residual and that of the stress.
+    pub is_solved: bool,
     /// Whether it stopped because time was up.
     pub is_late: bool,
 }
@@ -118,5 +120,6 @@ pub fn solve(
     }
     stops.note(iteration, is_late);
     let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_late })
+    let is_solved = limits.are_met(residual_sq, error.squared());
+    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_solved, is_late })
 }

@@ -63,7 +63,7 @@ pub fn solve(
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
             scratch.rhs.clone_from(&scratch.residual);
             let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, corner, x, scratch)?;
-            if info.relative_residual <= params.tolerance || info.is_late {
+            if info.is_solved || info.is_late {
                 return Ok(info);
             }
             done = info.iterations;
@@ -92,9 +92,7 @@ pub fn solve(
             _ => {
                 scratch.rhs.clone_from(&scratch.residual);
                 let result = solve_with_factor(operator, params, most, factor, corner, x, scratch);
-                let is_done = |info: &CgInfo| {
-                    info.relative_residual <= params.tolerance || info.iterations >= params.iterations || info.is_late
-                };
+                let is_done = |info: &CgInfo| info.is_solved || info.iterations >= params.iterations || info.is_late;
                 let result = result.map(|info| (info, is_done(&info)));
                 if !matches!(result, Ok((_, true))) {
                     scratch.residual.copy_from_slice(&scratch.rhs);
@@ -140,7 +138,7 @@ fn solve_without_factor(
     match &mut means.inner {
         Some((inner, Inner::Multigrid)) if operator.tangent == Tangent::Exact => {
             let info = solve_with_cycles(operator, params, inner, corner, x, scratch)?;
-            if info.relative_residual <= params.tolerance || info.iterations >= params.iterations || info.is_late {
+            if info.is_solved || info.iterations >= params.iterations || info.is_late {
                 return Ok(info);
             }
             done = info.iterations;
@@ -199,10 +197,9 @@ fn solve_with_cycles(
         let limited = LinearParams { iterations: most.unwrap_or(MOST_CYCLES).min(params.iterations - done), ..*params };
         let cycle = |r: &[DVec3], _: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| inner.cycle(r, z, partials);
         let info = cg::solve(operator, &limited, corner, x, scratch, cycle)?;
-        let is_solved = info.relative_residual <= params.tolerance;
-        inner.end_cycles(info.iterations, info.relative_residual, is_solved);
+        inner.end_cycles(info.iterations, info.relative_residual, info.is_solved);
         done += info.iterations;
-        if is_solved || most.is_none() || done >= params.iterations || info.is_late {
+        if info.is_solved || most.is_none() || done >= params.iterations || info.is_late {
             return Ok(CgInfo { iterations: done, ..info });
         }
         scratch.residual.copy_from_slice(&scratch.rhs);

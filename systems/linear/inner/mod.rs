@@ -201,6 +201,7 @@ impl InnerSolver {
         if !is_solved {
             scratch.residual.copy_from_slice(&scratch.rhs);
         }
+        info.is_solved = limits.are_met(residual_sq, info.error_energy);
         info.relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
         Ok((info, is_solved))
     }
