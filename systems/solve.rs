@@ -24,12 +24,12 @@ const MOST_AXES_FACTORED: f64 = 2e5;
 const MOST_AXES_ASIDE: f64 = 4e4;
 
 /// Free axes from which on a planar body takes multigrid where it has no Cholesky factor: with 1,500 and with 6,000 triangles it takes two
-/// thirds of the time with an incomplete one (`rhexis bench work-precision fig2-dynamic`, `fig2-tear`). What is much smaller is mostly
-/// the coarsest level.
+/// thirds of the time with an incomplete one (`rhexis bench work-precision fig2-dynamic`). What is much smaller is mostly the coarsest
+/// level.
 const LEAST_AXES_PLANAR: f64 = 1e3;
 
-/// The same where the body may tear: the step after an edit, in which levels follow it, takes seven times the median with 1,500 triangles,
-/// with an incomplete factor up to five times; with 6,000 either takes four.
+/// The same where the body may tear: levels that follow an edit make the step after it long, which under a hand counts more than the
+/// others. The slowest of `rhexis bench targets "haptic 1.5k, tearing"` takes 2.6 ms, with an incomplete factor 1.3.
 const LEAST_AXES_TORN: f64 = 2e3;
 
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.

@@ -99,7 +99,7 @@ fn solvers(context: &Context, case: &Case) -> Result<Table, BenchError> {
     }
     let meshes: Vec<&Mesh> = case.meshes.iter().filter(|mesh| mesh.from <= context.depth).collect();
     let settings: Vec<&Setting> = case.settings.iter().filter(|setting| setting.from <= context.depth).collect();
-    context.begin(meshes.len() * (1 + settings.len() * case.tolerances.len()));
+    context.begin(meshes.len() * (1 + 2 * settings.len() * case.tolerances.len()));
     let dt = case.time_steps[0];
     for mesh in meshes {
         context.now(format!("{}: reference", case.name));
@@ -121,13 +121,14 @@ fn solvers(context: &Context, case: &Case) -> Result<Table, BenchError> {
                     // One setting that fails is a result too.
                     Err(error) => {
                         table.remark(format!("{triangles} triangles, {}, {tolerance:e}: {error}", setting.name));
+                        context.done();
                     }
                 }
                 context.done();
             }
         }
         context.now(format!("{}: {triangles} triangles, all in turns", case.name));
-        in_turns(&mut rounds, seconds(context.depth))?;
+        in_turns(&mut rounds, seconds(context.depth), || context.done())?;
         let (mut points, mut names, mut default) = (Vec::new(), Vec::new(), None);
         let mut series: Vec<Series> =
             settings.iter().map(|setting| Series { name: setting.name.to_owned(), points: Vec::new() }).collect();
@@ -182,7 +183,7 @@ fn discretisation(context: &Context, case: &Case) -> Result<Table, BenchError> {
         INTEGRATORS.iter().filter(|i| i.from <= context.depth).take(if case.is_static() { 1 } else { 2 }).collect();
     let meshes: Vec<&Mesh> = case.meshes.iter().filter(|mesh| mesh.from <= context.depth).collect();
     let time_steps = if context.depth == Depth::Quick { &case.time_steps[..1] } else { case.time_steps };
-    context.begin(1 + meshes.len() * integrators.len() * time_steps.len());
+    context.begin(1 + 2 * meshes.len() * integrators.len() * time_steps.len());
     context.now(format!("{}: finest reference", case.name));
     // The quick run shows that it works; its reference is no finer than need be.
     let finest = match context.depth {
@@ -212,7 +213,7 @@ fn discretisation(context: &Context, case: &Case) -> Result<Table, BenchError> {
         }
     }
     context.now(format!("{}: all meshes and time steps in turns", case.name));
-    in_turns(&mut rounds, seconds(context.depth))?;
+    in_turns(&mut rounds, seconds(context.depth), || context.done())?;
     let (mut points, mut series, mut names, mut default) = (Vec::new(), Vec::<Series>::new(), Vec::new(), None);
     for ((i, dt, m), Rounds { trace, .. }) in runs.into_iter().zip(&rounds) {
         let integrator = integrators[i].name;
@@ -231,7 +232,9 @@ fn discretisation(context: &Context, case: &Case) -> Result<Table, BenchError> {
         let error = if is_by_path { errors.path } else { errors.stress };
         let point = Point::new(if case.is_static() { figures[0] } else { figures[4] }, error);
         points.push(point);
-        series.iter_mut().last().into_iter().for_each(|last| last.points.push(point));
+        if let Some(last) = series.last_mut() {
+            last.points.push(point);
+        }
         names.push(format!("{triangles} triangles at {dt} ms, {integrator},"));
         table.add(&[case.name, &triangles, integrator, &dt.to_string(), &is_default.to_string()], &figures);
     }

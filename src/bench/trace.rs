@@ -125,10 +125,19 @@ impl Rounds {
     }
 }
 
-/// Runs what is compared in turns, each for so long and [`ROUNDS`] times at the most: a core that is slow for a while is so for all.
-pub fn in_turns(runs: &mut [Rounds], seconds: f64) -> Result<(), BenchError> {
-    while runs.iter().any(|run| run.is_due(seconds)) {
-        runs.iter_mut().filter(|run| run.is_due(seconds)).try_for_each(Rounds::again)?;
+/// Runs what is compared in turns, each for so long and [`ROUNDS`] times at the most: a core that is slow for a while is so for all. Says
+/// of each when it is `done`.
+pub fn in_turns(runs: &mut [Rounds], seconds: f64, done: impl Fn()) -> Result<(), BenchError> {
+    let mut due: Vec<&mut Rounds> = runs.iter_mut().collect();
+    while !due.is_empty() {
+        due.retain(|run| {
+            let is_due = run.is_due(seconds);
+            if !is_due {
+                done();
+            }
+            is_due
+        });
+        due.iter_mut().try_for_each(|run| run.again())?;
     }
     Ok(())
 }
@@ -136,10 +145,11 @@ pub fn in_turns(runs: &mut [Rounds], seconds: f64) -> Result<(), BenchError> {
 impl Trace {
     /// Runs the plan, again and again while `seconds` have not passed, but at most [`ROUNDS`] times, for its times.
     pub fn record(plan: &Plan, seconds: f64) -> Result<Self, BenchError> {
-        let mut rounds = [Rounds::begin(plan.clone())?];
-        in_turns(&mut rounds, seconds)?;
-        let [Rounds { trace, .. }] = rounds;
-        Ok(trace)
+        let mut rounds = Rounds::begin(plan.clone())?;
+        while rounds.is_due(seconds) {
+            rounds.again()?;
+        }
+        Ok(rounds.trace)
     }
 }
 
