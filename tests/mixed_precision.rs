@@ -169,6 +169,28 @@ fn every_tolerance_is_reached_and_prescribed_axes_stay() {
     }
 }
 
+/// A planar body has blocks of its own: they are those of space without what is zero there.
+#[test]
+fn a_plane_is_solved_as_space_is() {
+    let mut sheet = Torn::planar();
+    for tolerance in [1e-3, 1e-8] {
+        let mut solve = |is_planar| {
+            sheet.frames.is_planar = is_planar;
+            let (info, x) = sheet.solve(tolerance, Some(Inner::IncompleteCholesky));
+            assert!(sheet.relative_residual(&x) <= tolerance);
+            (info.unwrap().iterations, x)
+        };
+        let ((flat, x), (solid, reference)) = (solve(true), solve(false));
+        println!("to {tolerance}: {flat} iterations in the plane, {solid} in space");
+        // Sums of products are rounded in another order: that may move the end of the iterations by one in each round.
+        assert!(flat.abs_diff(solid) <= 2, "{flat} and {solid} iterations");
+        let largest = reference.iter().map(|x| x.length()).fold(0.0, f64::max);
+        let off = x.iter().zip(&reference).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        // Both are off by as much as their residuals allow, which the condition of the sheet makes some hundred times as large.
+        assert!(off <= 300.0 * tolerance * largest, "{off} of {largest}");
+    }
+}
+
 /// A planar solve of few iterations never leaves single precision: what it reports must still be the residual. The rounding of
 /// numbers (6e-8) times the condition of the sheet is what it may be off by.
 #[test]

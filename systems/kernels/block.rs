@@ -11,7 +11,7 @@ pub const ZERO: Block = [Vec4::ZERO; 3];
 
 /// A pivot of an elimination below this fraction of its diagonal entry is taken for none: single precision has left no digit
 /// of it.
-const LEAST_PIVOT: f64 = 1e-7;
+pub(super) const LEAST_PIVOT: f64 = 1e-7;
 
 /// The product with a vector.
 #[inline(always)]

@@ -5,8 +5,8 @@
 
 use super::lanes::{Lanes, Singles};
 use super::membrane::ElementTangent;
-use super::pack::{Entry, InPlane, LANES, Pack, Places, entries, gather, put_turning, singles, strain_rates};
-use glam::Vec4;
+use super::pack::{Entry, InPlane, LANES, Pack, Places, entries, gather, half_of, put_turning, singles, strain_rates};
+use glam::{Mat4, Vec4};
 
 /// The matrices \[N/mm\] of eight triangles, entries by rows of their blocks.
 #[derive(Clone, Copy, Debug, Default)]
@@ -81,6 +81,18 @@ impl FlatPack {
         [[fx, fy, zero], [hx, hy, zero]]
     }
 
+    /// As [`Pack::blocks`], in the plane: the columns of a matrix are the entries of a [`super::flat_block`].
+    #[inline(always)]
+    pub fn blocks(&self, half: usize) -> ([Mat4; 3], [Mat4; 3]) {
+        let (k, m, l) = (half_of(&self.k11, half), half_of(&self.k12, half), half_of(&self.k22, half));
+        let (k11, k22) = ([k[0], k[1], k[1], k[2]], [l[0], l[1], l[1], l[2]]);
+        // Columns, as all of these.
+        let (k21, k12) = ([m[0], m[1], m[2], m[3]], [m[0], m[2], m[1], m[3]]);
+        let (k10, k20) = (minus_sum(k11, k12), minus_sum(k21, k22));
+        let k00 = minus_sum(k10, k20);
+        ([k00, k11, k22].map(by_lane), [k10, k20, k21].map(by_lane))
+    }
+
     /// The same matrices in space, for what reads their blocks.
     #[inline(always)]
     pub fn in_space(&self) -> Pack {
@@ -94,6 +106,16 @@ impl FlatPack {
     }
 }
 
+#[inline(always)]
+fn minus_sum(a: [Vec4; 4], b: [Vec4; 4]) -> [Vec4; 4] {
+    [-(a[0] + b[0]), -(a[1] + b[1]), -(a[2] + b[2]), -(a[3] + b[3])]
+}
+
+#[inline(always)]
+fn by_lane([x, y, z, w]: [Vec4; 4]) -> Mat4 {
+    Mat4::from_cols(x, y, z, w).transpose()
+}
+
 /// A block in the axes (c, s) and (−s, c) of the triangles in global ones: xx, xy, yx, yy.
 #[inline(always)]
 fn turned<L: Lanes>([[a11, a12], [a21, a22]]: [[Singles<L>; 2]; 2], c: Singles<L>, s: Singles<L>) -> [Entry; 4] {
@@ -104,6 +126,7 @@ fn turned<L: Lanes>([[a11, a12], [a21, a22]]: [[Singles<L>; 2]; 2], c: Singles<L
 
 #[cfg(test)]
 mod tests {
+    use super::super::flat_block::FlatBlock;
     use super::super::lanes::Portable;
     use super::*;
     use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
@@ -139,6 +162,18 @@ mod tests {
                 })
             };
             let (pack, flat) = (Pack::new(Portable, is_exact, tangent), FlatPack::new(Portable, is_exact, tangent));
+            for half in 0..2 {
+                let (corners, edges) = flat.blocks(half);
+                let (corners_in_space, edges_in_space) = flat.in_space().blocks(half);
+                for (block, in_space) in
+                    corners.iter().chain(&edges).zip(corners_in_space.iter().chain(&edges_in_space))
+                {
+                    for lane in 0..LANES / 2 {
+                        let in_space = [in_space[0].col(lane), in_space[1].col(lane), in_space[2].col(lane)];
+                        assert_eq!(FlatBlock::new(block.col(lane)), FlatBlock::of(&in_space));
+                    }
+                }
+            }
             let (of_pack, of_flat) = ([pack], [flat.in_space()]);
             let numbers = |p: &[Pack; 1]| [&p[0].k11[..], &p[0].k12, &p[0].k22].concat();
             let largest = pack.k11[0][0].max_element().max(pack.k22[3][0].max_element());

@@ -3,6 +3,7 @@
 pub mod block;
 pub mod block_pair;
 pub mod disc;
+pub mod factor_block;
 pub mod failure;
 pub mod fan;
 pub mod flat_block;

@@ -142,7 +142,7 @@ impl Pack {
 }
 
 #[inline(always)]
-fn half_of<const N: usize>(entries: &[Entry; N], half: usize) -> [Vec4; N] {
+pub(super) fn half_of<const N: usize>(entries: &[Entry; N], half: usize) -> [Vec4; N] {
     let mut of_half = [Vec4::ZERO; N];
     for i in 0..N {
         of_half[i] = entries[i][half];

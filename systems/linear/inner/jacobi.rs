@@ -20,7 +20,13 @@ impl Jacobi {
     pub fn factor(&mut self, partition: &Partition, matrix: &Matrix) {
         empty(&mut self.inverse, matrix.own.len());
         self.inverse.extend(matrix.own.iter().map(|[x, y, z, _]| [*x, *y, *z]));
-        wide(|| matrix.add_blocks(partition, |row, block| block::add(&mut self.inverse[row], block), |_, _, _, _| ()));
+        wide(|| {
+            matrix.add_blocks(
+                partition,
+                |row, block: &Block| block::add(&mut self.inverse[row], block),
+                |_, _, _, _| (),
+            )
+        });
         parallel::for_rows(&mut self.inverse, |v, inverse| {
             let free = matrix.own[v][3];
             let own = block::mask(inverse, free, free);

@@ -6,6 +6,8 @@ use super::partition::{EMPTY, Partition};
 use super::{empty, size};
 use crate::settings::Tangent;
 use crate::systems::kernels::block::{self, Block};
+use crate::systems::kernels::factor_block::FactorBlock;
+use crate::systems::kernels::flat_block::FlatBlock;
 use crate::systems::kernels::flat_pack::FlatPack;
 use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::membrane::ElementTangent;
@@ -23,7 +25,8 @@ pub struct Matrix {
     packs: Vec<Pack>,
     /// That of a planar one.
     flat_packs: Vec<FlatPack>,
-    is_flat: bool,
+    /// Whether it is of a planar body, of which nothing moves along z.
+    pub is_flat: bool,
     /// What a vertex has by itself \[N/mm\], columns; and its free axes in the last.
     pub own: Vec<[Vec4; 4]>,
     /// Per block of triangles what it adds to its vertices, then their values.
@@ -68,28 +71,25 @@ impl Matrix {
     /// Calls `diagonal(row, block)` and `edge(pack, edge, lane, block)` for the blocks of all triangles, pack by pack. The edges
     /// are 1–0, 2–0, 2–1 (row, column).
     #[inline(always)]
-    pub fn add_blocks(
+    pub fn add_blocks<B: OfPacks>(
         &self,
         partition: &Partition,
-        mut diagonal: impl FnMut(usize, &Block),
-        mut edge: impl FnMut(usize, usize, usize, &Block),
+        mut diagonal: impl FnMut(usize, &B),
+        mut edge: impl FnMut(usize, usize, usize, &B),
     ) {
         for block in 0..partition.pack_start.len() - 1 {
             let vertices = &partition.vertex[partition.vertex_start[block] as usize..];
             for pack in partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize {
                 let places = &partition.places[pack];
-                let of_pack = if self.is_flat { &self.flat_packs[pack].in_space() } else { &self.packs[pack] };
                 for half in 0..2 {
-                    let (corners, edges) = of_pack.blocks(half);
+                    let of_half = B::of_half(self, pack, half);
                     for i in 0..LANES / 2 {
                         let lane = half * (LANES / 2) + i;
-                        if partition.triangle[pack][lane] == EMPTY {
+                        let triangle = partition.triangle[pack][lane];
+                        if triangle == EMPTY {
                             continue;
                         }
-                        let (mut corners, mut edges) = (of_lane(&corners, i), of_lane(&edges, i));
-                        if let Some(folding) = &self.folding {
-                            folding.add_blocks(partition.triangle[pack][lane] as usize, &mut corners, &mut edges);
-                        }
+                        let (corners, edges) = B::of_lane(self, &of_half, i, triangle);
                         for (corner, block) in corners.iter().enumerate() {
                             let row = vertices[places[corner][lane] as usize] as usize;
                             diagonal(row, block);
@@ -116,6 +116,55 @@ impl Matrix {
             parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u, folding });
         }
         parallel::sum_chunks(out, partials, &Rows { own, segments, partition, u })
+    }
+}
+
+/// Blocks that a matrix has of its triangles.
+pub trait OfPacks: FactorBlock {
+    /// Those of four triangles: of their corners on the diagonal, and of their edges.
+    type Half;
+
+    /// Those of the first (0) or last (1) four triangles of a pack.
+    fn of_half(matrix: &Matrix, pack: usize, half: usize) -> Self::Half;
+    /// Those of one of the four.
+    fn of_lane(matrix: &Matrix, half: &Self::Half, lane: usize, triangle: u32) -> ([Self; 3], [Self; 3]);
+}
+
+impl OfPacks for Block {
+    type Half = ([[Mat4; 3]; 3], [[Mat4; 3]; 3]);
+
+    #[inline(always)]
+    fn of_half(matrix: &Matrix, pack: usize, half: usize) -> Self::Half {
+        if matrix.is_flat { matrix.flat_packs[pack].in_space().blocks(half) } else { matrix.packs[pack].blocks(half) }
+    }
+
+    #[inline(always)]
+    fn of_lane(matrix: &Matrix, half: &Self::Half, lane: usize, triangle: u32) -> ([Self; 3], [Self; 3]) {
+        let (mut corners, mut edges) = (of_lane(&half.0, lane), of_lane(&half.1, lane));
+        if let Some(folding) = &matrix.folding {
+            folding.add_blocks(triangle as usize, &mut corners, &mut edges);
+        }
+        (corners, edges)
+    }
+}
+
+/// Of a [flat](Matrix::is_flat) matrix: such a body has no folds.
+impl OfPacks for FlatBlock {
+    type Half = ([Mat4; 3], [Mat4; 3]);
+
+    #[inline(always)]
+    fn of_half(matrix: &Matrix, pack: usize, half: usize) -> Self::Half {
+        matrix.flat_packs[pack].blocks(half)
+    }
+
+    #[inline(always)]
+    fn of_lane(_: &Matrix, (corners, edges): &Self::Half, lane: usize, _: u32) -> ([Self; 3], [Self; 3]) {
+        let (mut of_corners, mut of_edges) = ([Self::ZERO; 3], [Self::ZERO; 3]);
+        for i in 0..3 {
+            of_corners[i] = Self::new(corners[i].col(lane));
+            of_edges[i] = Self::new(edges[i].col(lane));
+        }
+        (of_corners, of_edges)
     }
 }
 

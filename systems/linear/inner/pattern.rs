@@ -4,10 +4,9 @@
 use super::adjacency::{before_with_fill, neighbours};
 use super::edits::Edits;
 use super::empty;
-use super::matrix::Matrix;
+use super::matrix::{Matrix, OfPacks};
 use super::partition::{EMPTY, Partition};
 use crate::storage::Topology;
-use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::pack::LANES;
 use crate::systems::kernels::simd::wide;
 use std::ops::Range;
@@ -276,26 +275,26 @@ impl Pattern {
 
     /// Sums the triangles' blocks and those that the vertices have by themselves; `add` adds one to a block below the diagonal.
     /// `place` is where a row of the matrix stands here.
-    pub fn gather(
+    pub fn gather<B: OfPacks>(
         &self,
         partition: &Partition,
         matrix: &Matrix,
         place: impl Fn(usize) -> usize,
-        diagonal: &mut Vec<Block>,
-        mut add: impl FnMut(usize, &Block),
+        diagonal: &mut Vec<B>,
+        mut add: impl FnMut(usize, &B),
     ) {
         empty(diagonal, matrix.own.len());
-        diagonal.resize(matrix.own.len(), block::ZERO);
+        diagonal.resize(matrix.own.len(), B::ZERO);
         for (row, [x, y, z, _]) in matrix.own.iter().enumerate() {
-            diagonal[place(row)] = [*x, *y, *z];
+            diagonal[place(row)] = B::of(&[*x, *y, *z]);
         }
         wide(|| {
             matrix.add_blocks(
                 partition,
-                |row, value| block::add(&mut diagonal[place(row)], value),
+                |row, value: &B| diagonal[place(row)].add(value),
                 |pack, edge, lane, value| {
                     let target = self.target[pack][edge][lane];
-                    let value = if target % 2 == 1 { &block::transpose(value) } else { value };
+                    let value = if target % 2 == 1 { &value.transposed() } else { value };
                     add(target as usize / 2, value);
                 },
             );
