@@ -23,9 +23,9 @@ const MOST_AXES_FACTORED: f64 = 2e5;
 /// with the factor grows faster.
 const MOST_AXES_ASIDE: f64 = 4e4;
 
-/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor: with 1,500 and with 6,000 triangles it takes two
-/// thirds of the time with an incomplete one (`rhexis bench work-precision fig2-dynamic`). What is much smaller is mostly the coarsest
-/// level.
+/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor: with 1,500 and with 6,000 triangles it takes six
+/// sevenths of the time with an incomplete one and leaves a half and a fifth of its error (`rhexis bench work-precision fig2-dynamic`).
+/// What is much smaller is mostly the coarsest level.
 const LEAST_AXES_PLANAR: f64 = 1e3;
 
 /// The same where the body may tear: levels that follow an edit make the step after it long, which under a hand counts more than the

@@ -1,5 +1,5 @@
-//! Incomplete Cholesky factor with the fill of level one, by 3×3 blocks, in a plane by 2×2: M = L·D·Lᵀ, L with the pattern of A and what eliminating
-//! one row of A puts between its later neighbours (Meijerink, van der Vorst 1977; levels: Watts 1981).
+//! Incomplete Cholesky factor with the fill of level one, by 3×3 blocks, in a plane by 2×2: M = L·D·Lᵀ, L with the pattern of A and
+//! what eliminating one row of A puts between its later neighbours (Meijerink, van der Vorst 1977; levels: Watts 1981).
 //!
 //! A body torn, folded and partly slack has stiff and soft directions side by side, and changes from step to step: the factor is
 //! made anew for every solve, which costs as much as a few iterations and saves three out of four of them. Both sweeps are
