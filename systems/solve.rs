@@ -29,7 +29,7 @@ const MOST_AXES_ASIDE: f64 = 4e4;
 const LEAST_AXES_PLANAR: f64 = 1e3;
 
 /// The same where the body may tear: levels that follow an edit make the step after it long, which under a hand counts more than the
-/// others. The slowest of `rhexis bench targets "haptic 1.5k, tearing"` takes 2.6 ms, with an incomplete factor 1.2.
+/// others. With 1e3 the slowest of `rhexis bench targets "haptic 1.5k, tearing"` took 2.6 ms, with an incomplete factor it takes 1.2.
 const LEAST_AXES_TORN: f64 = 2e3;
 
 /// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.

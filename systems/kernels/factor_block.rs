@@ -16,7 +16,7 @@ pub trait FactorBlock: Coefficient {
     /// Two zero blocks.
     const NO_PAIR: Self::Pair;
 
-    /// What there is of a block in space.
+    /// What there is of a block in space: all of it, or the part along x and y.
     fn of(block: &Block) -> Self;
     /// The transpose.
     fn transposed(&self) -> Self;

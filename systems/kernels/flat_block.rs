@@ -36,18 +36,6 @@ impl FlatBlock {
     pub const fn new(entries: Vec4) -> Self {
         Self(entries)
     }
-
-    /// The part of a block along x and y.
-    #[inline(always)]
-    pub fn of(block: &Block) -> Self {
-        Self(Vec4::new(block[0].x, block[0].y, block[1].x, block[1].y))
-    }
-
-    /// The transpose.
-    #[inline(always)]
-    pub fn transpose(self) -> Self {
-        Self(self.0.xzyw())
-    }
 }
 
 impl Coefficient for FlatBlock {
@@ -71,12 +59,12 @@ impl FactorBlock for FlatBlock {
 
     #[inline(always)]
     fn of(block: &Block) -> Self {
-        Self::of(block)
+        Self(Vec4::new(block[0].x, block[0].y, block[1].x, block[1].y))
     }
 
     #[inline(always)]
     fn transposed(&self) -> Self {
-        self.transpose()
+        Self(self.0.xzyw())
     }
 
     #[inline(always)]
@@ -189,7 +177,7 @@ mod tests {
         // The numbers are exact in single precision.
         let v = Vec4::new(0.25, -4.0, 0.0, 0.0);
         assert_eq!(FlatBlock::only_axes(flat.times(v)), block.times(v));
-        assert_eq!(FlatBlock::of(&block::transpose(&block)), flat.transpose());
+        assert_eq!(FlatBlock::of(&block::transpose(&block)), flat.transposed());
     }
 
     /// Blocks of a body in a plane, which have zeros along z, and the same ones as flat blocks: to the bit, as a zero added rounds nothing.

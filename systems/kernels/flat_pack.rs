@@ -5,7 +5,9 @@
 
 use super::lanes::{Lanes, Singles};
 use super::membrane::ElementTangent;
-use super::pack::{Entry, InPlane, LANES, Pack, Places, entries, gather, half_of, put_turning, singles, strain_rates};
+use super::pack::{
+    Entry, InPlane, LANES, Pack, Places, entries, gather, half_of, minus_sum, put_turning, singles, strain_rates,
+};
 use glam::{Mat4, Vec4};
 
 /// The matrices \[N/mm\] of eight triangles, entries by rows of their blocks.
@@ -85,9 +87,9 @@ impl FlatPack {
     #[inline(always)]
     pub fn blocks(&self, half: usize) -> ([Mat4; 3], [Mat4; 3]) {
         let (k, m, l) = (half_of(&self.k11, half), half_of(&self.k12, half), half_of(&self.k22, half));
-        let (k11, k22) = ([k[0], k[1], k[1], k[2]], [l[0], l[1], l[1], l[2]]);
+        let (k11, k22) = ([[k[0], k[1]], [k[1], k[2]]], [[l[0], l[1]], [l[1], l[2]]]);
         // Columns, as all of these.
-        let (k21, k12) = ([m[0], m[1], m[2], m[3]], [m[0], m[2], m[1], m[3]]);
+        let (k21, k12) = ([[m[0], m[1]], [m[2], m[3]]], [[m[0], m[2]], [m[1], m[3]]]);
         let (k10, k20) = (minus_sum(k11, k12), minus_sum(k21, k22));
         let k00 = minus_sum(k10, k20);
         ([k00, k11, k22].map(by_lane), [k10, k20, k21].map(by_lane))
@@ -107,13 +109,8 @@ impl FlatPack {
 }
 
 #[inline(always)]
-fn minus_sum(a: [Vec4; 4], b: [Vec4; 4]) -> [Vec4; 4] {
-    [-(a[0] + b[0]), -(a[1] + b[1]), -(a[2] + b[2]), -(a[3] + b[3])]
-}
-
-#[inline(always)]
-fn by_lane([x, y, z, w]: [Vec4; 4]) -> Mat4 {
-    Mat4::from_cols(x, y, z, w).transpose()
+fn by_lane([[xx, yx], [xy, yy]]: [[Vec4; 2]; 2]) -> Mat4 {
+    Mat4::from_cols(xx, yx, xy, yy).transpose()
 }
 
 /// A block in the axes (c, s) and (−s, c) of the triangles in global ones: xx, xy, yx, yy.
@@ -126,6 +123,7 @@ fn turned<L: Lanes>([[a11, a12], [a21, a22]]: [[Singles<L>; 2]; 2], c: Singles<L
 
 #[cfg(test)]
 mod tests {
+    use super::super::factor_block::FactorBlock;
     use super::super::flat_block::FlatBlock;
     use super::super::lanes::Portable;
     use super::*;

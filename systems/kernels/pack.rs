@@ -151,10 +151,10 @@ pub(super) fn half_of<const N: usize>(entries: &[Entry; N], half: usize) -> [Vec
 }
 
 #[inline(always)]
-fn minus_sum(a: [[Vec4; 3]; 3], b: [[Vec4; 3]; 3]) -> [[Vec4; 3]; 3] {
+pub(super) fn minus_sum<const N: usize>(a: [[Vec4; N]; N], b: [[Vec4; N]; N]) -> [[Vec4; N]; N] {
     let mut sum = a;
-    for x in 0..3 {
-        for y in 0..3 {
+    for x in 0..N {
+        for y in 0..N {
             sum[x][y] = -(a[x][y] + b[x][y]);
         }
     }

@@ -99,6 +99,16 @@ impl Incomplete {
     }
 }
 
+impl<B: FactorBlock> Numbers<B> {
+    /// The blocks of a row and their columns.
+    #[inline(always)]
+    fn row<'a>(&'a self, pattern: &'a Pattern, i: usize) -> impl Iterator<Item = (&'a B::Pair, &'a [u32; 2])> {
+        let blocks = pattern.before(i);
+        let (columns, _) = pattern.column[blocks.clone()].as_chunks();
+        self.lower[blocks.start / 2..blocks.end / 2].iter().zip(columns)
+    }
+}
+
 impl<B: OfPacks> Numbers<B> {
     fn factor(&mut self, pattern: &Pattern, partition: &Partition, matrix: &Matrix, shift: f32) {
         let Self { lower, inverse, .. } = self;
@@ -149,14 +159,6 @@ impl<B: OfPacks> Numbers<B> {
             self.inverse[i] = diagonal.inverted(free).unwrap_or_else(|| own.inverted_alone(free));
         }
     }
-
-    /// The blocks of a row and their columns.
-    #[inline(always)]
-    fn row<'a>(&'a self, pattern: &'a Pattern, i: usize) -> impl Iterator<Item = (&'a B::Pair, &'a [u32; 2])> {
-        let blocks = pattern.before(i);
-        let (columns, _) = pattern.column[blocks.clone()].as_chunks();
-        self.lower[blocks.start / 2..blocks.end / 2].iter().zip(columns)
-    }
 }
 
 impl Precondition for Incomplete {
@@ -189,7 +191,7 @@ struct Descent<'a, B: FactorBlock> {
     vectors: &'a mut Vectors,
 }
 
-impl<B: OfPacks> Pass for Descent<'_, B> {
+impl<B: FactorBlock> Pass for Descent<'_, B> {
     type Output = DVec2;
 
     #[inline(always)]
@@ -223,7 +225,7 @@ struct Ascent<'a, B: FactorBlock> {
     vectors: &'a mut Vectors,
 }
 
-impl<B: OfPacks> Pass for Ascent<'_, B> {
+impl<B: FactorBlock> Pass for Ascent<'_, B> {
     type Output = ();
 
     #[inline(always)]

@@ -11,6 +11,7 @@ use super::interpolation::Place;
 use super::marks::Marks;
 use super::numbering::Numbering;
 use crate::systems::kernels::block::{self, Block};
+use crate::systems::kernels::factor_block::FactorBlock;
 use crate::systems::kernels::flat_block::{Coefficient, FlatBlock};
 use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::simd::Kernel;
@@ -94,7 +95,7 @@ impl Level {
                 diagonal.len(),
                 lower.len(),
                 |row| FlatBlock::of(&inverse(row)),
-                |i| FlatBlock::of(&lower[pattern.below[i][1] as usize]).transpose(),
+                |i| FlatBlock::of(&lower[pattern.below[i][1] as usize]).transposed(),
             );
             empty(&mut flat.lower, lower.len());
             flat.lower.resize(lower.len(), FlatBlock::default());
