@@ -1,0 +1,161 @@
+//! The threads: a pool for the steps, and work that goes on beside them.
+
+use super::super::kernels::simd::force_portable;
+use super::CHUNK;
+use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Whether this many rows are worth handing out.
+pub fn is_worth_sharing(rows: usize) -> bool {
+    rows > 2 * CHUNK && !IS_ALONE.get() && thread_count() > 1
+}
+
+/// Threads of the pool that this one belongs to.
+pub fn thread_count() -> usize {
+    rayon::current_num_threads()
+}
+
+thread_local! {
+    /// Whether this thread runs the work of a pool that has no other.
+    static IS_ALONE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// A pool with a fixed number of threads; zero asks for one per core. A pool of one is the thread that asks: it starts none,
+/// and waits for none.
+#[derive(Debug)]
+pub struct Pool {
+    threads: Option<rayon::ThreadPool>,
+    is_portable: bool,
+}
+
+impl Pool {
+    /// Starts the threads. They use the best instructions there are, or those that every processor of the family has.
+    ///
+    /// # Errors
+    /// The system's message, where it grants no threads.
+    pub fn new(threads: usize, is_portable: bool) -> Result<Self, String> {
+        if threads == 1 {
+            return Ok(Self { threads: None, is_portable });
+        }
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("rhexis-{i}"));
+        let builder = builder.start_handler(move |_| {
+            force_portable(is_portable);
+        });
+        let threads = Some(builder.build().map_err(|e| e.to_string())?);
+        Ok(Self { threads, is_portable })
+    }
+
+    /// Runs `f` inside the pool: entered once per step.
+    pub fn run<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
+        match &self.threads {
+            Some(pool) => pool.install(f),
+            None => {
+                let _entered = Alone { was: IS_ALONE.replace(true), was_portable: force_portable(self.is_portable) };
+                f()
+            }
+        }
+    }
+
+    /// The same for a step of bodies with so many rows. Where these are worth sharing one more thread stays awake: loops of some ten
+    /// microseconds follow each other, and to wake a thread takes as long as one of them.
+    pub fn run_step<R: Send>(&self, rows: usize, f: impl FnOnce() -> R + Send) -> R {
+        self.run(|| {
+            if rows < AWAKE_FROM || !is_worth_sharing(rows) {
+                return f();
+            }
+            let is_done = AtomicBool::new(false);
+            let work = || {
+                let _done = Done(&is_done);
+                f()
+            };
+            rayon::join(work, || stay_awake(&is_done)).0
+        })
+    }
+
+    /// Number of threads.
+    pub fn thread_count(&self) -> usize {
+        self.threads.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
+    }
+}
+
+/// Says that the work is done, also after a panic.
+struct Done<'a>(&'a AtomicBool);
+
+impl Drop for Done<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+    }
+}
+
+/// Rows from which on a step gains more by a thread that stays awake than that costs: at 15,000 triangles it takes a tenth of the time
+/// away, at 5,000 twice the processor time for nothing.
+const AWAKE_FROM: usize = 8192;
+
+/// A thread that has found nothing to do for so long goes to sleep.
+const AWAKE: Duration = Duration::from_millis(1);
+
+/// Rests of some ten nanoseconds between two looks for work: looking takes hold of a list that the one who has work writes to.
+const RESTS: u32 = 32;
+
+/// Does what there is to share until the work is done. Threads take the oldest of what one has to share, so that the first to come takes
+/// this, and nothing that others wait for is under it.
+fn stay_awake(is_done: &AtomicBool) {
+    let mut since = Instant::now();
+    while !is_done.load(Ordering::Acquire) {
+        if rayon::yield_now() == Some(rayon::Yield::Executed) {
+            since = Instant::now();
+            continue;
+        }
+        if since.elapsed() > AWAKE {
+            return;
+        }
+        (0..RESTS).for_each(|_| std::hint::spin_loop());
+    }
+}
+
+/// Puts back what was set for this thread, also after a panic.
+struct Alone {
+    was: bool,
+    was_portable: bool,
+}
+
+impl Drop for Alone {
+    fn drop(&mut self) {
+        IS_ALONE.set(self.was);
+        force_portable(self.was_portable);
+    }
+}
+
+/// Work that goes on beside the steps, on a thread of its own. Whoever uses it asks for the result after a fixed number of
+/// steps, so that nothing depends on how fast that thread is.
+pub struct Aside<T>(Mutex<Work<T>>);
+
+enum Work<T> {
+    Running(JoinHandle<T>),
+    /// The system grants no thread: done when its result is asked for.
+    Waiting(Box<dyn FnOnce() -> T + Send>),
+}
+
+impl<T: Send + 'static> Aside<T> {
+    /// Begins `work` on `input`.
+    pub fn new<I: Send + Sync + 'static>(input: I, work: fn(&I) -> T) -> Self {
+        let input = Arc::new(input);
+        let shared = Arc::clone(&input);
+        let thread = std::thread::Builder::new().name("rhexis-aside".into());
+        Self(Mutex::new(match thread.spawn(move || work(&shared)) {
+            Ok(handle) => Work::Running(handle),
+            Err(_) => Work::Waiting(Box::new(move || work(&input))),
+        }))
+    }
+
+    /// The result, when it is there; `None` where the work has panicked.
+    pub fn finish(self) -> Option<T> {
+        match self.0.into_inner().ok()? {
+            Work::Running(handle) => handle.join().ok(),
+            Work::Waiting(work) => Some(work()),
+        }
+    }
+}
