@@ -36,6 +36,12 @@ impl FlatBlock {
     pub const fn new(entries: Vec4) -> Self {
         Self(entries)
     }
+
+    /// The same in space, with zeros along z.
+    #[inline(always)]
+    pub fn in_space(self) -> Block {
+        [self.0.xy().extend(0.0).extend(0.0), self.0.zw().extend(0.0).extend(0.0), Vec4::ZERO]
+    }
 }
 
 impl Coefficient for FlatBlock {

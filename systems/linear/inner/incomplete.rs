@@ -124,7 +124,7 @@ impl<B: OfPacks> Numbers<B> {
         self.row.reserve(LONGEST_ROW);
         for i in 0..self.inverse.len() {
             let (start, end) = (pattern.row_start[i] as usize, pattern.row_start[i + 1] as usize);
-            let free = matrix.own[i][3];
+            let free = matrix.own.free(i);
             let own = self.inverse[i].masked(free, free).scaled(1.0 + shift);
             let mut diagonal = own;
             self.row.clear();
@@ -134,7 +134,7 @@ impl<B: OfPacks> Numbers<B> {
                     // There for the length to be even.
                     break;
                 }
-                let mut w = B::get(&self.lower, k).masked(free, matrix.own[column][3]);
+                let mut w = B::get(&self.lower, k).masked(free, matrix.own.free(column));
                 let mut other = pattern.row_start[column] as usize;
                 let other_end = pattern.row_start[column + 1] as usize;
                 // Both rows ascend.

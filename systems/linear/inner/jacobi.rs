@@ -2,7 +2,7 @@
 
 use super::cg::{Precondition, Vectors};
 use super::empty;
-use super::matrix::{Matrix, dot};
+use super::matrix::{Matrix, OfPacks, dot};
 use super::partition::Partition;
 use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::simd::wide;
@@ -18,8 +18,9 @@ pub struct Jacobi {
 impl Jacobi {
     /// Inverts the diagonal blocks of the operator.
     pub fn factor(&mut self, partition: &Partition, matrix: &Matrix) {
-        empty(&mut self.inverse, matrix.own.len());
-        self.inverse.extend(matrix.own.iter().map(|[x, y, z, _]| [*x, *y, *z]));
+        let rows = matrix.own.row_count();
+        empty(&mut self.inverse, rows);
+        self.inverse.extend((0..rows).map(|row| Block::own(matrix, row)));
         wide(|| {
             matrix.add_blocks(
                 partition,
@@ -28,7 +29,7 @@ impl Jacobi {
             )
         });
         parallel::for_rows(&mut self.inverse, |v, inverse| {
-            let free = matrix.own[v][3];
+            let free = matrix.own.free(v);
             let own = block::mask(inverse, free, free);
             *inverse = block::invert(&own, free).unwrap_or_else(|| block::invert_alone(&own, free));
         });

@@ -2,12 +2,13 @@
 
 use super::folding::Folding;
 use super::order::Order;
+use super::own::OwnBlocks;
 use super::partition::{EMPTY, Partition};
 use super::{empty, size};
 use crate::settings::Tangent;
 use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::factor_block::FactorBlock;
-use crate::systems::kernels::flat_block::FlatBlock;
+use crate::systems::kernels::flat_block::{Coefficient, FlatBlock};
 use crate::systems::kernels::flat_pack::FlatPack;
 use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::membrane::ElementTangent;
@@ -15,7 +16,7 @@ use crate::systems::kernels::pack::{LANES, Pack};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::linear::Operator;
 use crate::systems::parallel;
-use glam::{DVec3, Mat4, Vec4, Vec4Swizzles};
+use glam::{DVec3, Mat4, Vec4};
 use std::ops::Range;
 
 /// The numbers of the operator at one state. Rows are numbered as the [`Partition`] was told.
@@ -27,8 +28,8 @@ pub struct Matrix {
     flat_packs: Vec<FlatPack>,
     /// Whether it is of a planar body, of which nothing moves along z.
     pub is_flat: bool,
-    /// What a vertex has by itself \[N/mm\], columns; and its free axes in the last.
-    pub own: Vec<[Vec4; 4]>,
+    /// What vertices have by themselves.
+    pub own: OwnBlocks,
     /// Per block of triangles what it adds to its vertices, then their values.
     segments: Vec<Vec4>,
     /// Twice the starts of the blocks' vertices.
@@ -49,12 +50,9 @@ impl Matrix {
             size(&mut self.packs, partition.triangle.len(), Pack::default());
             parallel::for_packs(&mut self.packs, &Assembly { operator, partition });
         }
-        size(&mut self.own, vertex.len(), [Vec4::ZERO; 4]);
-        parallel::for_rows(&mut self.own, |row, own| {
+        self.own.assemble(self.is_flat, vertex.len(), |row| {
             let v = vertex[row] as usize;
-            let block = operator.own_block(v);
-            let [x, y, z] = [block.x_axis, block.y_axis, block.z_axis].map(|c| c.as_vec3().extend(0.0));
-            *own = [x, y, z, free[v].as_vec3().extend(0.0)];
+            (operator.own_block(v), free[v])
         });
         size(&mut self.segments, 2 * partition.vertex.len(), Vec4::ZERO);
         empty(&mut self.segment_start, partition.vertex_start.len());
@@ -112,14 +110,15 @@ impl Matrix {
         let folding = folding.as_ref();
         if *is_flat {
             parallel::for_parts(segments, segment_start, &FlatBlocks { packs: flat_packs, partition, u });
+            parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.flat, segments, partition, u })
         } else {
             parallel::for_parts(segments, segment_start, &Blocks { packs, partition, u, folding });
+            parallel::sum_chunks(out, partials, &Rows { own, blocks: &own.solid, segments, partition, u })
         }
-        parallel::sum_chunks(out, partials, &Rows { own, segments, partition, u })
     }
 }
 
-/// Blocks that a matrix has of its triangles.
+/// Blocks that a matrix has of its triangles, and of its vertices.
 pub trait OfPacks: FactorBlock {
     /// Those of four triangles: of their corners on the diagonal, and of their edges.
     type Half;
@@ -128,6 +127,8 @@ pub trait OfPacks: FactorBlock {
     fn of_half(matrix: &Matrix, pack: usize, half: usize) -> Self::Half;
     /// Those of one of the four.
     fn of_lane(matrix: &Matrix, half: &Self::Half, lane: usize, triangle: u32) -> ([Self; 3], [Self; 3]);
+    /// What the vertex of a row has by itself.
+    fn own(matrix: &Matrix, row: usize) -> Self;
 }
 
 impl OfPacks for Block {
@@ -145,6 +146,11 @@ impl OfPacks for Block {
             folding.add_blocks(triangle as usize, &mut corners, &mut edges);
         }
         (corners, edges)
+    }
+
+    #[inline(always)]
+    fn own(matrix: &Matrix, row: usize) -> Self {
+        if matrix.is_flat { matrix.own.flat[row].in_space() } else { matrix.own.solid[row] }
     }
 }
 
@@ -165,6 +171,11 @@ impl OfPacks for FlatBlock {
             of_edges[i] = Self::new(edges[i].col(lane));
         }
         (of_corners, of_edges)
+    }
+
+    #[inline(always)]
+    fn own(matrix: &Matrix, row: usize) -> Self {
+        matrix.own.flat[row]
     }
 }
 
@@ -269,28 +280,29 @@ impl Kernel<Vec4> for FlatBlocks<'_> {
 }
 
 /// The sums of what vertices have by themselves and what the blocks have for them.
-struct Rows<'a> {
-    own: &'a [[Vec4; 4]],
+struct Rows<'a, B> {
+    own: &'a OwnBlocks,
+    /// Of the kind of the body.
+    blocks: &'a [B],
     segments: &'a [Vec4],
     partition: &'a Partition,
     u: &'a [Vec4],
 }
 
-impl Kernel<Vec4, f64> for Rows<'_> {
+impl<B: Coefficient> Kernel<Vec4, f64> for Rows<'_, B> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [Vec4]) -> f64 {
-        let Self { own, segments, partition, u } = self;
+        let Self { own, blocks, segments, partition, u } = self;
         let mut product = 0.0;
         for (i, out) in rows.iter_mut().enumerate() {
             let v = first + i;
-            let (u, [x, y, z, free]) = (u[v], &own[v]);
-            let mut sum = *x * u.xxxx() + *y * u.yyyy() + *z * u.zzzz();
+            let mut sum = B::only_axes(blocks[v].times(u[v]));
             let sources = partition.source_start[v] as usize..partition.source_start[v + 1] as usize;
             for &source in &partition.source[sources] {
                 sum += segments[source as usize];
             }
-            *out = sum * *free;
-            product += dot(u, *out);
+            *out = sum * own.free(v);
+            product += dot(u[v], *out);
         }
         product
     }

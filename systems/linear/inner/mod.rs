@@ -16,16 +16,16 @@ mod jacobi;
 mod matrix;
 mod multigrid;
 mod order;
+mod own;
 mod partition;
 mod pattern;
+mod residual;
 mod state;
 
 use super::estimate::Limits;
-use super::guess::fit;
 use super::{CgError, CgInfo, Factor, Operator};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
-use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
 use cg::{Reached, Vectors};
@@ -38,14 +38,11 @@ use matrix::Matrix;
 use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
+use residual::{begins_single, is_single};
 pub use state::InnerState;
 
 /// A round that leaves more of the residual than this has come to nothing: double precision goes on.
 const STALLED: f64 = 0.5;
-
-/// From this tolerance on all of a solve of few iterations is in single precision: the residual that it reports is then within
-/// a hundredth of the tolerance of the true one.
-const SINGLE: f64 = 1e-4;
 
 /// Iterations that are few: of hundreds the rounding adds up.
 const FEW: u32 = 20;
@@ -122,15 +119,19 @@ impl InnerSolver {
         scratch: &mut SolverScratch,
     ) -> Result<(CgInfo, bool), CgError> {
         let is_single = is_single(params, scratch);
-        if is_single {
-            self.take(operator, &scratch.free);
-        }
-        let (reference_sq, mut residual_sq) = self.first_residual(operator, is_single, corner, x, scratch)?;
+        let (reference_sq, mut residual_sq, has_taken) =
+            self.first_residual(operator, begins_single(params), corner, x, scratch)?;
         let limits = Limits::new(params, reference_sq, scratch.stored);
         let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
         let (mut is_solved, mut shift) = (true, SHIFT);
+        // Whether the residual is one of single precision, where that is not to have the last word.
+        let mut is_rough = has_taken && !is_single;
+        if is_rough && limits.are_met(residual_sq, info.error_energy) {
+            residual_sq = self.residual(operator, corner, x, scratch);
+            is_rough = false;
+        }
         if !limits.are_met(residual_sq, info.error_energy) {
-            if !is_single {
+            if !has_taken {
                 self.take(operator, &scratch.free);
             }
             self.prepare(operator, &mut with, &scratch.free, shift);
@@ -165,7 +166,8 @@ impl InnerSolver {
             // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
             let by_recursion = reached.residual_sq * residual_sq;
             let is_known = is_single && reached.iterations <= FEW;
-            residual_sq = if reached.iterations == 0 && limits.are_met(residual_sq, info.error_energy) {
+            let is_there = reached.iterations == 0 && !is_rough && limits.are_met(residual_sq, info.error_energy);
+            residual_sq = if is_there {
                 residual_sq
             } else if is_known && limits.are_met(by_recursion, info.error_energy) {
                 self.add_to(x, norm);
@@ -174,8 +176,10 @@ impl InnerSolver {
                 parallel::for_rows(&mut scratch.residual, |v, r| *r = left(v));
                 by_recursion
             } else {
-                self.correct(operator, norm, corner, x, scratch)
+                self.add_to(x, norm);
+                self.residual(operator, corner, x, scratch)
             };
+            is_rough = false;
             if matches!(with, With::Own(Inner::Multigrid)) {
                 self.multigrid.has_served(reached.iterations, (residual_sq / before_sq).sqrt());
             }
@@ -273,63 +277,6 @@ impl InnerSolver {
         self.corners.extend_from_slice(corners);
     }
 
-    /// Keeps b in `scratch.rhs` and forms the residual of the guess, which is [scaled](fit). Returns the squared norms of the residual
-    /// of the prescribed motion alone, and of that of the guess.
-    fn first_residual(
-        &mut self,
-        operator: &Operator,
-        is_single: bool,
-        corner: &mut Vec<[DVec3; 3]>,
-        x: &mut [DVec3],
-        scratch: &mut SolverScratch,
-    ) -> Result<(f64, f64), CgError> {
-        let SolverScratch { free, residual, rhs, direction, product, partials, pairs, .. } = scratch;
-        for vector in [&mut *rhs, direction, product] {
-            grow(vector, x.len(), residual.capacity());
-            vector.resize(x.len(), DVec3::ZERO);
-        }
-        rhs.copy_from_slice(residual);
-        parallel::for_rows(direction, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
-        operator.apply_sparse(direction, product);
-        let reference_sq = parallel::sum_rows(direction, partials, |v, p| {
-            *p = (residual[v] - product[v]) * free[v];
-            p.length_squared()
-        });
-        if !reference_sq.is_finite() {
-            return Err(CgError::NotFinite { iteration: 0 });
-        }
-        let residual_sq = if is_single {
-            let scale = self.times_rounded(x, free);
-            let (row, q) = (&self.order.row, &self.vectors.q);
-            let left = |v: usize, _| direction[v] - q[row[v] as usize].truncate().as_dvec3() * scale;
-            fit(x, free, direction, residual, left, (pairs, partials))
-        } else {
-            operator.apply(x, free, corner, product, partials);
-            fit(x, free, direction, residual, |v, b| (b - product[v]) * free[v], (pairs, partials))
-        };
-        Ok((reference_sq, residual_sq.unwrap_or(reference_sq)))
-    }
-
-    /// Rounds the free part of the guess `x` to single precision and multiplies it there. Returns the scale of the product.
-    fn times_rounded(&mut self, x: &mut [DVec3], free: &[DVec3]) -> f64 {
-        let Self { matrix, partition, order, vectors, .. } = self;
-        let Vectors { p, q, partials, .. } = vectors;
-        let largest = x.iter().zip(free).map(|(x, free)| (*x * *free).abs().max_element()).fold(0.0, f64::max);
-        let scale = if largest.is_normal() { largest } else { 1.0 };
-        size(p, x.len(), Vec4::ZERO);
-        size(q, x.len(), Vec4::ZERO);
-        parallel::for_rows(p, |row, p| {
-            let v = order.vertex[row] as usize;
-            *p = (x[v] * free[v] / scale).as_vec3().extend(0.0);
-        });
-        matrix.apply(partition, p, q, partials);
-        parallel::for_rows(x, |v, x| {
-            let rounded = p[order.row[v] as usize].truncate().as_dvec3() * scale;
-            *x = rounded * free[v] + *x * (DVec3::ONE - free[v]);
-        });
-        scale
-    }
-
     /// Takes the residual over its norm as right-hand side.
     fn load(&mut self, residual: &[DVec3], norm: f64) {
         let vertex = &self.order.vertex;
@@ -348,37 +295,6 @@ impl InnerSolver {
             With::Factor(factor, _) => cg::solve(matrix, partition, &mut Factored { factor, order }, vectors, limits),
         }
     }
-
-    /// Adds the correction to `x`.
-    fn add_to(&self, x: &mut [DVec3], norm: f64) {
-        let (row, xr) = (&self.order.row, &self.vectors.xr);
-        parallel::for_rows(x, |v, x| *x += xr[row[v] as usize][0].truncate().as_dvec3() * norm);
-    }
-
-    /// Adds the correction to `x` and forms the residual anew; returns its squared norm.
-    fn correct(
-        &self,
-        operator: &Operator,
-        norm: f64,
-        corner: &mut Vec<[DVec3; 3]>,
-        x: &mut [DVec3],
-        scratch: &mut SolverScratch,
-    ) -> f64 {
-        let SolverScratch { free, residual, rhs, product, partials, .. } = scratch;
-        self.add_to(x, norm);
-        operator.apply(x, free, corner, product, partials);
-        parallel::sum_rows(residual, partials, |v, r| {
-            *r = (rhs[v] - product[v]) * free[v];
-            r.length_squared()
-        })
-    }
-}
-
-/// Whether a solve of few iterations may stay in single precision.
-fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
-    // A body in space may turn at next to no energy, and then what single precision rounds off is a turn.
-    let is_planar = scratch.free.iter().all(|free| free.z == 0.0);
-    is_planar && params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }
 
 /// Empties a list and makes room for `count` entries, with a sixteenth to spare, as tables have: as a tear adds some, the next steps

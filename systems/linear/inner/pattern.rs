@@ -283,11 +283,10 @@ impl Pattern {
         diagonal: &mut Vec<B>,
         mut add: impl FnMut(usize, &B),
     ) {
-        empty(diagonal, matrix.own.len());
-        diagonal.resize(matrix.own.len(), B::ZERO);
-        for (row, [x, y, z, _]) in matrix.own.iter().enumerate() {
-            diagonal[place(row)] = B::of(&[*x, *y, *z]);
-        }
+        let rows = matrix.own.row_count();
+        empty(diagonal, rows);
+        diagonal.resize(rows, B::ZERO);
+        (0..rows).for_each(|row| diagonal[place(row)] = B::own(matrix, row));
         wide(|| {
             matrix.add_blocks(
                 partition,

@@ -160,8 +160,9 @@ impl Hierarchy {
         lower.resize(pattern.column.len(), block::ZERO);
         let row = |place: usize| numbering.row(place as u32) as usize;
         pattern.gather(partition, matrix, row, diagonal, |block, value| block::add(&mut lower[block], value));
-        empty(free, matrix.own.len());
-        free.extend((0..matrix.own.len()).map(|row| matrix.own[numbering.place(row as u32) as usize][3]));
+        let rows = matrix.own.row_count();
+        empty(free, rows);
+        free.extend((0..rows).map(|row| matrix.own.free(numbering.place(row as u32) as usize)));
         self.finish();
     }
 

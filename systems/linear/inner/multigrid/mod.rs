@@ -98,12 +98,11 @@ impl Multigrid {
             return;
         }
         let finest = self.hierarchy.finest();
-        let is_freed = |(place, own): (usize, &[glam::Vec4; 4])| {
-            finest.free[finest.numbering.row(place as u32) as usize] != own[3]
-        };
+        let is_freed =
+            |place: usize| finest.free[finest.numbering.row(place as u32) as usize] != matrix.own.free(place);
         if self.excess >= RENEWAL {
             self.renew(partition, matrix);
-        } else if self.strict > 0 || matrix.own.iter().enumerate().any(is_freed) {
+        } else if self.strict > 0 || (0..matrix.own.row_count()).any(is_freed) {
             self.strict = self.strict.saturating_sub(1);
             self.assemble(partition, matrix);
         }

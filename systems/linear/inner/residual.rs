@@ -1,0 +1,115 @@
+//! Residuals of the inner solver: the first, that of the guess, in single precision where that will do, and those of the answers.
+
+use super::cg::Vectors;
+use super::{InnerSolver, size};
+use crate::components::SolverScratch;
+use crate::settings::LinearParams;
+use crate::storage::room::grow;
+use crate::systems::linear::guess::fit;
+use crate::systems::linear::{CgError, Operator};
+use crate::systems::parallel;
+use glam::{DVec3, Vec4};
+
+/// From this tolerance on a solve begins in single precision, and one of few iterations may be in it altogether: a residual is then within
+/// a hundredth of the tolerance of the true one.
+const SINGLE: f64 = 1e-4;
+
+/// Whether a solve may begin with a residual in single precision. What that leaves, the residual of the answer tells.
+pub fn begins_single(params: &LinearParams) -> bool {
+    params.tolerance.min(params.stress_tolerance) >= SINGLE
+}
+
+/// Whether a solve of few iterations may stay in single precision.
+pub fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
+    // A body in space may turn at next to no energy, and then what single precision rounds off is a turn.
+    let is_planar = scratch.free.iter().all(|free| free.z == 0.0);
+    is_planar && begins_single(params) && !scratch.is_audited
+}
+
+impl InnerSolver {
+    /// Keeps b in `scratch.rhs` and forms the residual of the guess, which is [scaled](fit). Returns the squared norms of the residual
+    /// of the prescribed motion alone, and of that of the guess; and whether that is one of single precision, for which the operator's numbers
+    /// have been taken.
+    pub(super) fn first_residual(
+        &mut self,
+        operator: &Operator,
+        begins_single: bool,
+        corner: &mut Vec<[DVec3; 3]>,
+        x: &mut [DVec3],
+        scratch: &mut SolverScratch,
+    ) -> Result<(f64, f64, bool), CgError> {
+        let SolverScratch { free, residual, rhs, direction, product, partials, pairs, .. } = scratch;
+        for vector in [&mut *rhs, direction, product] {
+            grow(vector, x.len(), residual.capacity());
+            vector.resize(x.len(), DVec3::ZERO);
+        }
+        rhs.copy_from_slice(residual);
+        parallel::for_rows(direction, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
+        operator.apply_sparse(direction, product);
+        let reference_sq = parallel::sum_rows(direction, partials, |v, p| {
+            *p = (residual[v] - product[v]) * free[v];
+            p.length_squared()
+        });
+        if !reference_sq.is_finite() {
+            return Err(CgError::NotFinite { iteration: 0 });
+        }
+        // Nothing to multiply.
+        if x.iter().zip(&*free).all(|(x, free)| *x * *free == DVec3::ZERO) {
+            residual.copy_from_slice(direction);
+            return Ok((reference_sq, reference_sq, false));
+        }
+        let residual_sq = if begins_single {
+            self.take(operator, free);
+            let scale = self.times_rounded(x, free);
+            let (row, q) = (&self.order.row, &self.vectors.q);
+            let left = |v: usize, _| direction[v] - q[row[v] as usize].truncate().as_dvec3() * scale;
+            fit(x, free, direction, residual, left, (pairs, partials))
+        } else {
+            operator.apply(x, free, corner, product, partials);
+            fit(x, free, direction, residual, |v, b| (b - product[v]) * free[v], (pairs, partials))
+        };
+        Ok((reference_sq, residual_sq.unwrap_or(reference_sq), begins_single))
+    }
+
+    /// Rounds the free part of the guess `x` to single precision and multiplies it there. Returns the scale of the product.
+    fn times_rounded(&mut self, x: &mut [DVec3], free: &[DVec3]) -> f64 {
+        let Self { matrix, partition, order, vectors, .. } = self;
+        let Vectors { p, q, partials, .. } = vectors;
+        let largest = x.iter().zip(free).map(|(x, free)| (*x * *free).abs().max_element()).fold(0.0, f64::max);
+        let scale = if largest.is_normal() { largest } else { 1.0 };
+        size(p, x.len(), Vec4::ZERO);
+        size(q, x.len(), Vec4::ZERO);
+        parallel::for_rows(p, |row, p| {
+            let v = order.vertex[row] as usize;
+            *p = (x[v] * free[v] / scale).as_vec3().extend(0.0);
+        });
+        matrix.apply(partition, p, q, partials);
+        parallel::for_rows(x, |v, x| {
+            let rounded = p[order.row[v] as usize].truncate().as_dvec3() * scale;
+            *x = rounded * free[v] + *x * (DVec3::ONE - free[v]);
+        });
+        scale
+    }
+
+    /// Adds the correction to `x`.
+    pub(super) fn add_to(&self, x: &mut [DVec3], norm: f64) {
+        let (row, xr) = (&self.order.row, &self.vectors.xr);
+        parallel::for_rows(x, |v, x| *x += xr[row[v] as usize][0].truncate().as_dvec3() * norm);
+    }
+
+    /// Forms the residual anew; returns its squared norm.
+    pub(super) fn residual(
+        &self,
+        operator: &Operator,
+        corner: &mut Vec<[DVec3; 3]>,
+        x: &[DVec3],
+        scratch: &mut SolverScratch,
+    ) -> f64 {
+        let SolverScratch { free, residual, rhs, product, partials, .. } = scratch;
+        operator.apply(x, free, corner, product, partials);
+        parallel::sum_rows(residual, partials, |v, r| {
+            *r = (rhs[v] - product[v]) * free[v];
+            r.length_squared()
+        })
+    }
+}
