@@ -58,7 +58,7 @@ pub struct Pin {
 impl Hold {
     /// Whether this is a hold of [`Simulation::pin`]: all axes are held at rest position + offset.
     pub fn is_pin(&self) -> bool {
-        self.axes == [true; 3] && self.curve == Curve::constant(1.0)
+        self.axes == [true; 3] && self.curve.points() == [(0.0, 1.0)]
     }
 }
 
