@@ -38,7 +38,7 @@ use matrix::Matrix;
 use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
-use residual::{begins_single, is_single};
+use residual::is_single;
 pub use state::InnerState;
 
 /// A round that leaves more of the residual than this has come to nothing: double precision goes on.
@@ -120,16 +120,10 @@ impl InnerSolver {
     ) -> Result<(CgInfo, bool), CgError> {
         let is_single = is_single(params, scratch);
         let (reference_sq, mut residual_sq, has_taken) =
-            self.first_residual(operator, begins_single(params), corner, x, scratch)?;
+            self.first_residual(operator, is_single, corner, x, scratch)?;
         let limits = Limits::new(params, reference_sq, scratch.stored);
         let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
         let (mut is_solved, mut shift) = (true, SHIFT);
-        // Whether the residual is one of single precision, where that is not to have the last word.
-        let mut is_rough = has_taken && !is_single;
-        if is_rough && limits.are_met(residual_sq, info.error_energy) {
-            residual_sq = self.residual(operator, corner, x, scratch);
-            is_rough = false;
-        }
         if !limits.are_met(residual_sq, info.error_energy) {
             if !has_taken {
                 self.take(operator, &scratch.free);
@@ -166,8 +160,7 @@ impl InnerSolver {
             // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
             let by_recursion = reached.residual_sq * residual_sq;
             let is_known = is_single && reached.iterations <= FEW;
-            let is_there = reached.iterations == 0 && !is_rough && limits.are_met(residual_sq, info.error_energy);
-            residual_sq = if is_there {
+            residual_sq = if reached.iterations == 0 && limits.are_met(residual_sq, info.error_energy) {
                 residual_sq
             } else if is_known && limits.are_met(by_recursion, info.error_energy) {
                 self.add_to(x, norm);
@@ -179,7 +172,6 @@ impl InnerSolver {
                 self.add_to(x, norm);
                 self.residual(operator, corner, x, scratch)
             };
-            is_rough = false;
             if matches!(with, With::Own(Inner::Multigrid)) {
                 self.multigrid.has_served(reached.iterations, (residual_sq / before_sq).sqrt());
             }

@@ -1,4 +1,4 @@
-//! Residuals of the inner solver: the first, that of the guess, in single precision where that will do, and those of the answers.
+//! Residuals of the inner solver: that of the guess, in single precision where that will do, and those of the answers.
 
 use super::cg::Vectors;
 use super::{InnerSolver, size};
@@ -10,30 +10,24 @@ use crate::systems::linear::{CgError, Operator};
 use crate::systems::parallel;
 use glam::{DVec3, Vec4};
 
-/// From this tolerance on a solve begins in single precision, and one of few iterations may be in it altogether: a residual is then within
+/// From this tolerance on all of a solve of few iterations is in single precision: the residual that it reports is then within
 /// a hundredth of the tolerance of the true one.
 const SINGLE: f64 = 1e-4;
-
-/// Whether a solve may begin with a residual in single precision. What that leaves, the residual of the answer tells.
-pub fn begins_single(params: &LinearParams) -> bool {
-    params.tolerance.min(params.stress_tolerance) >= SINGLE
-}
 
 /// Whether a solve of few iterations may stay in single precision.
 pub fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
     // A body in space may turn at next to no energy, and then what single precision rounds off is a turn.
     let is_planar = scratch.free.iter().all(|free| free.z == 0.0);
-    is_planar && begins_single(params) && !scratch.is_audited
+    is_planar && params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }
 
 impl InnerSolver {
     /// Keeps b in `scratch.rhs` and forms the residual of the guess, which is [scaled](fit). Returns the squared norms of the residual
-    /// of the prescribed motion alone, and of that of the guess; and whether that is one of single precision, for which the operator's numbers
-    /// have been taken.
+    /// of the prescribed motion alone, and of that of the guess; and whether the operator's numbers have been taken for it.
     pub(super) fn first_residual(
         &mut self,
         operator: &Operator,
-        begins_single: bool,
+        is_single: bool,
         corner: &mut Vec<[DVec3; 3]>,
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
@@ -58,7 +52,7 @@ impl InnerSolver {
             residual.copy_from_slice(direction);
             return Ok((reference_sq, reference_sq, false));
         }
-        let residual_sq = if begins_single {
+        let residual_sq = if is_single {
             self.take(operator, free);
             let scale = self.times_rounded(x, free);
             let (row, q) = (&self.order.row, &self.vectors.q);
@@ -68,7 +62,7 @@ impl InnerSolver {
             operator.apply(x, free, corner, product, partials);
             fit(x, free, direction, residual, |v, b| (b - product[v]) * free[v], (pairs, partials))
         };
-        Ok((reference_sq, residual_sq.unwrap_or(reference_sq), begins_single))
+        Ok((reference_sq, residual_sq.unwrap_or(reference_sq), is_single))
     }
 
     /// Rounds the free part of the guess `x` to single precision and multiplies it there. Returns the scale of the product.
