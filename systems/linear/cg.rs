@@ -2,7 +2,7 @@
 
 use super::Operator;
 use super::estimate::{EnergyError, Limits};
-use super::guess::fit;
+use super::guess::{fit, is_none, residual_without};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::systems::parallel;
@@ -66,24 +66,15 @@ pub fn solve(
         vector.resize(n, DVec3::ZERO);
     }
 
-    // The reference norm: b with the prescribed motion moved to the right, the residual of a zero guess.
-    parallel::for_rows(direction, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
-    operator.apply_sparse(direction, product);
-    let reference_sq = parallel::sum_rows(direction, partials, |v, p| {
-        *p = (residual[v] - product[v]) * free[v];
-        p.length_squared()
-    });
-    if !reference_sq.is_finite() {
-        return Err(CgError::NotFinite { iteration: 0 });
-    }
-    let is_warm = x.iter().zip(&*free).any(|(x, free)| *x * *free != DVec3::ZERO);
-    let mut residual_sq = if is_warm {
+    // The reference norm is that of the residual of a zero guess.
+    let reference_sq = residual_without(operator, (x, free, residual), direction, product, partials)?;
+    let mut residual_sq = if is_none(x, free) {
+        residual.copy_from_slice(direction);
+        reference_sq
+    } else {
         operator.apply(x, free, corner, product, partials);
         let left = |v: usize, b: DVec3| (b - product[v]) * free[v];
         fit(x, free, direction, residual, left, (pairs, partials)).unwrap_or(reference_sq)
-    } else {
-        residual.copy_from_slice(direction);
-        reference_sq
     };
 
     let limits = Limits::new(params, reference_sq, stored).repeating(stops);

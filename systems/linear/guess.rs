@@ -1,7 +1,34 @@
 //! What a first guess is worth.
 
+use super::{CgError, Operator};
 use crate::systems::parallel;
 use glam::{DVec2, DVec3};
+
+/// Fills `without` with the residual \[N\] of no guess, b less what the prescribed motion in `x` takes, and returns its squared norm;
+/// `product` is scratch.
+///
+/// # Errors
+/// [`CgError::NotFinite`] where b, the motion or the operator holds a NaN or an infinity.
+pub fn residual_without(
+    operator: &Operator,
+    (x, free, b): (&[DVec3], &[DVec3], &[DVec3]),
+    without: &mut [DVec3],
+    product: &mut [DVec3],
+    partials: &mut Vec<f64>,
+) -> Result<f64, CgError> {
+    parallel::for_rows(without, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
+    operator.apply_sparse(without, product);
+    let norm_sq = parallel::sum_rows(without, partials, |v, p| {
+        *p = (b[v] - product[v]) * free[v];
+        p.length_squared()
+    });
+    if norm_sq.is_finite() { Ok(norm_sq) } else { Err(CgError::NotFinite { iteration: 0 }) }
+}
+
+/// Whether there is no guess: nothing moves along free axes.
+pub fn is_none(x: &[DVec3], free: &[DVec3]) -> bool {
+    x.iter().zip(free).all(|(x, free)| *x * *free == DVec3::ZERO)
+}
 
 /// Scales the free part of a guess `x` to the least energy of its error: by x·b/x·A·x, with b as `without` \[N\], the residual of
 /// no guess. The displacement of the last step is a good guess but for its length where a hand speeds up or stops, and where tissue has

@@ -5,7 +5,7 @@ use super::{InnerSolver, size};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::storage::room::grow;
-use crate::systems::linear::guess::fit;
+use crate::systems::linear::guess::{fit, is_none, residual_without};
 use crate::systems::linear::{CgError, Operator};
 use crate::systems::parallel;
 use glam::{DVec3, Vec4};
@@ -38,17 +38,8 @@ impl InnerSolver {
             vector.resize(x.len(), DVec3::ZERO);
         }
         rhs.copy_from_slice(residual);
-        parallel::for_rows(direction, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
-        operator.apply_sparse(direction, product);
-        let reference_sq = parallel::sum_rows(direction, partials, |v, p| {
-            *p = (residual[v] - product[v]) * free[v];
-            p.length_squared()
-        });
-        if !reference_sq.is_finite() {
-            return Err(CgError::NotFinite { iteration: 0 });
-        }
-        // Nothing to multiply.
-        if x.iter().zip(&*free).all(|(x, free)| *x * *free == DVec3::ZERO) {
+        let reference_sq = residual_without(operator, (x, free, rhs), direction, product, partials)?;
+        if is_none(x, free) {
             residual.copy_from_slice(direction);
             return Ok((reference_sq, reference_sq, false));
         }
