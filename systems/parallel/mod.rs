@@ -7,7 +7,7 @@ mod share;
 use super::kernels::simd::{Kernel, LANES, run, wide};
 use hecs::{Query, World};
 pub use pool::{Aside, Pool, is_worth_sharing};
-use share::{Parts, Rows, join, share};
+use share::{Cut, Parts, Rows, join, share};
 use std::iter::Sum;
 use std::ops::{AddAssign, Range};
 use std::sync::Mutex;
@@ -68,8 +68,8 @@ pub fn for_rows<T: Send>(out: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
 /// Calls `f(first_row, rows)` for every chunk of rows: a kernel that takes several rows at a time. All chunks but the last
 /// have a multiple of eight rows.
 pub fn for_slices<T: Send>(out: &mut [T], f: impl Fn(usize, &mut [T]) + Sync) {
-    let (rows, is_shared) = (out.len(), is_worth_sharing(out.len()));
-    share(rows.div_ceil(CHUNK), Rows(out, CHUNK), is_shared, &|first, rows| {
+    let is_shared = is_worth_sharing(out.len());
+    share(Rows(out, CHUNK), is_shared, &|first, rows| {
         rows.pieces().enumerate().for_each(|(c, rows)| wide(|| f((first + c) * CHUNK, rows)));
     });
 }
@@ -77,8 +77,8 @@ pub fn for_slices<T: Send>(out: &mut [T], f: impl Fn(usize, &mut [T]) + Sync) {
 /// Calls `f(first_row, rows, others)` for every chunk of the rows of two lists of one length: what one loop has filled is still near
 /// the processor when the next one reads it.
 pub fn for_pairs<T: Send, U: Send>(a: &mut [T], b: &mut [U], f: impl Fn(usize, &mut [T], &mut [U]) + Sync) {
-    let (rows, is_shared) = (a.len(), is_worth_sharing(a.len()));
-    share(rows.div_ceil(CHUNK), (Rows(a, CHUNK), Rows(b, CHUNK)), is_shared, &|first, (a, b)| {
+    let is_shared = is_worth_sharing(a.len());
+    share((Rows(a, CHUNK), Rows(b, CHUNK)), is_shared, &|first, (a, b)| {
         a.pieces().zip(b.pieces()).enumerate().for_each(|(c, (a, b))| f((first + c) * CHUNK, a, b));
     });
 }
@@ -112,7 +112,7 @@ pub fn for_pieces<T: Send>(out: &mut [T], size: usize, kernel: &impl Kernel<T>) 
 
 fn in_pieces<T: Send>(rows: Rows<T>, is_shared: bool, kernel: &impl Kernel<T>) {
     let size = rows.1;
-    share(rows.count(), rows, is_shared, &|first, rows| {
+    share(rows, is_shared, &|first, rows| {
         rows.pieces().enumerate().for_each(|(p, rows)| run(kernel, (first + p) * size, rows));
     });
 }
@@ -164,7 +164,7 @@ fn sum_of<T: Send, S: Copy + Default + Send + Sum>(
     let rows = Rows(out, size);
     partials.clear();
     partials.resize(rows.count(), S::default());
-    share(rows.count(), (rows, Rows(partials, 1)), is_shared, &|first, (rows, partials)| {
+    share((rows, Rows(partials, 1)), is_shared, &|first, (rows, partials)| {
         for (p, (rows, partial)) in rows.pieces().zip(partials.0).enumerate() {
             *partial = of_piece((first + p) * size, rows);
         }
@@ -189,7 +189,7 @@ pub fn least(rows: usize, partials: &mut Vec<f64>, f: impl Fn(usize) -> f64 + Sy
 fn fill(rows: usize, partials: &mut Vec<f64>, of_chunk: impl Fn(Range<usize>) -> f64 + Sync) {
     partials.clear();
     partials.resize(rows.div_ceil(CHUNK), 0.0);
-    share(partials.len(), Rows(partials, 1), is_worth_sharing(rows), &|first, partials| {
+    share(Rows(partials, 1), is_worth_sharing(rows), &|first, partials| {
         for (c, partial) in (first..).zip(partials.0) {
             *partial = of_chunk(c * CHUNK..((c + 1) * CHUNK).min(rows));
         }
@@ -199,7 +199,7 @@ fn fill(rows: usize, partials: &mut Vec<f64>, of_chunk: impl Fn(Range<usize>) ->
 /// Runs a kernel on every part of `out`, which is told its number: part `p` has the rows from `starts[p]` up to `starts[p + 1]`.
 pub fn for_parts<T: Send>(out: &mut [T], starts: &[u32], kernel: &impl Kernel<T>) {
     let is_shared = is_worth_sharing(out.len());
-    share(starts.len().saturating_sub(1), Parts(out, starts), is_shared, &|first, Parts(mut rows, starts)| {
+    share(Parts(out, starts), is_shared, &|first, Parts(mut rows, starts)| {
         for (p, ends) in starts.windows(2).enumerate() {
             let (part, others) = rows.split_at_mut((ends[1] - ends[0]) as usize);
             run(kernel, first + p, part);

@@ -63,3 +63,18 @@ fn fill<B: FactorBlock>(blocks: &mut [B], free: &mut [u8], of_row: &(impl Fn(usi
         }
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_axes_may_be_free() {
+        let free = |row: usize| DVec3::from_array([0, 1, 2].map(|axis| (row >> axis & 1) as f64));
+        for is_flat in [false, true] {
+            let mut own = OwnBlocks::default();
+            own.assemble(is_flat, 8, |row| (DMat3::IDENTITY, free(row)));
+            assert!((0..8).all(|row| own.free(row) == free(row).as_vec3().extend(0.0)));
+        }
+    }
+}
