@@ -1,0 +1,6 @@
+//! What touches a body: obstacles, forceps and other tools.
+
+mod contact;
+mod contact_passing;
+mod grips;
+mod tools;

@@ -1,0 +1,16 @@
+//! What a host relies on: its hold on a simulation, equal bits, going back, sleep, and bad calls and bodies contained.
+
+mod absence;
+mod determinism;
+mod embed;
+mod examples;
+mod hostile_calls;
+mod one_bad_body;
+mod reorder;
+mod replay;
+mod rollback;
+mod sleep;
+mod snapshot;
+
+#[path = "../common/mod.rs"]
+mod common;

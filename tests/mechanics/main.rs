@@ -1,0 +1,18 @@
+//! What a body does while it does not tear: elements and their derivatives, fibres that stiffen, bending, loads, the
+//! integrator, rest, energy.
+
+mod bending;
+mod containment;
+mod edge_loads;
+mod element;
+mod energy;
+mod integrator;
+mod issue_stress;
+mod noise;
+mod rest_and_release;
+mod stiffening_fibres;
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../meshes/mod.rs"]
+mod meshes;

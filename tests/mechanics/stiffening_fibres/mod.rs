@@ -1,0 +1,26 @@
+//! Fibres that stiffen: derivatives of their energy, patches, strips, motion, tears, and what is refused.
+#![cfg(feature = "scenes")]
+
+mod bodies;
+mod derivatives;
+
+use hecs::Entity;
+use rhexis::components::{Fibres, Material, StiffeningFibres};
+use rhexis::membrane::Membrane;
+use rhexis::scene::generate;
+use rhexis::settings::Settings;
+use rhexis::simulation::Simulation;
+
+const FIBRES: StiffeningFibres = StiffeningFibres { k1: 6.0, k2: 9.0 };
+
+/// A sheet of 6 × 5 mm on a jittered mesh.
+fn sheet(degrees: f64) -> Membrane {
+    let mesh = generate::jittered(6.0, 5.0, 6, 5, 3).unwrap();
+    Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(degrees)).with(FIBRES)
+}
+
+fn simulate(settings: Settings, membrane: Membrane) -> (Simulation, Entity) {
+    let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
+    let body = simulation.spawn(membrane).unwrap();
+    (simulation, body)
+}

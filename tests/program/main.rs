@@ -1,0 +1,14 @@
+//! The program around the engine: command line, scenes, mesh files, pictures, verification, faults;
+//! and what the README says of it.
+
+mod bench;
+mod bodies;
+mod cli;
+mod faults;
+mod mesh_files;
+mod output;
+mod readme;
+mod scenes;
+mod stability;
+mod stress;
+mod verify;

@@ -1,0 +1,20 @@
+//! Tears: what decides on them, how they go, what they leave; the edits of the mesh beneath them, refinement around them.
+
+mod criterion;
+mod edits;
+mod energy_criterion;
+mod fig2_tear;
+mod fracture;
+mod held_shut;
+mod random_edits;
+mod random_tears;
+mod refinement;
+mod tear_meetings;
+mod tear_modes;
+mod tears;
+mod tip_memory;
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../meshes/mod.rs"]
+mod meshes;
