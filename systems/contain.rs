@@ -34,7 +34,7 @@ use super::kernels::path_work::Element;
 use super::linear::{Folds, Operator};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
-    Damping, Drag, Frames, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres, Tautness,
+    Damping, Drag, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres, Tautness,
 };
 use crate::math::{ElementState, Faded, Orthotropic, Sym2};
 use crate::settings::Tangent;
@@ -220,7 +220,7 @@ fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
 struct Solved<'a> {
     operator: Operator<'a>,
     increment: &'a Increment,
-    free: &'a [DVec3],
+    free: &'a FreeAxes,
     unstretched: Sym2,
     fibres: Option<&'a StiffeningFibres>,
     is_planar: bool,

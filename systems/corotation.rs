@@ -2,7 +2,7 @@
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
-use super::kernels::simd;
+use super::kernels::simd::{self, Kernel};
 use super::{Formula, StepContext, parallel};
 use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
 use crate::math::{CoupledStiffness, ElementState, Faded, GeometricStiffness, Orthotropic, Sym2};
@@ -49,17 +49,37 @@ fn evaluate_rotated(
     frames.is_planar = is_planar;
     grow(&mut frames.state, triangles.len(), triangles.corners.capacity());
     frames.state.resize(triangles.len(), ElementState::REST);
-    grow(&mut frames.geometric, triangles.len(), triangles.corners.capacity());
-    frames.geometric.resize(triangles.len(), GeometricStiffness::default());
+    let room = triangles.corners.capacity();
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
     let states =
         States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
-    parallel::for_pairs(&mut frames.state, &mut frames.geometric, |first, state, geometric| {
-        simd::run(&states, first, state);
-        simd::run(&Geometric { state, start: first, stiffness, is_planar, reserve }, first, geometric);
-    });
+    let Frames { state, geometric, in_plane, .. } = &mut *frames;
+    if is_planar {
+        geometric.clear();
+        states_and_stiffness(&states, state, in_plane, room, reserve);
+    } else {
+        in_plane.clear();
+        states_and_stiffness(&states, state, geometric, room, reserve);
+    }
     stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), None);
+}
+
+fn states_and_stiffness<T: Clone + Default + Send>(
+    states: &States,
+    state: &mut [ElementState],
+    list: &mut Vec<T>,
+    room: usize,
+    reserve: f64,
+) where
+    for<'a> Geometric<'a>: Kernel<T>,
+{
+    grow(list, state.len(), room);
+    list.resize(state.len(), T::default());
+    parallel::for_pairs(state, list, |first, state, list| {
+        simd::run(states, first, state);
+        simd::run(&Geometric { state, start: first, stiffness: states.stiffness, reserve }, first, list);
+    });
 }
 
 /// State of every triangle at the vertices' positions, and its stiffness where fibres stiffen.
@@ -120,25 +140,36 @@ pub fn geometric_stiffness(
     tangent: Tangent,
     reserve: f64,
 ) {
-    let Frames { state, geometric, stiffened, .. } = frames;
-    grow(geometric, state.len(), triangles.corners.capacity());
-    geometric.resize(state.len(), GeometricStiffness::default());
-    if tangent == Tangent::Rotated {
-        let stiffness = triangles.stiffness.by_row();
-        return parallel::for_chunks(geometric, &Geometric { state, start: 0, stiffness, is_planar, reserve });
+    let Frames { state, geometric, in_plane, stiffened, .. } = frames;
+    let room = triangles.corners.capacity();
+    if is_planar {
+        geometric.clear();
+        grow(in_plane, state.len(), room);
+        in_plane.resize(state.len(), 0.0);
+    } else {
+        in_plane.clear();
+        grow(geometric, state.len(), room);
+        geometric.resize(state.len(), GeometricStiffness::default());
     }
-    parallel::for_rows(geometric, |t, geometric| {
+    if tangent == Tangent::Rotated {
+        let kernel = Geometric { state, start: 0, stiffness: triangles.stiffness.by_row(), reserve };
+        parallel::for_chunks(in_plane, &kernel);
+        return parallel::for_chunks(geometric, &kernel);
+    }
+    let majorant = |t: usize| {
         let ElementState { polar, stress } = state[t];
-        let normal = if is_planar { Sym2::ZERO } else { membrane::second_piola(stress, polar.stretch) };
-        *geometric = match tangent {
-            Tangent::Projected => GeometricStiffness {
-                normal: normal.positive_part(),
-                in_plane: match stiffened.get(t) {
-                    None => membrane::spin_majorant(stress, polar.stretch, &triangles.stiffness[t], 0.0),
-                    Some(CoupledStiffness { law, q16 }) => membrane::spin_majorant(stress, polar.stretch, law, *q16),
-                },
-            },
-            _ => GeometricStiffness { normal, in_plane: 0.0 },
-        };
+        match (tangent, stiffened.get(t)) {
+            (Tangent::Projected, None) => membrane::spin_majorant(stress, polar.stretch, &triangles.stiffness[t], 0.0),
+            (Tangent::Projected, Some(CoupledStiffness { law, q16 })) => {
+                membrane::spin_majorant(stress, polar.stretch, law, *q16)
+            }
+            _ => 0.0,
+        }
+    };
+    parallel::for_rows(in_plane, |t, in_plane| *in_plane = majorant(t));
+    parallel::for_rows(geometric, |t, geometric| {
+        let normal = membrane::second_piola(state[t].stress, state[t].polar.stretch);
+        let normal = if tangent == Tangent::Projected { normal.positive_part() } else { normal };
+        *geometric = GeometricStiffness { normal, in_plane: majorant(t) };
     });
 }

@@ -17,7 +17,8 @@ use super::linear::Folds;
 use super::{StepContext, parallel};
 use crate::components::{
     Bending, Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames,
-    Holds, Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, StiffeningFibres, TearDecisions, TearLog,
+    Holds, Increment, Planar, PreStretch, Reactions, Refined, Shares, SolverScratch, StiffeningFibres, TearDecisions,
+    TearLog,
 };
 use crate::event::EventKind;
 use crate::math::GeometricStiffness;
@@ -61,16 +62,14 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Energies with the vertices at these positions and velocities. `shares` is scratch.
-    pub fn energies(&self, x: &[DVec3], v: &[DVec3], mass: &[f64], shares: &mut Vec<[f64; 5]>) -> Energies {
-        shares.resize(self.triangles.len(), [0.0; 5]);
-        parallel::for_rows(shares, |t, share| {
-            share[0] = self.element(t).energy(self.triangles.corners[t].map(|c| x[c as usize]));
-        });
+    /// Energies with the vertices at these positions and velocities. `partials` is scratch.
+    pub fn energies(&self, x: &[DVec3], v: &[DVec3], mass: &[f64], partials: &mut Vec<f64>) -> Energies {
+        let energy = |t: usize| self.element(t).energy(self.triangles.corners[t].map(|c| x[c as usize]));
+        let stretched = parallel::sum(self.triangles.len(), partials, energy);
         let bent = self.bending.map_or(0.0, |(bending, vertices, topology)| {
             Folds::energy_at((vertices, self.triangles, topology), bending, None, x)
         });
-        Energies { elastic: shares.iter().map(|share| share[0]).sum::<f64>() + bent, kinetic: kinetic(v, mass) }
+        Energies { elastic: stretched + bent, kinetic: kinetic(v, mass) }
     }
 }
 
@@ -88,17 +87,15 @@ pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles, &'a Topology),
-        (Strained<'a>, Option<&'a Bending>),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch),
     );
-    for ((audit, refined, vertices, triangles, topology), (strained, bending)) in
-        world.query_mut::<Query>().with::<&SolverScratch>()
-    {
+    for ((audit, refined, vertices, triangles, topology), (strained, bending, scratch)) in world.query_mut::<Query>() {
         count += 1;
         audit.settle();
         if audit.initial.is_none() || refined.is_some() {
             let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
             let Vertices { position, velocity, mass, .. } = vertices;
-            let now = sheet.energies(position, velocity, mass, &mut audit.shares);
+            let now = sheet.energies(position, velocity, mass, &mut scratch.partials);
             audit.initial.get_or_insert(now);
             audit.ends = [now; 2];
         }
@@ -111,15 +108,13 @@ pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, &'a Refined, &'a Vertices, &'a Triangles, &'a Topology),
-        (Strained<'a>, Option<&'a Bending>),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch),
     );
-    for ((audit, _, vertices, triangles, topology), (strained, bending)) in
-        world.query_mut::<Query>().with::<&SolverScratch>()
-    {
+    for ((audit, _, vertices, triangles, topology), (strained, bending, scratch)) in world.query_mut::<Query>() {
         count += 1;
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;
-        let now = sheet.energies(position, velocity, mass, &mut audit.shares);
+        let now = sheet.energies(position, velocity, mass, &mut scratch.partials);
         audit.note_edits(now - audit.ends[1]);
     }
     count
@@ -193,15 +188,13 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         let body = Carried { vertices, sheet, topology, frames, increment, scratch, external, drag, held, folds };
         let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
         if step.is_static && step.newton_iterations > 1 {
-            body.sum_triangles(audit, |t, x, u, _| body.between_ends(t, x, u));
-            body.add_bending(audit, true);
+            let sums = body.sums(audit, true, |t, x, u, _| body.between_ends(t, x, u));
             let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
-            audit.step = body.static_terms(audit, is_relaxation);
+            audit.step = body.static_terms(audit, &sums, is_relaxation);
             note_equilibrium(audit, log, step, scratch.is_converged);
         } else {
-            body.sum_triangles(audit, |t, _, u, change| body.linearised(t, u, change, viscosity));
-            body.add_bending(audit, false);
-            audit.step = body.dynamic_terms(audit, step);
+            let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change, viscosity));
+            audit.step = body.dynamic_terms(audit, &sums, step);
             audit.equilibrium = None;
         }
     }
@@ -213,17 +206,17 @@ pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, &'a TearDecisions, &'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
-        (Strained<'a>, Option<&'a Bending>),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch),
     );
-    for ((audit, _, vertices, triangles, topology, increment), (strained, bending)) in
-        world.query_mut::<Query>().with::<&SolverScratch>()
+    for ((audit, _, vertices, triangles, topology, increment), (strained, bending, scratch)) in
+        world.query_mut::<Query>()
     {
         count += 1;
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;
         let Increment { start, start_velocity, .. } = increment;
-        audit.edits_of_start = sheet.energies(start, start_velocity, mass, &mut audit.shares) - audit.ends[0];
-        audit.step.edits = sheet.energies(position, velocity, mass, &mut audit.shares) - audit.ends[1];
+        audit.edits_of_start = sheet.energies(start, start_velocity, mass, &mut scratch.partials) - audit.ends[0];
+        audit.step.edits = sheet.energies(position, velocity, mass, &mut scratch.partials) - audit.ends[1];
     }
     count
 }
@@ -243,40 +236,35 @@ struct Carried<'a> {
 }
 
 impl Carried<'_> {
-    /// Fills `shares` with a triangle's true work along the step, what `terms` gives for it (the scheme's work and the
-    /// damping), and its energies at both ends, from x₀, u and u − u_k.
-    fn sum_triangles(
+    /// Sums over the triangles their true work along the step, what `terms` gives for it (the scheme's work and the
+    /// damping), and their energies at both ends, from x₀, u and u − u_k; with those of bending, whose work may be that between the ends.
+    fn sums(
         &self,
-        audit: &mut EnergyAudit,
+        EnergyAudit { displacement: evaluated, partials, .. }: &mut EnergyAudit,
+        is_between_ends: bool,
         terms: impl Fn(usize, [DVec3; 3], [DVec3; 3], [DVec3; 3]) -> [f64; 2] + Sync,
-    ) {
+    ) -> Shares {
         let Increment { start, displacement, .. } = self.increment;
-        let EnergyAudit { displacement: evaluated, shares, .. } = audit;
-        shares.resize(self.sheet.triangles.len(), [0.0; 5]);
-        parallel::for_rows(shares, |t, share| {
-            let corners = self.sheet.triangles.corners[t].map(|v| v as usize);
+        let Sheet { triangles, .. } = self.sheet;
+        let mut sums = parallel::sum_rows(&mut vec![(); triangles.len()], partials, |t, ()| {
+            let corners = triangles.corners[t].map(|v| v as usize);
             let (x, u) = (corners.map(|v| start[v]), corners.map(|v| displacement[v]));
             let element = self.sheet.element(t);
             let [scheme, damping] = terms(t, x, u, corners.map(|v| displacement[v] - evaluated[v]));
-            let end = corners.map(|v| self.vertices.position[v]);
-            *share = [element.work(x, u), scheme, damping, element.energy(x), element.energy(end)];
+            let end = element.energy(corners.map(|v| self.vertices.position[v]));
+            Shares { work: element.work(x, u), scheme, damping, start: element.energy(x), end }
         });
-    }
-
-    /// Adds the terms of bending to the shares of the first triangle.
-    fn add_bending(&self, audit: &mut EnergyAudit, is_between_ends: bool) {
-        let (Some((bending, vertices, topology)), Some(folds)) = (self.sheet.bending, self.folds) else { return };
-        let Increment { start, displacement, .. } = self.increment;
-        let body = (vertices, self.sheet.triangles, topology);
-        let works = if is_between_ends {
-            Folds::works_between_ends(body, bending, start, displacement)
-        } else {
-            let is_exact = self.scratch.tangent == Tangent::Exact;
-            folds.works_of_step(body, bending, start, (&audit.displacement, displacement), is_exact)
-        };
-        if let Some(share) = audit.shares.first_mut() {
-            share.iter_mut().zip(works).for_each(|(share, work)| *share += work);
+        if let (Some((bending, vertices, topology)), Some(folds)) = (self.sheet.bending, self.folds) {
+            let body = (vertices, triangles, topology);
+            let [work, scheme, damping, start, end] = if is_between_ends {
+                Folds::works_between_ends(body, bending, start, displacement)
+            } else {
+                let is_exact = self.scratch.tangent == Tangent::Exact;
+                folds.works_of_step(body, bending, start, (evaluated, displacement), is_exact)
+            };
+            sums += Shares { work, scheme, damping, start, end };
         }
+        sums
     }
 
     /// −(mean of the forces at both ends) · u.
@@ -292,7 +280,7 @@ impl Carried<'_> {
         let (state, rest) = (&self.frames.state[t], &triangles.rest[t]);
         let (stiffness, coupling) = (self.frames.stiffness(triangles, t), self.frames.coupling(t));
         let volume = rest.area * triangles.thickness[t];
-        let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric[t];
+        let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric_stiffness(t);
         let is_exact = self.scratch.tangent != Tangent::Rotated;
         if !is_exact {
             // The frames may hold what goes with another tangent, which was indefinite; what goes with this one stays.
@@ -308,11 +296,6 @@ impl Carried<'_> {
         [scheme, volume * viscosity * stiffness.coupled_stress(coupling, rate).contract(rate)]
     }
 
-    /// Sum of a column of the shares.
-    fn sum(audit: &EnergyAudit, column: usize) -> f64 {
-        audit.shares.iter().map(|share| share[column]).sum()
-    }
-
     /// Work of the holds' reactions along the step.
     fn work_of_reactions(&self) -> f64 {
         let Some((holds, reactions)) = self.held else { return 0.0 };
@@ -321,7 +304,7 @@ impl Carried<'_> {
         pairs.map(|(&row, force)| force.dot(self.increment.displacement[row as usize])).sum()
     }
 
-    fn dynamic_terms(&self, audit: &mut EnergyAudit, step: &StepContext) -> EnergyBalance {
+    fn dynamic_terms(&self, audit: &mut EnergyAudit, sums: &Shares, step: &StepContext) -> EnergyBalance {
         let Vertices { velocity, mass, .. } = self.vertices;
         let Increment { start_velocity, displacement: u, .. } = self.increment;
         let mut work_of_loads = dot(&audit.loads, u);
@@ -336,16 +319,16 @@ impl Carried<'_> {
         let jumps = velocity.iter().zip(start_velocity).zip(mass);
         let residual = self.scratch.residual.iter().zip(&self.scratch.free).zip(u);
         audit.ends = [
-            Energies { elastic: Self::sum(audit, 3), kinetic: kinetic(start_velocity, mass) },
-            Energies { elastic: Self::sum(audit, 4), kinetic: kinetic(velocity, mass) },
+            Energies { elastic: sums.start, kinetic: kinetic(start_velocity, mass) },
+            Energies { elastic: sums.end, kinetic: kinetic(velocity, mass) },
         ];
         EnergyBalance {
             work_of_holds: self.work_of_reactions(),
             // Among the loads drag is a force as any other.
             work_of_loads: work_of_loads + drag,
-            damping: Self::sum(audit, 2),
+            damping: sums.damping,
             drag,
-            numerical_elastic: Self::sum(audit, 1) - Self::sum(audit, 0),
+            numerical_elastic: sums.scheme - sums.work,
             numerical_kinetic: if step.is_static {
                 audit.ends[0].kinetic
             } else {
@@ -358,7 +341,7 @@ impl Carried<'_> {
 
     /// In a relaxation, which follows an equilibrium at the same time, what the trapezoidal rule is off belongs to what is
     /// released; else the scheme's works are off by it.
-    fn static_terms(&self, audit: &mut EnergyAudit, is_relaxation: bool) -> EnergyBalance {
+    fn static_terms(&self, audit: &mut EnergyAudit, sums: &Shares, is_relaxation: bool) -> EnergyBalance {
         let Increment { start_velocity, displacement: u, .. } = self.increment;
         let [start_membrane, start_loads] = &audit.start;
         let (mut start_reactions, mut released) = (0.0, 0.0);
@@ -368,13 +351,10 @@ impl Carried<'_> {
             start_reactions -= (start * (DVec3::ONE - *free)).dot(u[v]);
             released += 0.5 * ((start + end) * *free).dot(u[v]);
         }
-        let off = Self::sum(audit, 1) - Self::sum(audit, 0);
+        let off = sums.scheme - sums.work;
         let work_of_loads = 0.5 * (dot(start_loads, u) + dot(&audit.loads, u));
         let kinetic = kinetic(start_velocity, &self.vertices.mass);
-        audit.ends = [
-            Energies { elastic: Self::sum(audit, 3), kinetic },
-            Energies { elastic: Self::sum(audit, 4), kinetic: 0.0 },
-        ];
+        audit.ends = [Energies { elastic: sums.start, kinetic }, Energies { elastic: sums.end, kinetic: 0.0 }];
         EnergyBalance {
             work_of_holds: 0.5 * (start_reactions + self.work_of_reactions()),
             work_of_loads,

@@ -4,7 +4,6 @@ use super::context::SECOND_STAGE;
 use super::{StepContext, parallel};
 use crate::components::{Forces, Grips, Holds, Increment, Pinch, Planar, Sleeping, SolverScratch, TearDecisions};
 use crate::storage::Vertices;
-use crate::storage::room::grow;
 use glam::DVec3;
 
 /// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear
@@ -109,9 +108,7 @@ fn mark_axes(
     time: f64,
 ) {
     let free_axes = if planar.is_some() { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
-    scratch.free.clear();
-    grow(&mut scratch.free, vertices.len(), vertices.position.capacity());
-    scratch.free.resize(vertices.len(), free_axes);
+    scratch.free.reset(vertices.len(), vertices.position.capacity(), free_axes);
     if planar.is_some() {
         increment.delta.iter_mut().for_each(|d| d.z = 0.0);
     }
@@ -122,7 +119,7 @@ fn mark_axes(
             let target = vertices.rest_position[v] + offset * factor;
             for axis in 0..3 {
                 if hold.axes[axis] {
-                    scratch.free[v][axis] = 0.0;
+                    scratch.free.prescribe(v, axis);
                     increment.delta[v][axis] = target[axis] - vertices.position[v][axis];
                 }
             }
@@ -146,7 +143,8 @@ fn mark_pinched(
     if pinch.is_constraint() {
         for (row, target) in pinch.targets(time) {
             let v = row as usize;
-            let axes = std::mem::replace(&mut scratch.free[v], DVec3::ZERO);
+            let axes = scratch.free[v];
+            scratch.free.set(v, DVec3::ZERO);
             let wanted = target - vertices.position[v];
             increment.delta[v] = DVec3::select(axes.cmpgt(DVec3::ZERO), wanted, increment.delta[v]);
             prescribed.push(axes);

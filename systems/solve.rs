@@ -5,6 +5,7 @@ use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch,
     Reactions, SolverScratch, Tearing,
 };
+use crate::math::{ElementState, GeometricStiffness, Orthotropic};
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -308,11 +309,15 @@ fn solve_or_fall_back(
     scratch.residual = rhs;
     increment.delta = first_guess;
     let frames = rotated.insert(operator.frames.clone());
-    for (t, state) in operator.frames.state.iter().enumerate() {
-        let geometric = &mut frames.geometric[t];
-        geometric.normal = geometric.normal.positive_part();
-        geometric.in_plane =
-            shear_majorant(state.stress, state.polar.stretch, &operator.triangles.stiffness[t], reserve);
+    let majorant =
+        |(state, law): (&ElementState, &Orthotropic)| shear_majorant(state.stress, state.polar.stretch, law, reserve);
+    let majorants = operator.frames.state.iter().zip(operator.triangles.stiffness.iter()).map(majorant);
+    if frames.is_planar {
+        frames.in_plane = majorants.collect();
+    } else {
+        for (geometric, in_plane) in frames.geometric.iter_mut().zip(majorants) {
+            *geometric = GeometricStiffness { normal: geometric.normal.positive_part(), in_plane };
+        }
     }
     solve(&Operator { frames, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
 }

@@ -1,7 +1,8 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
+use super::FreeAxes;
 use super::Stops;
-use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic};
+use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic, Sym2};
 use crate::report::Fault;
 use crate::settings::Tangent;
 use crate::storage::room::fit;
@@ -13,8 +14,10 @@ use glam::{DMat3, DVec2, DVec3};
 pub struct Frames {
     /// State at the positions of the last evaluation.
     pub state: Vec<ElementState>,
-    /// Geometric stiffness there.
+    /// Geometric stiffness there, but for planar bodies.
     pub geometric: Vec<GeometricStiffness>,
+    /// That of planar bodies, which have none out of the plane \[MPa\].
+    pub in_plane: Vec<f64>,
     /// Stiffness \[MPa\] there of a body with [`StiffeningFibres`](crate::math::StiffeningFibres); empty without them.
     pub stiffened: Vec<CoupledStiffness>,
     /// Whether it was evaluated in a plane: no axis of a triangle has a part along z, and nothing is stiff along it.
@@ -22,6 +25,15 @@ pub struct Frames {
 }
 
 impl Frames {
+    /// The geometric stiffness of a triangle.
+    #[inline(always)]
+    pub fn geometric_stiffness(&self, t: usize) -> GeometricStiffness {
+        match self.geometric.get(t) {
+            Some(geometric) => *geometric,
+            None => GeometricStiffness { normal: Sym2::ZERO, in_plane: self.in_plane[t] },
+        }
+    }
+
     /// The stiffness \[MPa\] of a triangle at its state: that of the material, but for what stiffens.
     #[inline(always)]
     pub fn stiffness<'a>(&'a self, triangles: &'a Triangles, t: usize) -> &'a Orthotropic {
@@ -149,7 +161,7 @@ pub struct StepAccount {
 pub struct SolverScratch {
     /// 1 along free axes, 0 along prescribed ones.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub free: Vec<DVec3>,
+    pub free: FreeAxes,
     /// Residual \[N\].
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual: Vec<DVec3>,
@@ -162,9 +174,9 @@ pub struct SolverScratch {
     /// Operator times direction \[N\], and in turn the preconditioned residual \[mm\].
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub product: Vec<DVec3>,
-    /// Inverse diagonal blocks \[mm/N\], symmetric: xx, yy, zz, then yz, zx, xy.
+    /// Inverse diagonal blocks \[mm/N\], symmetric: xx, yy, zz and yz, zx, xy; where nothing is free along z xx, yy, xy and nothing.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub inverse_block: Vec<[DVec3; 2]>,
+    pub inverse_block: [Vec<DVec3>; 2],
     /// Sums per chunk of rows.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub partials: Vec<f64>,

@@ -141,8 +141,43 @@ pub struct EnergyAudit {
     pub(crate) loads: Vec<DVec3>,
     /// Nodal forces of membrane and loads at the start of a static solve \[N\].
     pub(crate) start: [Vec<DVec3>; 2],
-    /// Per triangle, what its share of the sums is.
-    pub(crate) shares: Vec<[f64; 5]>,
+    /// Sums per chunk of triangles.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub(crate) partials: Vec<Shares>,
+}
+
+/// What triangles add to the terms of a step, all \[mJ\].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shares {
+    /// The true work along the step.
+    pub work: f64,
+    /// The scheme's work.
+    pub scheme: f64,
+    /// Dissipated by strain-rate damping.
+    pub damping: f64,
+    /// Elastic energy at the start.
+    pub start: f64,
+    /// Elastic energy at the end.
+    pub end: f64,
+}
+
+impl std::ops::AddAssign for Shares {
+    fn add_assign(&mut self, other: Self) {
+        self.work += other.work;
+        self.scheme += other.scheme;
+        self.damping += other.damping;
+        self.start += other.start;
+        self.end += other.end;
+    }
+}
+
+impl std::iter::Sum for Shares {
+    fn sum<I: Iterator<Item = Self>>(shares: I) -> Self {
+        shares.fold(Self::default(), |mut sum, share| {
+            sum += share;
+            sum
+        })
+    }
 }
 
 /// A static equilibrium.

@@ -13,6 +13,7 @@ mod energy_criterion;
 mod environment;
 mod fibres;
 mod forceps;
+mod free_axes;
 mod grip;
 mod hold;
 mod loads;
@@ -35,12 +36,13 @@ pub use curve::{BadCurve, Curve};
 pub use derived::{
     ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch, StepAccount, Sweeps, Tautness,
 };
-pub(crate) use energy_audit::Equilibrium;
 pub use energy_audit::{Energies, EnergyAudit, EnergyBalance};
+pub(crate) use energy_audit::{Equilibrium, Shares};
 pub use energy_criterion::EnergyCriterion;
 pub use environment::{Damping, Drag, Gravity, PreStretch, Pressure};
 pub use fibres::Fibres;
 pub use forceps::{Forceps, Jaws, Motion, Pinch, Pose, Slip};
+pub use free_axes::{EachFree, FreeAxes};
 pub use grip::{Grip, Grips, NearTip, Path};
 pub use hold::{Hold, Holds};
 pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};

@@ -214,16 +214,16 @@ impl Haptics {
 
     fn mark_free(&mut self, vertices: &Vertices, holds: Option<&Holds>, is_planar: bool) {
         let free = &mut self.scratch.free;
-        free.clear();
-        free.resize(vertices.len(), if is_planar { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE });
+        let axes = if is_planar { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
+        free.reset(vertices.len(), vertices.position.capacity(), axes);
         for hold in holds.into_iter().flat_map(|holds| &holds.groups) {
             for (&row, axis) in hold.members.rows().iter().flat_map(|row| (0..3).map(move |axis| (row, axis))) {
                 if hold.axes[axis] {
-                    free[row as usize][axis] = 0.0;
+                    free.prescribe(row as usize, axis);
                 }
             }
         }
-        self.pinned.iter().for_each(|&v| free[v] = DVec3::ZERO);
+        self.pinned.iter().for_each(|&v| free.set(v, DVec3::ZERO));
     }
 
     /// What acts on the body beside the tool, as the last step evaluated it, and the tool's springs.

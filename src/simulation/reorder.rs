@@ -48,6 +48,7 @@ impl Simulation {
         [start, start_velocity, displacement, delta].into_iter().for_each(|values| order.sort_vertices(values));
         order.sort_triangles(&mut frames.state);
         order.sort_triangles(&mut frames.geometric);
+        order.sort_triangles(&mut frames.in_plane);
         order.sort_triangles(&mut frames.stiffened);
         *factor = Factor::default();
         if let Some(memory) = memory {

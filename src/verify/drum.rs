@@ -9,7 +9,7 @@ use super::bodies::{self, Snapshot};
 use super::modes::lowest_frequencies;
 use super::reference::{Json, file};
 use super::{Artifacts, Row, Rows, VerifyError};
-use crate::components::{Curve, Fibres, Material, PreStretch, Pressure};
+use crate::components::{Curve, Fibres, FreeAxes, Material, PreStretch, Pressure};
 use crate::math::Sym2;
 use crate::membrane::Membrane;
 use crate::scene::generate;
@@ -59,7 +59,7 @@ fn strip(length: f64, n: usize) -> TriangleMesh {
 }
 
 /// Frees z where the condition holds.
-fn out_of_plane(body: &Snapshot, is_free: impl Fn(DVec3) -> bool) -> Vec<DVec3> {
+fn out_of_plane(body: &Snapshot, is_free: impl Fn(DVec3) -> bool) -> FreeAxes {
     body.vertices.rest_position.iter().map(|&p| if is_free(p) { DVec3::Z } else { DVec3::ZERO }).collect()
 }
 

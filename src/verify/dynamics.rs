@@ -4,7 +4,7 @@ use super::bodies::{self, Snapshot};
 use super::modes::lowest_frequencies;
 use super::reference::{Json, file};
 use super::{Artifacts, Row, Rows, VerifyError, largest};
-use crate::components::{Damping, Fibres, Material};
+use crate::components::{Damping, Fibres, FreeAxes, Material};
 use crate::membrane::Membrane;
 use crate::scene::generate;
 use crate::settings::Settings;
@@ -42,7 +42,7 @@ fn frequencies(rows: &mut Rows, file: &Json) -> Result<(), VerifyError> {
             let is_held = |p: &DVec3| p.x == 0.0 || p.x == 30.0 || is_all && (p.y == 0.0 || p.y == 30.0);
             let in_plane = DVec3::new(1.0, 1.0, 0.0);
             let free = |p: &DVec3| if is_held(p) { DVec3::ZERO } else { in_plane };
-            let free: Vec<DVec3> = membrane.mesh().positions.iter().map(free).collect();
+            let free: FreeAxes = membrane.mesh().positions.iter().map(free).collect();
             let (mut simulation, body) = bodies::simulate(bodies::exacting(), membrane)?;
             let snapshot = Snapshot::new(&mut simulation, body)?;
             let wanted = file.numbers(&format!("{at}/f_kHz"))?;

@@ -2,7 +2,7 @@
 
 use super::VerifyError;
 use super::bodies::{Snapshot, operator};
-use crate::components::SolverScratch;
+use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::systems::linear::{self, Factor, Means, Use};
 use glam::DVec3;
@@ -14,10 +14,10 @@ const VECTORS: usize = 24;
 /// The `count` lowest frequencies \[kHz\] of K·φ = ω²·M·φ on the free axes (1 free, 0 held), by Lanczos' method for K⁻¹·M in
 /// the inner product of M, with full orthogonalisation (Parlett, The Symmetric Eigenvalue Problem, ch. 13 and 15). Only
 /// modes that the engine's symmetry lets the start vector reach are found: one that moves along z finds those along z.
-pub fn lowest_frequencies(body: &Snapshot, free: &[DVec3], count: usize) -> Result<Vec<f64>, VerifyError> {
+pub fn lowest_frequencies(body: &Snapshot, free: &FreeAxes, count: usize) -> Result<Vec<f64>, VerifyError> {
     let operator = operator(&body.vertices, &body.triangles, &body.topology, &body.frames);
     let mass = &body.vertices.mass;
-    let mut scratch = SolverScratch { free: free.to_vec(), ..SolverScratch::default() };
+    let mut scratch = SolverScratch { free: free.clone(), ..SolverScratch::default() };
     let mut corner = Vec::new();
     let params = LinearParams::by_residual(1e-12, 20_000);
     let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).zip(mass).map(|((a, b), m)| a.dot(*b) * m).sum::<f64>();

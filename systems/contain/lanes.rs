@@ -87,7 +87,7 @@ impl Kernel<(), f64> for Whole<'_, '_> {
                 for (state, value) in state.iter_mut().zip([u.xx, u.yy, u.xy, s.xx, s.yy, s.xy]) {
                     state[lane] = value;
                 }
-                let (q, g) = (&stiffness[t], &frames.geometric[t]);
+                let (q, g) = (&stiffness[t], frames.geometric_stiffness(t));
                 for (law, value) in laws.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
                     law[lane] = value;
                 }
@@ -192,7 +192,7 @@ mod tests {
         let operator = Operator { vertices, triangles, topology, frames, external, folds, inertia, viscosity, tangent };
         let unstretched = Sym2::new(0.98, 1.01, 0.005);
         let (is_counted, is_damped_before, rate) = (false, false, 0.1);
-        let (free, fibres, drag) = (&scratch.free[..], None, 0.0);
+        let (free, fibres, drag) = (&scratch.free, None, 0.0);
         f(&mut Solved {
             operator,
             increment,

@@ -208,49 +208,64 @@ pub struct Geometric<'a> {
     pub start: usize,
     /// Elastic constants, of all triangles.
     pub stiffness: PerRow<'a, Orthotropic>,
-    /// Whether there is no way out of the plane.
-    pub is_planar: bool,
     /// How much of the tissue's own least shear stiffness there is to be beyond the geometric one.
     pub reserve: f64,
+}
+
+impl Geometric<'_> {
+    /// Stretch and stress of up to four triangles, and their stiffness in the plane.
+    #[inline(always)]
+    fn in_plane<L: Lanes>(&self, lanes: L, first: usize, count: usize) -> ([Vectors<L>; 2], Doubles<L>) {
+        let zero = Doubles::splat(lanes, 0.0);
+        let (half, quarter) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 0.25));
+        let (mut state, mut law) = ([[zero; DOUBLES]; 2], [zero; DOUBLES]);
+        for lane in 0..DOUBLES {
+            // The last group is filled up with its last triangle.
+            let t = first + lane.min(count - 1);
+            let ElementState { polar: Polar { stretch: u, .. }, stress: s } = &self.state[t - self.start];
+            state[0][lane] = Doubles::new(lanes, [u.xx, u.yy, u.xy, s.xx]);
+            state[1][lane] = Doubles::new(lanes, [s.yy, s.xy, 0.0, 0.0]);
+            law[lane] = law_of(lanes, &self.stiffness[t]);
+        }
+        let ([uxx, uyy, uxy, txx], [tyy, txy, ..]) = (Doubles::transpose(state[0]), Doubles::transpose(state[1]));
+        let [q11, q12, q22, q66] = Doubles::transpose(law);
+        let trace = uxx + uyy;
+        let (u_half, t_half) = (half * (uxx - uyy), half * (txx - tyy));
+        let smallest = Doubles::splat(lanes, f64::MIN_POSITIVE);
+        let low = (half * trace - radius(u_half, uxy)).max(Doubles::splat(lanes, 0.2) * trace).max(smallest);
+        let (t_mean, t_radius) = (half * (txx + tyy), radius(t_half, txy));
+        let along = t_mean + t_radius + (t_radius + t_radius) * (low / trace);
+        let geometric = along * trace * quarter / (low * low);
+        let shear_law = quarter * (q11 + q22) - half * q12;
+        // The smaller of two numbers.
+        let own = zero - (zero - q66).max(zero - shear_law);
+        let shear = (geometric + Doubles::splat(lanes, self.reserve) * own).max(zero);
+        ([[uxx, uyy, uxy], [txx, tyy, txy]], shear)
+    }
+}
+
+/// Of planar bodies, which have none out of the plane.
+impl Kernel<f64> for Geometric<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [f64]) {
+        for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
+            let (_, shear) = self.in_plane(lanes, first + group * DOUBLES, out.len());
+            out.iter_mut().zip(shear.to_array()).for_each(|(out, shear)| *out = shear);
+        }
+    }
 }
 
 impl Kernel<GeometricStiffness> for Geometric<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [GeometricStiffness]) {
-        let zero = Doubles::splat(lanes, 0.0);
-        let (half, quarter) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 0.25));
+        let half = Doubles::splat(lanes, 0.5);
         let smallest = Doubles::splat(lanes, f64::MIN_POSITIVE);
-        let reserve = Doubles::splat(lanes, self.reserve);
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
-            let first = first + group * DOUBLES;
-            let (mut state, mut law) = ([[zero; DOUBLES]; 2], [zero; DOUBLES]);
-            for lane in 0..DOUBLES {
-                let t = first + lane.min(out.len() - 1);
-                let ElementState { polar: Polar { stretch: u, .. }, stress: s } = &self.state[t - self.start];
-                state[0][lane] = Doubles::new(lanes, [u.xx, u.yy, u.xy, s.xx]);
-                state[1][lane] = Doubles::new(lanes, [s.yy, s.xy, 0.0, 0.0]);
-                law[lane] = law_of(lanes, &self.stiffness[t]);
-            }
-            let ([uxx, uyy, uxy, txx], [tyy, txy, ..]) = (Doubles::transpose(state[0]), Doubles::transpose(state[1]));
-            let [q11, q12, q22, q66] = Doubles::transpose(law);
+            let (state, shear) = self.in_plane(lanes, first + group * DOUBLES, out.len());
+            let ([[uxx, uyy, uxy], stress], shear) = (state, shear.to_array());
             let trace = uxx + uyy;
-            let (u_half, t_half) = (half * (uxx - uyy), half * (txx - tyy));
-            let low = (half * trace - radius(u_half, uxy)).max(Doubles::splat(lanes, 0.2) * trace).max(smallest);
-            let (t_mean, t_radius) = (half * (txx + tyy), radius(t_half, txy));
-            let along = t_mean + t_radius + (t_radius + t_radius) * (low / trace);
-            let geometric = along * trace * quarter / (low * low);
-            let shear_law = quarter * (q11 + q22) - half * q12;
-            // The smaller of two numbers.
-            let own = zero - (zero - q66).max(zero - shear_law);
-            let shear = (geometric + reserve * own).max(zero).to_array();
-            if self.is_planar {
-                for (lane, out) in out.iter_mut().enumerate() {
-                    *out = GeometricStiffness { normal: Sym2::ZERO, in_plane: shear[lane] };
-                }
-                continue;
-            }
             let inverse_trace = Doubles::splat(lanes, 1.0) / trace.max(Doubles::splat(lanes, LEAST_TRACE));
-            let pi = first_piola([txx, tyy, txy], [uxx, uyy, uxy], inverse_trace);
+            let pi = first_piola(stress, state[0], inverse_trace);
             let determinant = uxx * uyy - uxy * uxy;
             let bound = Doubles::splat(lanes, 2.5e-3) * trace * trace;
             let inverse = Doubles::splat(lanes, 1.0) / determinant.max(bound).max(smallest);

@@ -60,6 +60,13 @@ fn all<T: Clone>(count: usize, blank: T, kernel: &impl Kernel<T>) -> Vec<T> {
     rows
 }
 
+fn stiffness_of(count: usize, kernel: &Geometric, is_planar: bool) -> Vec<GeometricStiffness> {
+    if !is_planar {
+        return all(count, GeometricStiffness::default(), kernel);
+    }
+    all(count, 0.0, kernel).into_iter().map(|in_plane| GeometricStiffness { normal: Sym2::ZERO, in_plane }).collect()
+}
+
 fn off(a: Sym2, b: Sym2) -> f64 {
     let d = a - b;
     d.xx.abs().max(d.yy.abs()).max(d.xy.abs())
@@ -73,11 +80,8 @@ fn lanes_compute_what_one_triangle_does() {
         let state = all(n, ElementState::REST, &kernel);
         let Mesh { rest, stiffness, thickness, .. } = &mesh;
         let (stiffness, thickness) = (PerRow::each(stiffness), PerRow::each(thickness));
-        let geometric = all(
-            n,
-            GeometricStiffness::default(),
-            &Geometric { state: &state, start: 0, stiffness, is_planar, reserve },
-        );
+        let kernel_of_stress = Geometric { state: &state, start: 0, stiffness, reserve };
+        let geometric = stiffness_of(n, &kernel_of_stress, is_planar);
         let forces = all(n, [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
         for t in 0..n {
             let alone = kernel.alone(t);
@@ -112,8 +116,8 @@ fn every_instruction_set_gives_the_same_bits() {
         let results = [false, true].map(|is_portable| {
             force_portable(is_portable);
             let state = all(mesh.corners.len(), ElementState::REST, &mesh.states(is_planar));
-            let kernel = Geometric { state: &state, start: 0, stiffness, is_planar, reserve: -0.5 };
-            let geometric = all(state.len(), GeometricStiffness::default(), &kernel);
+            let kernel = Geometric { state: &state, start: 0, stiffness, reserve: -0.5 };
+            let geometric = stiffness_of(state.len(), &kernel, is_planar);
             let forces = all(state.len(), [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
             (state, geometric, forces)
         });

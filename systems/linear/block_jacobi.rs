@@ -1,6 +1,7 @@
 //! Block Jacobi: the inverse of each vertex' 3×3 diagonal block.
 
 use super::Operator;
+use crate::components::FreeAxes;
 use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 
@@ -8,12 +9,24 @@ use glam::{DMat3, DVec3};
 /// slack vertex in a static solve) has an inverse.
 const LEAST_RATIO: f64 = 1e-12;
 
-/// Fills `inverse` with the inverse blocks \[mm/N\], restricted to the free axes (1 free, 0 prescribed).
-pub fn invert_blocks(operator: &Operator, free: &[DVec3], inverse: &mut Vec<[DVec3; 2]>) {
-    inverse.resize(free.len(), [DVec3::ZERO; 2]);
-    parallel::for_rows(inverse, |v, inverse| {
-        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = invert(operator.diagonal_block(v), free[v]);
-        *inverse = [DVec3::new(x.x, y.y, z.z), DVec3::new(y.z, z.x, x.y)];
+/// Fills the lists with the inverse blocks \[mm/N\], restricted to the free axes: xx, yy, zz and yz, zx, xy; where nothing is free along z
+/// xx, yy, xy, and nothing in the second.
+pub fn invert_blocks(operator: &Operator, free: &FreeAxes, [first, second]: &mut [Vec<DVec3>; 2]) {
+    let is_flat = free.iter().all(|free| free.z == 0.0);
+    first.resize(free.len(), DVec3::ZERO);
+    second.resize(if is_flat { 0 } else { free.len() }, DVec3::ZERO);
+    let of_vertex = |v: usize| invert(operator.diagonal_block(v), free[v]);
+    if is_flat {
+        return parallel::for_rows(first, |v, inverse| {
+            let DMat3 { x_axis: x, y_axis: y, .. } = of_vertex(v);
+            *inverse = DVec3::new(x.x, y.y, x.y);
+        });
+    }
+    parallel::for_pairs(first, second, |start, first, second| {
+        for (v, (first, second)) in (start..).zip(first.iter_mut().zip(second)) {
+            let DMat3 { x_axis: x, y_axis: y, z_axis: z } = of_vertex(v);
+            (*first, *second) = (DVec3::new(x.x, y.y, z.z), DVec3::new(y.z, z.x, x.y));
+        }
     });
 }
 
@@ -40,9 +53,16 @@ pub fn invert(block: DMat3, free: DVec3) -> DMat3 {
 }
 
 /// z = M⁻¹·r; returns r·z.
-pub fn apply(inverse: &[[DVec3; 2]], r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
+pub fn apply([first, second]: &[Vec<DVec3>; 2], r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
+    if second.is_empty() {
+        return parallel::sum_rows(z, partials, |v, z| {
+            let (b, r) = (first[v], r[v]);
+            *z = DVec3::new(b.x * r.x + b.z * r.y, b.z * r.x + b.y * r.y, 0.0);
+            r.dot(*z)
+        });
+    }
     parallel::sum_rows(z, partials, |v, z| {
-        let [d, o] = inverse[v];
+        let (d, o) = (first[v], second[v]);
         *z = DMat3::from_cols(DVec3::new(d.x, o.z, o.y), DVec3::new(o.z, d.y, o.x), DVec3::new(o.y, o.x, d.z)) * r[v];
         r[v].dot(*z)
     })

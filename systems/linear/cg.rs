@@ -3,7 +3,7 @@
 use super::Operator;
 use super::estimate::{EnergyError, Limits};
 use super::guess::{fit, is_none, residual_without};
-use crate::components::SolverScratch;
+use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::systems::parallel;
 use glam::DVec3;
@@ -57,7 +57,7 @@ pub fn solve(
     corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
-    mut precondition: impl FnMut(&[DVec3], &[DVec3], &mut [DVec3], &mut Vec<f64>) -> f64,
+    mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
     let stored = scratch.stored;

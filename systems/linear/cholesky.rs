@@ -3,6 +3,7 @@
 use super::panels::Panels;
 use super::pattern::Pattern;
 use super::snapshot::Snapshot;
+use crate::components::FreeAxes;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
@@ -33,7 +34,7 @@ pub struct Equations {
     /// Vertices of the hinges.
     pub folded: Vec<[u32; 4]>,
     /// 1 along free axes, 0 along prescribed ones.
-    pub free: Vec<DVec3>,
+    pub free: FreeAxes,
     /// The entries in the order of their [`Pattern`] \[N/mm\]; none where there is no factor of these triangles.
     pub matrix: Vec<f64>,
 }
@@ -112,7 +113,7 @@ impl Cholesky {
     /// What the factor was made of.
     pub fn equations(&self) -> Equations {
         let Self { pattern, matrix, .. } = self;
-        let (corners, folded, free) = (pattern.corners().to_vec(), pattern.folded().to_vec(), pattern.free().to_vec());
+        let (corners, folded, free) = (pattern.corners().to_vec(), pattern.folded().to_vec(), pattern.free().clone());
         Equations { corners, folded, free, matrix: matrix.clone() }
     }
 
@@ -133,7 +134,7 @@ impl Cholesky {
         }
     }
 
-    fn empty(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &[DVec3]) -> Option<Self> {
+    fn empty(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &FreeAxes) -> Option<Self> {
         let pattern = Pattern::new(corners, folded, free)?;
         // The pattern is in the order of elimination already.
         let ordering = SymmetricOrdering::Identity;
@@ -170,12 +171,12 @@ impl Cholesky {
     }
 
     /// Whether it is a factor for these triangles and free axes.
-    pub fn fits(&self, corners: &[[u32; 3]], free: &[DVec3]) -> bool {
+    pub fn fits(&self, corners: &[[u32; 3]], free: &FreeAxes) -> bool {
         self.pattern.fits(corners, free)
     }
 
     /// The free axes of the vertices it was made for, 1 or 0.
-    pub fn free(&self) -> &[DVec3] {
+    pub fn free(&self) -> &FreeAxes {
         self.pattern.free()
     }
 
@@ -268,8 +269,8 @@ mod tests {
         let stiff = |x: f64| DMat3::from_diagonal(DVec3::new(1.0, 2.0, 0.5) * x);
         snapshot.blocks = vec![[stiff(2.0), stiff(-1.0), stiff(2.0)]; snapshot.corners.len()];
         snapshot.own = vec![stiff(0.01); (side * side) as usize];
-        snapshot.free = vec![DVec3::ONE; (side * side) as usize];
-        snapshot.free[..side as usize].fill(DVec3::new(1.0, 0.0, 1.0));
+        let free = |v| if v < side { DVec3::new(1.0, 0.0, 1.0) } else { DVec3::ONE };
+        snapshot.free = (0..side * side).map(free).collect();
         snapshot
     }
 

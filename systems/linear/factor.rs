@@ -14,6 +14,7 @@ use super::scale_to_single;
 use super::snapshot::Snapshot;
 use super::warp::Warp;
 use super::{Inner, Operator};
+use crate::components::FreeAxes;
 use crate::storage::EditRecord;
 use crate::systems::parallel::{self, Aside};
 use glam::{DMat3, DVec3, Vec4};
@@ -49,7 +50,7 @@ const RESCUED: u32 = 16;
 
 /// Solves from a snapshot to the day its factor takes effect: a 1,500-triangle sheet steps 20 times in 4 ms, and is factored in
 /// three; the larger, the more.
-fn delay(free: &[DVec3]) -> u32 {
+fn delay(free: &FreeAxes) -> u32 {
     16 + free.len() as u32 / 200
 }
 
@@ -140,7 +141,7 @@ impl InUse {
     }
 
     /// Whether it belongs to a body with these free axes: away from edits they are those it was made for.
-    fn fits(&self, free: &[DVec3]) -> bool {
+    fn fits(&self, free: &FreeAxes) -> bool {
         let known = self.cholesky.free();
         if self.bridge.is_empty() {
             return known == free;
@@ -153,7 +154,7 @@ impl InUse {
 
 impl Factor {
     /// Whether there is a factor of an operator with these triangles and free axes.
-    pub fn is_of(&self, corners: &[[u32; 3]], free: &[DVec3]) -> bool {
+    pub fn is_of(&self, corners: &[[u32; 3]], free: &FreeAxes) -> bool {
         self.current.as_ref().is_some_and(|current| current.bridge.is_empty() && current.cholesky.fits(corners, free))
     }
 
@@ -161,7 +162,7 @@ impl Factor {
     ///
     /// # Errors
     /// Where the operator is not positive definite, or there is no memory; there is then no factor.
-    pub fn renew(&mut self, operator: &Operator, free: &[DVec3]) -> Result<(), NoFactor> {
+    pub fn renew(&mut self, operator: &Operator, free: &FreeAxes) -> Result<(), NoFactor> {
         self.pending = None;
         let before = self.current.take().map(|current| current.cholesky);
         let cholesky = Cholesky::new(&Snapshot::new(operator, free), Precision::Double, before);
@@ -175,7 +176,7 @@ impl Factor {
     ///
     /// # Errors
     /// As [`renew`](Self::renew).
-    pub fn rescue(&mut self, operator: &Operator, free: &[DVec3], without: u32) -> Result<(), NoFactor> {
+    pub fn rescue(&mut self, operator: &Operator, free: &FreeAxes, without: u32) -> Result<(), NoFactor> {
         (self.without, self.strikes, self.rest) = (without, 0, 0);
         self.renew(operator, free)?;
         self.rescued = RESCUED;
@@ -196,7 +197,7 @@ impl Factor {
     }
 
     /// Before a dynamic solve: whether it is to use the factor.
-    pub fn is_ready(&mut self, operator: &Operator, free: &[DVec3]) -> bool {
+    pub fn is_ready(&mut self, operator: &Operator, free: &FreeAxes) -> bool {
         if let Some(pending) = &mut self.pending {
             pending.left -= 1;
             if pending.left == 0
@@ -222,7 +223,7 @@ impl Factor {
         self.current.as_ref().is_some_and(|current| !current.is_worse_than_none)
     }
 
-    fn renew_aside(&mut self, operator: &Operator, free: &[DVec3]) {
+    fn renew_aside(&mut self, operator: &Operator, free: &FreeAxes) {
         let origin = Origin::Operator(Arc::new(Snapshot::new(operator, free)));
         self.pending = Some(Pending::new(origin, Bridge::default(), Warp::new(operator), delay(free)));
     }
@@ -235,7 +236,7 @@ impl Factor {
     }
 
     /// After a dynamic solve with the factor, which might have taken so many iterations at the most.
-    pub fn has_served(&mut self, iterations: u32, most: u32, operator: &Operator, free: &[DVec3]) {
+    pub fn has_served(&mut self, iterations: u32, most: u32, operator: &Operator, free: &FreeAxes) {
         let Some(current) = &mut self.current else { return };
         current.served += 1;
         current.is_worse_than_none |= iterations >= most;
@@ -271,7 +272,7 @@ impl Factor {
     }
 
     /// Before solves with the factor at a state: how far the tissue has turned, or the blocks of the vertices that edits have touched.
-    pub fn begin(&mut self, operator: &Operator, free: &[DVec3]) {
+    pub fn begin(&mut self, operator: &Operator, free: &FreeAxes) {
         if let Some(InUse { bridge, warp, touched, .. }) = self.current.as_deref_mut() {
             if bridge.is_empty() {
                 warp.update(operator, free);
@@ -286,7 +287,7 @@ impl Factor {
 
     /// The factor's answer z \[mm\] to a residual r \[N\], zero along prescribed axes (`free` 0); returns r·z. Without a
     /// factor all of it is zero.
-    pub fn apply(&mut self, r: &[DVec3], free: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
+    pub fn apply(&mut self, r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
         let Some(current) = self.current.as_deref_mut() else {
             z.fill(DVec3::ZERO);
             return 0.0;

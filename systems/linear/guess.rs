@@ -1,6 +1,7 @@
 //! What a first guess is worth.
 
 use super::{CgError, Operator};
+use crate::components::FreeAxes;
 use crate::systems::parallel;
 use glam::{DVec2, DVec3};
 
@@ -11,7 +12,7 @@ use glam::{DVec2, DVec3};
 /// [`CgError::NotFinite`] where b, the motion or the operator holds a NaN or an infinity.
 pub fn residual_without(
     operator: &Operator,
-    (x, free, b): (&[DVec3], &[DVec3], &[DVec3]),
+    (x, free, b): (&[DVec3], &FreeAxes, &[DVec3]),
     without: &mut [DVec3],
     product: &mut [DVec3],
     partials: &mut Vec<f64>,
@@ -26,7 +27,7 @@ pub fn residual_without(
 }
 
 /// Whether there is no guess: nothing moves along free axes.
-pub fn is_none(x: &[DVec3], free: &[DVec3]) -> bool {
+pub fn is_none(x: &[DVec3], free: &FreeAxes) -> bool {
     x.iter().zip(free).all(|(x, free)| *x * *free == DVec3::ZERO)
 }
 
@@ -36,7 +37,7 @@ pub fn is_none(x: &[DVec3], free: &[DVec3]) -> bool {
 /// norm, or `None` where the guess was of no use and is none now.
 pub fn fit(
     x: &mut [DVec3],
-    free: &[DVec3],
+    free: &FreeAxes,
     without: &[DVec3],
     residual: &mut [DVec3],
     of_guess: impl Fn(usize, DVec3) -> DVec3 + Sync,

@@ -4,8 +4,8 @@
 //! threads write one number and every sum has one order.
 
 use super::Folds;
-use crate::components::{ExternalStiffness, Frames};
-use crate::math::ElementState;
+use crate::components::{ExternalStiffness, Frames, FreeAxes};
+use crate::math::{ElementState, GeometricStiffness};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::lanes::{DOUBLES, Lanes};
@@ -44,13 +44,14 @@ impl Operator<'_> {
     pub fn element(&self, t: usize) -> ElementTangent<'_> {
         let volume = self.triangles.rest[t].area * self.triangles.thickness[t];
         let state: &ElementState = &self.frames.state[t];
+        let GeometricStiffness { normal, in_plane } = self.frames.geometric_stiffness(t);
         ElementTangent {
             state,
             rest: &self.triangles.rest[t],
             stiffness: self.frames.stiffness(self.triangles, t),
             coupling: self.frames.coupling(t),
-            normal: self.frames.geometric[t].normal,
-            in_plane: self.frames.geometric[t].in_plane,
+            normal,
+            in_plane,
             elastic: volume * (1.0 + self.viscosity),
             geometric: volume,
             is_exact: self.tangent != Tangent::Rotated,
@@ -82,7 +83,7 @@ impl Operator<'_> {
     pub fn apply(
         &self,
         u: &[DVec3],
-        weight: &[DVec3],
+        weight: &FreeAxes,
         corner: &mut Vec<[DVec3; 3]>,
         out: &mut [DVec3],
         partials: &mut Vec<f64>,

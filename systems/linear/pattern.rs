@@ -7,6 +7,7 @@
 
 use super::parts;
 use super::snapshot::Snapshot;
+use crate::components::FreeAxes;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::amd};
 use glam::{DMat3, DVec3};
@@ -21,7 +22,7 @@ const SHIFT: f64 = 1e-10;
 pub struct Pattern {
     corners: Vec<[u32; 3]>,
     folded: Vec<[u32; 4]>,
-    free: Vec<DVec3>,
+    free: FreeAxes,
     incident: Incident,
     hinges: Hinges,
     /// Vertices that have a free axis, in the order of elimination.
@@ -46,7 +47,7 @@ fn axes(free: DVec3) -> impl Iterator<Item = usize> + Clone {
 impl Pattern {
     /// The pattern of an operator on these triangles, with bending about the edges of these hinges; `None` where there
     /// is no free axis, or no memory.
-    pub fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &[DVec3]) -> Option<Self> {
+    pub fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &FreeAxes) -> Option<Self> {
         let incident = Incident::new(corners, free.len());
         let hinges = Hinges::new(folded, free.len());
         let mut order = elimination_order(corners, folded, (&incident, &hinges), free)?;
@@ -90,7 +91,7 @@ impl Pattern {
                 column_start.push(u32::try_from(row.len()).ok()?);
             }
         }
-        let (corners, folded, free) = (corners.to_vec(), folded.to_vec(), free.to_vec());
+        let (corners, folded, free) = (corners.to_vec(), folded.to_vec(), free.clone());
         Some(Self {
             corners,
             folded,
@@ -108,8 +109,8 @@ impl Pattern {
     }
 
     /// Whether this is the pattern for these triangles and free axes.
-    pub fn fits(&self, corners: &[[u32; 3]], free: &[DVec3]) -> bool {
-        self.corners == corners && self.free == free
+    pub fn fits(&self, corners: &[[u32; 3]], free: &FreeAxes) -> bool {
+        self.corners == corners && self.free == *free
     }
 
     /// The columns at which the second of two parts begins that do not need each other, and what needs both.
@@ -124,7 +125,7 @@ impl Pattern {
     }
 
     /// The free axes, 1 or 0.
-    pub fn free(&self) -> &[DVec3] {
+    pub fn free(&self) -> &FreeAxes {
         &self.free
     }
 
@@ -339,7 +340,7 @@ fn elimination_order(
     corners: &[[u32; 3]],
     folded: &[[u32; 4]],
     (incident, hinges): (&Incident, &Hinges),
-    free: &[DVec3],
+    free: &FreeAxes,
 ) -> Option<Vec<u32>> {
     let mut active: Vec<u32> = Vec::with_capacity(free.len());
     active.extend((0..free.len() as u32).filter(|&v| free[v as usize] != DVec3::ZERO));

@@ -3,7 +3,7 @@
 
 use super::factor::{Factor, NoFactor};
 use super::{CgError, CgInfo, Inner, InnerSolver, Operator, With, block_jacobi, cg};
-use crate::components::SolverScratch;
+use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::{LinearParams, Tangent};
 use glam::DVec3;
 use std::time::Instant;
@@ -172,7 +172,7 @@ fn solve_without_factor(
     let params = &LinearParams { iterations: params.iterations - done, ..*params };
     let mut inverse = std::mem::take(&mut scratch.inverse_block);
     block_jacobi::invert_blocks(operator, &scratch.free, &mut inverse);
-    let precondition = |r: &[DVec3], _: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| {
+    let precondition = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| {
         block_jacobi::apply(&inverse, r, z, partials)
     };
     let info = cg::solve(operator, params, corner, x, scratch, precondition);
@@ -195,7 +195,7 @@ fn solve_with_cycles(
     loop {
         let most = inner.most_cycles(params.tolerance);
         let limited = LinearParams { iterations: most.unwrap_or(MOST_CYCLES).min(params.iterations - done), ..*params };
-        let cycle = |r: &[DVec3], _: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| inner.cycle(r, z, partials);
+        let cycle = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| inner.cycle(r, z, partials);
         let info = cg::solve(operator, &limited, corner, x, scratch, cycle)?;
         inner.end_cycles(info.iterations, info.relative_residual, info.is_solved);
         done += info.iterations;
@@ -218,6 +218,6 @@ fn solve_with_factor(
     let params = LinearParams { iterations: params.iterations.min(most), ..*params };
     factor.begin(operator, &scratch.free);
     let precondition =
-        |r: &[DVec3], free: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| factor.apply(r, free, z, partials);
+        |r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| factor.apply(r, free, z, partials);
     cg::solve(operator, &params, corner, x, scratch, precondition)
 }

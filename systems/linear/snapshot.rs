@@ -1,8 +1,9 @@
 //! The operator's numbers by themselves, to be factored while the body goes on: nothing here refers to the body.
 
 use super::{Hinge, Operator};
+use crate::components::FreeAxes;
 use crate::systems::parallel;
-use glam::{DMat3, DVec3};
+use glam::DMat3;
 
 /// The operator at one state.
 #[derive(Debug, Default)]
@@ -16,18 +17,18 @@ pub struct Snapshot {
     /// Hinges of bending.
     pub hinges: Vec<Hinge>,
     /// 1 along free axes, 0 along prescribed ones.
-    pub free: Vec<DVec3>,
+    pub free: FreeAxes,
 }
 
 impl Snapshot {
     /// The operator as it is, over these free axes.
-    pub fn new(operator: &Operator, free: &[DVec3]) -> Self {
+    pub fn new(operator: &Operator, free: &FreeAxes) -> Self {
         let corners = operator.triangles.corners.clone();
         let (mut blocks, mut own) = (vec![[DMat3::ZERO; 3]; corners.len()], vec![DMat3::ZERO; free.len()]);
         parallel::for_rows(&mut blocks, |t, blocks| *blocks = operator.element(t).blocks());
         parallel::for_rows(&mut own, |v, own| *own = operator.own_block(v));
         let hinges = operator.folds.map_or_else(Vec::new, |folds| folds.hinges(&corners).collect());
-        Self { corners, blocks, own, hinges, free: free.to_vec() }
+        Self { corners, blocks, own, hinges, free: free.clone() }
     }
 
     /// The vertices of the hinges.

@@ -4,6 +4,7 @@
 //! since then, R·M⁻¹·Rᵀ preconditions as M⁻¹ did (stiffness warping, Müller et al. 2002). It stays symmetric and positive.
 
 use super::Operator;
+use crate::components::FreeAxes;
 use crate::math::Polar;
 use crate::systems::parallel;
 use glam::{DMat3, DVec3};
@@ -41,7 +42,7 @@ impl Warp {
     }
 
     /// Finds the turns up to the operator's state, on the mesh that it began with. Prescribed axes do not turn.
-    pub fn update(&mut self, operator: &Operator, free: &[DVec3]) {
+    pub fn update(&mut self, operator: &Operator, free: &FreeAxes) {
         let Self { then, turns } = self;
         let is_turned = |v: usize| axes(operator, v).is_some_and(|now| !is_near(then[v], now));
         if !(0..then.len()).step_by(SAMPLE).any(is_turned) {

@@ -4,7 +4,7 @@
 use crate::common::{Square, state_bits};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
-use rhexis::components::{ExternalStiffness, Frames, SolverScratch};
+use rhexis::components::{ExternalStiffness, Frames, FreeAxes, SolverScratch};
 use rhexis::math::{ElementState, GeometricStiffness};
 use rhexis::scene::Document;
 use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
@@ -24,7 +24,7 @@ struct Torn {
     topology: Topology,
     frames: Frames,
     external: Option<ExternalStiffness>,
-    free: Vec<DVec3>,
+    free: FreeAxes,
     load: Vec<DVec3>,
     tangent: Tangent,
 }

@@ -3,7 +3,7 @@
 
 use crate::common::{Square, state_bits};
 use glam::DVec3;
-use rhexis::components::{ExternalStiffness, Fibres, Frames, Material, PreStretch, SolverScratch};
+use rhexis::components::{ExternalStiffness, Fibres, Frames, FreeAxes, Material, PreStretch, SolverScratch};
 use rhexis::math::{GeometricStiffness, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::scene::{Document, generate};
@@ -24,7 +24,7 @@ struct System {
     topology: Topology,
     frames: Frames,
     external: Option<ExternalStiffness>,
-    free: Vec<DVec3>,
+    free: FreeAxes,
     load: Vec<DVec3>,
     guess: Vec<DVec3>,
     /// 1/dt² \[1/ms²\].
@@ -48,9 +48,9 @@ impl System {
         for v in 0..system.free.len() {
             let x = system.vertices.rest_position[v];
             system.vertices.position[v] = DVec3::new(1.1 * x.x, x.y, x.z);
-            system.free[v] = if is_planar { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
+            system.free.set(v, if is_planar { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE });
             if x.x < 1e-9 || x.x > 30.0 - 1e-9 {
-                system.free[v] = DVec3::ZERO;
+                system.free.set(v, DVec3::ZERO);
                 system.guess[v] = DVec3::new(if x.x > 1.0 { 0.01 } else { 0.0 }, 0.0, 0.0);
             }
         }
@@ -85,7 +85,7 @@ impl System {
             frames: frames(&vertices, &triangles, is_planar, world.get::<&PreStretch>(body).ok().as_deref()),
             topology: (*world.get::<&Topology>(body).unwrap()).clone(),
             external: world.get::<&ExternalStiffness>(body).ok().map(|external| (*external).clone()),
-            free: vec![DVec3::ONE; n],
+            free: std::iter::repeat_n(DVec3::ONE, n).collect(),
             load: vec![DVec3::ZERO; n],
             guess: vec![DVec3::ZERO; n],
             inertia: 0.0,

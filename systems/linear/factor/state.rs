@@ -133,7 +133,7 @@ impl FactorState {
             let Equations { corners, folded, free, .. } = equations;
             Topology::new(free.len(), corners).is_ok()
                 && folded.iter().flatten().all(|&v| (v as usize) < free.len())
-                && free.iter().all(|free| free.to_array().iter().all(|&f| f == 0.0 || f == 1.0))
+                && free.are_sound()
                 && bridge.is_sound(vertex_count, free.len())
                 && warp.vertex_count() == if bridge.is_empty() { free.len() } else { 0 }
         };

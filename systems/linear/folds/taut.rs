@@ -56,7 +56,7 @@ impl Folds {
         bends.resize(rest.len(), false);
         parallel::for_rows(is_slack, |t, is_slack| {
             let volume = triangles.rest[t].area * triangles.thickness[t];
-            let left = frames.geometric[t].normal * (LEAST * volume) - rest[t].stiffest * *factor;
+            let left = frames.geometric_stiffness(t).normal * (LEAST * volume) - rest[t].stiffest * *factor;
             // Taut where that is positive definite; not so where one is no number.
             *is_slack = !(left.xx > 0.0 && left.yy > 0.0 && left.determinant() > 0.0);
         });

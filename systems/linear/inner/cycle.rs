@@ -3,13 +3,14 @@
 
 use super::cg::Precondition;
 use super::{InnerSolver, empty};
+use crate::components::FreeAxes;
 use crate::systems::linear::{Operator, scale_to_single};
 use crate::systems::parallel;
 use glam::{DVec3, Vec4};
 
 impl InnerSolver {
     /// Before iterations with [`InnerSolver::cycle`].
-    pub fn begin_cycles(&mut self, operator: &Operator, free: &[DVec3]) {
+    pub fn begin_cycles(&mut self, operator: &Operator, free: &FreeAxes) {
         self.take(operator, free);
         let mesh = (operator.vertices, operator.triangles, operator.topology);
         self.multigrid.prepare(&self.partition, &self.order, mesh, &self.matrix);

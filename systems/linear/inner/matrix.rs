@@ -5,6 +5,7 @@ use super::order::Order;
 use super::own::OwnBlocks;
 use super::partition::{EMPTY, Partition};
 use super::{empty, size};
+use crate::components::FreeAxes;
 use crate::settings::Tangent;
 use crate::systems::kernels::block::{self, Block};
 use crate::systems::kernels::factor_block::FactorBlock;
@@ -16,7 +17,7 @@ use crate::systems::kernels::pack::{LANES, Pack};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::linear::Operator;
 use crate::systems::parallel;
-use glam::{DVec3, Mat4, Vec4};
+use glam::{Mat4, Vec4};
 use std::ops::Range;
 
 /// The numbers of the operator at one state. Rows are numbered as the [`Partition`] was told.
@@ -40,7 +41,7 @@ pub struct Matrix {
 
 impl Matrix {
     /// Takes the numbers from the double-precision operator, those of the rotated tangent.
-    pub fn assemble(&mut self, operator: &Operator, partition: &Partition, order: &Order, free: &[DVec3]) {
+    pub fn assemble(&mut self, operator: &Operator, partition: &Partition, order: &Order, free: &FreeAxes) {
         let vertex = &order.vertex;
         self.is_flat = operator.is_planar() && free.iter().all(|free| free.z == 0.0);
         if self.is_flat {

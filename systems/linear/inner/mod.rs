@@ -24,7 +24,7 @@ mod state;
 
 use super::estimate::Limits;
 use super::{CgError, CgInfo, Factor, Operator};
-use crate::components::SolverScratch;
+use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
@@ -203,7 +203,7 @@ impl InnerSolver {
     }
 
     /// Takes the operator's numbers.
-    fn take(&mut self, operator: &Operator, free: &[DVec3]) {
+    fn take(&mut self, operator: &Operator, free: &FreeAxes) {
         if self.same.as_mut().is_some_and(|made| std::mem::replace(&mut made[0], true)) {
             return;
         }
@@ -212,7 +212,7 @@ impl InnerSolver {
     }
 
     /// Makes what makes the iterations few.
-    fn prepare(&mut self, operator: &Operator, with: &mut With, free: &[DVec3], shift: f32) {
+    fn prepare(&mut self, operator: &Operator, with: &mut With, free: &FreeAxes, shift: f32) {
         let corners = &operator.triangles.corners;
         match with {
             With::Own(Inner::BlockJacobi) => self.jacobi.factor(&self.partition, &self.matrix),

@@ -2,7 +2,7 @@
 
 use super::cg::Vectors;
 use super::{InnerSolver, size};
-use crate::components::SolverScratch;
+use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::storage::room::grow;
 use crate::systems::linear::guess::{fit, is_none, residual_without};
@@ -57,7 +57,7 @@ impl InnerSolver {
     }
 
     /// Rounds the free part of the guess `x` to single precision and multiplies it there. Returns the scale of the product.
-    fn times_rounded(&mut self, x: &mut [DVec3], free: &[DVec3]) -> f64 {
+    fn times_rounded(&mut self, x: &mut [DVec3], free: &FreeAxes) -> f64 {
         let Self { matrix, partition, order, vectors, .. } = self;
         let Vectors { p, q, partials, .. } = vectors;
         let largest = x.iter().zip(free).map(|(x, free)| (*x * *free).abs().max_element()).fold(0.0, f64::max);
