@@ -57,8 +57,12 @@ pub fn membrane_forces(
     };
     let mesh = (triangles.corners.as_slice(), topology);
     if viscosity == 0.0 {
-        let (state, rest, thickness) = (&frames.state, &triangles.rest, triangles.thickness.by_row());
-        return corners::add_up(mesh, corner, nodal, &CornerForces { state, rest, thickness }, seen);
+        let (rest, thickness) = (&triangles.rest, triangles.thickness.by_row());
+        return if frames.is_planar {
+            corners::add_up(mesh, corner, nodal, &CornerForces { state: &frames.flat, rest, thickness }, seen)
+        } else {
+            corners::add_up(mesh, corner, nodal, &CornerForces { state: &frames.solid, rest, thickness }, seen)
+        };
     }
     corners::add_up(mesh, corner, nodal, &Viscous { triangles, frames, travel, viscosity }, seen);
 }
@@ -77,7 +81,7 @@ impl<F: Fn(usize) -> DVec3 + Sync> Kernel<[DVec3; 3]> for Viscous<'_, F> {
         let Self { triangles, frames, travel, viscosity } = self;
         for (i, corner) in rows.iter_mut().enumerate() {
             let t = first + i;
-            let state = &frames.state[t];
+            let state = frames.state(t);
             let rest = &triangles.rest[t];
             let u = triangles.corners[t].map(|v| travel(v as usize));
             let rate = membrane::stretch_rate(&state.polar, rest, u) * *viscosity;

@@ -187,7 +187,7 @@ fn bound(
     partials: &mut Vec<f64>,
     pairs: &mut Vec<DVec2>,
 ) -> f64 {
-    let least = parallel::least(frames.state.len(), partials, |t| uncrushed(&frames.state[t], frames.is_planar));
+    let least = parallel::least(frames.len(), partials, |t| uncrushed(&frames.state(t), frames.is_planar));
     let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
     let far = Far { corners, rest, displacement, from: FAR * least };
     let DVec2 { x: count, y: fourth } = parallel::sum_chunks(&mut vec![(); triangles.len()], pairs, &far);
@@ -282,7 +282,7 @@ impl Solved<'_> {
         let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
-        let start = &frames.state[t];
+        let start = frames.state(t);
         let &Self { is_planar, unstretched, fibres, .. } = self;
         let (volume, stiffness) = (self.volume(t), &triangles.stiffness[t]);
         let end = Element { rest, stiffness, volume, is_planar, unstretched, fibres }.energy(x);
@@ -291,7 +291,7 @@ impl Solved<'_> {
         let work = volume * start.stress.contract(rate)
             + self.damped(t, rate)
             + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
-        end - self.stored(t, start) - work
+        end - self.stored(t, &start) - work
     }
 
     /// What damping by what the step's earlier solves have gone does along a stretch rate \[mJ\], and in these where they are not counted.
@@ -301,7 +301,7 @@ impl Solved<'_> {
             return 0.0;
         }
         let u = triangles.corners[t].map(|v| self.increment.displacement[v as usize]);
-        let earlier = membrane::stretch_rate(&frames.state[t].polar, &triangles.rest[t], u);
+        let earlier = membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u);
         let stress = frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), earlier * viscosity);
         let along = if self.is_counted { rate } else { rate + earlier };
         self.volume(t) * stress.contract(along)
@@ -357,7 +357,7 @@ impl Solved<'_> {
         if frames.stiffened.is_empty() {
             return 0.5 * twice_stored + bent + slack + motion;
         }
-        let stored = parallel::sum(triangles.len(), partials, |t| self.stored(t, &frames.state[t]));
+        let stored = parallel::sum(triangles.len(), partials, |t| self.stored(t, &frames.state(t)));
         stored + bent + slack_energy(triangles, |t| frames.stiffness(triangles, t)) + motion
     }
 }

@@ -1,5 +1,6 @@
 //! Rotation, stretch and stress of every triangle at the current positions.
 
+use super::kernels::gather::Stored;
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
 use super::kernels::simd::{self, Kernel};
@@ -47,39 +48,44 @@ fn evaluate_rotated(
     reserve: f64,
 ) {
     frames.is_planar = is_planar;
-    grow(&mut frames.state, triangles.len(), triangles.corners.capacity());
-    frames.state.resize(triangles.len(), ElementState::REST);
     let room = triangles.corners.capacity();
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
     let states =
         States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
-    let Frames { state, geometric, in_plane, .. } = &mut *frames;
+    let Frames { solid, flat, geometric, in_plane, .. } = &mut *frames;
     if is_planar {
-        geometric.clear();
-        states_and_stiffness(&states, state, in_plane, room, reserve);
+        (solid.clear(), geometric.clear());
+        states_and_stiffness(&states, flat, in_plane, room, reserve);
     } else {
-        in_plane.clear();
-        states_and_stiffness(&states, state, geometric, room, reserve);
+        (flat.clear(), in_plane.clear());
+        states_and_stiffness(&states, solid, geometric, room, reserve);
     }
     stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), None);
 }
 
-fn states_and_stiffness<T: Clone + Default + Send>(
+fn states_and_stiffness<S: Stored, G: Clone + Default + Send>(
     states: &States,
-    state: &mut [ElementState],
-    list: &mut Vec<T>,
+    state: &mut Vec<S>,
+    geometric: &mut Vec<G>,
     room: usize,
     reserve: f64,
 ) where
-    for<'a> Geometric<'a>: Kernel<T>,
+    for<'a> Geometric<'a, S>: Kernel<G>,
 {
-    grow(list, state.len(), room);
-    list.resize(state.len(), T::default());
-    parallel::for_pairs(state, list, |first, state, list| {
+    size(state, states.corners.len(), room);
+    grow(geometric, state.len(), room);
+    geometric.resize(state.len(), G::default());
+    parallel::for_pairs(state, geometric, |first, state, geometric| {
         simd::run(states, first, state);
-        simd::run(&Geometric { state, start: first, stiffness: states.stiffness, reserve }, first, list);
+        simd::run(&Geometric { state, start: first, stiffness: states.stiffness, reserve }, first, geometric);
     });
+}
+
+/// Gives a list of states so many.
+fn size<S: Stored>(state: &mut Vec<S>, count: usize, room: usize) {
+    grow(state, count, room);
+    state.resize(count, ElementState::REST.into());
 }
 
 /// State of every triangle at the vertices' positions, and its stiffness where fibres stiffen.
@@ -93,42 +99,52 @@ pub fn evaluate(
 ) {
     let unstretched = PreStretch::unstretched(pre_stretch);
     frames.is_planar = is_planar;
-    grow(&mut frames.state, triangles.len(), triangles.corners.capacity());
-    frames.state.resize(triangles.len(), ElementState::REST);
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
     let states =
         States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
-    parallel::for_chunks(&mut frames.state, &states);
+    let (Frames { solid, flat, .. }, room) = (&mut *frames, triangles.corners.capacity());
+    if is_planar {
+        solid.clear();
+        size(flat, triangles.len(), room);
+        parallel::for_chunks(flat, &states);
+    } else {
+        flat.clear();
+        size(solid, triangles.len(), room);
+        parallel::for_chunks(solid, &states);
+    }
     stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), fibres);
 }
 
 /// Fills in the stiffness where it is not that of the material, and adds to the stress what fibres do beyond the linear law.
 fn stiffen(
-    Frames { state, stiffened, is_planar, .. }: &mut Frames,
+    frames: &mut Frames,
     material: &Alike<Orthotropic>,
     unstretched: Sym2,
     has_faded: bool,
     fibres: Option<&StiffeningFibres>,
 ) {
-    stiffened.clear();
+    frames.stiffened.clear();
     if fibres.is_none() && !has_faded {
         return;
     }
+    let (mut stiffened, is_planar) = (std::mem::take(&mut frames.stiffened), frames.is_planar);
     stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0 }));
-    parallel::for_rows(stiffened, |t, stiffened| {
-        let stretch = state[t].polar.stretch;
-        if let Some(faded) = Faded::at(stretch, *is_planar) {
+    parallel::for_rows(&mut stiffened, |t, stiffened| {
+        let stretch = frames.state(t).polar.stretch;
+        if let Some(faded) = Faded::at(stretch, is_planar) {
             stiffened.law = faded.majorant(&stiffened.law, stretch, unstretched);
         }
         if let Some(fibres) = fibres {
             *stiffened = fibres.stiffness(stretch, unstretched, &stiffened.law);
         }
     });
+    frames.stiffened = stiffened;
     if fibres.is_some() {
-        parallel::for_rows(state, |_, state| {
-            state.stress = StiffeningFibres::stiffen(fibres, state.polar.stretch, unstretched, state.stress);
-        });
+        let Frames { solid, flat, .. } = frames;
+        let stress = |stretch, stress| StiffeningFibres::stiffen(fibres, stretch, unstretched, stress);
+        parallel::for_rows(solid, |_, state| state.stress = stress(state.polar.stretch, state.stress));
+        parallel::for_rows(flat, |_, state| state.stress = stress(state.stretch, state.stress));
     }
 }
 
@@ -140,36 +156,37 @@ pub fn geometric_stiffness(
     tangent: Tangent,
     reserve: f64,
 ) {
-    let Frames { state, geometric, in_plane, stiffened, .. } = frames;
-    let room = triangles.corners.capacity();
+    let (count, room) = (frames.len(), triangles.corners.capacity());
+    let (mut geometric, mut in_plane) = (std::mem::take(&mut frames.geometric), std::mem::take(&mut frames.in_plane));
     if is_planar {
         geometric.clear();
-        grow(in_plane, state.len(), room);
-        in_plane.resize(state.len(), 0.0);
+        grow(&mut in_plane, count, room);
+        in_plane.resize(count, 0.0);
     } else {
         in_plane.clear();
-        grow(geometric, state.len(), room);
-        geometric.resize(state.len(), GeometricStiffness::default());
+        grow(&mut geometric, count, room);
+        geometric.resize(count, GeometricStiffness::default());
     }
+    let Frames { solid, flat, stiffened, .. } = &*frames;
     if tangent == Tangent::Rotated {
-        let kernel = Geometric { state, start: 0, stiffness: triangles.stiffness.by_row(), reserve };
-        parallel::for_chunks(in_plane, &kernel);
-        return parallel::for_chunks(geometric, &kernel);
-    }
-    let majorant = |t: usize| {
-        let ElementState { polar, stress } = state[t];
-        match (tangent, stiffened.get(t)) {
-            (Tangent::Projected, None) => membrane::spin_majorant(stress, polar.stretch, &triangles.stiffness[t], 0.0),
+        let stiffness = triangles.stiffness.by_row();
+        parallel::for_chunks(&mut in_plane, &Geometric { state: flat, start: 0, stiffness, reserve });
+        parallel::for_chunks(&mut geometric, &Geometric { state: solid, start: 0, stiffness, reserve });
+    } else {
+        let majorant = |t: usize, stress, stretch| match (tangent, stiffened.get(t)) {
+            (Tangent::Projected, None) => membrane::spin_majorant(stress, stretch, &triangles.stiffness[t], 0.0),
             (Tangent::Projected, Some(CoupledStiffness { law, q16 })) => {
-                membrane::spin_majorant(stress, polar.stretch, law, *q16)
+                membrane::spin_majorant(stress, stretch, law, *q16)
             }
             _ => 0.0,
-        }
-    };
-    parallel::for_rows(in_plane, |t, in_plane| *in_plane = majorant(t));
-    parallel::for_rows(geometric, |t, geometric| {
-        let normal = membrane::second_piola(state[t].stress, state[t].polar.stretch);
-        let normal = if tangent == Tangent::Projected { normal.positive_part() } else { normal };
-        *geometric = GeometricStiffness { normal, in_plane: majorant(t) };
-    });
+        };
+        parallel::for_rows(&mut in_plane, |t, in_plane| *in_plane = majorant(t, flat[t].stress, flat[t].stretch));
+        parallel::for_rows(&mut geometric, |t, geometric| {
+            let (stress, stretch) = (solid[t].stress, solid[t].polar.stretch);
+            let normal = membrane::second_piola(stress, stretch);
+            let normal = if tangent == Tangent::Projected { normal.positive_part() } else { normal };
+            *geometric = GeometricStiffness { normal, in_plane: majorant(t, stress, stretch) };
+        });
+    }
+    (frames.geometric, frames.in_plane) = (geometric, in_plane);
 }

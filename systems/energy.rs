@@ -277,7 +277,7 @@ impl Carried<'_> {
     /// −(f(x_k) − K·δ) · u with the tangent that was used, and dt·v·C·v.
     fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3], viscosity: f64) -> [f64; 2] {
         let Sheet { triangles, .. } = self.sheet;
-        let (state, rest) = (&self.frames.state[t], &triangles.rest[t]);
+        let (state, rest) = (self.frames.state(t), &triangles.rest[t]);
         let (stiffness, coupling) = (self.frames.stiffness(triangles, t), self.frames.coupling(t));
         let volume = rest.area * triangles.thickness[t];
         let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric_stiffness(t);

@@ -170,7 +170,7 @@ fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
         .map(|q| q.q11.max(q.q22) + q.q12.abs() + q.q66)
         .fold(0.0, f64::max);
     let more = stiffest * sleeping.strain;
-    let is_sound = || frames.state.iter().all(|state| state.stress.principal_values().0 + more <= least);
+    let is_sound = || frames.states().all(|state| state.stress.principal_values().0 + more <= least);
     tips.criterion.iter().all(|c| c + more / least <= 1.0)
         && decisions.refused_start.is_none()
         && (!tearing.may_initiate || is_sound())

@@ -171,7 +171,7 @@ fn twice_stored(
 ) -> f64 {
     let unstretched = PreStretch::unstretched(pre_stretch);
     let energy = |t: usize| {
-        let state = &frames.state[t];
+        let state = frames.state(t);
         let volume = triangles.rest[t].area * triangles.thickness[t];
         let strain = match frames.stiffened.get(t) {
             None => state.polar.stretch - unstretched,
@@ -179,7 +179,7 @@ fn twice_stored(
         };
         volume * state.stress.contract(strain)
     };
-    parallel::sum(frames.state.len(), &mut scratch.partials, energy)
+    parallel::sum(frames.len(), &mut scratch.partials, energy)
 }
 
 /// Fills `scratch.residual` with f − M·(u/s² − b), sets `scratch.imbalance` to its largest free component and returns the
@@ -310,8 +310,8 @@ fn solve_or_fall_back(
     increment.delta = first_guess;
     let frames = rotated.insert(operator.frames.clone());
     let majorant =
-        |(state, law): (&ElementState, &Orthotropic)| shear_majorant(state.stress, state.polar.stretch, law, reserve);
-    let majorants = operator.frames.state.iter().zip(operator.triangles.stiffness.iter()).map(majorant);
+        |(state, law): (ElementState, &Orthotropic)| shear_majorant(state.stress, state.polar.stretch, law, reserve);
+    let majorants = operator.frames.states().zip(operator.triangles.stiffness.iter()).map(majorant);
     if frames.is_planar {
         frames.in_plane = majorants.collect();
     } else {

@@ -257,7 +257,7 @@ pub fn nodal_stress(triangles: &Triangles, topology: &Topology, frames: &Frames)
         let (mut sum, mut area) = (Sym2::default(), 0.0);
         for &entry in around {
             let t = entry as usize / 3;
-            sum += frames.state[t].stress * triangles.rest[t].area;
+            sum += frames.state(t).stress * triangles.rest[t].area;
             area += triangles.rest[t].area;
         }
         if area > 0.0 { sum * (1.0 / area) } else { sum }

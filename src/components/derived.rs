@@ -2,7 +2,7 @@
 
 use super::FreeAxes;
 use super::Stops;
-use crate::math::{CoupledStiffness, ElementState, GeometricStiffness, Orthotropic, Sym2};
+use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2};
 use crate::report::Fault;
 use crate::settings::Tangent;
 use crate::storage::room::fit;
@@ -12,8 +12,10 @@ use glam::{DMat3, DVec2, DVec3};
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness.
 #[derive(Clone, Debug, Default)]
 pub struct Frames {
-    /// State at the positions of the last evaluation.
-    pub state: Vec<ElementState>,
+    /// State at the positions of the last evaluation, but for planar bodies.
+    pub solid: Vec<ElementState>,
+    /// That of planar bodies.
+    pub flat: Vec<FlatState>,
     /// Geometric stiffness there, but for planar bodies.
     pub geometric: Vec<GeometricStiffness>,
     /// That of planar bodies, which have none out of the plane \[MPa\].
@@ -25,6 +27,30 @@ pub struct Frames {
 }
 
 impl Frames {
+    /// Number of triangles that have been evaluated.
+    pub fn len(&self) -> usize {
+        self.solid.len().max(self.flat.len())
+    }
+
+    /// Whether none has been.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The state of a triangle.
+    #[inline(always)]
+    pub fn state(&self, t: usize) -> ElementState {
+        match self.solid.get(t) {
+            Some(state) => *state,
+            None => self.flat[t].into(),
+        }
+    }
+
+    /// The state of one triangle after the other.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = ElementState> + '_ {
+        (0..self.len()).map(|t| self.state(t))
+    }
+
     /// The geometric stiffness of a triangle.
     #[inline(always)]
     pub fn geometric_stiffness(&self, t: usize) -> GeometricStiffness {

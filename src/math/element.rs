@@ -1,7 +1,7 @@
 //! The state of one membrane triangle: rotation, stretch and stress.
 
 use super::Sym2;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// The rotation's two columns (images of the fibre axis and the transverse axis) and the right stretch, F = R·U.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,32 @@ impl ElementState {
         polar: Polar { fibre_axis: DVec3::X, transverse_axis: DVec3::Y, stretch: Sym2::IDENTITY },
         stress: Sym2::ZERO,
     };
+}
+
+/// The state of one triangle of a planar body, whose axes have no part along z: two thirds of the memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlatState {
+    /// Fibre axis; the transverse axis is a quarter turn on.
+    pub fibre_axis: DVec2,
+    /// As of any triangle.
+    pub stretch: Sym2,
+    /// As of any triangle.
+    pub stress: Sym2,
+}
+
+impl From<FlatState> for ElementState {
+    #[inline(always)]
+    fn from(FlatState { fibre_axis, stretch, stress }: FlatState) -> Self {
+        let transverse_axis = fibre_axis.perp().extend(0.0);
+        Self { polar: Polar { fibre_axis: fibre_axis.extend(0.0), transverse_axis, stretch }, stress }
+    }
+}
+
+impl From<ElementState> for FlatState {
+    #[inline(always)]
+    fn from(ElementState { polar: Polar { fibre_axis, stretch, .. }, stress }: ElementState) -> Self {
+        Self { fibre_axis: fibre_axis.truncate(), stretch, stress }
+    }
 }
 
 /// What the stress in a triangle adds to its tangent.

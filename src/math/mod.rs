@@ -12,7 +12,7 @@ mod stiffening_fibres;
 mod sym2;
 mod triangle;
 
-pub use element::{ElementState, GeometricStiffness, Polar};
+pub use element::{ElementState, FlatState, GeometricStiffness, Polar};
 pub use faded::{FADES_FROM, Faded};
 pub use fracture::{CrackTip, Modes, Slopes};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};

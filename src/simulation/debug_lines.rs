@@ -146,7 +146,7 @@ fn of_triangles(
     if !(which.frames || which.fibres || which.stress.is_some()) {
         return;
     }
-    for (t, state) in frames.state.iter().enumerate() {
+    for (t, state) in frames.states().enumerate() {
         let [a, b, c] = triangles.corners[t].map(|v| vertices.position[v as usize]);
         let (centre, size) = ((a + b + c) / 3.0, triangles.rest[t].area.sqrt());
         let (fibre, across) = (state.polar.fibre_axis, state.polar.transverse_axis);

@@ -36,21 +36,21 @@ impl Simulation {
             query.get().ok()?;
         let unstretched = PreStretch::unstretched(pre_stretch);
         let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres };
-        let principal = |state: &ElementState| DVec2::from(state.stress.principal_values());
+        let principal = |state: ElementState| DVec2::from(state.stress.principal_values());
         let mut frame = BodyFrame {
             name: about.name.clone(),
             positions: vertices.position.clone(),
             rest_positions: vertices.rest_position.clone(),
             triangles: triangles.corners.clone(),
-            stress: frames.state.iter().map(stress_in_space).collect(),
-            principal_stress: frames.state.iter().map(principal).collect(),
-            fibres: frames.state.iter().map(|state| state.polar.fibre_axis).collect(),
+            stress: frames.states().map(stress_in_space).collect(),
+            principal_stress: frames.states().map(principal).collect(),
+            fibres: frames.states().map(|state| state.polar.fibre_axis).collect(),
             criterion: Vec::new(),
             tips: Vec::new(),
         };
         if let Some((tearing, tips)) = tearing {
             let search = Search::new(strength(tearing));
-            frame.criterion = frames.state.iter().map(|state| own_criterion(state.stress, &search)).collect();
+            frame.criterion = frames.states().map(|state| own_criterion(state.stress, &search)).collect();
             let mut memory = TipMemory::default();
             frame.tips = (0..tips.len())
                 .filter_map(|tip| {
@@ -72,7 +72,7 @@ impl Simulation {
 }
 
 /// Biot stress turned into space by the triangle's rotation.
-fn stress_in_space(state: &ElementState) -> DMat3 {
+fn stress_in_space(state: ElementState) -> DMat3 {
     let (a, b, t) = (state.polar.fibre_axis, state.polar.transverse_axis, state.stress);
     let (ta, tb) = (a * t.xx + b * t.xy, a * t.xy + b * t.yy);
     let column = |i: usize| ta * a[i] + tb * b[i];
@@ -143,7 +143,7 @@ impl RestToSpace {
         let x = triangles.corners[t].map(|v| vertices.rest_position[v as usize]);
         let fibre = triangles.fibre[t];
         let normal = (x[1] - x[0]).cross(x[2] - x[0]).normalize_or(DVec3::Z);
-        let polar = frames.state[t].polar;
+        let polar = frames.state(t).polar;
         let (a, b) = (polar.fibre_axis, polar.transverse_axis);
         Self { rest: [fibre, normal.cross(fibre), normal], space: [a, b, a.cross(b)] }
     }

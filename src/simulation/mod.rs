@@ -298,8 +298,8 @@ impl Simulation {
         let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let law = (frames.is_planar, PreStretch::unstretched(pre_stretch), fibres);
-        let elastic = frames.state.iter().enumerate().map(|(t, state)| {
-            let twice = membrane::twice_energy(state, &triangles.stiffness[t], law);
+        let elastic = frames.states().enumerate().map(|(t, state)| {
+            let twice = membrane::twice_energy(&state, &triangles.stiffness[t], law);
             0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
         });
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());

@@ -46,7 +46,8 @@ impl Simulation {
 
         let Increment { start, start_velocity, displacement, delta, .. } = increment;
         [start, start_velocity, displacement, delta].into_iter().for_each(|values| order.sort_vertices(values));
-        order.sort_triangles(&mut frames.state);
+        order.sort_triangles(&mut frames.solid);
+        order.sort_triangles(&mut frames.flat);
         order.sort_triangles(&mut frames.geometric);
         order.sort_triangles(&mut frames.in_plane);
         order.sort_triangles(&mut frames.stiffened);

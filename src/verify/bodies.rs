@@ -158,9 +158,9 @@ impl Snapshot {
         let mut query = simulation.world().query_one::<(&Vertices, &Triangles, &Topology, &Frames)>(body);
         let (vertices, triangles, topology, frames) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let mut frames = frames.clone();
-        let normal = |s: &crate::math::ElementState| second_piola(s.stress, s.polar.stretch);
+        let normal = |s: crate::math::ElementState| second_piola(s.stress, s.polar.stretch);
         let geometric = |s| GeometricStiffness { normal: normal(s), in_plane: 0.0 };
-        frames.geometric = frames.state.iter().map(geometric).collect();
+        frames.geometric = frames.states().map(geometric).collect();
         Ok(Self { vertices: vertices.clone(), triangles: triangles.clone(), topology: topology.clone(), frames })
     }
 

@@ -74,7 +74,7 @@ impl Flow {
     fn invariants(&mut self, x: &[DVec3; 3], v: &[DVec3; 3]) -> (f64, f64) {
         self.acceleration(x);
         let Snapshot { vertices, triangles, frames, .. } = &self.body;
-        let s = &frames.state[0];
+        let s = frames.state(0);
         let strain = s.polar.stretch - crate::math::Sym2::IDENTITY;
         let elastic = 0.5 * triangles.rest[0].area * triangles.thickness[0] * s.stress.contract(strain);
         let kinetic: f64 = (0..3).map(|i| 0.5 * vertices.mass[i] * v[i].length_squared()).sum();

@@ -79,7 +79,7 @@ fn large_rotation(rows: &mut Rows, file: &Json) -> Result<(), VerifyError> {
     rows.relative("large rotation: energy", energy, file.number("/large_rotation/energy_mJ")?, 1e-12);
     let stress = file.numbers("/large_rotation/stress_in_polar_frame")?;
     let degrees = file.number("/theta_deg")?;
-    let off = snapshot.frames.state.iter().map(|s| {
+    let off = snapshot.frames.states().map(|s| {
         let t = s.stress.in_axes_turned_by(-degrees.to_radians());
         largest([t.xx - stress[0], t.yy - stress[1], t.xy - stress[2]].map(f64::abs))
     });

@@ -1,6 +1,7 @@
 //! What a solve leaves over, for four triangles side by side: bodies of the linear law with the rotated tangent, and all of the answer.
 
 use super::Solved;
+use crate::math::ElementState;
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::membrane::LEAST_TRACE;
 use crate::systems::kernels::membrane_lanes::{Vectors, combine, cross, dot, doubles, rotated};
@@ -79,8 +80,8 @@ impl Kernel<(), f64> for Whole<'_, '_> {
                 for (shape, value) in shape.iter_mut().zip([g1.x, g1.y, g2.x, g2.y, area * thickness[t]]) {
                     shape[lane] = value;
                 }
-                let polar = &frames.state[t].polar;
-                let (r1, r2, u, s) = (polar.fibre_axis, polar.transverse_axis, polar.stretch, frames.state[t].stress);
+                let ElementState { polar, stress: s } = frames.state(t);
+                let (r1, r2, u) = (polar.fibre_axis, polar.transverse_axis, polar.stretch);
                 for (axis, value) in axes.iter_mut().zip([r1.x, r1.y, r1.z, r2.x, r2.y, r2.z]) {
                     axis[lane] = value;
                 }

@@ -180,7 +180,7 @@ fn evaluated_energy(
 ) -> f64 {
     let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres);
     let stored = parallel::sum(triangles.len(), partials, |t| {
-        let twice = membrane::twice_energy(&frames.state[t], &triangles.stiffness[t], law);
+        let twice = membrane::twice_energy(&frames.state(t), &triangles.stiffness[t], law);
         0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
     });
     stored + bending.map_or(0.0, |(_, folds)| folds.energy()) + motion(vertices, partials)

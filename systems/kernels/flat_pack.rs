@@ -148,7 +148,7 @@ mod tests {
         for is_exact in [false, true] {
             let tangent = |lane: usize| {
                 Some(ElementTangent {
-                    state: &states[lane],
+                    state: states[lane],
                     rest: &rest,
                     stiffness: &law,
                     coupling: 0.1 * lane as f64,

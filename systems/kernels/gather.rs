@@ -3,7 +3,7 @@
 //! A row is one load, where its numbers one by one are four and as many moves into lanes.
 
 use super::lanes::{DOUBLES, Doubles, Lanes};
-use crate::math::{ElementState, Orthotropic, RestTriangle};
+use crate::math::{ElementState, FlatState, Orthotropic, RestTriangle, Sym2};
 use glam::DVec3;
 
 /// A vector as a row, with a zero at its end.
@@ -31,13 +31,63 @@ pub fn law_of<L: Lanes>(lanes: L, law: &Orthotropic) -> Doubles<L> {
     Doubles::new(lanes, [law.q11, law.q12, law.q22, law.q66])
 }
 
-/// The state of a triangle as three rows: axes, stretch, stress.
-#[inline(always)]
-pub fn rows_of<L: Lanes>(lanes: L, ElementState { polar, stress: s }: &ElementState) -> [Doubles<L>; 3] {
-    let (r1, r2, u) = (polar.fibre_axis, polar.transverse_axis, polar.stretch);
-    [
-        Doubles::new(lanes, [r1.x, r1.y, r1.z, r2.x]),
-        Doubles::new(lanes, [r2.y, r2.z, u.xx, u.yy]),
-        Doubles::new(lanes, [u.xy, s.xx, s.yy, s.xy]),
-    ]
+/// The states of four triangles.
+pub struct StateLanes<L: Lanes> {
+    /// Fibre and transverse axis.
+    pub axes: [[Doubles<L>; 3]; 2],
+    /// xx, yy and xy of the stretch.
+    pub stretch: [Doubles<L>; 3],
+    /// Those of the stress.
+    pub stress: [Doubles<L>; 3],
+}
+
+/// What states of triangles are stored as.
+pub trait Stored: Copy + Send + Sync + From<ElementState> + Into<ElementState> {
+    /// Stretch and stress.
+    fn tensors(&self) -> [Sym2; 2];
+
+    /// Those of four triangles.
+    fn lanes<L: Lanes>(lanes: L, states: [&Self; DOUBLES]) -> StateLanes<L>;
+}
+
+impl Stored for ElementState {
+    #[inline(always)]
+    fn tensors(&self) -> [Sym2; 2] {
+        [self.polar.stretch, self.stress]
+    }
+
+    #[inline(always)]
+    fn lanes<L: Lanes>(lanes: L, states: [&Self; DOUBLES]) -> StateLanes<L> {
+        let mut rows = [[Doubles::splat(lanes, 0.0); DOUBLES]; 3];
+        for lane in 0..DOUBLES {
+            let Self { polar, stress: s } = states[lane];
+            let (r1, r2, u) = (polar.fibre_axis, polar.transverse_axis, polar.stretch);
+            rows[0][lane] = Doubles::new(lanes, [r1.x, r1.y, r1.z, r2.x]);
+            rows[1][lane] = Doubles::new(lanes, [r2.y, r2.z, u.xx, u.yy]);
+            rows[2][lane] = Doubles::new(lanes, [u.xy, s.xx, s.yy, s.xy]);
+        }
+        let ([ax, ay, az, bx], [by, bz, uxx, uyy]) = (Doubles::transpose(rows[0]), Doubles::transpose(rows[1]));
+        let [uxy, txx, tyy, txy] = Doubles::transpose(rows[2]);
+        StateLanes { axes: [[ax, ay, az], [bx, by, bz]], stretch: [uxx, uyy, uxy], stress: [txx, tyy, txy] }
+    }
+}
+
+impl Stored for FlatState {
+    #[inline(always)]
+    fn tensors(&self) -> [Sym2; 2] {
+        [self.stretch, self.stress]
+    }
+
+    #[inline(always)]
+    fn lanes<L: Lanes>(lanes: L, states: [&Self; DOUBLES]) -> StateLanes<L> {
+        let zero = Doubles::splat(lanes, 0.0);
+        let mut rows = [[zero; DOUBLES]; 2];
+        for lane in 0..DOUBLES {
+            let Self { fibre_axis: a, stretch: u, stress: s } = states[lane];
+            rows[0][lane] = Doubles::new(lanes, [a.x, a.y, u.xx, u.yy]);
+            rows[1][lane] = Doubles::new(lanes, [u.xy, s.xx, s.yy, s.xy]);
+        }
+        let ([x, y, uxx, uyy], [uxy, txx, tyy, txy]) = (Doubles::transpose(rows[0]), Doubles::transpose(rows[1]));
+        StateLanes { axes: [[x, y, zero], [zero - y, x, zero]], stretch: [uxx, uyy, uxy], stress: [txx, tyy, txy] }
+    }
 }

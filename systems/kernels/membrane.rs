@@ -202,7 +202,7 @@ fn in_frame(polar: &Polar, d1: DVec3, d2: DVec3) -> Mat {
 #[derive(Clone, Copy, Debug)]
 pub struct ElementTangent<'a> {
     /// State at the positions where the tangent is taken.
-    pub state: &'a ElementState,
+    pub state: ElementState,
     /// Rest shape.
     pub rest: &'a RestTriangle,
     /// Elastic constants.

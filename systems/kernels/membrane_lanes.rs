@@ -3,12 +3,12 @@
 //! A step spends most of its time outside the linear solve here. What a lane cannot do alike (a collapsed or mirrored
 //! triangle) is done by the functions for one triangle, against which these are tested.
 
-use super::gather::{components, gradients_of, law_of, row, rows_of};
+use super::gather::{StateLanes, Stored, components, gradients_of, law_of, row};
 use super::lanes::{DOUBLES, Doubles, Lanes};
 use super::membrane::{self, LEAST_TRACE, ROUNDING_SQ};
 use super::simd::Kernel;
 use crate::math::{
-    ElementState, FADES_FROM, Faded, GeometricStiffness, Orthotropic, PerRow, Polar, RestTriangle, Sym2,
+    ElementState, FADES_FROM, Faded, FlatState, GeometricStiffness, Orthotropic, PerRow, Polar, RestTriangle, Sym2,
 };
 use glam::{DVec2, DVec3};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -78,10 +78,10 @@ pub struct Rotated<L: Lanes> {
 /// See [`super::polar`].
 #[inline(always)]
 pub fn rotated<L: Lanes>(lanes: L, f1: Vectors<L>, f2: Vectors<L>, is_planar: bool) -> Rotated<L> {
-    let (half, one) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0));
+    let (half, one, zero) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0), Doubles::splat(lanes, 0.0));
     let lengths_sq = dot(f1, f1) + dot(f2, f2);
     let (p, q, trace, sound, least) = if is_planar {
-        let (p, q) = ([f1[0] + f2[1], f1[1] - f2[0], f1[2]], [f2[0] - f1[1], f2[1] + f1[0], f2[2]]);
+        let (p, q) = ([f1[0] + f2[1], f1[1] - f2[0], zero], [f2[0] - f1[1], f2[1] + f1[0], zero]);
         let trace_sq = dot(p, p);
         // Next to a mirror image the law fades, long before the rotation is but rounding.
         let least = Doubles::splat(lanes, FADES_FROM * FADES_FROM).max(lengths_sq * Doubles::splat(lanes, 1e-28));
@@ -128,23 +128,26 @@ impl States<'_> {
 
     /// Does over what a lane cannot do alike: triangles that are not sound, and strains that are but rounding.
     #[inline(never)]
-    fn mend(&self, first: usize, out: &mut [ElementState], (sound, least): (Four, Four), strain_sq: Four) {
+    fn mend<T: Stored>(&self, first: usize, out: &mut [T], (sound, least): (Four, Four), strain_sq: Four) {
         for (lane, out) in out.iter_mut().enumerate() {
             if !(sound[lane] > least[lane]) {
-                *out = self.alone(first + lane);
-                if Faded::at(out.polar.stretch, self.is_planar).is_some() {
+                let state = self.alone(first + lane);
+                if Faded::at(state.polar.stretch, self.is_planar).is_some() {
                     self.has_faded.store(true, Ordering::Relaxed);
                 }
+                *out = state.into();
             } else if strain_sq[lane] <= ROUNDING_SQ {
-                (out.polar.stretch, out.stress) = (self.unstretched, Sym2::ZERO);
+                let mut state: ElementState = (*out).into();
+                (state.polar.stretch, state.stress) = (self.unstretched, Sym2::ZERO);
+                *out = state.into();
             }
         }
     }
 }
 
-impl Kernel<ElementState> for States<'_> {
+impl<T: Stored> Kernel<T> for States<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [ElementState]) {
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [T]) {
         let free = doubles(lanes, &[[self.unstretched.xx; 4], [self.unstretched.yy; 4], [self.unstretched.xy; 4]]);
         let (zero, rounding_sq) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, ROUNDING_SQ));
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
@@ -180,7 +183,7 @@ impl Kernel<ElementState> for States<'_> {
                     transverse_axis: DVec3::new(bx, by, bz),
                     stretch: Sym2::new(xx, yy, xy),
                 };
-                *out = ElementState { polar, stress: Sym2::new(txx, tyy, txy) };
+                *out = ElementState { polar, stress: Sym2::new(txx, tyy, txy) }.into();
             }
             let strain_sq = exx * exx + eyy * eyy + exy * exy;
             // Of all four at once: next to no group has one that is not.
@@ -201,9 +204,9 @@ pub fn first_piola<L: Lanes>(stress: Vectors<L>, stretch: Vectors<L>, inverse_tr
 
 /// Geometric stiffness of the rotated tangent: [`membrane::shear_majorant`] and the tensile part of
 /// [`membrane::second_piola`].
-pub struct Geometric<'a> {
+pub struct Geometric<'a, T> {
     /// States of the triangles from `start` on.
-    pub state: &'a [ElementState],
+    pub state: &'a [T],
     /// The first of them.
     pub start: usize,
     /// Elastic constants, of all triangles.
@@ -212,7 +215,7 @@ pub struct Geometric<'a> {
     pub reserve: f64,
 }
 
-impl Geometric<'_> {
+impl<T: Stored> Geometric<'_, T> {
     /// Stretch and stress of up to four triangles, and their stiffness in the plane.
     #[inline(always)]
     fn in_plane<L: Lanes>(&self, lanes: L, first: usize, count: usize) -> ([Vectors<L>; 2], Doubles<L>) {
@@ -222,7 +225,7 @@ impl Geometric<'_> {
         for lane in 0..DOUBLES {
             // The last group is filled up with its last triangle.
             let t = first + lane.min(count - 1);
-            let ElementState { polar: Polar { stretch: u, .. }, stress: s } = &self.state[t - self.start];
+            let [u, s] = self.state[t - self.start].tensors();
             state[0][lane] = Doubles::new(lanes, [u.xx, u.yy, u.xy, s.xx]);
             state[1][lane] = Doubles::new(lanes, [s.yy, s.xy, 0.0, 0.0]);
             law[lane] = law_of(lanes, &self.stiffness[t]);
@@ -245,7 +248,7 @@ impl Geometric<'_> {
 }
 
 /// Of planar bodies, which have none out of the plane.
-impl Kernel<f64> for Geometric<'_> {
+impl Kernel<f64> for Geometric<'_, FlatState> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [f64]) {
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
@@ -255,7 +258,7 @@ impl Kernel<f64> for Geometric<'_> {
     }
 }
 
-impl Kernel<GeometricStiffness> for Geometric<'_> {
+impl Kernel<GeometricStiffness> for Geometric<'_, ElementState> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [GeometricStiffness]) {
         let half = Doubles::splat(lanes, 0.5);
@@ -306,35 +309,34 @@ pub fn balance<L: Lanes>(lanes: L, a: Vectors<L>, b: Vectors<L>, out: &mut [[DVe
 }
 
 /// Forces on the corners of every triangle under its stress: [`membrane::nodal_forces`].
-pub struct CornerForces<'a> {
+pub struct CornerForces<'a, T> {
     /// States of the triangles.
-    pub state: &'a [ElementState],
+    pub state: &'a [T],
     /// Rest shapes.
     pub rest: &'a [RestTriangle],
     /// Thickness \[mm\].
     pub thickness: PerRow<'a, f64>,
 }
 
-impl Kernel<[DVec3; 3]> for CornerForces<'_> {
+impl<T: Stored> Kernel<[DVec3; 3]> for CornerForces<'_, T> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [[DVec3; 3]]) {
         let zero = Doubles::splat(lanes, 0.0);
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
             let first = first + group * DOUBLES;
-            let (mut state, mut gradients, mut volume) = ([[zero; DOUBLES]; 3], [zero; DOUBLES], [0.0; DOUBLES]);
+            let (mut state, mut gradients, mut volume) =
+                ([&self.state[first]; DOUBLES], [zero; DOUBLES], [0.0; DOUBLES]);
             for lane in 0..DOUBLES {
                 let t = first + lane.min(out.len() - 1);
-                [state[0][lane], state[1][lane], state[2][lane]] = rows_of(lanes, &self.state[t]);
+                state[lane] = &self.state[t];
                 gradients[lane] = gradients_of(lanes, &self.rest[t]);
                 volume[lane] = self.rest[t].area * self.thickness[t];
             }
-            let ([r1x, r1y, r1z, r2x], [r2y, r2z, uxx, uyy]) =
-                (Doubles::transpose(state[0]), Doubles::transpose(state[1]));
-            let [uxy, txx, tyy, txy] = Doubles::transpose(state[2]);
+            let StateLanes { axes: [r1, r2], stretch, stress } = T::lanes(lanes, state);
             let [g1x, g1y, g2x, g2y] = Doubles::transpose(gradients);
-            let inverse_trace = Doubles::splat(lanes, 1.0) / (uxx + uyy).max(Doubles::splat(lanes, LEAST_TRACE));
-            let pi = first_piola([txx, tyy, txy], [uxx, uyy, uxy], inverse_trace);
-            let (r1, r2) = ([r1x, r1y, r1z], [r2x, r2y, r2z]);
+            let trace = stretch[0] + stretch[1];
+            let inverse_trace = Doubles::splat(lanes, 1.0) / trace.max(Doubles::splat(lanes, LEAST_TRACE));
+            let pi = first_piola(stress, stretch, inverse_trace);
             let (p1, p2) = (combine(r1, pi[0], r2, pi[2]), combine(r1, pi[1], r2, pi[3]));
             let minus = zero - Doubles::new(lanes, volume);
             let a = combine(p1, g1x * minus, p2, g1y * minus);

@@ -60,11 +60,24 @@ fn all<T: Clone>(count: usize, blank: T, kernel: &impl Kernel<T>) -> Vec<T> {
     rows
 }
 
-fn stiffness_of(count: usize, kernel: &Geometric, is_planar: bool) -> Vec<GeometricStiffness> {
-    if !is_planar {
-        return all(count, GeometricStiffness::default(), kernel);
+/// State, geometric stiffness and forces on the corners of every triangle.
+type Evaluated = (Vec<ElementState>, Vec<GeometricStiffness>, Vec<[DVec3; 3]>);
+
+fn evaluate(mesh: &Mesh, is_planar: bool, reserve: f64) -> Evaluated {
+    let (n, kernel) = (mesh.corners.len(), mesh.states(is_planar));
+    let (rest, stiffness, thickness) = (&mesh.rest[..], PerRow::each(&mesh.stiffness), PerRow::each(&mesh.thickness));
+    if is_planar {
+        let state = all(n, FlatState::from(ElementState::REST), &kernel);
+        let in_plane = all(n, 0.0, &Geometric { state: &state, start: 0, stiffness, reserve });
+        let forces = all(n, [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
+        let geometric = in_plane.into_iter().map(|in_plane| GeometricStiffness { normal: Sym2::ZERO, in_plane });
+        return (state.into_iter().map(ElementState::from).collect(), geometric.collect(), forces);
     }
-    all(count, 0.0, kernel).into_iter().map(|in_plane| GeometricStiffness { normal: Sym2::ZERO, in_plane }).collect()
+    let state = all(n, ElementState::REST, &kernel);
+    let blank = GeometricStiffness::default();
+    let geometric = all(n, blank, &Geometric { state: &state, start: 0, stiffness, reserve });
+    let forces = all(n, [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
+    (state, geometric, forces)
 }
 
 fn off(a: Sym2, b: Sym2) -> f64 {
@@ -76,14 +89,9 @@ fn off(a: Sym2, b: Sym2) -> f64 {
 fn lanes_compute_what_one_triangle_does() {
     for (is_planar, reserve) in [(false, -0.5), (true, 1.0)] {
         let mesh = Mesh::new(is_planar);
-        let (n, kernel) = (mesh.corners.len(), mesh.states(is_planar));
-        let state = all(n, ElementState::REST, &kernel);
+        let (kernel, (state, geometric, forces)) = (mesh.states(is_planar), evaluate(&mesh, is_planar, reserve));
         let Mesh { rest, stiffness, thickness, .. } = &mesh;
-        let (stiffness, thickness) = (PerRow::each(stiffness), PerRow::each(thickness));
-        let kernel_of_stress = Geometric { state: &state, start: 0, stiffness, reserve };
-        let geometric = stiffness_of(n, &kernel_of_stress, is_planar);
-        let forces = all(n, [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
-        for t in 0..n {
+        for t in 0..mesh.corners.len() {
             let alone = kernel.alone(t);
             // Stretches are of size one, stresses of ten; a rotation may lose a digit or two where a triangle is thin.
             assert!((alone.polar.fibre_axis - state[t].polar.fibre_axis).length() < 1e-13, "{t}");
@@ -111,15 +119,9 @@ fn lanes_compute_what_one_triangle_does() {
 fn every_instruction_set_gives_the_same_bits() {
     for is_planar in [false, true] {
         let mesh = Mesh::new(is_planar);
-        let Mesh { rest, stiffness, thickness, .. } = &mesh;
-        let (stiffness, thickness) = (PerRow::each(stiffness), PerRow::each(thickness));
         let results = [false, true].map(|is_portable| {
             force_portable(is_portable);
-            let state = all(mesh.corners.len(), ElementState::REST, &mesh.states(is_planar));
-            let kernel = Geometric { state: &state, start: 0, stiffness, reserve: -0.5 };
-            let geometric = stiffness_of(state.len(), &kernel, is_planar);
-            let forces = all(state.len(), [DVec3::ZERO; 3], &CornerForces { state: &state, rest, thickness });
-            (state, geometric, forces)
+            evaluate(&mesh, is_planar, -0.5)
         });
         force_portable(false);
         assert!(results[0] == results[1]);

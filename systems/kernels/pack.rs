@@ -339,7 +339,7 @@ mod tests {
 
         fn tangent(&self, is_exact: bool) -> ElementTangent<'_> {
             ElementTangent {
-                state: &self.state,
+                state: self.state,
                 rest: &self.rest,
                 stiffness: &self.law,
                 coupling: self.coupling,

@@ -34,6 +34,8 @@ pub fn membrane(f1: DVec3, f2: DVec3) -> Polar {
 /// mirrored triangle has a stretch that is far from the identity and a force that turns it back.
 #[inline]
 pub fn planar(f1: DVec3, f2: DVec3) -> Polar {
+    // Nothing of it is along z.
+    let (f1, f2) = (f1.with_z(0.0), f2.with_z(0.0));
     let (cofactor1, cofactor2) = (DVec3::new(f2.y, -f2.x, 0.0), DVec3::new(-f1.y, f1.x, 0.0));
     let trace = (f1 + cofactor1).length();
     let scale = (f1.length_squared() + f2.length_squared()).sqrt();

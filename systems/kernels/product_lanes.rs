@@ -1,9 +1,10 @@
 //! Products of the rotated tangent for four triangles side by side: [`ElementTangent::apply`], lane by lane.
 
-use super::gather::{components, gradients_of, law_of, row, rows_of};
+use super::gather::{StateLanes, Stored, components, gradients_of, law_of, row};
 use super::lanes::{DOUBLES, Doubles, Lanes};
 use super::membrane::{ElementTangent, LEAST_TRACE};
 use super::membrane_lanes::{balance, combine, cross, dot, first_piola};
+use crate::math::ElementState;
 use glam::DVec3;
 
 /// Writes K·u \[N\] for the corners of up to four triangles, none of whose tangents is exact.
@@ -15,21 +16,19 @@ pub fn apply<L: Lanes>(
     out: &mut [[DVec3; 3]],
 ) {
     let zero = Doubles::splat(lanes, 0.0);
-    let (mut state, mut edges) = ([[zero; DOUBLES]; 3], [[zero; DOUBLES]; 2]);
+    let (mut state, mut edges) = ([&elements[0].state; DOUBLES], [[zero; DOUBLES]; 2]);
     let (mut gradients, mut law, mut stiff) = ([zero; DOUBLES], [zero; DOUBLES], [[zero; DOUBLES]; 2]);
     for (lane, e) in elements.iter().enumerate() {
         let from = row(lanes, u[lane][0]);
         edges[0][lane] = row(lanes, u[lane][1]) - from;
         edges[1][lane] = row(lanes, u[lane][2]) - from;
-        [state[0][lane], state[1][lane], state[2][lane]] = rows_of(lanes, e.state);
+        state[lane] = &e.state;
         gradients[lane] = gradients_of(lanes, e.rest);
         law[lane] = law_of(lanes, e.stiffness);
         stiff[0][lane] = Doubles::new(lanes, [e.coupling, e.in_plane, e.elastic, e.geometric]);
         stiff[1][lane] = Doubles::new(lanes, [e.normal.xx, e.normal.yy, e.normal.xy, 0.0]);
     }
-    let ([r1x, r1y, r1z, r2x], [r2y, r2z, uxx, uyy]) = (Doubles::transpose(state[0]), Doubles::transpose(state[1]));
-    let [uxy, ..] = Doubles::transpose(state[2]);
-    let (r1, r2) = ([r1x, r1y, r1z], [r2x, r2y, r2z]);
+    let StateLanes { axes: [r1, r2], stretch: [uxx, uyy, uxy], .. } = ElementState::lanes(lanes, state);
     let ([g1x, g1y, g2x, g2y], [q11, q12, q22, q66]) = (Doubles::transpose(gradients), Doubles::transpose(law));
     let [coupling, in_plane, elastic, geometric] = Doubles::transpose(stiff[0]);
     let [nxx, nyy, nxy, _] = Doubles::transpose(stiff[1]);
@@ -62,7 +61,7 @@ pub fn apply<L: Lanes>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
+    use crate::math::{Orthotropic, Polar, RestTriangle, Sym2};
     use crate::systems::kernels::simd::{Pass, force_portable, pass};
 
     struct Products<'a>([ElementTangent<'a>; DOUBLES], [[DVec3; 3]; DOUBLES]);
@@ -95,7 +94,7 @@ mod tests {
             ElementState { polar, stress: law.stress(polar.stretch - Sym2::IDENTITY) }
         });
         let mut lane = 0.0;
-        let elements = states.each_ref().map(|state| {
+        let elements = states.map(|state| {
             lane += 1.0;
             ElementTangent {
                 state,

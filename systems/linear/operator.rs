@@ -5,7 +5,7 @@
 
 use super::Folds;
 use crate::components::{ExternalStiffness, Frames, FreeAxes};
-use crate::math::{ElementState, GeometricStiffness};
+use crate::math::GeometricStiffness;
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::lanes::{DOUBLES, Lanes};
@@ -43,10 +43,9 @@ impl Operator<'_> {
     #[inline(always)]
     pub fn element(&self, t: usize) -> ElementTangent<'_> {
         let volume = self.triangles.rest[t].area * self.triangles.thickness[t];
-        let state: &ElementState = &self.frames.state[t];
         let GeometricStiffness { normal, in_plane } = self.frames.geometric_stiffness(t);
         ElementTangent {
-            state,
+            state: self.frames.state(t),
             rest: &self.triangles.rest[t],
             stiffness: self.frames.stiffness(self.triangles, t),
             coupling: self.frames.coupling(t),

@@ -30,7 +30,7 @@ pub struct Warp {
 /// Axes of the first triangle of a vertex; `None` at a vertex without any.
 fn axes(operator: &Operator, v: usize) -> Option<[DVec3; 2]> {
     let entry = *operator.topology.incident[v].first()?;
-    let Polar { fibre_axis, transverse_axis, .. } = operator.frames.state[entry as usize / 3].polar;
+    let Polar { fibre_axis, transverse_axis, .. } = operator.frames.state(entry as usize / 3).polar;
     Some([fibre_axis, transverse_axis])
 }
 

@@ -68,7 +68,7 @@ impl Case {
     fn exact_tangent<'a>(&'a self, state: &'a ElementState) -> ElementTangent<'a> {
         let normal = if self.planar { Sym2::ZERO } else { second_piola(state.stress, state.polar.stretch) };
         ElementTangent {
-            state,
+            state: *state,
             rest: &self.rest,
             stiffness: &self.stiffness,
             coupling: 0.0,
@@ -165,7 +165,7 @@ fn the_rotated_tangent_is_semidefinite_and_exerts_no_in_plane_torque() {
         let state = c.state(c.x);
         let normal = second_piola(state.stress, state.polar.stretch).positive_part();
         let tangent = ElementTangent {
-            state: &state,
+            state,
             rest: &c.rest,
             stiffness: &c.stiffness,
             coupling: 0.0,

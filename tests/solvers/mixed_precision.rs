@@ -206,8 +206,8 @@ fn the_residual_of_single_precision_is_the_true_one() {
 fn the_projected_tangent_is_solved_in_single_precision_as_far() {
     let mut torn = Torn::new();
     torn.tangent = Tangent::Projected;
-    for (t, state) in torn.frames.state.iter().enumerate() {
-        let ElementState { polar, stress } = *state;
+    for t in 0..torn.frames.len() {
+        let ElementState { polar, stress } = torn.frames.state(t);
         let normal = membrane::second_piola(stress, polar.stretch).positive_part();
         let in_plane = membrane::spin_majorant(stress, polar.stretch, &torn.triangles.stiffness[t], 0.0);
         torn.frames.geometric[t] = GeometricStiffness { normal, in_plane };

@@ -137,7 +137,8 @@ impl System {
 fn frames(vertices: &Vertices, triangles: &Triangles, is_planar: bool, pre_stretch: Option<&PreStretch>) -> Frames {
     let mut frames = Frames::default();
     corotation::evaluate(vertices, triangles, &mut frames, is_planar, pre_stretch, None);
-    for (t, state) in frames.state.iter().enumerate() {
+    for t in 0..frames.len() {
+        let state = frames.state(t);
         let stretch = state.polar.stretch;
         let shear = membrane::shear_majorant(state.stress, stretch, &triangles.stiffness[t], -0.5);
         let s = membrane::second_piola(state.stress, stretch).positive_part();

@@ -55,7 +55,7 @@ fn a_patch_under_uniform_stretch_has_the_stress_of_the_law() {
         let pre_stretch = world.get::<&PreStretch>(body).ok();
         let unstretched = PreStretch::unstretched(pre_stretch.as_deref());
         let surface = Surface { vertices, triangles, topology, is_planar: false, unstretched, fibres: Some(&FIBRES) };
-        for (t, state) in world.get::<&Frames>(body).unwrap().state.iter().enumerate() {
+        for (t, state) in world.get::<&Frames>(body).unwrap().states().enumerate() {
             // The criterion's own way to the stress, and the solver's.
             for found in [surface.stress(t), state.stress] {
                 let off = found - wanted;
