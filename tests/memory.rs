@@ -44,12 +44,12 @@ fn laden(cells: [usize; 2]) -> Membrane {
 }
 
 /// Bytes per triangle once a few steps have been made. The iterations are limited: they need no memory.
-fn bytes_per_triangle(membrane: Membrane, preconditioner: Preconditioner, precision: Precision) -> usize {
+fn bytes_per_triangle(membrane: impl Fn() -> Membrane, preconditioner: Preconditioner, precision: Precision) -> usize {
     let region = Region::new(GLOBAL);
     let linear = LinearParams { iterations: 5, ..LinearParams::default() };
     let settings = Settings { threads: 1, preconditioner, precision, linear, ..Settings::default() };
     let mut simulation = Simulation::new(settings).unwrap();
-    let body = simulation.spawn(membrane).unwrap();
+    let body = simulation.spawn(membrane()).unwrap();
     simulation.spawn_obstacle(Obstacle { shape: Shape::Sphere { centre: DVec3::Z * 50.0, radius: 1.0 } });
     for _ in 0..3 {
         simulation.step(1.0).unwrap();
@@ -63,9 +63,9 @@ fn bytes_per_triangle(membrane: Membrane, preconditioner: Preconditioner, precis
 fn memory_grows_with_what_a_body_carries() {
     use Preconditioner::{BlockJacobi, IncompleteCholesky};
     for cells in [[95, 79], [300, 250]] {
-        let plain = bytes_per_triangle(square(cells), BlockJacobi, Precision::Double);
-        let elastic = bytes_per_triangle(square(cells), IncompleteCholesky, Precision::Mixed);
-        let all = bytes_per_triangle(laden(cells), IncompleteCholesky, Precision::Mixed);
+        let plain = bytes_per_triangle(|| square(cells), BlockJacobi, Precision::Double);
+        let elastic = bytes_per_triangle(|| square(cells), IncompleteCholesky, Precision::Mixed);
+        let all = bytes_per_triangle(|| laden(cells), IncompleteCholesky, Precision::Mixed);
         println!(
             "{cells:?}: {plain} B per triangle in double precision, {elastic} with the incomplete factor, {all} with all"
         );

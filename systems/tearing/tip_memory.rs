@@ -12,7 +12,7 @@ use crate::systems::kernels::fan::FanChart;
 /// *Derived.* The criterion's memory of one body. Whoever replaces the body's tables replaces it by the default.
 #[derive(Clone, Debug, Default)]
 pub struct TipMemory {
-    search: Option<Search>,
+    search: Option<Box<Search>>,
     /// By the rows of the tips.
     places: Vec<Option<TipPlace>>,
     /// The same for bodies that decide by energy; empty otherwise.
@@ -51,7 +51,7 @@ impl TipMemory {
     /// The search for these strengths.
     pub fn search(&mut self, strength: Strength) -> &Search {
         let kept = self.search.take().filter(|search| *search.strength() == strength);
-        self.search.insert(kept.unwrap_or_else(|| Search::new(strength)))
+        self.search.insert(kept.unwrap_or_else(|| Box::new(Search::new(strength))))
     }
 
     /// For the `tip`th tip of a body, at `vertex`: the chart of its fan, the search for these strengths and the averages
@@ -65,7 +65,7 @@ impl TipMemory {
     ) -> Option<(&FanChart, &Search, DiscAverage)> {
         self.look(surface, (tip, vertex), strength, radius)?;
         let place = self.places[tip].as_ref()?;
-        Some((&place.chart, self.search.as_ref()?, DiscAverage::over(&place.disc, radius, surface)?))
+        Some((&place.chart, self.search.as_deref()?, DiscAverage::over(&place.disc, radius, surface)?))
     }
 
     /// The same with the ring of another radius \[mm\] about the same point.
@@ -93,7 +93,7 @@ impl TipMemory {
         }
         (kept.vertex, kept.radius, kept.edits) = (Some(vertex), ring_radius, self.edits);
         let average = DiscAverage::over(&place.disc, radius, surface)?;
-        Some((&place.chart, self.search.as_ref()?, average, &self.rings[tip].ring))
+        Some((&place.chart, self.search.as_deref()?, average, &self.rings[tip].ring))
     }
 
     /// Brings what is kept of a tip up to date; `None` where its fan has no area.

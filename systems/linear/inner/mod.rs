@@ -82,17 +82,18 @@ pub enum With<'a> {
 #[derive(Debug, Default)]
 pub struct InnerSolver {
     corners: Vec<[u32; 3]>,
-    order: Order,
-    partition: Partition,
-    matrix: Matrix,
+    // Many lists each: behind pointers, lest the world keeps room for them wherever it has room for bodies.
+    order: Box<Order>,
+    partition: Box<Partition>,
+    matrix: Box<Matrix>,
     jacobi: Jacobi,
-    incomplete: Incomplete,
+    incomplete: Box<Incomplete>,
     has_pattern: bool,
     /// Whether the pattern was asked for since the last edits.
     needs_pattern: bool,
-    edits: Edits,
-    multigrid: Multigrid,
-    vectors: Vectors,
+    edits: Box<Edits>,
+    multigrid: Box<Multigrid>,
+    vectors: Box<Vectors>,
     /// Whether the matrix and the incomplete factor have been made of the operator that several solves share.
     same: Option<[bool; 2]>,
 }
@@ -282,8 +283,10 @@ impl InnerSolver {
         let Self { matrix, partition, order, vectors, .. } = self;
         match with {
             With::Own(Inner::BlockJacobi) => cg::solve(matrix, partition, &mut self.jacobi, vectors, limits),
-            With::Own(Inner::IncompleteCholesky) => cg::solve(matrix, partition, &mut self.incomplete, vectors, limits),
-            With::Own(Inner::Multigrid) => cg::solve(matrix, partition, &mut self.multigrid, vectors, limits),
+            With::Own(Inner::IncompleteCholesky) => {
+                cg::solve(matrix, partition, &mut *self.incomplete, vectors, limits)
+            }
+            With::Own(Inner::Multigrid) => cg::solve(matrix, partition, &mut *self.multigrid, vectors, limits),
             With::Factor(factor, _) => cg::solve(matrix, partition, &mut Factored { factor, order }, vectors, limits),
         }
     }

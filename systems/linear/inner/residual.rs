@@ -59,7 +59,7 @@ impl InnerSolver {
     /// Rounds the free part of the guess `x` to single precision and multiplies it there. Returns the scale of the product.
     fn times_rounded(&mut self, x: &mut [DVec3], free: &FreeAxes) -> f64 {
         let Self { matrix, partition, order, vectors, .. } = self;
-        let Vectors { p, q, partials, .. } = vectors;
+        let Vectors { p, q, partials, .. } = &mut **vectors;
         let largest = x.iter().zip(free).map(|(x, free)| (*x * *free).abs().max_element()).fold(0.0, f64::max);
         let scale = if largest.is_normal() { largest } else { 1.0 };
         size(p, x.len(), Vec4::ZERO);

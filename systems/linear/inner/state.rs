@@ -31,7 +31,7 @@ impl InnerSolver {
     pub fn of_state(state: &InnerState, mesh: (&Vertices, &Triangles, &Topology)) -> Option<Self> {
         let InnerState { corners, vertex, changed, multigrid } = state;
         let mut solver = Self { corners: corners.clone(), ..Self::default() };
-        solver.order = Order::of_vertices(vertex, *changed as usize)?;
+        *solver.order = Order::of_vertices(vertex, *changed as usize)?;
         let is_in_order = corners.iter().flatten().all(|&v| (v as usize) < vertex.len());
         let is_current = *corners == mesh.1.corners;
         if !is_in_order || is_current && vertex.len() != mesh.2.incident.len() {
@@ -40,7 +40,7 @@ impl InnerSolver {
         if !corners.is_empty() {
             solver.partition.rebuild(corners, &solver.order.row);
         }
-        solver.multigrid = Multigrid::of_state(multigrid, is_current, &solver.partition, &solver.order, mesh)?;
+        *solver.multigrid = Multigrid::of_state(multigrid, is_current, &solver.partition, &solver.order, mesh)?;
         Some(solver)
     }
 }
