@@ -55,10 +55,12 @@ fn evaluate_rotated(
         States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
     let Frames { solid, flat, geometric, in_plane, .. } = &mut *frames;
     if is_planar {
-        (solid.clear(), geometric.clear());
+        solid.clear();
+        geometric.clear();
         states_and_stiffness(&states, flat, in_plane, room, reserve);
     } else {
-        (flat.clear(), in_plane.clear());
+        flat.clear();
+        in_plane.clear();
         states_and_stiffness(&states, solid, geometric, room, reserve);
     }
     stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), None);

@@ -200,9 +200,9 @@ fn in_frame(polar: &Polar, d1: DVec3, d2: DVec3) -> Mat {
 
 /// A triangle's tangent, ready to be applied to any displacement.
 #[derive(Clone, Copy, Debug)]
-pub struct ElementTangent<'a> {
-    /// State at the positions where the tangent is taken.
-    pub state: ElementState,
+pub struct ElementTangent<'a, S = ElementState> {
+    /// State at the positions where the tangent is taken, or where that is stored.
+    pub state: S,
     /// Rest shape.
     pub rest: &'a RestTriangle,
     /// Elastic constants.

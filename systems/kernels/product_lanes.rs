@@ -4,31 +4,30 @@ use super::gather::{StateLanes, Stored, components, gradients_of, law_of, row};
 use super::lanes::{DOUBLES, Doubles, Lanes};
 use super::membrane::{ElementTangent, LEAST_TRACE};
 use super::membrane_lanes::{balance, combine, cross, dot, first_piola};
-use crate::math::ElementState;
 use glam::DVec3;
 
 /// Writes K·u \[N\] for the corners of up to four triangles, none of whose tangents is exact.
 #[inline(always)]
-pub fn apply<L: Lanes>(
+pub fn apply<L: Lanes, S: Stored>(
     lanes: L,
-    elements: &[ElementTangent<'_>; DOUBLES],
+    elements: &[ElementTangent<'_, &S>; DOUBLES],
     u: [[DVec3; 3]; DOUBLES],
     out: &mut [[DVec3; 3]],
 ) {
     let zero = Doubles::splat(lanes, 0.0);
-    let (mut state, mut edges) = ([&elements[0].state; DOUBLES], [[zero; DOUBLES]; 2]);
+    let (mut state, mut edges) = ([elements[0].state; DOUBLES], [[zero; DOUBLES]; 2]);
     let (mut gradients, mut law, mut stiff) = ([zero; DOUBLES], [zero; DOUBLES], [[zero; DOUBLES]; 2]);
     for (lane, e) in elements.iter().enumerate() {
         let from = row(lanes, u[lane][0]);
         edges[0][lane] = row(lanes, u[lane][1]) - from;
         edges[1][lane] = row(lanes, u[lane][2]) - from;
-        state[lane] = &e.state;
+        state[lane] = e.state;
         gradients[lane] = gradients_of(lanes, e.rest);
         law[lane] = law_of(lanes, e.stiffness);
         stiff[0][lane] = Doubles::new(lanes, [e.coupling, e.in_plane, e.elastic, e.geometric]);
         stiff[1][lane] = Doubles::new(lanes, [e.normal.xx, e.normal.yy, e.normal.xy, 0.0]);
     }
-    let StateLanes { axes: [r1, r2], stretch: [uxx, uyy, uxy], .. } = ElementState::lanes(lanes, state);
+    let StateLanes { axes: [r1, r2], stretch: [uxx, uyy, uxy], .. } = S::lanes(lanes, state);
     let ([g1x, g1y, g2x, g2y], [q11, q12, q22, q66]) = (Doubles::transpose(gradients), Doubles::transpose(law));
     let [coupling, in_plane, elastic, geometric] = Doubles::transpose(stiff[0]);
     let [nxx, nyy, nxy, _] = Doubles::transpose(stiff[1]);
@@ -61,10 +60,10 @@ pub fn apply<L: Lanes>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{Orthotropic, Polar, RestTriangle, Sym2};
+    use crate::math::{ElementState, Orthotropic, Polar, RestTriangle, Sym2};
     use crate::systems::kernels::simd::{Pass, force_portable, pass};
 
-    struct Products<'a>([ElementTangent<'a>; DOUBLES], [[DVec3; 3]; DOUBLES]);
+    struct Products<'a>([ElementTangent<'a, &'a ElementState>; DOUBLES], [[DVec3; 3]; DOUBLES]);
 
     impl Pass for Products<'_> {
         type Output = [[DVec3; 3]; DOUBLES];
@@ -74,6 +73,21 @@ mod tests {
             let mut out = [[DVec3::ZERO; 3]; DOUBLES];
             apply(lanes, &self.0, self.1, &mut out);
             out
+        }
+    }
+
+    fn element<'a, S>(lane: usize, state: S, of: (&'a RestTriangle, &'a Orthotropic)) -> ElementTangent<'a, S> {
+        let ((rest, stiffness), lane) = (of, lane as f64);
+        ElementTangent {
+            state,
+            rest,
+            stiffness,
+            coupling: lane,
+            normal: Sym2::new(0.3 + 0.3 * lane, 0.2, 0.1),
+            in_plane: 0.5 + 0.5 * lane,
+            elastic: 1.2 + lane,
+            geometric: 0.1 + 0.1 * lane,
+            is_exact: false,
         }
     }
 
@@ -93,21 +107,7 @@ mod tests {
             };
             ElementState { polar, stress: law.stress(polar.stretch - Sym2::IDENTITY) }
         });
-        let mut lane = 0.0;
-        let elements = states.map(|state| {
-            lane += 1.0;
-            ElementTangent {
-                state,
-                rest: &rest,
-                stiffness: &law,
-                coupling: lane - 1.0,
-                normal: Sym2::new(0.3 * lane, 0.2, 0.1),
-                in_plane: 0.5 * lane,
-                elastic: 0.2 + lane,
-                geometric: 0.1 * lane,
-                is_exact: false,
-            }
-        });
+        let elements = [0, 1, 2, 3].map(|lane| element(lane, &states[lane], (&rest, &law)));
         let u = [0.1, 0.7, -0.4, 0.9]
             .map(|s| [DVec3::new(s, 0.2, -s), DVec3::new(0.5, s * s, 0.3), DVec3::new(-0.1, s, s)]);
         let [wide, portable] = [false, true].map(|is_portable| {
@@ -117,7 +117,8 @@ mod tests {
         force_portable(false);
         assert!(wide == portable);
         for lane in 0..DOUBLES {
-            for (a, b) in elements[lane].apply(u[lane]).into_iter().zip(wide[lane]) {
+            let alone = element(lane, states[lane], (&rest, &law)).apply(u[lane]);
+            for (a, b) in alone.into_iter().zip(wide[lane]) {
                 // Forces are up to a hundred, with some dozen roundings.
                 assert!((a - b).length() < 1e-12, "{lane}: {a} {b}");
                 // Plain instructions take one triangle at a time, and give the same bits.

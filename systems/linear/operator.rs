@@ -8,6 +8,7 @@ use crate::components::{ExternalStiffness, Frames, FreeAxes};
 use crate::math::GeometricStiffness;
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::kernels::gather::Stored;
 use crate::systems::kernels::lanes::{DOUBLES, Lanes};
 use crate::systems::kernels::membrane::{ElementTangent, shear_majorant};
 use crate::systems::kernels::product_lanes;
@@ -42,10 +43,16 @@ impl Operator<'_> {
     /// The tangent of a triangle.
     #[inline(always)]
     pub fn element(&self, t: usize) -> ElementTangent<'_> {
+        self.element_at(t, self.frames.state(t))
+    }
+
+    /// The tangent of a triangle with this state, or one that is stored there.
+    #[inline(always)]
+    fn element_at<S>(&self, t: usize, state: S) -> ElementTangent<'_, S> {
         let volume = self.triangles.rest[t].area * self.triangles.thickness[t];
         let GeometricStiffness { normal, in_plane } = self.frames.geometric_stiffness(t);
         ElementTangent {
-            state: self.frames.state(t),
+            state,
             rest: &self.triangles.rest[t],
             stiffness: self.frames.stiffness(self.triangles, t),
             coupling: self.frames.coupling(t),
@@ -87,14 +94,10 @@ impl Operator<'_> {
         out: &mut [DVec3],
         partials: &mut Vec<f64>,
     ) -> f64 {
-        let (Triangles { corners, .. }, products) = (self.triangles, Products { operator: self, u });
-        if let Some(folds) = self.folds {
-            corner.resize(corners.len(), [DVec3::ZERO; 3]);
-            parallel::for_chunks(corner, &products);
-            folds.add_to_corners(corners, u, self.tangent == Tangent::Exact, corner);
-            parallel::for_rows(out, |v, out| *out = corners::gathered(self.topology, corner, v));
+        if self.frames.is_planar {
+            self.apply_membrane(&self.frames.flat, u, corner, out);
         } else {
-            corners::add_up((corners, self.topology), corner, out, &products, |_| ());
+            self.apply_membrane(&self.frames.solid, u, corner, out);
         }
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
@@ -104,6 +107,19 @@ impl Operator<'_> {
             *out = own + *out;
             (weight[v] * u[v]).dot(*out)
         })
+    }
+
+    /// `out` = (what triangles and folds have in A)·u \[N\], with the states of the triangles.
+    fn apply_membrane<S: Stored>(&self, state: &[S], u: &[DVec3], corner: &mut Vec<[DVec3; 3]>, out: &mut [DVec3]) {
+        let (Triangles { corners, .. }, products) = (self.triangles, Products { operator: self, state, u });
+        if let Some(folds) = self.folds {
+            corner.resize(corners.len(), [DVec3::ZERO; 3]);
+            parallel::for_chunks(corner, &products);
+            folds.add_to_corners(corners, u, self.tangent == Tangent::Exact, corner);
+            parallel::for_rows(out, |v, out| *out = corners::gathered(self.topology, corner, v));
+        } else {
+            corners::add_up((corners, self.topology), corner, out, &products, |_| ());
+        }
     }
 
     /// Whether nothing is stiff along z: so it is in a plane.
@@ -175,15 +191,16 @@ impl Operator<'_> {
 }
 
 /// The forces of a displacement on the corners of every triangle.
-struct Products<'a> {
+struct Products<'a, S> {
     operator: &'a Operator<'a>,
+    state: &'a [S],
     u: &'a [DVec3],
 }
 
-impl Kernel<[DVec3; 3]> for Products<'_> {
+impl<S: Stored> Kernel<[DVec3; 3]> for Products<'_, S> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [[DVec3; 3]]) {
-        let Self { operator, u } = self;
+        let Self { operator, state, u } = self;
         let corners = &operator.triangles.corners[first..][..rows.len()];
         if operator.tangent != Tangent::Rotated || !L::HAS_DOUBLES {
             for (i, (out, [a, b, c])) in rows.iter_mut().zip(corners).enumerate() {
@@ -193,13 +210,13 @@ impl Kernel<[DVec3; 3]> for Products<'_> {
         }
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
             let start = group * DOUBLES;
-            let (mut elements, mut of_corners) =
-                ([operator.element(first + start); DOUBLES], [[DVec3::ZERO; 3]; DOUBLES]);
+            let element = |i: usize| operator.element_at(first + i, &state[first + i]);
+            let (mut elements, mut of_corners) = ([element(start); DOUBLES], [[DVec3::ZERO; 3]; DOUBLES]);
             for lane in 0..DOUBLES {
                 // The last group is filled up with its last triangle.
                 let i = start + lane.min(out.len() - 1);
                 let [a, b, c] = corners[i];
-                elements[lane] = operator.element(first + i);
+                elements[lane] = element(i);
                 of_corners[lane] = [u[a as usize], u[b as usize], u[c as usize]];
             }
             product_lanes::apply(lanes, &elements, of_corners, out);
