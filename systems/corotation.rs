@@ -6,9 +6,8 @@ use super::kernels::membrane_lanes::{Geometric, States};
 use super::kernels::simd::{self, Kernel};
 use super::{Formula, StepContext, parallel};
 use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
-use crate::math::{CoupledStiffness, ElementState, Faded, GeometricStiffness, Orthotropic, Sym2};
+use crate::math::{CoupledStiffness, Faded, GeometricStiffness, Orthotropic, Sym2};
 use crate::settings::Tangent;
-use crate::storage::room::grow;
 use crate::storage::{Alike, Triangles, Vertices};
 use std::sync::atomic::AtomicBool;
 
@@ -31,7 +30,7 @@ pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
             evaluate(vertices, triangles, frames, is_planar, pre_stretch, fibres);
             // Nothing is solved for at the start of a step of two stages.
             if step.formula != Formula::Start {
-                geometric_stiffness(frames, triangles, is_planar, tangent, step.reserve());
+                geometric_stiffness(frames, triangles, tangent, step.reserve());
             }
         },
     )
@@ -47,47 +46,24 @@ fn evaluate_rotated(
     unstretched: Sym2,
     reserve: f64,
 ) {
-    frames.is_planar = is_planar;
-    let room = triangles.corners.capacity();
+    frames.resize(triangles.len(), triangles.corners.capacity(), is_planar);
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
     let states =
         States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
-    let Frames { solid, flat, geometric, in_plane, .. } = &mut *frames;
-    if is_planar {
-        solid.clear();
-        geometric.clear();
-        states_and_stiffness(&states, flat, in_plane, room, reserve);
-    } else {
-        flat.clear();
-        in_plane.clear();
-        states_and_stiffness(&states, solid, geometric, room, reserve);
-    }
+    states_and_stiffness(&states, &mut frames.solid, &mut frames.geometric, reserve);
+    states_and_stiffness(&states, &mut frames.flat, &mut frames.in_plane, reserve);
     stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), None);
 }
 
-fn states_and_stiffness<S: Stored, G: Clone + Default + Send>(
-    states: &States,
-    state: &mut Vec<S>,
-    geometric: &mut Vec<G>,
-    room: usize,
-    reserve: f64,
-) where
+fn states_and_stiffness<S: Stored, G: Send>(states: &States, state: &mut [S], geometric: &mut [G], reserve: f64)
+where
     for<'a> Geometric<'a, S>: Kernel<G>,
 {
-    size(state, states.corners.len(), room);
-    grow(geometric, state.len(), room);
-    geometric.resize(state.len(), G::default());
     parallel::for_pairs(state, geometric, |first, state, geometric| {
         simd::run(states, first, state);
         simd::run(&Geometric { state, start: first, stiffness: states.stiffness, reserve }, first, geometric);
     });
-}
-
-/// Gives a list of states so many.
-fn size<S: Stored>(state: &mut Vec<S>, count: usize, room: usize) {
-    grow(state, count, room);
-    state.resize(count, ElementState::REST.into());
 }
 
 /// State of every triangle at the vertices' positions, and its stiffness where fibres stiffen.
@@ -100,21 +76,13 @@ pub fn evaluate(
     fibres: Option<&StiffeningFibres>,
 ) {
     let unstretched = PreStretch::unstretched(pre_stretch);
-    frames.is_planar = is_planar;
+    frames.resize(triangles.len(), triangles.corners.capacity(), is_planar);
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
     let states =
         States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
-    let (Frames { solid, flat, .. }, room) = (&mut *frames, triangles.corners.capacity());
-    if is_planar {
-        solid.clear();
-        size(flat, triangles.len(), room);
-        parallel::for_chunks(flat, &states);
-    } else {
-        flat.clear();
-        size(solid, triangles.len(), room);
-        parallel::for_chunks(solid, &states);
-    }
+    parallel::for_chunks(&mut frames.solid, &states);
+    parallel::for_chunks(&mut frames.flat, &states);
     stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), fibres);
 }
 
@@ -126,24 +94,22 @@ fn stiffen(
     has_faded: bool,
     fibres: Option<&StiffeningFibres>,
 ) {
-    frames.stiffened.clear();
+    let Frames { solid, flat, stiffened, is_planar, .. } = frames;
+    stiffened.clear();
     if fibres.is_none() && !has_faded {
         return;
     }
-    let (mut stiffened, is_planar) = (std::mem::take(&mut frames.stiffened), frames.is_planar);
     stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0 }));
-    parallel::for_rows(&mut stiffened, |t, stiffened| {
-        let stretch = frames.state(t).polar.stretch;
-        if let Some(faded) = Faded::at(stretch, is_planar) {
+    parallel::for_rows(stiffened, |t, stiffened| {
+        let stretch = solid.get(t).map_or_else(|| flat[t].stretch, |state| state.polar.stretch);
+        if let Some(faded) = Faded::at(stretch, *is_planar) {
             stiffened.law = faded.majorant(&stiffened.law, stretch, unstretched);
         }
         if let Some(fibres) = fibres {
             *stiffened = fibres.stiffness(stretch, unstretched, &stiffened.law);
         }
     });
-    frames.stiffened = stiffened;
     if fibres.is_some() {
-        let Frames { solid, flat, .. } = frames;
         let stress = |stretch, stress| StiffeningFibres::stiffen(fibres, stretch, unstretched, stress);
         parallel::for_rows(solid, |_, state| state.stress = stress(state.polar.stretch, state.stress));
         parallel::for_rows(flat, |_, state| state.stress = stress(state.stretch, state.stress));
@@ -151,44 +117,25 @@ fn stiffen(
 }
 
 /// Geometric stiffness of every triangle at its state, as the tangent needs it.
-pub fn geometric_stiffness(
-    frames: &mut Frames,
-    triangles: &Triangles,
-    is_planar: bool,
-    tangent: Tangent,
-    reserve: f64,
-) {
-    let (count, room) = (frames.len(), triangles.corners.capacity());
-    let (mut geometric, mut in_plane) = (std::mem::take(&mut frames.geometric), std::mem::take(&mut frames.in_plane));
-    if is_planar {
-        geometric.clear();
-        grow(&mut in_plane, count, room);
-        in_plane.resize(count, 0.0);
-    } else {
-        in_plane.clear();
-        grow(&mut geometric, count, room);
-        geometric.resize(count, GeometricStiffness::default());
-    }
-    let Frames { solid, flat, stiffened, .. } = &*frames;
+pub fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, tangent: Tangent, reserve: f64) {
+    let Frames { solid, flat, geometric, in_plane, stiffened, .. } = frames;
     if tangent == Tangent::Rotated {
         let stiffness = triangles.stiffness.by_row();
-        parallel::for_chunks(&mut in_plane, &Geometric { state: flat, start: 0, stiffness, reserve });
-        parallel::for_chunks(&mut geometric, &Geometric { state: solid, start: 0, stiffness, reserve });
-    } else {
-        let majorant = |t: usize, stress, stretch| match (tangent, stiffened.get(t)) {
-            (Tangent::Projected, None) => membrane::spin_majorant(stress, stretch, &triangles.stiffness[t], 0.0),
-            (Tangent::Projected, Some(CoupledStiffness { law, q16 })) => {
-                membrane::spin_majorant(stress, stretch, law, *q16)
-            }
-            _ => 0.0,
-        };
-        parallel::for_rows(&mut in_plane, |t, in_plane| *in_plane = majorant(t, flat[t].stress, flat[t].stretch));
-        parallel::for_rows(&mut geometric, |t, geometric| {
-            let (stress, stretch) = (solid[t].stress, solid[t].polar.stretch);
-            let normal = membrane::second_piola(stress, stretch);
-            let normal = if tangent == Tangent::Projected { normal.positive_part() } else { normal };
-            *geometric = GeometricStiffness { normal, in_plane: majorant(t, stress, stretch) };
-        });
+        parallel::for_chunks(in_plane, &Geometric { state: flat, start: 0, stiffness, reserve });
+        return parallel::for_chunks(geometric, &Geometric { state: solid, start: 0, stiffness, reserve });
     }
-    (frames.geometric, frames.in_plane) = (geometric, in_plane);
+    let majorant = |t: usize, stress, stretch| match (tangent, stiffened.get(t)) {
+        (Tangent::Projected, None) => membrane::spin_majorant(stress, stretch, &triangles.stiffness[t], 0.0),
+        (Tangent::Projected, Some(CoupledStiffness { law, q16 })) => {
+            membrane::spin_majorant(stress, stretch, law, *q16)
+        }
+        _ => 0.0,
+    };
+    parallel::for_rows(in_plane, |t, in_plane| *in_plane = majorant(t, flat[t].stress, flat[t].stretch));
+    parallel::for_rows(geometric, |t, geometric| {
+        let (stress, stretch) = (solid[t].stress, solid[t].polar.stretch);
+        let normal = membrane::second_piola(stress, stretch);
+        let normal = if tangent == Tangent::Projected { normal.positive_part() } else { normal };
+        *geometric = GeometricStiffness { normal, in_plane: majorant(t, stress, stretch) };
+    });
 }

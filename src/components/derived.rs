@@ -5,7 +5,7 @@ use super::Stops;
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2};
 use crate::report::Fault;
 use crate::settings::Tangent;
-use crate::storage::room::fit;
+use crate::storage::room::{fit, grow};
 use crate::storage::{Edit, EditRecord, Triangles};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -27,6 +27,17 @@ pub struct Frames {
 }
 
 impl Frames {
+    /// Makes the lists fit for so many triangles, of a planar body or not. Those that have to grow grow as far as there is `room` in the
+    /// table of triangles.
+    pub(crate) fn resize(&mut self, count: usize, room: usize, is_planar: bool) {
+        self.is_planar = is_planar;
+        let [solid, flat] = if is_planar { [0, count] } else { [count, 0] };
+        size(&mut self.solid, (solid, room), ElementState::REST);
+        size(&mut self.geometric, (solid, room), GeometricStiffness::default());
+        size(&mut self.flat, (flat, room), ElementState::REST.into());
+        size(&mut self.in_plane, (flat, room), 0.0);
+    }
+
     /// Number of triangles that have been evaluated.
     pub fn len(&self) -> usize {
         self.solid.len().max(self.flat.len())
@@ -71,6 +82,11 @@ impl Frames {
     pub fn coupling(&self, t: usize) -> f64 {
         self.stiffened.get(t).map_or(0.0, |stiffened| stiffened.q16)
     }
+}
+
+fn size<T: Clone>(list: &mut Vec<T>, (count, room): (usize, usize), blank: T) {
+    grow(list, count, room);
+    list.resize(count, blank);
 }
 
 /// Nodal forces, and the buffer of corners from which they are summed.

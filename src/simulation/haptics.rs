@@ -139,7 +139,7 @@ impl Haptics {
         let solved = simulation.pool.run(|| {
             evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres);
             let tangent = Tangent::Projected;
-            geometric_stiffness(frames, triangles, planar.is_some(), tangent, StepContext::RESERVE_OF_EULER);
+            geometric_stiffness(frames, triangles, tangent, StepContext::RESERVE_OF_EULER);
             let operator = Operator {
                 vertices,
                 triangles,

@@ -137,14 +137,15 @@ impl System {
 fn frames(vertices: &Vertices, triangles: &Triangles, is_planar: bool, pre_stretch: Option<&PreStretch>) -> Frames {
     let mut frames = Frames::default();
     corotation::evaluate(vertices, triangles, &mut frames, is_planar, pre_stretch, None);
-    for t in 0..frames.len() {
+    let geometric = |t: usize| {
         let state = frames.state(t);
         let stretch = state.polar.stretch;
         let shear = membrane::shear_majorant(state.stress, stretch, &triangles.stiffness[t], -0.5);
         let s = membrane::second_piola(state.stress, stretch).positive_part();
         let normal = if is_planar { Sym2::ZERO } else { s };
-        frames.geometric.push(GeometricStiffness { normal, in_plane: shear });
-    }
+        GeometricStiffness { normal, in_plane: shear }
+    };
+    frames.geometric = (0..frames.len()).map(geometric).collect();
     frames
 }
 

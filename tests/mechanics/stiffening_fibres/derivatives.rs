@@ -44,7 +44,7 @@ impl Tables {
     fn frames(&self, tangent: Tangent) -> Frames {
         let mut frames = Frames::default();
         corotation::evaluate(&self.vertices, &self.triangles, &mut frames, self.is_planar, None, Some(&FIBRES));
-        corotation::geometric_stiffness(&mut frames, &self.triangles, self.is_planar, tangent, -0.5);
+        corotation::geometric_stiffness(&mut frames, &self.triangles, tangent, -0.5);
         frames
     }
 
