@@ -85,11 +85,11 @@ impl Operator<'_> {
         self.external.map_or(mass, |e| mass + e.block[v])
     }
 
-    /// `out` = A·u \[N\] for u \[mm\]; returns Σ weight·u·(A·u) over all components. `corner` is scratch.
+    /// `out` = A·u \[N\] for u \[mm\]; returns Σ u·(A·u) over the free axes. `corner` is scratch.
     pub fn apply(
         &self,
         u: &[DVec3],
-        weight: &FreeAxes,
+        free: &FreeAxes,
         corner: &mut Vec<[DVec3; 3]>,
         out: &mut [DVec3],
         partials: &mut Vec<f64>,
@@ -105,7 +105,7 @@ impl Operator<'_> {
                 Some(_) => self.own_block(v) * u[v],
             };
             *out = own + *out;
-            (weight[v] * u[v]).dot(*out)
+            (free[v] * u[v]).dot(*out)
         })
     }
 
