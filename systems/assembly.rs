@@ -58,10 +58,10 @@ pub fn membrane_forces(
     let mesh = (triangles.corners.as_slice(), topology);
     if viscosity == 0.0 {
         let (rest, thickness) = (&triangles.rest, triangles.thickness.by_row());
-        return if frames.flat.is_empty() {
-            corners::add_up(mesh, corner, nodal, &CornerForces { state: &frames.solid, rest, thickness }, seen)
-        } else {
+        return if frames.is_planar() {
             corners::add_up(mesh, corner, nodal, &CornerForces { state: &frames.flat, rest, thickness }, seen)
+        } else {
+            corners::add_up(mesh, corner, nodal, &CornerForces { state: &frames.solid, rest, thickness }, seen)
         };
     }
     corners::add_up(mesh, corner, nodal, &Viscous { triangles, frames, travel, viscosity }, seen);

@@ -187,7 +187,7 @@ fn bound(
     partials: &mut Vec<f64>,
     pairs: &mut Vec<DVec2>,
 ) -> f64 {
-    let least = parallel::least(frames.len(), partials, |t| uncrushed(&frames.state(t), frames.is_planar));
+    let least = parallel::least(frames.len(), partials, |t| uncrushed(&frames.state(t), frames.is_planar()));
     let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
     let far = Far { corners, rest, displacement, from: FAR * least };
     let DVec2 { x: count, y: fourth } = parallel::sum_chunks(&mut vec![(); triangles.len()], pairs, &far);

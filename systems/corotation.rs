@@ -94,7 +94,8 @@ fn stiffen(
     has_faded: bool,
     fibres: Option<&StiffeningFibres>,
 ) {
-    let Frames { solid, flat, stiffened, is_planar, .. } = frames;
+    let is_planar = frames.is_planar();
+    let Frames { solid, flat, stiffened, .. } = frames;
     stiffened.clear();
     if fibres.is_none() && !has_faded {
         return;
@@ -102,7 +103,7 @@ fn stiffen(
     stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0 }));
     parallel::for_rows(stiffened, |t, stiffened| {
         let stretch = solid.get(t).map_or_else(|| flat[t].stretch, |state| state.polar.stretch);
-        if let Some(faded) = Faded::at(stretch, *is_planar) {
+        if let Some(faded) = Faded::at(stretch, is_planar) {
             stiffened.law = faded.majorant(&stiffened.law, stretch, unstretched);
         }
         if let Some(fibres) = fibres {

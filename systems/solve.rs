@@ -312,7 +312,7 @@ fn solve_or_fall_back(
     let majorant =
         |(state, law): (ElementState, &Orthotropic)| shear_majorant(state.stress, state.polar.stretch, law, reserve);
     let majorants = operator.frames.states().zip(operator.triangles.stiffness.iter()).map(majorant);
-    if frames.is_planar {
+    if frames.is_planar() {
         frames.in_plane = majorants.collect();
     } else {
         for (geometric, in_plane) in frames.geometric.iter_mut().zip(majorants) {

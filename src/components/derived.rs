@@ -22,20 +22,23 @@ pub struct Frames {
     pub in_plane: Vec<f64>,
     /// Stiffness \[MPa\] there of a body with [`StiffeningFibres`](crate::math::StiffeningFibres); empty without them.
     pub stiffened: Vec<CoupledStiffness>,
-    /// Whether it was evaluated in a plane: no axis of a triangle has a part along z, and nothing is stiff along it.
-    pub is_planar: bool,
 }
 
 impl Frames {
     /// Makes the lists fit for so many triangles, of a planar body or not. Those that have to grow grow as far as there is `room` in the
     /// table of triangles.
     pub(crate) fn resize(&mut self, count: usize, room: usize, is_planar: bool) {
-        self.is_planar = is_planar;
         let [solid, flat] = if is_planar { [0, count] } else { [count, 0] };
         size(&mut self.solid, (solid, room), ElementState::REST);
         size(&mut self.geometric, (solid, room), GeometricStiffness::default());
         size(&mut self.flat, (flat, room), ElementState::REST.into());
         size(&mut self.in_plane, (flat, room), 0.0);
+    }
+
+    /// Whether it was evaluated in a plane: no axis of a triangle has a part along z, and nothing is stiff along it.
+    #[inline]
+    pub fn is_planar(&self) -> bool {
+        !self.flat.is_empty()
     }
 
     /// Number of triangles that have been evaluated.

@@ -54,6 +54,11 @@ impl FreeAxes {
         self.0.iter().map(axes as fn(&u8) -> &'static DVec3)
     }
 
+    /// Whether nothing is free along z.
+    pub fn are_flat(&self) -> bool {
+        self.iter().all(|axes| axes.z == 0.0)
+    }
+
     /// Frees these axes of a vertex, and no others.
     pub fn set(&mut self, vertex: usize, axes: DVec3) {
         self.0[vertex] = bits(axes);
@@ -108,6 +113,9 @@ mod tests {
         assert_eq!(free[7], DVec3::new(1.0, 0.0, 1.0));
         free.set(0, DVec3::Y);
         assert_eq!(free[0], DVec3::Y);
+        assert!(!free.are_flat());
+        free.reset(3, 5, DVec3::new(1.0, 1.0, 0.0));
+        assert!(free.are_flat());
         free.reset(3, 5, DVec3::Z);
         assert!(free.iter().eq(&[DVec3::Z; 3]));
     }

@@ -297,7 +297,7 @@ impl Simulation {
         let mut query = self.world.query_one::<Query>(body);
         let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let law = (frames.is_planar, PreStretch::unstretched(pre_stretch), fibres);
+        let law = (frames.is_planar(), PreStretch::unstretched(pre_stretch), fibres);
         let elastic = frames.states().enumerate().map(|(t, state)| {
             let twice = membrane::twice_energy(&state, &triangles.stiffness[t], law);
             0.5 * triangles.rest[t].area * triangles.thickness[t] * twice

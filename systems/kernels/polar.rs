@@ -52,8 +52,11 @@ pub fn planar(f1: DVec3, f2: DVec3) -> Polar {
 #[inline]
 pub fn stretches(f: &[(DVec3, DVec3); LANES], is_planar: bool) -> [Sym2; LANES] {
     let component = |pick: fn(&(DVec3, DVec3)) -> f64| f.each_ref().map(pick);
-    let [ax, ay, az] = [component(|f| f.0.x), component(|f| f.0.y), component(|f| f.0.z)];
-    let [bx, by, bz] = [component(|f| f.1.x), component(|f| f.1.y), component(|f| f.1.z)];
+    let [ax, ay, mut az] = [component(|f| f.0.x), component(|f| f.0.y), component(|f| f.0.z)];
+    let [bx, by, mut bz] = [component(|f| f.1.x), component(|f| f.1.y), component(|f| f.1.z)];
+    if is_planar {
+        (az, bz) = ([0.0; LANES], [0.0; LANES]);
+    }
     let (mut u, mut is_sound) = ([[0.0; LANES]; 3], [true; LANES]);
     for i in 0..LANES {
         let c11 = ax[i] * ax[i] + ay[i] * ay[i] + az[i] * az[i];

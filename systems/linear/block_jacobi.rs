@@ -12,7 +12,7 @@ const LEAST_RATIO: f64 = 1e-12;
 /// Fills the lists with the inverse blocks \[mm/N\], restricted to the free axes: xx, yy, zz and yz, zx, xy; where nothing is free along z
 /// xx, yy, xy, and nothing in the second.
 pub fn invert_blocks(operator: &Operator, free: &FreeAxes, [first, second]: &mut [Vec<DVec3>; 2]) {
-    let is_flat = free.iter().all(|free| free.z == 0.0);
+    let is_flat = free.are_flat();
     first.resize(free.len(), DVec3::ZERO);
     second.resize(if is_flat { 0 } else { free.len() }, DVec3::ZERO);
     let of_vertex = |v: usize| invert(operator.diagonal_block(v), free[v]);

@@ -94,10 +94,10 @@ impl Operator<'_> {
         out: &mut [DVec3],
         partials: &mut Vec<f64>,
     ) -> f64 {
-        if self.frames.flat.is_empty() {
-            self.apply_membrane(&self.frames.solid, u, corner, out);
-        } else {
+        if self.frames.is_planar() {
             self.apply_membrane(&self.frames.flat, u, corner, out);
+        } else {
+            self.apply_membrane(&self.frames.solid, u, corner, out);
         }
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
@@ -124,7 +124,7 @@ impl Operator<'_> {
 
     /// Whether nothing is stiff along z: so it is in a plane.
     pub fn is_planar(&self) -> bool {
-        self.frames.is_planar && self.folds.is_none()
+        self.frames.is_planar() && self.folds.is_none()
     }
 
     /// Whether it is positive definite but for rounding: the masses of a dynamic step make what is semidefinite definite.

@@ -43,7 +43,7 @@ impl Matrix {
     /// Takes the numbers from the double-precision operator, those of the rotated tangent.
     pub fn assemble(&mut self, operator: &Operator, partition: &Partition, order: &Order, free: &FreeAxes) {
         let vertex = &order.vertex;
-        self.is_flat = operator.is_planar() && free.iter().all(|free| free.z == 0.0);
+        self.is_flat = operator.is_planar() && free.are_flat();
         if self.is_flat {
             size(&mut self.flat_packs, partition.triangle.len(), FlatPack::default());
             parallel::for_packs(&mut self.flat_packs, &Assembly { operator, partition });

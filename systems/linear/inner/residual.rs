@@ -17,8 +17,7 @@ const SINGLE: f64 = 1e-4;
 /// Whether a solve of few iterations may stay in single precision.
 pub fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
     // A body in space may turn at next to no energy, and then what single precision rounds off is a turn.
-    let is_planar = scratch.free.iter().all(|free| free.z == 0.0);
-    is_planar && params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
+    scratch.free.are_flat() && params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }
 
 impl InnerSolver {
