@@ -1,8 +1,9 @@
 //! A component and a system of one's own: a magnet that draws the tissue. `cargo run --release --example own_system`
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hecs::World;
 use rhexis::components::{Curve, ExternalStiffness, Forces, Hold, Material, SolverScratch};
+use rhexis::math::Sym3;
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
 use rhexis::schedule::Place;
@@ -38,7 +39,7 @@ fn magnet(world: &mut World, _: &StepContext) -> usize {
             let stiffness = magnet.stiffness * topology.vertex_area(triangles, v as u32);
             let pull = (magnet.at - position) * stiffness;
             forces.nodal[v] += pull;
-            external.block[v] += DMat3::from_diagonal(DVec3::splat(stiffness));
+            external.block[v] += Sym3::isotropic(stiffness);
             magnet.force += pull;
         }
     }

@@ -160,8 +160,9 @@ impl Membrane {
         check_holds(&self.holds, self.mesh.positions.len())?;
         self.check_components()?;
         let mut triangles = self.triangle_rows()?;
+        let [vertex_room, triangle_room] = self.room();
         let mut vertices = Vertices::default();
-        vertices.reserve(self.mesh.positions.len());
+        vertices.reserve(self.mesh.positions.len() + vertex_room);
         for &position in &self.mesh.positions {
             vertices.push(VertexRow { position, velocity: DVec3::ZERO, rest_position: position, mass: 0.0 });
         }
@@ -169,19 +170,9 @@ impl Membrane {
         let mut mesh = Mesh { vertices: &mut vertices, triangles: &mut triangles, topology: &mut topology };
         measure::rest_data(&mut mesh)?;
 
-        let refined = self.components.get::<&Refinement>().map(|refinement| {
-            // Room for what a step may add, within reason: a budget is no promise that all of it is used.
-            let start_count = triangles.len();
-            let room = (refinement.most_added(start_count).max(0) as usize).min(start_count);
-            vertices.reserve(room / 2 + 1);
-            triangles.reserve(room);
-            topology.reserve(room / 2 + 1, room);
-            Refined { start_count, ..Refined::default() }
-        });
+        topology.reserve(vertex_room, triangle_room);
+        let start_count = triangles.len();
         let c = &mut self.components;
-        if c.has::<Tearing>() {
-            make_room(Mesh { vertices: &mut vertices, triangles: &mut triangles, topology: &mut topology });
-        }
         c.add(Body { name: self.name, order });
         c.add_bundle((vertices, triangles, topology));
         c.add_bundle((
@@ -199,8 +190,8 @@ impl Membrane {
         if c.has::<Tearing>() {
             c.add_bundle((Tips::default(), TearDecisions::default(), TipMemory::default()));
         }
-        if let Some(refined) = refined {
-            c.add(refined);
+        if c.has::<Refinement>() {
+            c.add(Refined { start_count, ..Refined::default() });
         }
         if c.has::<Bending>() {
             c.add(Folds::default());
@@ -211,6 +202,18 @@ impl Membrane {
         Ok(self.components)
     }
 
+    /// Vertices and triangles that steps may add and for which there is room from the start. A refinement's budget counts within
+    /// reason: it is no promise that all of it is used.
+    fn room(&self) -> [usize; 2] {
+        let counts = [self.mesh.positions.len(), self.mesh.triangles.len()];
+        let of_tears = if self.components.has::<Tearing>() { counts.map(spare) } else { [0; 2] };
+        let of_refinement = self.components.get::<&Refinement>().map_or(0, |refinement| {
+            let most = refinement.most_added(counts[1]);
+            (most.max(0) as usize).min(counts[1])
+        });
+        [of_tears[0].max(of_refinement.div_ceil(2)), of_tears[1].max(of_refinement)]
+    }
+
     fn triangle_rows(&self) -> Result<Triangles, BodyError> {
         let needed = self.mesh.triangles.len();
         if let Some(Fibres::PerTriangle(list)) = &self.fibres
@@ -219,7 +222,7 @@ impl Membrane {
             return Err(BodyError::FibreCount { given: list.len(), needed });
         }
         let mut triangles = Triangles::default();
-        triangles.reserve(needed);
+        triangles.reserve(needed + self.room()[1]);
         for (t, &corners) in self.mesh.triangles.iter().enumerate() {
             let x = corners.map(|v| self.mesh.positions[v as usize]);
             let centroid = (x[0] + x[1] + x[2]) / 3.0;
@@ -345,9 +348,13 @@ fn check_rows(what: &str, rows: &[u32], count: usize) -> Result<(), BodyError> {
     }
 }
 
+/// Rows to spare for tears among so many.
+fn spare(count: usize) -> usize {
+    256 + count / 16
+}
+
 /// Makes room for tears: the first of them is not to wait while whole columns move.
 pub(crate) fn make_room(mesh: Mesh<'_>) {
-    let spare = |count: usize| 256 + count / 16;
     let (vertices, triangles) = (spare(mesh.vertices.len()), spare(mesh.triangles.len()));
     mesh.vertices.reserve(vertices);
     mesh.triangles.reserve(triangles);

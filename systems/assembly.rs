@@ -6,9 +6,10 @@ use super::kernels::membrane_lanes::CornerForces;
 use super::kernels::simd::Kernel;
 use super::{Formula, StepContext, corners, parallel};
 use crate::components::{Damping, ExternalStiffness, Forces, Frames, Increment, SolverScratch};
+use crate::math::Sym3;
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// Starts the nodal forces with those of the membrane, and empties the external stiffness.
 pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -24,7 +25,7 @@ pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
         |((vertices, triangles, topology, frames, increment, _), forces, external, damping)| {
             if let Some(external) = external {
                 external.block.clear();
-                external.block.resize(vertices.len(), DMat3::ZERO);
+                external.block.resize(vertices.len(), Sym3::ZERO);
             }
             // At the start of a step by backward Euler nothing has moved yet: there is no rate.
             let is_at_rest =

@@ -14,8 +14,9 @@ use super::{StepContext, parallel};
 use crate::components::{
     Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolverScratch, Swept, TearDecisions,
 };
+use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hecs::World;
 use smallvec::SmallVec;
 
@@ -122,8 +123,7 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                     let (start, x) = (increment.start[v], vertices.position[v]);
                     let Held { depth, normal } = held(moved, start, x)?;
                     let stiffness = stiffness(contact, triangles, topology, v);
-                    let mut block =
-                        DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z) * stiffness;
+                    let mut block = Sym3::outer(normal) * stiffness;
                     let mut force = normal * (depth * stiffness);
                     if contact.friction > 0.0 {
                         let along = |u: DVec3| u - normal * u.dot(normal);
@@ -135,9 +135,7 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                         let least = STICKING * topology.vertex_area(triangles, v as u32).sqrt();
                         let brake = contact.friction * depth * stiffness / expected.max(least);
                         force -= slip * brake;
-                        let tangential =
-                            DMat3::IDENTITY - DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
-                        block += tangential * brake;
+                        block += (Sym3::IDENTITY - Sym3::outer(normal)) * brake;
                     }
                     Some((force, block))
                 };

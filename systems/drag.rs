@@ -2,8 +2,8 @@
 
 use super::{StepContext, parallel};
 use crate::components::{Drag, ExternalStiffness, Forces, Increment, SolverScratch};
+use crate::math::Sym3;
 use crate::storage::{Topology, Triangles};
-use glam::{DMat3, DVec3};
 
 /// Adds −c · (rest area of the vertex) · velocity, and its derivative. A static solve has no velocity and no drag.
 pub fn drag(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -25,7 +25,7 @@ pub fn drag(world: &mut hecs::World, step: &StepContext) -> usize {
                 for (v, (f, k)) in (first..).zip(nodal.iter_mut().zip(blocks)) {
                     let drag = per_vertex(v);
                     *f -= step.travel(increment, v) * drag;
-                    *k += DMat3::from_diagonal(DVec3::splat(drag));
+                    *k += Sym3::isotropic(drag);
                 }
             });
         },

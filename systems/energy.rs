@@ -121,7 +121,7 @@ pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
 }
 
 /// Keeps the forces of the membrane, before loads are added to them.
-pub fn membrane(world: &mut hecs::World, _: &StepContext) -> usize {
+pub fn membrane(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     for (audit, forces, increment, scratch) in
         world.query_mut::<(&mut EnergyAudit, &Forces, &Increment, &SolverScratch)>()
@@ -130,14 +130,21 @@ pub fn membrane(world: &mut hecs::World, _: &StepContext) -> usize {
             continue;
         }
         count += 1;
-        audit.membrane.clone_from(&forces.nodal);
-        audit.displacement.clone_from(&increment.displacement);
+        let EnergyAudit { loads, start: [start_membrane, start_loads], displacement, equilibrium, .. } = audit;
+        if step.is_static && scratch.newton_iterations == 0 {
+            start_membrane.clone_from(&forces.nodal);
+            start_loads.clear();
+            if equilibrium.is_some_and(|e| e.time != step.time) && loads.len() == forces.nodal.len() {
+                std::mem::swap(loads, start_loads);
+            }
+        }
+        loads.clone_from(&forces.nodal);
+        displacement.clone_from(&increment.displacement);
     }
     count
 }
 
-/// Keeps the forces of the loads and, in a static solve, those at its start. Loads that move on with time begin as they were
-/// at the last equilibrium; where there is none, or the mesh has changed since, they are put on at once.
+/// Keeps the forces of the loads and, in a static solve that puts them on at once, those at its start.
 pub fn loads(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     for (audit, forces, scratch) in world.query_mut::<(&mut EnergyAudit, &Forces, &SolverScratch)>() {
@@ -145,16 +152,9 @@ pub fn loads(world: &mut hecs::World, step: &StepContext) -> usize {
             continue;
         }
         count += 1;
-        let EnergyAudit { membrane, loads, start: [start_membrane, start_loads], equilibrium, .. } = audit;
-        let is_start = step.is_static && scratch.newton_iterations == 0;
-        let go_on = equilibrium.is_some_and(|e| e.time != step.time) && loads.len() == membrane.len();
-        if is_start {
-            start_membrane.clone_from(membrane);
-            start_loads.clone_from(loads);
-        }
-        loads.resize(membrane.len(), DVec3::ZERO);
-        parallel::for_rows(loads, |v, load| *load = forces.nodal[v] - membrane[v]);
-        if is_start && !go_on {
+        let EnergyAudit { loads, start: [_, start_loads], .. } = audit;
+        parallel::for_rows(loads, |v, load| *load = forces.nodal[v] - *load);
+        if step.is_static && scratch.newton_iterations == 0 && start_loads.is_empty() {
             start_loads.clone_from(loads);
         }
     }
@@ -166,13 +166,15 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, &'a mut TearLog, Option<&'a TearDecisions>),
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, &'a Increment, &'a SolverScratch),
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+        (&'a Forces, &'a Increment, &'a SolverScratch),
         (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>, Option<(&'a Holds, &'a Reactions)>),
         (Strained<'a>, Option<&'a Bending>, Option<&'a Folds>),
     );
     for (
         (audit, log, decisions),
-        (vertices, triangles, topology, frames, increment, scratch),
+        (vertices, triangles, topology, frames),
+        (forces, increment, scratch),
         (external, damping, drag, held),
         (strained, bending, folds),
     ) in world.query_mut::<Query>()
@@ -185,7 +187,8 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         count += 1;
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
-        let body = Carried { vertices, sheet, topology, frames, increment, scratch, external, drag, held, folds };
+        let body =
+            Carried { vertices, sheet, topology, frames, forces, increment, scratch, external, drag, held, folds };
         let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
         if step.is_static && step.newton_iterations > 1 {
             let sums = body.sums(audit, true, |t, x, u, _| body.between_ends(t, x, u));
@@ -227,6 +230,7 @@ struct Carried<'a> {
     sheet: Sheet<'a>,
     topology: &'a Topology,
     frames: &'a Frames,
+    forces: &'a Forces,
     increment: &'a Increment,
     scratch: &'a SolverScratch,
     external: Option<&'a ExternalStiffness>,
@@ -347,7 +351,7 @@ impl Carried<'_> {
         let (mut start_reactions, mut released) = (0.0, 0.0);
         for (v, free) in self.scratch.free.iter().enumerate() {
             let start = start_membrane[v] + start_loads[v];
-            let end = audit.membrane[v] + audit.loads[v];
+            let end = self.forces.nodal[v];
             start_reactions -= (start * (DVec3::ONE - *free)).dot(u[v]);
             released += 0.5 * ((start + end) * *free).dot(u[v]);
         }

@@ -6,8 +6,9 @@ use crate::components::{
     TearLog,
 };
 use crate::event::EventKind;
+use crate::math::Sym3;
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DQuat, DVec3};
 use hecs::Entity;
 use smallvec::SmallVec;
 
@@ -71,7 +72,7 @@ pub fn grip(world: &mut hecs::World, step: &StepContext) -> usize {
             for (row, target) in pinch.targets(step.time) {
                 let (v, stiffness) = (row as usize, stiffness(row));
                 forces.nodal[v] += (target - vertices.position[v]) * stiffness;
-                external.block[v] += DMat3::from_diagonal(DVec3::splat(stiffness));
+                external.block[v] += Sym3::isotropic(stiffness);
             }
         }
         count += usize::from(grips.pinches.iter().any(Pinch::is_closed));

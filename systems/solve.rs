@@ -216,7 +216,7 @@ fn rounding(vertices: &Vertices, triangles: &Triangles, frames: &Frames, externa
         q.q11.max(q.q22) * h
     });
     let blocks = external.map_or(&[][..], |external| &external.block);
-    let springs = blocks.iter().map(|k| k.x_axis.x.max(k.y_axis.y).max(k.z_axis.z));
+    let springs = blocks.iter().map(|k| k.diagonal.max_element());
     8.0 * f64::EPSILON * extent * stiffness.chain(springs).fold(0.0, f64::max)
 }
 

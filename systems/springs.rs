@@ -2,8 +2,8 @@
 
 use super::{StepContext, parallel};
 use crate::components::{ExternalStiffness, Forces, SolverScratch, Springs};
+use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
-use glam::{DMat3, DVec3};
 
 /// Adds the springs' forces and stiffness.
 pub fn springs(world: &mut hecs::World, _: &StepContext) -> usize {
@@ -20,7 +20,7 @@ pub fn springs(world: &mut hecs::World, _: &StepContext) -> usize {
                 let v = row as usize;
                 let stiffness = anchor.stiffness * topology.vertex_area(triangles, row);
                 forces.nodal[v] += (anchor.point - vertices.position[v]) * stiffness;
-                external.block[v] += DMat3::from_diagonal(DVec3::splat(stiffness));
+                external.block[v] += Sym3::isotropic(stiffness);
             }
         },
     )

@@ -2,12 +2,12 @@
 
 use super::FreeAxes;
 use super::Stops;
-use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2};
+use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
 use crate::report::Fault;
 use crate::settings::Tangent;
 use crate::storage::room::{fit, grow};
 use crate::storage::{Edit, EditRecord, Triangles};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
 /// Rotation, stretch and stress of every triangle, and its geometric stiffness.
 #[derive(Clone, Debug, Default)]
@@ -109,7 +109,7 @@ pub struct Forces {
 #[derive(Clone, Debug, Default)]
 pub struct ExternalStiffness {
     /// −∂f/∂x per vertex.
-    pub block: Vec<DMat3>,
+    pub block: Vec<Sym3>,
 }
 
 /// Where the step started and how far it has come.
@@ -210,7 +210,7 @@ pub struct SolverScratch {
     /// Residual \[N\].
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual: Vec<DVec3>,
-    /// Right-hand side \[N\] of a solve that may have to begin anew.
+    /// Right-hand side \[N\] of a solve in double precision that may have to begin anew.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub rhs: Vec<DVec3>,
     /// Search direction \[mm\].

@@ -135,11 +135,10 @@ pub struct EnergyAudit {
     pub(crate) equilibrium: Option<Equilibrium>,
     /// Displacement at which the forces below were evaluated \[mm\].
     pub(crate) displacement: Vec<DVec3>,
-    /// Nodal forces of the membrane \[N\].
-    pub(crate) membrane: Vec<DVec3>,
-    /// Nodal forces of loads \[N\].
+    /// Nodal forces of loads \[N\]; while they are being put on those of the membrane.
     pub(crate) loads: Vec<DVec3>,
-    /// Nodal forces of membrane and loads at the start of a static solve \[N\].
+    /// Nodal forces of membrane and loads at the start of a static solve \[N\]. Loads that move on with time begin as they were at the
+    /// last equilibrium; where there is none, or the mesh has changed since, they are put on at once.
     pub(crate) start: [Vec<DVec3>; 2],
     /// Sums per chunk of triangles.
     #[cfg_attr(feature = "snapshot", serde(skip))]

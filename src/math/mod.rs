@@ -1,4 +1,4 @@
-//! Small dense mathematics that everything else stands on: symmetric 2×2 tensors, rest triangles, the orthotropic matrix,
+//! Small dense mathematics that everything else stands on: symmetric 2×2 and 3×3 tensors, rest triangles, the orthotropic matrix,
 //! the field at a crack's tip.
 //!
 //! Nothing here allocates, panics or knows of meshes. Units are the caller's: the engine uses mm, g, ms, N, MPa.
@@ -10,6 +10,7 @@ mod orthotropic;
 mod per_row;
 mod stiffening_fibres;
 mod sym2;
+mod sym3;
 mod triangle;
 
 pub use element::{ElementState, FlatState, GeometricStiffness, Polar};
@@ -19,4 +20,5 @@ pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 pub use per_row::PerRow;
 pub use stiffening_fibres::{CoupledStiffness, FibreResponse, StiffeningFibres};
 pub use sym2::Sym2;
+pub use sym3::Sym3;
 pub use triangle::{RestTriangle, SmallestAngle, smallest_angle};

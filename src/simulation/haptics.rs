@@ -15,6 +15,7 @@ use crate::components::{
     Damping, ExternalStiffness, Forceps, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
     StiffeningFibres,
 };
+use crate::math::Sym3;
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
@@ -232,12 +233,12 @@ impl Haptics {
         block.clear();
         block.extend(external.into_iter().flat_map(|external| &external.block));
         // Vertices that the step has made at its end were not evaluated.
-        block.resize(count, DMat3::ZERO);
+        block.resize(count, Sym3::ZERO);
         for &(v, stiffness) in &self.springs {
-            let spring = DMat3::from_diagonal(DVec3::splat(stiffness));
+            let spring = Sym3::isotropic(stiffness);
             // At least the spring itself, should its share have changed since.
             let others = if is_in_steps { block[v] - spring } else { block[v] };
-            let least = others.x_axis.x.min(others.y_axis.y).min(others.z_axis.z);
+            let least = others.diagonal.min_element();
             block[v] = if is_in_steps && !(least >= 0.0) { spring } else { others + spring };
         }
     }

@@ -7,9 +7,9 @@
 use super::{Broken, NONE, Triangles};
 use smallvec::SmallVec;
 
-/// The triangles around one vertex: entries 3·triangle + corner, ascending. Twelve fit without a heap allocation: a tear
+/// The triangles around one vertex: entries 3·triangle + corner, ascending. Ten fit without a heap allocation: a tear
 /// through a structured mesh leaves some vertices with nine or ten.
-pub type Incidence = SmallVec<[u32; 12]>;
+pub type Incidence = SmallVec<[u32; 10]>;
 
 /// Neighbours and incidence of a body's triangles. Edge `e` of a triangle runs from corner `e` to corner `(e + 1) % 3`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

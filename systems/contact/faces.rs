@@ -7,10 +7,11 @@
 
 use super::{DEEP, Held, Moved, STIFFNESS, held, shift};
 use crate::components::{Contact, Increment, Obstacle, Shape, SolverScratch};
+use crate::math::Sym3;
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::tearing::nearest_in_triangle;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// A triangle whose longest edge is no longer than this part of the obstacle's least radius of curvature is left to its
 /// vertices; beyond, the stiffness grows with the edge, for one place then bears what many vertices would. Three vertices let a ball
@@ -199,7 +200,7 @@ pub(super) fn push(
     moved: &Moved,
     contact: &Contact,
     (vertices, triangles, start): (&Vertices, &Triangles, &[DVec3]),
-    (nodal, block): (&mut [DVec3], &mut [DMat3]),
+    (nodal, block): (&mut [DVec3], &mut [Sym3]),
 ) {
     for_held(moved, start, (&vertices.position[..], triangles), |t, HeldFace { weights, held, part, .. }| {
         let stiffness = part * stiffness(contact, triangles, t);
@@ -207,7 +208,7 @@ pub(super) fn push(
         for (&v, weight) in triangles.corners[t].iter().zip(weights) {
             let k = stiffness * weight;
             nodal[v as usize] += normal * (held.depth * k);
-            block[v as usize] += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z) * k;
+            block[v as usize] += Sym3::outer(normal) * k;
         }
     });
 }

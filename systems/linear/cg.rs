@@ -68,14 +68,16 @@ pub fn solve(
 
     // The reference norm is that of the residual of a zero guess.
     let reference_sq = residual_without(operator, (x, free, residual), direction, product, partials)?;
+    let b = direction;
+    std::mem::swap(residual, b);
     let mut residual_sq = if is_none(x, free) {
-        residual.copy_from_slice(direction);
         reference_sq
     } else {
         operator.apply(x, free, corner, product, partials);
-        let left = |v: usize, b: DVec3| (b - product[v]) * free[v];
-        fit(x, free, direction, residual, left, (pairs, partials)).unwrap_or(reference_sq)
+        let left = |v: usize, _| (b[v] - product[v]) * free[v];
+        fit(x, free, residual, left, (pairs, partials)).unwrap_or(reference_sq)
     };
+    let direction = b;
 
     let limits = Limits::new(params, reference_sq, stored).repeating(stops);
     // z and A·p take turns in one vector: each has been used up where the other begins.

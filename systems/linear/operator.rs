@@ -82,7 +82,7 @@ impl Operator<'_> {
     /// What vertex `v` contributes by itself: mass and external stiffness.
     pub fn own_block(&self, v: usize) -> DMat3 {
         let mass = DMat3::from_diagonal(DVec3::splat(self.vertices.mass[v] * self.inertia));
-        self.external.map_or(mass, |e| mass + e.block[v])
+        self.external.map_or(mass, |e| mass + e.block[v].to_mat())
     }
 
     /// `out` = A·u \[N\] for u \[mm\]; returns Σ u·(A·u) over the free axes. `corner` is scratch.

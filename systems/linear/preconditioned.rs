@@ -109,10 +109,7 @@ pub fn solve(
                 done = info.iterations;
             }
             // The operator's fault or the factor's: the solve without it will tell.
-            Err(_) => {
-                factor.discard();
-                scratch.residual.copy_from_slice(&scratch.rhs);
-            }
+            Err(_) => factor.discard(),
         }
     }
     let time = params.time.map(|time| time.saturating_sub(start.elapsed()));
@@ -154,11 +151,13 @@ fn solve_without_factor(
                 Ok((info, true)) if info.iterations < most || most == params.iterations || info.is_late => {
                     return Ok(info);
                 }
-                Ok((info, _)) => done = info.iterations,
+                Ok((info, _)) => {
+                    done = info.iterations;
+                    scratch.residual.copy_from_slice(&scratch.direction);
+                }
                 // Single precision may have overflown: double precision tells.
                 Err(_) => {}
             }
-            scratch.residual.copy_from_slice(&scratch.rhs);
             if let Some((factor, Use::Aside)) = &mut means.factor
                 && factor.rescue(operator, &scratch.free, done).is_ok()
             {

@@ -2,10 +2,10 @@
 //! operators that are none.
 
 use crate::common::{Square, state_bits};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hecs::Entity;
 use rhexis::components::{ExternalStiffness, Frames, FreeAxes, SolverScratch};
-use rhexis::math::{ElementState, GeometricStiffness};
+use rhexis::math::{ElementState, GeometricStiffness, Sym3};
 use rhexis::scene::Document;
 use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
@@ -271,7 +271,7 @@ fn a_factor_that_rounding_has_broken_costs_few_iterations() {
         let external = torn.external.as_mut().unwrap();
         for (v, (block, sound)) in external.block.iter_mut().zip(&sound.block).enumerate() {
             let n = DVec3::new((v as f64).sin(), (1.7 * v as f64).cos(), 0.4).normalize();
-            *block = *sound + DMat3::from_cols(n * n.x, n * n.y, n * n.z) * stiffness;
+            *block = *sound + Sym3::outer(n) * stiffness;
         }
         let (info, x) = torn.solve(1e-3, Some(Inner::IncompleteCholesky));
         let (iterations, residual) = (info.unwrap().iterations, torn.relative_residual(&x));
@@ -287,13 +287,13 @@ fn what_is_no_operator_is_named() {
     let mut torn = Torn::new();
     let sound = torn.external.clone();
     // A spring that pushes away, stiffer than all that meets in the vertex.
-    torn.external.as_mut().unwrap().block[1] = DMat3::from_diagonal(DVec3::splat(-10.0));
+    torn.external.as_mut().unwrap().block[1] = Sym3::isotropic(-10.0);
     for kind in kinds {
         let (info, _) = torn.solve(1e-4, kind);
         assert!(matches!(info, Err(CgError::Indefinite { .. })), "{kind:?}: {info:?}");
     }
     torn.external = sound.clone();
-    torn.external.as_mut().unwrap().block[1].x_axis.x = f64::NAN;
+    torn.external.as_mut().unwrap().block[1].diagonal.x = f64::NAN;
     for kind in kinds {
         let (info, _) = torn.solve(1e-4, kind);
         assert!(matches!(info, Err(CgError::NotFinite { .. })), "{kind:?}: {info:?}");

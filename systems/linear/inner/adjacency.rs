@@ -3,8 +3,10 @@
 use super::empty;
 use crate::storage::Topology;
 use std::iter::once;
+use std::mem::take;
 
-/// The neighbours of all vertices, each once: what orders and patterns that are found anew ask for again and again. Scratch.
+/// The neighbours of all vertices, each once: what orders and patterns that are found anew ask for again and again. Scratch, in lists that
+/// only edits use beside.
 #[derive(Debug, Default)]
 pub struct Adjacency {
     /// First entry of every vertex in `vertex`; one more entry at the end. Empty until it is found.
@@ -31,16 +33,25 @@ impl Adjacency {
         }
     }
 
-    /// Forgets them: the triangles are others.
-    pub fn forget(&mut self) {
-        self.start.clear();
+    /// In the room of these lists.
+    pub fn in_room([start, vertex]: [&mut Vec<u32>; 2]) -> Self {
+        Self { start: take(start), vertex: take(vertex) }
     }
 
-    /// Finds them where they have been forgotten.
-    pub fn refresh(&mut self, corners: &[[u32; 3]], topology: &Topology) {
-        if self.start.is_empty() {
-            self.rebuild(corners, topology);
-        }
+    /// Gives the room back, and with it what there was.
+    pub fn give_room(&mut self, [start, vertex]: [&mut Vec<u32>; 2]) {
+        let Self { start: own_start, vertex: own_vertex } = take(self);
+        (*start, *vertex) = (own_start, own_vertex);
+    }
+
+    /// Whether they are known.
+    pub fn is_found(&self) -> bool {
+        !self.start.is_empty()
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.start.len() - 1
     }
 
     /// The neighbours of a vertex.

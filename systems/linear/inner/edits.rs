@@ -1,9 +1,10 @@
-//! What edits have changed in the triangles since the last solve, found by comparing corners: the tables are small against what is
-//! derived from them, and a comparison holds whatever has happened in between.
+//! What edits have changed in the triangles since the last solve, found by comparing corners, whatever has happened in between: those
+//! before stand in the partition, as rows.
 
 use super::adjacency::neighbours;
 use super::empty;
 use super::order::Order;
+use super::partition::Partition;
 use crate::storage::Topology;
 
 /// All is found anew where more than one in so many triangles has changed since the last solve,
@@ -16,6 +17,8 @@ const MOST_IN_ALL: usize = 8;
 /// The triangles that have changed and the rows that they concern. Scratch.
 #[derive(Debug, Default)]
 pub struct Edits {
+    /// Whether there have been any.
+    pub have_been: bool,
     /// Triangles with other corners than before, those that were added included; ascending.
     pub triangles: Vec<u32>,
     /// Number of triangles before.
@@ -31,31 +34,39 @@ pub struct Edits {
 impl Edits {
     /// Compares the corners and brings `order` up to date. `false`, with the order as it was, where so much has changed that all is
     /// to be found anew.
-    pub fn find(&mut self, before: &[[u32; 3]], corners: &[[u32; 3]], topology: &Topology, order: &mut Order) -> bool {
-        let Self { triangles, count_before, is_touched, moved, touched } = self;
+    pub fn find(
+        &mut self,
+        partition: &Partition,
+        corners: &[[u32; 3]],
+        topology: &Topology,
+        order: &mut Order,
+    ) -> bool {
+        let Self { have_been, triangles, count_before, is_touched, moved, touched } = self;
         let (rows_before, rows) = (order.row.len(), topology.incident.len());
-        let most = (before.len() / MOST).max(1);
-        if before.is_empty() || corners.len().abs_diff(before.len()) > most || rows_before.abs_diff(rows) > most {
+        let before = partition.triangle_count();
+        let most = (before / MOST).max(1);
+        if before == 0 || corners.len().abs_diff(before) > most || rows_before.abs_diff(rows) > most {
             return false;
         }
+        let old = |t: u32| partition.rows(t).map(|row| order.vertex[row as usize]);
         empty(triangles, most + 1);
-        let changed = (0..).zip(before.iter().zip(corners)).filter(|(_, (old, new))| old != new).map(|(t, _)| t);
-        triangles.extend(changed.chain(before.len() as u32..corners.len() as u32).take(most + 1));
+        let changed = (0..before as u32).zip(corners).filter(|(t, new)| old(*t) != **new).map(|(t, _)| t);
+        triangles.extend(changed.chain(before as u32..corners.len() as u32).take(most + 1));
         let changed = order.changed + triangles.len();
         if triangles.len() > most || changed > corners.len() / MOST_IN_ALL {
             return false;
         }
+        // Corners before and after.
+        empty(touched, 6 * most);
+        let gone = corners.len() as u32..before as u32;
+        let of_old = triangles.iter().copied().filter(|&t| (t as usize) < before).chain(gone);
+        touched.extend(of_old.flat_map(old).chain(triangles.iter().flat_map(|&t| corners[t as usize])));
         order.changed = changed;
-        *count_before = before.len();
+        (*have_been, *count_before) = (true, before);
         empty(moved, most);
         order.follow(rows, moved);
         empty(is_touched, rows);
         is_touched.resize(rows, false);
-        // Corners before and after.
-        empty(touched, 6 * most);
-        let gone = before.iter().skip(corners.len());
-        let old = triangles.iter().filter_map(|&t| before.get(t as usize)).chain(gone);
-        touched.extend(old.chain(triangles.iter().map(|&t| &corners[t as usize])).flatten());
         for &v in &*moved {
             touched.push(v);
             touched.extend(neighbours(v, corners, topology));
@@ -71,7 +82,7 @@ impl Edits {
 
 #[cfg(test)]
 mod tests {
-    use super::super::partition::Partition;
+    use super::super::adjacency::Adjacency;
     use super::super::pattern::Pattern;
     use super::*;
 
@@ -115,26 +126,28 @@ mod tests {
         let mut corners = grid(40);
         let mut topology = Topology::new(vertex_count(&corners), &corners).unwrap();
         let (mut order, mut partition, mut pattern) = (Order::default(), Partition::default(), empty());
-        order.rebuild(&corners, &topology);
+        let mut adjacency = Adjacency::default();
+        adjacency.rebuild(&corners, &topology);
+        order.rebuild(&corners, &adjacency);
         partition.rebuild(&corners, &order.row);
-        pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| order.adjacency.of(v));
+        pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| adjacency.of(v));
         let (mut edits, mut made, mut rebuilds) = (Edits::default(), Vec::new(), 0);
         for step in 0..120_usize {
-            let before = corners.clone();
             for i in 0..1 + step % 3 {
                 let t = (step * 7919 + i * 104_729) % corners.len();
                 edit(&mut corners, &mut made, t, step % 5 > 2);
             }
             topology = Topology::new(vertex_count(&corners), &corners).unwrap();
-            if edits.find(&before, &corners, &topology, &mut order) {
+            if edits.find(&partition, &corners, &topology, &mut order) {
                 partition.rebuild(&corners, &order.row);
                 let stays = |row: usize| !edits.is_touched[row];
                 pattern.follow(&partition, (&order.vertex, &order.row), &corners, &topology, &edits, stays);
             } else {
                 rebuilds += 1;
-                order.rebuild(&corners, &topology);
+                adjacency.rebuild(&corners, &topology);
+                order.rebuild(&corners, &adjacency);
                 partition.rebuild(&corners, &order.row);
-                pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| order.adjacency.of(v));
+                pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| adjacency.of(v));
             }
             assert_eq!(order.vertex.len(), topology.incident.len());
             assert!((0..).zip(&order.vertex).all(|(row, &v)| order.row[v as usize] == row), "step {step}");
@@ -149,12 +162,14 @@ mod tests {
     fn too_many_edits_leave_the_order_as_it_was() {
         let corners = grid(10);
         let topology = Topology::new(vertex_count(&corners), &corners).unwrap();
-        let mut order = Order::default();
-        order.rebuild(&corners, &topology);
+        let (mut order, mut partition, mut adjacency) = (Order::default(), Partition::default(), Adjacency::default());
+        adjacency.rebuild(&corners, &topology);
+        order.rebuild(&corners, &adjacency);
+        partition.rebuild(&corners, &order.row);
         let turned: Vec<[u32; 3]> = corners.iter().map(|&[a, b, c]| [b, c, a]).collect();
         let rows = order.row.clone();
-        assert!(!Edits::default().find(&corners, &turned, &topology, &mut order));
-        assert!(!Edits::default().find(&[], &corners, &topology, &mut order));
+        assert!(!Edits::default().find(&partition, &turned, &topology, &mut order));
+        assert!(!Edits::default().find(&Partition::default(), &corners, &topology, &mut order));
         assert_eq!(order.row, rows);
     }
 }

@@ -84,8 +84,8 @@ impl Folding {
     /// Packs the triangles that have a part in it: like those of the partition, neighbours far apart.
     fn choose(&mut self, folds: &Folds, count: usize, partition: &Partition) {
         let Self { triangle, places, pack_start, place, of_block, .. } = self;
-        empty(triangle, partition.triangle.len());
-        empty(places, partition.triangle.len());
+        empty(triangle, partition.places.len());
+        empty(places, partition.places.len());
         empty(pack_start, partition.pack_start.len());
         empty(place, count);
         place.resize(count, EMPTY);
@@ -94,7 +94,7 @@ impl Folding {
             of_block.clear();
             for lane in 0..LANES {
                 for pack in block[0]..block[1] {
-                    let t = partition.triangle[pack as usize][lane];
+                    let t = partition.triangles(pack as usize)[lane];
                     if t != EMPTY && folds.has_part(t as usize) {
                         of_block.push([t, pack, lane as u32]);
                     }

@@ -6,6 +6,7 @@
 //! serial by nature; rows stand in an order in which neighbours are far apart (see [`super::order`]), so that the processor
 //! works on several at a time. They take the blocks of a row two by two.
 
+use super::adjacency::Adjacency;
 use super::cg::{Precondition, Vectors};
 use super::edits::Edits;
 use super::empty;
@@ -70,9 +71,14 @@ const REPAIRS: [f32; 3] = [0.1, 0.3, 1.0];
 const LONGEST_ROW: usize = 64;
 
 impl Incomplete {
-    /// Finds the pattern anew; the order has the neighbours of the vertices.
-    pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]]) {
-        self.pattern.rebuild(partition, (&order.vertex, &order.row), corners, |v| order.adjacency.of(v));
+    /// Finds the pattern anew.
+    pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]], adjacency: &Adjacency) {
+        self.pattern.rebuild(partition, (&order.vertex, &order.row), corners, |v| adjacency.of(v));
+    }
+
+    /// The lists of its pattern that only edits use.
+    pub fn spare_lists(&mut self) -> [&mut Vec<u32>; 2] {
+        self.pattern.spare_lists()
     }
 
     /// Brings the pattern up to date after edits.

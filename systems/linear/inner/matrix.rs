@@ -20,6 +20,9 @@ use crate::systems::parallel;
 use glam::{Mat4, Vec4};
 use std::ops::Range;
 
+/// Corners of the edges of a triangle: of the row of their block, and of its column.
+pub const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
+
 /// The numbers of the operator at one state. Rows are numbered as the [`Partition`] was told.
 #[derive(Debug, Default)]
 pub struct Matrix {
@@ -45,10 +48,10 @@ impl Matrix {
         let vertex = &order.vertex;
         self.is_flat = operator.is_planar() && free.are_flat();
         if self.is_flat {
-            size(&mut self.flat_packs, partition.triangle.len(), FlatPack::default());
+            size(&mut self.flat_packs, partition.places.len(), FlatPack::default());
             parallel::for_packs(&mut self.flat_packs, &Assembly { operator, partition });
         } else {
-            size(&mut self.packs, partition.triangle.len(), Pack::default());
+            size(&mut self.packs, partition.places.len(), Pack::default());
             parallel::for_packs(&mut self.packs, &Assembly { operator, partition });
         }
         self.own.assemble(self.is_flat, vertex.len(), |row| {
@@ -67,34 +70,34 @@ impl Matrix {
         }
     }
 
-    /// Calls `diagonal(row, block)` and `edge(pack, edge, lane, block)` for the blocks of all triangles, pack by pack. The edges
-    /// are 1–0, 2–0, 2–1 (row, column).
+    /// Calls `diagonal(row, block)` and `edge((pack, edge, lane), rows, block)` for the blocks of all triangles, pack by pack. The edges
+    /// are [`EDGES`].
     #[inline(always)]
     pub fn add_blocks<B: OfPacks>(
         &self,
         partition: &Partition,
         mut diagonal: impl FnMut(usize, &B),
-        mut edge: impl FnMut(usize, usize, usize, &B),
+        mut edge: impl FnMut((usize, usize, usize), [usize; 2], &B),
     ) {
         for block in 0..partition.pack_start.len() - 1 {
             let vertices = &partition.vertex[partition.vertex_start[block] as usize..];
             for pack in partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize {
-                let places = &partition.places[pack];
+                let (places, triangles) = (&partition.places[pack], partition.triangles(pack));
                 for half in 0..2 {
                     let of_half = B::of_half(self, pack, half);
                     for i in 0..LANES / 2 {
                         let lane = half * (LANES / 2) + i;
-                        let triangle = partition.triangle[pack][lane];
+                        let triangle = triangles[lane];
                         if triangle == EMPTY {
                             continue;
                         }
                         let (corners, edges) = B::of_lane(self, &of_half, i, triangle);
-                        for (corner, block) in corners.iter().enumerate() {
-                            let row = vertices[places[corner][lane] as usize] as usize;
+                        let rows = [0, 1, 2].map(|corner| vertices[places[corner][lane] as usize] as usize);
+                        for (row, block) in rows.into_iter().zip(&corners) {
                             diagonal(row, block);
                         }
-                        for (e, block) in edges.iter().enumerate() {
-                            edge(pack, e, lane, block);
+                        for (e, (ends, block)) in EDGES.into_iter().zip(&edges).enumerate() {
+                            edge((pack, e, lane), ends.map(|corner| rows[corner]), block);
                         }
                     }
                 }
@@ -207,7 +210,8 @@ impl Assembly<'_> {
 impl Kernel<Pack> for Assembly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [Pack]) {
-        for (pack, triangles) in packs.iter_mut().zip(&self.partition.triangle[first..]) {
+        for (p, pack) in (first..).zip(packs) {
+            let triangles = self.partition.triangles(p);
             *pack = Pack::new(lanes, self.operator.tangent == Tangent::Projected, |lane| self.element(triangles[lane]));
         }
     }
@@ -217,7 +221,8 @@ impl Kernel<FlatPack> for Assembly<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [FlatPack]) {
         let is_exact = self.operator.tangent == Tangent::Projected;
-        for (pack, triangles) in packs.iter_mut().zip(&self.partition.triangle[first..]) {
+        for (p, pack) in (first..).zip(packs) {
+            let triangles = self.partition.triangles(p);
             *pack = FlatPack::new(lanes, is_exact, |lane| self.element(triangles[lane]));
         }
     }

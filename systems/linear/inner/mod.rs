@@ -10,6 +10,7 @@ mod cg;
 mod cycle;
 mod edits;
 mod factored;
+mod fingerprint;
 mod folding;
 mod incomplete;
 mod jacobi;
@@ -28,9 +29,11 @@ use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
+use adjacency::Adjacency;
 use cg::{Reached, Vectors};
 use edits::Edits;
 use factored::Factored;
+use fingerprint::Fingerprint;
 use glam::{DVec3, Vec4};
 use incomplete::Incomplete;
 use jacobi::Jacobi;
@@ -81,7 +84,9 @@ pub enum With<'a> {
 /// they stay. *Derived.*
 #[derive(Debug, Default)]
 pub struct InnerSolver {
-    corners: Vec<[u32; 3]>,
+    /// Of the corners of the triangles that the rest is of.
+    fingerprint: Fingerprint,
+    adjacency: Adjacency,
     // Many lists each: behind pointers, lest the world keeps room for them wherever it has room for bodies.
     order: Box<Order>,
     partition: Box<Partition>,
@@ -106,10 +111,11 @@ impl InnerSolver {
 
     /// Solves A·x = b for a tangent that is never indefinite, from the guess `x`, whose prescribed axes stay; `scratch` as in the solve in
     /// double precision. The second answer is whether the tolerance or the limit of iterations was reached. Where single
-    /// precision has come to nothing instead, `x` is as far as it has come, and `scratch.residual` holds b again.
+    /// precision has come to nothing instead, `x` is as far as it has come, and `scratch.residual` holds b again. `scratch.direction` holds
+    /// it in any case.
     ///
     /// # Errors
-    /// [`CgError::NotFinite`] for a right-hand side or an operator that is not finite.
+    /// [`CgError::NotFinite`] for a right-hand side or an operator that is not finite; `scratch.residual` is then as it was.
     pub fn solve(
         &mut self,
         operator: &Operator,
@@ -196,7 +202,7 @@ impl InnerSolver {
             }
         }
         if !is_solved {
-            scratch.residual.copy_from_slice(&scratch.rhs);
+            scratch.residual.copy_from_slice(&scratch.direction);
         }
         info.is_solved = limits.are_met(residual_sq, info.error_energy);
         info.relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
@@ -223,8 +229,8 @@ impl InnerSolver {
                 }
                 self.needs_pattern = true;
                 if !self.has_pattern {
-                    self.order.adjacency.refresh(corners, operator.topology);
-                    self.incomplete.rebuild(&self.partition, &self.order, corners);
+                    self.find_neighbours(corners, operator.topology);
+                    self.incomplete.rebuild(&self.partition, &self.order, corners, &self.adjacency);
                     self.has_pattern = true;
                 }
                 self.incomplete.factor(&self.partition, &self.matrix, shift);
@@ -234,6 +240,26 @@ impl InnerSolver {
                 self.multigrid.prepare(&self.partition, &self.order, mesh, &self.matrix);
             }
             With::Factor(factor, _) => factor.begin(operator, free),
+        }
+        self.put_away_neighbours();
+    }
+
+    /// Finds the neighbours of the vertices where they are not known.
+    fn find_neighbours(&mut self, corners: &[[u32; 3]], topology: &Topology) {
+        if !self.adjacency.is_found() {
+            self.adjacency = Adjacency::in_room(self.incomplete.spare_lists());
+            self.adjacency.rebuild(corners, topology);
+        }
+    }
+
+    /// Keeps the room for them where edits need it too: a body that is not torn has none of either.
+    fn put_away_neighbours(&mut self) {
+        if self.adjacency.is_found() {
+            if self.edits.have_been {
+                self.adjacency.give_room(self.incomplete.spare_lists());
+            } else {
+                self.adjacency = Adjacency::default();
+            }
         }
     }
 
@@ -247,27 +273,29 @@ impl InnerSolver {
     /// Brings what depends on the triangles up to date where they have changed: a tear changes few of them.
     fn follow(&mut self, mesh: (&Vertices, &Triangles, &Topology)) {
         let (_, Triangles { corners, .. }, topology) = mesh;
-        if self.corners == *corners {
+        let fingerprint = Fingerprint::of(corners);
+        if self.fingerprint == fingerprint {
             return;
         }
-        let Self { order, partition, incomplete, edits, multigrid, .. } = self;
-        let mut is_found = edits.find(&self.corners, corners, topology, order);
+        self.fingerprint = fingerprint;
+        let Self { order, partition, edits, multigrid, .. } = self;
+        let mut is_found = edits.find(partition, corners, topology, order);
         if is_found {
             partition.rebuild(corners, &order.row);
             is_found = multigrid.follow(partition, order, mesh, edits);
         }
         if !is_found {
-            order.rebuild(corners, topology);
-            partition.rebuild(corners, &order.row);
-            multigrid.forget();
+            self.put_away_neighbours();
+            self.find_neighbours(corners, topology);
+            self.order.rebuild(corners, &self.adjacency);
+            self.partition.rebuild(corners, &self.order.row);
+            self.multigrid.forget();
         }
         self.has_pattern &= is_found && self.needs_pattern;
         if self.has_pattern {
-            incomplete.follow(partition, order, corners, topology, edits);
+            self.incomplete.follow(&self.partition, &self.order, corners, topology, &self.edits);
         }
         self.needs_pattern = false;
-        empty(&mut self.corners, corners.len());
-        self.corners.extend_from_slice(corners);
     }
 
     /// Takes the residual over its norm as right-hand side.

@@ -8,7 +8,6 @@
 
 use super::adjacency::{Adjacency, before_with_fill};
 use super::empty;
-use crate::storage::Topology;
 use smallvec::SmallVec;
 
 /// Rows that are sorted by levels among themselves: enough that those of a level keep the processor busy, few enough that
@@ -30,17 +29,14 @@ pub struct Order {
     pub row: Vec<u32>,
     /// Triangles that edits have changed since the order was found.
     pub changed: usize,
-    /// The neighbours of the vertices, from when the order is found until triangles change.
-    pub adjacency: Adjacency,
     /// Level of every vertex times [`LENGTHS`], in large bodies plus how many pairs of blocks its row has.
     level: Vec<u32>,
 }
 
 impl Order {
     /// Finds the order anew.
-    pub fn rebuild(&mut self, corners: &[[u32; 3]], topology: &Topology) {
-        self.adjacency.rebuild(corners, topology);
-        let n = topology.incident.len();
+    pub fn rebuild(&mut self, corners: &[[u32; 3]], adjacency: &Adjacency) {
+        let n = adjacency.vertex_count();
         // Here: how often a vertex has been met, once to find the end of its piece to begin at, once to be numbered.
         empty(&mut self.level, n);
         self.level.resize(n, 0);
@@ -48,16 +44,16 @@ impl Order {
         for seed in 0..n as u32 {
             if self.level[seed as usize] == 0 {
                 let first = self.vertex.len();
-                self.walk(seed, 1);
+                self.walk(adjacency, seed, 1);
                 let last = self.vertex.last().copied().unwrap_or(seed);
                 self.vertex.truncate(first);
-                self.walk(last, 2);
+                self.walk(adjacency, last, 2);
             }
         }
         self.changed = 0;
         self.vertex.reverse();
         self.number();
-        self.sort_by_level(corners.len() >= LARGE);
+        self.sort_by_level(adjacency, corners.len() >= LARGE);
         self.number();
     }
 
@@ -68,14 +64,13 @@ impl Order {
             let place = row.get_mut(v as usize).filter(|row| **row == u32::MAX)?;
             *place = r;
         }
-        Some(Self { vertex: vertex.to_vec(), row, changed, adjacency: Adjacency::default(), level: Vec::new() })
+        Some(Self { vertex: vertex.to_vec(), row, changed, level: Vec::new() })
     }
 
     /// Keeps the rows of the vertices that there were before: new ones come last, and the last rows take the places of those that are
     /// gone. Adds the vertices whose rows have changed to `moved`. A few rows at the end, all of whose neighbours come before them,
     /// hardly change the iterations; a new order is due before they are many.
     pub fn follow(&mut self, vertex_count: usize, moved: &mut Vec<u32>) {
-        self.adjacency.forget();
         for v in self.row.len()..vertex_count {
             self.row.push(self.vertex.len() as u32);
             self.vertex.push(v as u32);
@@ -93,8 +88,8 @@ impl Order {
     }
 
     /// Appends the piece of `start`, nearest vertices first.
-    fn walk(&mut self, start: u32, mark: u32) {
-        let Self { vertex, level, adjacency, .. } = self;
+    fn walk(&mut self, adjacency: &Adjacency, start: u32, mark: u32) {
+        let Self { vertex, level, .. } = self;
         let mut next = vertex.len();
         vertex.push(start);
         level[start as usize] = mark;
@@ -118,8 +113,8 @@ impl Order {
     }
 
     /// A row that comes before another and has a block with it has a lower level: sorted by levels it still comes before.
-    fn sort_by_level(&mut self, is_large: bool) {
-        let Self { vertex, row, level, adjacency, .. } = self;
+    fn sort_by_level(&mut self, adjacency: &Adjacency, is_large: bool) {
+        let Self { vertex, row, level, .. } = self;
         let mut columns = SmallVec::<[u32; 32]>::new();
         for &v in &*vertex {
             let before = || before_with_fill(v, row, |v| adjacency.of(v));

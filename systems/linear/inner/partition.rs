@@ -11,14 +11,17 @@ use crate::systems::kernels::pack::{LANES, Places};
 /// sheet of 5,000 still has a block for either of two threads.
 const BLOCK: usize = 2048;
 
+/// Its packs.
+const PACKS: usize = BLOCK / LANES;
+
 /// No triangle in this lane.
 pub const EMPTY: u32 = u32::MAX;
 
 /// Blocks of triangles, and the vertices that each has.
 #[derive(Debug, Default)]
 pub struct Partition {
-    /// Triangle of every lane of every pack; [`EMPTY`] where there is none.
-    pub triangle: Vec<[u32; LANES]>,
+    /// Number of triangles.
+    count: usize,
     /// Places of the corners in the block's list of vertices.
     pub places: Vec<Places>,
     /// First pack of every block; one more entry at the end.
@@ -32,59 +35,84 @@ pub struct Partition {
     /// Where the blocks leave what they have for the vertex, in the order of blocks: a block's segment holds its sums, then as
     /// many values.
     pub source: Vec<u32>,
-    /// Per vertex its entry in the block at hand.
-    entry: Vec<u32>,
 }
 
 impl Partition {
     /// Cuts the triangles anew. `number` gives the vertices their rows in the vectors.
     pub fn rebuild(&mut self, corners: &[[u32; 3]], number: &[u32]) {
         let (block_count, pack_count) = (corners.len().div_ceil(BLOCK), corners.len().div_ceil(LANES));
-        empty(&mut self.triangle, pack_count);
+        self.count = corners.len();
         empty(&mut self.places, pack_count);
         // Some vertices are in several blocks.
         empty(&mut self.vertex, number.len() + number.len() / 4);
         empty(&mut self.pack_start, block_count + 1);
         empty(&mut self.vertex_start, block_count + 1);
-        empty(&mut self.entry, number.len());
-        self.entry.resize(number.len(), EMPTY);
+        // Here: per vertex its entry in the block at hand.
+        empty(&mut self.source_start, number.len() + 1);
+        self.source_start.resize(number.len() + 1, EMPTY);
         for (block, of_block) in corners.chunks(BLOCK).enumerate() {
-            self.pack_start.push(self.triangle.len() as u32);
+            self.pack_start.push((block * PACKS) as u32);
             self.vertex_start.push(self.vertex.len() as u32);
-            self.add_block((block * BLOCK) as u32, of_block, number);
+            self.add_block(of_block, number);
         }
-        self.pack_start.push(self.triangle.len() as u32);
+        self.pack_start.push(pack_count as u32);
         self.vertex_start.push(self.vertex.len() as u32);
         self.find_sources(number.len());
     }
 
-    /// The pack and lane of a triangle among so many.
-    pub fn place_of(&self, triangle: u32, count: usize) -> (usize, usize) {
+    /// Triangles in the block that begins with this one.
+    fn of_block(&self, first: usize) -> usize {
+        (self.count - first).min(BLOCK)
+    }
+
+    /// The triangles in the lanes of a pack; [`EMPTY`] where there is none. Triangles that follow each other share vertices: side by side they
+    /// would wait for each other's sums. The lanes of a pack are as far apart as they can be.
+    #[inline(always)]
+    pub fn triangles(&self, pack: usize) -> [u32; LANES] {
+        let (first, within) = (pack / PACKS * BLOCK, pack % PACKS);
+        let count = self.of_block(first);
+        let apart = count.div_ceil(LANES);
+        std::array::from_fn(|lane| {
+            let t = within + lane * apart;
+            if t < count { (first + t) as u32 } else { EMPTY }
+        })
+    }
+
+    /// The pack and lane of a triangle.
+    pub fn place_of(&self, triangle: u32) -> (usize, usize) {
         let (block, within) = (triangle as usize / BLOCK, triangle as usize % BLOCK);
-        let pack_count = (count - block * BLOCK).min(BLOCK).div_ceil(LANES);
-        (self.pack_start[block] as usize + within % pack_count, within / pack_count)
+        let apart = self.of_block(block * BLOCK).div_ceil(LANES);
+        (block * PACKS + within % apart, within / apart)
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.count
+    }
+
+    /// The rows of the corners of a triangle.
+    pub fn rows(&self, triangle: u32) -> [u32; 3] {
+        let (pack, lane) = self.place_of(triangle);
+        let start = self.vertex_start[triangle as usize / BLOCK];
+        self.places[pack].map(|places| self.vertex[(start + u32::from(places[lane])) as usize])
     }
 
     /// Number of packs, from the first on, that have the same triangles in their lanes as one of `before` triangles would: those
     /// before the block in which the last triangles stand, where their number has changed.
-    pub fn packs_as_before(&self, before: usize, count: usize) -> usize {
-        if before == count { self.triangle.len() } else { self.pack_start[before.min(count) / BLOCK] as usize }
+    pub fn packs_as_before(&self, before: usize) -> usize {
+        if before == self.count { self.places.len() } else { before.min(self.count) / BLOCK * PACKS }
     }
 
-    fn add_block(&mut self, first_triangle: u32, corners: &[[u32; 3]], number: &[u32]) {
+    /// Adds a block; its vertices stand as triangle after triangle meets them, near each other those that are so.
+    fn add_block(&mut self, corners: &[[u32; 3]], number: &[u32]) {
         let first_entry = self.vertex.len() as u32;
-        // Triangles that follow each other share vertices: side by side they would wait for each other's sums. The lanes of a
-        // pack are as far apart as they can be; the vertices stand as triangle after triangle meets them, near each other those that
-        // are so.
-        let (first_pack, pack_count) = (self.triangle.len(), corners.len().div_ceil(LANES));
-        self.triangle.resize(first_pack + pack_count, [EMPTY; LANES]);
+        let (first_pack, pack_count) = (self.places.len(), corners.len().div_ceil(LANES));
         self.places.resize(first_pack + pack_count, Places::default());
         for (t, corners) in corners.iter().enumerate() {
             let (pack, lane) = (first_pack + t % pack_count, t / pack_count);
-            self.triangle[pack][lane] = first_triangle + t as u32;
             for (corner, v) in corners.iter().enumerate() {
                 let v = number[*v as usize];
-                let entry = &mut self.entry[v as usize];
+                let entry = &mut self.source_start[v as usize];
                 // Entries of the blocks before are stale.
                 if *entry == EMPTY || *entry < first_entry {
                     *entry = self.vertex.len() as u32;
@@ -98,8 +126,7 @@ impl Partition {
 
     /// Sorts the entries of the blocks by vertices.
     fn find_sources(&mut self, vertex_count: usize) {
-        empty(&mut self.source_start, vertex_count + 1);
-        self.source_start.resize(vertex_count + 1, 0);
+        self.source_start.fill(0);
         for &v in &self.vertex {
             self.source_start[v as usize + 1] += 1;
         }
@@ -108,13 +135,15 @@ impl Partition {
         }
         empty(&mut self.source, self.vertex.len());
         self.source.resize(self.vertex.len(), 0);
-        self.entry.copy_from_slice(&self.source_start[..vertex_count]);
         for block in self.vertex_start.windows(2) {
             for i in block[0]..block[1] {
-                let next = &mut self.entry[self.vertex[i as usize] as usize];
+                let next = &mut self.source_start[self.vertex[i as usize] as usize];
                 self.source[*next as usize] = block[0] + i;
                 *next += 1;
             }
         }
+        // Every start has moved on to that of the next vertex.
+        self.source_start.rotate_right(1);
+        self.source_start[0] = 0;
     }
 }

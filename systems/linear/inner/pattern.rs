@@ -4,7 +4,7 @@
 use super::adjacency::{before_with_fill, neighbours};
 use super::edits::Edits;
 use super::empty;
-use super::matrix::{Matrix, OfPacks};
+use super::matrix::{EDGES, Matrix, OfPacks};
 use super::partition::{EMPTY, Partition};
 use crate::storage::Topology;
 use crate::systems::kernels::pack::LANES;
@@ -22,21 +22,17 @@ pub struct Pattern {
     pub column_start: Vec<u32>,
     /// Row and block of every entry below the diagonal, rows ascending in each column.
     pub below: Vec<[u32; 2]>,
-    /// Per lane of every pack the blocks of its edges 1–0, 2–0, 2–1, doubled; odd where the block is the transpose.
-    target: Vec<[[u32; LANES]; 3]>,
-    /// Scratch of edits: the rows and columns before, and where each of their blocks stands now.
+    /// Per lane of every pack where in their rows the blocks of its [`EDGES`] stand; [`FAR`] where that is to be counted.
+    target: Vec<[[u8; LANES]; 3]>,
+    /// Scratch of edits: the rows and columns before.
     row_start_before: Vec<u32>,
     column_before: Vec<u32>,
-    place: Vec<u32>,
     /// Whether it has the fill of level one, and rows of even length.
     is_filled: bool,
 }
 
-/// A block that is to be looked for.
-const LOST: u32 = u32::MAX;
-
-/// Corners of the edges of `target`.
-const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
+/// So far into its row or farther.
+const FAR: u8 = u8::MAX;
 
 impl Pattern {
     /// A pattern with the fill of level one: besides neighbours, rows have a block where both are neighbours of a row before them. A row
@@ -61,7 +57,7 @@ impl Pattern {
             self.push_row_of(v, row, near);
         }
         let mut target = std::mem::take(&mut self.target);
-        empty(&mut target, partition.triangle.len());
+        empty(&mut target, partition.places.len());
         self.find_targets(&mut target, partition, row, corners);
         self.target = target;
     }
@@ -78,8 +74,8 @@ impl Pattern {
         stays: impl Fn(usize) -> bool,
     ) {
         let near = |v: u32| neighbours(v, corners, topology);
-        self.renew(vertex.len(), stays, |pattern, i| pattern.push_row_of(vertex[i], row, near));
-        self.follow_targets(partition, row, corners, edits);
+        self.renew(vertex.len(), &stays, |pattern, i| pattern.push_row_of(vertex[i], row, near));
+        self.follow_targets(partition, (vertex, row), corners, topology, edits, stays);
     }
 
     /// Becomes a pattern of so many rows: those that there were and that stay as they are keep their columns, and `push` adds the others.
@@ -87,7 +83,6 @@ impl Pattern {
         std::mem::swap(&mut self.row_start, &mut self.row_start_before);
         std::mem::swap(&mut self.column, &mut self.column_before);
         self.begin(rows, self.column_before.len());
-        empty(&mut self.place, self.column_before.len());
         let rows_before = self.row_start_before.len().saturating_sub(1);
         let stays = |row: usize| row < rows_before && stays(row);
         let mut next = 0;
@@ -99,42 +94,43 @@ impl Pattern {
                 let starts = &self.row_start_before[next + 1..=end];
                 self.row_start.extend(starts.iter().map(|&before| before - from as u32 + start));
                 self.column.extend_from_slice(&self.column_before[from..to]);
-                self.place.resize(from, LOST);
-                self.place.extend(start..start + (to - from) as u32);
             } else {
                 push(self, next);
             }
             next = end.max(next + 1);
         }
-        self.place.resize(self.column_before.len(), LOST);
     }
 
-    /// Brings the targets up to date: those in packs whose triangles are the same are moved with their blocks.
-    fn follow_targets(&mut self, partition: &Partition, row: &[u32], corners: &[[u32; 3]], edits: &Edits) {
+    /// Brings the targets up to date: those of triangles at rows that have been pushed anew, and of packs with other triangles.
+    fn follow_targets(
+        &mut self,
+        partition: &Partition,
+        (vertex, row): (&[u32], &[u32]),
+        corners: &[[u32; 3]],
+        topology: &Topology,
+        edits: &Edits,
+        stays: impl Fn(usize) -> bool,
+    ) {
         let mut target = std::mem::take(&mut self.target);
-        let kept = partition.packs_as_before(edits.count_before, corners.len());
-        target.truncate(kept);
-        for (targets, triangles) in target.iter_mut().zip(&partition.triangle) {
-            for (targets, edge) in targets.iter_mut().zip(EDGES) {
-                for (target, &t) in targets.iter_mut().zip(triangles) {
-                    if t == EMPTY {
-                        continue;
+        target.truncate(partition.packs_as_before(edits.count_before));
+        let rows_before = self.row_start_before.len().saturating_sub(1);
+        for (_, &v) in vertex.iter().enumerate().filter(|(row, _)| *row >= rows_before || !stays(*row)) {
+            for t in topology.incident[v as usize].iter().map(|entry| entry / 3) {
+                let (pack, lane) = partition.place_of(t);
+                if let Some(targets) = target.get_mut(pack) {
+                    for (targets, edge) in targets.iter_mut().zip(EDGES) {
+                        targets[lane] = self.find_target(t, edge, row, corners);
                     }
-                    let place = self.place[*target as usize / 2];
-                    *target =
-                        if place == LOST { self.find_target(t, edge, row, corners) } else { 2 * place + *target % 2 };
-                }
-            }
-        }
-        for (&t, (pack, lane)) in edits.triangles.iter().map(|t| (t, partition.place_of(*t, corners.len()))) {
-            if let Some(targets) = target.get_mut(pack) {
-                for (targets, edge) in targets.iter_mut().zip(EDGES) {
-                    targets[lane] = self.find_target(t, edge, row, corners);
                 }
             }
         }
         self.find_targets(&mut target, partition, row, corners);
         self.target = target;
+    }
+
+    /// The lists that only edits use.
+    pub fn spare_lists(&mut self) -> [&mut Vec<u32>; 2] {
+        [&mut self.row_start_before, &mut self.column_before]
     }
 
     /// Becomes another pattern with its rows in another order: `new` gives a row its new place, `old` the other way round.
@@ -207,15 +203,15 @@ impl Pattern {
     /// Adds the targets of the packs that have none yet.
     fn find_targets(
         &self,
-        targets: &mut Vec<[[u32; LANES]; 3]>,
+        targets: &mut Vec<[[u8; LANES]; 3]>,
         partition: &Partition,
         row: &[u32],
         corners: &[[u32; 3]],
     ) {
-        for triangles in &partition.triangle[targets.len()..] {
-            let mut target = [[0; LANES]; 3];
+        for pack in targets.len()..partition.places.len() {
+            let (triangles, mut target) = (partition.triangles(pack), [[0; LANES]; 3]);
             for (target, edge) in target.iter_mut().zip(EDGES) {
-                for (target, &t) in target.iter_mut().zip(triangles).filter(|(_, t)| **t != EMPTY) {
+                for (target, &t) in target.iter_mut().zip(&triangles).filter(|(_, t)| **t != EMPTY) {
                     *target = self.find_target(t, edge, row, corners);
                 }
             }
@@ -224,16 +220,14 @@ impl Pattern {
     }
 
     /// The target of an edge of a triangle.
-    fn find_target(&self, t: u32, edge: [usize; 2], row: &[u32], corners: &[[u32; 3]]) -> u32 {
-        let [a, b] = edge.map(|corner| row[corners[t as usize][corner] as usize]);
-        2 * self.find(a.max(b), a.min(b)) + u32::from(a < b)
+    fn find_target(&self, t: u32, edge: [usize; 2], row: &[u32], corners: &[[u32; 3]]) -> u8 {
+        let [a, b] = edge.map(|corner| row[corners[t as usize][corner] as usize] as usize);
+        u8::try_from(self.find(a.max(b), a.min(b))).unwrap_or(FAR)
     }
 
-    /// The block of two neighbours.
-    fn find(&self, row: u32, column: u32) -> u32 {
-        let start = self.row_start[row as usize];
-        let columns = &self.column[start as usize..self.row_start[row as usize + 1] as usize];
-        start + columns.iter().take_while(|&&c| c != column).count() as u32
+    /// Where in its row the block of two neighbours stands.
+    fn find(&self, row: usize, column: usize) -> usize {
+        self.column[self.before(row)].iter().take_while(|&&c| c as usize != column).count()
     }
 
     /// Whether it is the same pattern, entry by entry.
@@ -291,10 +285,15 @@ impl Pattern {
             matrix.add_blocks(
                 partition,
                 |row, value: &B| diagonal[place(row)].add(value),
-                |pack, edge, lane, value| {
-                    let target = self.target[pack][edge][lane];
-                    let value = if target % 2 == 1 { &value.transposed() } else { value };
-                    add(target as usize / 2, value);
+                |(pack, edge, lane), rows, value| {
+                    let [a, b] = rows.map(&place);
+                    let (row, column) = (a.max(b), a.min(b));
+                    let value = if a < b { &value.transposed() } else { value };
+                    let within = match self.target[pack][edge][lane] {
+                        FAR => self.find(row, column),
+                        near => near.into(),
+                    };
+                    add(self.row_start[row] as usize + within, value);
                 },
             );
         });

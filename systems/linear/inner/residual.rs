@@ -21,8 +21,8 @@ pub fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
 }
 
 impl InnerSolver {
-    /// Keeps b in `scratch.rhs` and forms the residual of the guess, which is [scaled](fit). Returns the squared norms of the residual
-    /// of the prescribed motion alone, and of that of the guess; and whether the operator's numbers have been taken for it.
+    /// Forms the residual of the guess, which is [scaled](fit), and keeps b in `scratch.direction`. Returns the squared norms of the
+    /// residual of the prescribed motion alone, and of that of the guess; and whether the operator's numbers have been taken for it.
     pub(super) fn first_residual(
         &mut self,
         operator: &Operator,
@@ -31,26 +31,26 @@ impl InnerSolver {
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(f64, f64, bool), CgError> {
-        let SolverScratch { free, residual, rhs, direction, product, partials, pairs, .. } = scratch;
-        for vector in [&mut *rhs, direction, product] {
+        let SolverScratch { free, residual, direction, product, partials, pairs, .. } = scratch;
+        for vector in [&mut *direction, product] {
             grow(vector, x.len(), residual.capacity());
             vector.resize(x.len(), DVec3::ZERO);
         }
-        rhs.copy_from_slice(residual);
-        let reference_sq = residual_without(operator, (x, free, rhs), direction, product, partials)?;
+        let reference_sq = residual_without(operator, (x, free, residual), direction, product, partials)?;
+        let b = direction;
+        std::mem::swap(residual, b);
         if is_none(x, free) {
-            residual.copy_from_slice(direction);
             return Ok((reference_sq, reference_sq, false));
         }
         let residual_sq = if is_single {
             self.take(operator, free);
             let scale = self.times_rounded(x, free);
             let (row, q) = (&self.order.row, &self.vectors.q);
-            let left = |v: usize, _| direction[v] - q[row[v] as usize].truncate().as_dvec3() * scale;
-            fit(x, free, direction, residual, left, (pairs, partials))
+            let left = |v: usize, without: DVec3| without - q[row[v] as usize].truncate().as_dvec3() * scale;
+            fit(x, free, residual, left, (pairs, partials))
         } else {
             operator.apply(x, free, corner, product, partials);
-            fit(x, free, direction, residual, |v, b| (b - product[v]) * free[v], (pairs, partials))
+            fit(x, free, residual, |v, _| (b[v] - product[v]) * free[v], (pairs, partials))
         };
         Ok((reference_sq, residual_sq.unwrap_or(reference_sq), is_single))
     }
@@ -81,7 +81,7 @@ impl InnerSolver {
         parallel::for_rows(x, |v, x| *x += xr[row[v] as usize][0].truncate().as_dvec3() * norm);
     }
 
-    /// Forms the residual anew; returns its squared norm.
+    /// Forms the residual anew, of the b in `scratch.direction`; returns its squared norm.
     pub(super) fn residual(
         &self,
         operator: &Operator,
@@ -89,10 +89,10 @@ impl InnerSolver {
         x: &[DVec3],
         scratch: &mut SolverScratch,
     ) -> f64 {
-        let SolverScratch { free, residual, rhs, product, partials, .. } = scratch;
+        let SolverScratch { free, residual, direction: b, product, partials, .. } = scratch;
         operator.apply(x, free, corner, product, partials);
         parallel::sum_rows(residual, partials, |v, r| {
-            *r = (rhs[v] - product[v]) * free[v];
+            *r = (b[v] - product[v]) * free[v];
             r.length_squared()
         })
     }

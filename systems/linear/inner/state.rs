@@ -1,6 +1,7 @@
 //! What an inner solver is made of anew: what multigrid keeps from solve to solve, and, as edits of the mesh leave rows
 //! where they are, the order of its rows and the triangles that it was found for. The rest follows.
 
+use super::fingerprint::Fingerprint;
 use super::multigrid::{Multigrid, MultigridState};
 use super::{InnerSolver, Order};
 use crate::storage::{Topology, Triangles, Vertices};
@@ -20,17 +21,23 @@ impl InnerSolver {
     /// What a snapshot keeps, of a body with these triangles.
     pub fn state(&self, triangles: &Triangles) -> InnerState {
         InnerState {
-            corners: self.corners.clone(),
+            corners: self.corners(),
             vertex: self.order.vertex.clone(),
             changed: self.order.changed as u32,
-            multigrid: self.multigrid.state(self.corners == triangles.corners),
+            multigrid: self.multigrid.state(self.fingerprint == Fingerprint::of(&triangles.corners)),
         }
+    }
+
+    /// The corners of the triangles that it is of, which the partition has as rows.
+    fn corners(&self) -> Vec<[u32; 3]> {
+        let triangles = 0..self.partition.triangle_count() as u32;
+        triangles.map(|t| self.partition.rows(t).map(|row| self.order.vertex[row as usize])).collect()
     }
 
     /// The solver of a state, which goes on as the one did that it was kept of; `None` where it is not of this mesh.
     pub fn of_state(state: &InnerState, mesh: (&Vertices, &Triangles, &Topology)) -> Option<Self> {
         let InnerState { corners, vertex, changed, multigrid } = state;
-        let mut solver = Self { corners: corners.clone(), ..Self::default() };
+        let mut solver = Self { fingerprint: Fingerprint::of(corners), ..Self::default() };
         *solver.order = Order::of_vertices(vertex, *changed as usize)?;
         let is_in_order = corners.iter().flatten().all(|&v| (v as usize) < vertex.len());
         let is_current = *corners == mesh.1.corners;

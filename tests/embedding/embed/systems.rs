@@ -58,7 +58,7 @@ const HARM: [Harm; 4] = [
     }),
     (Place::Before("solve"), |world| {
         let all = world.query_mut::<&mut ExternalStiffness>().into_iter();
-        all.for_each(|external| external.block[40].x_axis.x = f64::NAN);
+        all.for_each(|external| external.block[40].diagonal.x = f64::NAN);
     }),
     (Place::Before("integrate"), |world| {
         world.query_mut::<&mut Increment>().into_iter().for_each(|increment| increment.delta[40] = DVec3::INFINITY);

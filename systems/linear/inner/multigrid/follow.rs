@@ -121,6 +121,7 @@ impl Hierarchy {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::adjacency::Adjacency;
     use super::*;
     use crate::components::Material;
     use crate::membrane::Membrane;
@@ -158,19 +159,20 @@ mod tests {
     #[test]
     fn levels_that_follow_are_those_of_their_choices_found_anew() {
         let (mut order, mut partition, mut edits) = (Order::default(), Partition::default(), Edits::default());
-        let (mut hierarchy, mut before) = (Hierarchy::default(), Vec::new());
+        let (mut hierarchy, mut adjacency) = (Hierarchy::default(), Adjacency::default());
         let (mut followed, mut nodes) = (0, Vec::new());
         cuts(|mesh| {
             let (_, Triangles { corners, .. }, topology) = mesh;
-            if before.is_empty() {
-                order.rebuild(corners, topology);
+            if !adjacency.is_found() {
+                adjacency.rebuild(corners, topology);
+                order.rebuild(corners, &adjacency);
                 partition.rebuild(corners, &order.row);
                 hierarchy.rebuild(&partition, &order, mesh);
                 assert!(hierarchy.levels[0].numbering != Numbering::single(order.vertex.len()));
             } else {
                 let choices = hierarchy.choices();
                 let mut pending = Hierarchy::of_choices(&choices, order.vertex.len()).unwrap();
-                assert!(edits.find(&before, corners, topology, &mut order));
+                assert!(edits.find(&partition, corners, topology, &mut order));
                 partition.rebuild(corners, &order.row);
                 assert!(hierarchy.follow(&partition, &order, mesh, Some(&edits)));
                 // From the choices before the edits, and from those after them.
@@ -181,7 +183,6 @@ mod tests {
                 assert_equal(&hierarchy, &anew);
                 followed += 1;
             }
-            before.clone_from(corners);
             nodes.push(hierarchy.transfers[0].coarsening.row.len());
         });
         assert_eq!(followed, 11);

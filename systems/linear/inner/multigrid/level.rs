@@ -63,6 +63,8 @@ pub struct Vectors {
     pub x: Vec<Vec4>,
     /// What the forward sweep leaves of the right-hand side \[N\].
     pub left: Vec<Vec4>,
+    /// What the sweep of a second cycle adds to the answer of the first \[mm\].
+    pub change: Vec<Vec4>,
 }
 
 /// Parts of its trace by which a block is raised that is not positive, the least that will do.

@@ -1,4 +1,5 @@
-//! Multigrid: one V-cycle over coarser and coarser levels (Brandt 1977), none of which needs a grid or a chart of the surface.
+//! Multigrid: a cycle over coarser and coarser levels (Brandt 1977), none of which needs a grid or a chart of the surface. It is a V-cycle,
+//! but that the coarser of many levels are cycled through twice.
 //!
 //! Coarse nodes are vertices of the mesh ([`coarsen`]), weights come from the rest shape and from distances along edges
 //! ([`interpolation`]), operators are PᵀAP ([`galerkin`]), smoothing is one Gauss–Seidel sweep before and its adjoint after
