@@ -25,6 +25,7 @@ pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
         |((vertices, triangles, topology, frames, increment, _), forces, external, damping)| {
             if let Some(external) = external {
                 external.block.clear();
+                grow(&mut external.block, vertices.len(), vertices.position.capacity());
                 external.block.resize(vertices.len(), Sym3::ZERO);
             }
             // At the start of a step by backward Euler nothing has moved yet: there is no rate.

@@ -23,6 +23,7 @@ use crate::components::{
 use crate::event::EventKind;
 use crate::math::GeometricStiffness;
 use crate::settings::Tangent;
+use crate::storage::room::copy;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
 
@@ -123,23 +124,23 @@ pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
 /// Keeps the forces of the membrane, before loads are added to them.
 pub fn membrane(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
-    for (audit, forces, increment, scratch) in
-        world.query_mut::<(&mut EnergyAudit, &Forces, &Increment, &SolverScratch)>()
-    {
+    type Query<'a> = (&'a mut EnergyAudit, &'a Vertices, &'a Forces, &'a Increment, &'a SolverScratch);
+    for (audit, vertices, forces, increment, scratch) in world.query_mut::<Query>() {
         if scratch.is_converged {
             continue;
         }
         count += 1;
+        let room = vertices.position.capacity();
         let EnergyAudit { loads, start: [start_membrane, start_loads], displacement, equilibrium, .. } = audit;
         if step.is_static && scratch.newton_iterations == 0 {
-            start_membrane.clone_from(&forces.nodal);
+            copy(start_membrane, &forces.nodal, room);
             start_loads.clear();
             if equilibrium.is_some_and(|e| e.time != step.time) && loads.len() == forces.nodal.len() {
                 std::mem::swap(loads, start_loads);
             }
         }
-        loads.clone_from(&forces.nodal);
-        displacement.clone_from(&increment.displacement);
+        copy(loads, &forces.nodal, room);
+        copy(displacement, &increment.displacement, room);
     }
     count
 }

@@ -5,7 +5,7 @@ use super::Stops;
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
 use crate::report::Fault;
 use crate::settings::Tangent;
-use crate::storage::room::{fit, grow};
+use crate::storage::room::grow;
 use crate::storage::{Edit, EditRecord, Triangles};
 use glam::{DVec2, DVec3};
 
@@ -146,12 +146,17 @@ pub struct Tautness {
     pub stiffest: f64,
 }
 
+/// Vertices for which there is to be room before an edit.
+const SOME_EDITS: usize = 16;
+
 impl Increment {
-    /// Makes room for as many vertices as their table has room for, before edits: lists that double take as much again in vain.
+    /// Makes room for the vertices of some edits, no more than their table has: lists that double take as much again in vain.
     pub fn make_room(&mut self, room: usize) {
         let Self { start, start_velocity, displacement, delta, middle_displacement, middle_velocity, .. } = self;
         let lists = [start, start_velocity, displacement, delta, middle_displacement, middle_velocity];
-        lists.into_iter().filter(|values| !values.is_empty()).for_each(|values| fit(values, room));
+        for values in lists.into_iter().filter(|values| !values.is_empty()) {
+            grow(values, (values.len() + SOME_EDITS).min(room), room);
+        }
     }
 
     /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and

@@ -18,10 +18,10 @@ impl Fingerprint {
     /// That of some corners.
     pub fn of(corners: &[[u32; 3]]) -> Self {
         let mut lanes: [u64; SIDE_BY_SIDE] = std::array::from_fn(|lane| FACTOR.wrapping_mul(lane as u64 + 1));
-        let (chunks, rest) = corners.as_flattened().as_chunks::<SIDE_BY_SIDE>();
-        for chunk in chunks {
-            for (lane, corner) in lanes.iter_mut().zip(chunk) {
-                *lane = mixed(*lane, u64::from(*corner));
+        let (pairs, rest) = corners.as_flattened().as_chunks::<2>();
+        for pairs in pairs.chunks(SIDE_BY_SIDE) {
+            for (lane, [a, b]) in lanes.iter_mut().zip(pairs) {
+                *lane = mixed(*lane, u64::from(*a) | u64::from(*b) << 32);
             }
         }
         let lanes = lanes.into_iter().chain(rest.iter().map(|&corner| corner.into()));

@@ -321,11 +321,11 @@ impl InnerSolver {
 }
 
 /// Empties a list and makes room for `count` entries, with a sixteenth to spare, as tables have: as a tear adds some, the next steps
-/// find it large enough. One that has to grow all the same gets five eighths to spare, as much as refinement adds unless told otherwise.
+/// find it large enough. One that has to grow all the same gets an eighth.
 fn empty<T>(list: &mut Vec<T>, count: usize) {
     list.clear();
     if list.capacity() < count {
-        let spare = if list.capacity() == 0 { 64 + count / 16 } else { count / 8 * 5 };
+        let spare = if list.capacity() == 0 { 64 + count / 16 } else { count / 8 };
         list.reserve_exact(count + spare);
     }
 }
