@@ -146,16 +146,13 @@ pub struct Tautness {
     pub stiffest: f64,
 }
 
-/// Vertices for which there is to be room before an edit.
-const SOME_EDITS: usize = 16;
-
 impl Increment {
-    /// Makes room for the vertices of some edits, no more than their table has: lists that double take as much again in vain.
-    pub fn make_room(&mut self, room: usize) {
+    /// Makes room for `more` vertices, whose table has `room`: lists that double take as much again in vain.
+    pub fn make_room(&mut self, more: usize, room: usize) {
         let Self { start, start_velocity, displacement, delta, middle_displacement, middle_velocity, .. } = self;
         let lists = [start, start_velocity, displacement, delta, middle_displacement, middle_velocity];
         for values in lists.into_iter().filter(|values| !values.is_empty()) {
-            grow(values, (values.len() + SOME_EDITS).min(room), room);
+            grow(values, values.len() + more, room);
         }
     }
 

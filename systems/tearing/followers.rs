@@ -59,9 +59,8 @@ impl Followers<'_> {
     /// nothing is kept any more for taking them back.
     pub fn follow(&mut self, records: &mut Vec<EditRecord>, mesh: &mut Mesh<'_>, mut tips: Option<&mut Tips>) {
         let tables = mesh.tables();
-        if !records.is_empty() {
-            self.increment.make_room(tables.vertices.position.capacity());
-        }
+        let created = records.iter().map(|record| record.created().count()).sum();
+        self.increment.make_room(created, tables.vertices.position.capacity());
         for record in &*records {
             self.increment.follow(record);
             self.factor.follow(record);

@@ -252,7 +252,7 @@ impl InnerSolver {
         }
     }
 
-    /// Keeps the room for them where edits need it too: a body that is not torn has none of either.
+    /// Forgets them, and keeps their room where edits need it too: a body that is not torn has none of either.
     fn put_away_neighbours(&mut self) {
         if self.adjacency.is_found() {
             if self.edits.have_been {
@@ -278,6 +278,7 @@ impl InnerSolver {
             return;
         }
         self.fingerprint = fingerprint;
+        self.put_away_neighbours();
         let Self { order, partition, edits, multigrid, .. } = self;
         let mut is_found = edits.find(partition, corners, topology, order);
         if is_found {
@@ -285,7 +286,6 @@ impl InnerSolver {
             is_found = multigrid.follow(partition, order, mesh, edits);
         }
         if !is_found {
-            self.put_away_neighbours();
             self.find_neighbours(corners, topology);
             self.order.rebuild(corners, &self.adjacency);
             self.partition.rebuild(corners, &self.order.row);
@@ -335,5 +335,38 @@ fn size<T: Clone>(list: &mut Vec<T>, count: usize, blank: T) {
     if list.len() != count {
         empty(list, count);
         list.resize(count, blank);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::components::Material;
+    use crate::membrane::Membrane;
+    use crate::settings::Settings;
+    use crate::simulation::Simulation;
+    use crate::storage::TriangleMesh;
+
+    /// A solve that its guess ends at once finds an order and leaves the neighbours for who needs a pattern: not past the next edit.
+    #[test]
+    fn neighbours_are_those_of_the_present_triangles() {
+        let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
+        let place = |v: u32| DVec3::new(f64::from(v % 21), f64::from(v / 21), 0.0);
+        let cell = |i: u32| {
+            let a = i / 20 * 21 + i % 20;
+            [[a, a + 1, a + 22], [a, a + 22, a + 21]]
+        };
+        let (positions, triangles) = ((0..441).map(place).collect(), (0..400).flat_map(cell).collect());
+        let mesh = TriangleMesh { positions, triangles, fibres: None };
+        let body = simulation.spawn(Membrane::new("sheet", mesh, Material::figure_2())).unwrap();
+        let mut solver = InnerSolver::default();
+        let is_found = [4.3, 14.3].map(|y| {
+            let mut tables = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body);
+            solver.follow(tables.get().unwrap());
+            drop(tables);
+            simulation.cut(body, &[DVec3::new(9.0, y, 0.0), DVec3::new(11.0, y + 0.3, 0.0)]).unwrap();
+            solver.adjacency.is_found()
+        });
+        assert!(is_found == [true, false] && solver.edits.have_been);
     }
 }
