@@ -2,6 +2,7 @@
 
 use super::Operator;
 use crate::components::FreeAxes;
+use crate::math::Sym3;
 use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 
@@ -62,8 +63,7 @@ pub fn apply([first, second]: &[Vec<DVec3>; 2], r: &[DVec3], z: &mut [DVec3], pa
         });
     }
     parallel::sum_rows(z, partials, |v, z| {
-        let (d, o) = (first[v], second[v]);
-        *z = DMat3::from_cols(DVec3::new(d.x, o.z, o.y), DVec3::new(o.z, d.y, o.x), DVec3::new(o.y, o.x, d.z)) * r[v];
+        *z = Sym3 { diagonal: first[v], beside: second[v] } * r[v];
         r[v].dot(*z)
     })
 }

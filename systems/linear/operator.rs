@@ -5,7 +5,7 @@
 
 use super::Folds;
 use crate::components::{ExternalStiffness, Frames, FreeAxes};
-use crate::math::GeometricStiffness;
+use crate::math::{GeometricStiffness, Sym3};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::gather::Stored;
@@ -175,18 +175,17 @@ impl Operator<'_> {
     }
 
     fn bending_block(&self, folds: &Folds, v: usize) -> DMat3 {
-        let mut sum = DMat3::ZERO;
+        let mut sum = Sym3::ZERO;
         for &c in &self.topology.incident[v] {
             let (t, corner) = (c as usize / 3, c as usize % 3);
             // The edges from the vertex and opposite to it; the one to it is from it in the triangle across.
             for (e, place) in [(corner, 0), ((corner + 1) % 3, 2)] {
                 if let Some(hinge) = folds.hinge(&self.triangles.corners, t, e) {
-                    let g = hinge.gradient[place];
-                    sum += DMat3::from_cols(g * g.x, g * g.y, g * g.z) * hinge.stiffness;
+                    sum += Sym3::outer(hinge.gradient[place]) * hinge.stiffness;
                 }
             }
         }
-        sum
+        sum.to_mat()
     }
 }
 

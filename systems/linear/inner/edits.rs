@@ -17,11 +17,9 @@ const MOST_IN_ALL: usize = 8;
 /// The triangles that have changed and the rows that they concern. Scratch.
 #[derive(Debug, Default)]
 pub struct Edits {
-    /// Whether there have been any.
-    pub have_been: bool,
     /// Triangles with other corners than before, those that were added included; ascending.
     pub triangles: Vec<u32>,
-    /// Number of triangles before.
+    /// Number of triangles before; none as long as there have been no edits.
     pub count_before: usize,
     /// Per row, whether its neighbours or theirs may be others than before, or have other rows.
     pub is_touched: Vec<bool>,
@@ -32,6 +30,11 @@ pub struct Edits {
 }
 
 impl Edits {
+    /// Whether there have been any.
+    pub fn have_been(&self) -> bool {
+        self.count_before > 0
+    }
+
     /// Compares the corners and brings `order` up to date. `false`, with the order as it was, where so much has changed that all is
     /// to be found anew.
     pub fn find(
@@ -41,16 +44,17 @@ impl Edits {
         topology: &Topology,
         order: &mut Order,
     ) -> bool {
-        let Self { have_been, triangles, count_before, is_touched, moved, touched } = self;
+        let Self { triangles, count_before, is_touched, moved, touched } = self;
         let (rows_before, rows) = (order.row.len(), topology.incident.len());
         let before = partition.triangle_count();
         let most = (before / MOST).max(1);
         if before == 0 || corners.len().abs_diff(before) > most || rows_before.abs_diff(rows) > most {
             return false;
         }
-        let old = |t: u32| partition.rows(t).map(|row| order.vertex[row as usize]);
+        let vertices = |rows: [u32; 3]| rows.map(|row| order.vertex[row as usize]);
         empty(triangles, most + 1);
-        let changed = (0..before as u32).zip(corners).filter(|(t, new)| old(*t) != **new).map(|(t, _)| t);
+        let all = (0..).zip(partition.all_rows().zip(corners));
+        let changed = all.filter(|(_, (old, new))| vertices(*old) != **new).map(|(t, _)| t);
         triangles.extend(changed.chain(before as u32..corners.len() as u32).take(most + 1));
         let changed = order.changed + triangles.len();
         if triangles.len() > most || changed > corners.len() / MOST_IN_ALL {
@@ -60,9 +64,10 @@ impl Edits {
         empty(touched, 6 * most);
         let gone = corners.len() as u32..before as u32;
         let of_old = triangles.iter().copied().filter(|&t| (t as usize) < before).chain(gone);
-        touched.extend(of_old.flat_map(old).chain(triangles.iter().flat_map(|&t| corners[t as usize])));
+        let of_old = of_old.flat_map(|t| vertices(partition.rows(t)));
+        touched.extend(of_old.chain(triangles.iter().flat_map(|&t| corners[t as usize])));
         order.changed = changed;
-        (*have_been, *count_before) = (true, before);
+        *count_before = before;
         empty(moved, most);
         order.follow(rows, moved);
         empty(is_touched, rows);

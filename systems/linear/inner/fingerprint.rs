@@ -1,13 +1,12 @@
 //! Whether lists of corners are the same, told without a copy of the one before.
 
-/// Numbers that are hashed side by side: a multiplication waits for the one before it.
-const SIDE_BY_SIDE: usize = 8;
+use xxhash_rust::xxh3::Xxh3;
 
-/// An odd number without a pattern in its bits, by which every step multiplies: 2⁶⁴ over the golden ratio.
-const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
+/// Triangles that are handed to the hash at once.
+const AT_ONCE: usize = 64;
 
-/// The number of some triangles and 64 bits of their corners: others have the same bits with a probability of 2⁻⁶⁴, less than that of a
-/// fault of the memory.
+/// The number of some triangles and 64 bits of their corners, by XXH3: others have the same bits with a probability of 2⁻⁶⁴, less than that
+/// of a fault of the memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fingerprint {
     count: usize,
@@ -17,22 +16,15 @@ pub struct Fingerprint {
 impl Fingerprint {
     /// That of some corners.
     pub fn of(corners: &[[u32; 3]]) -> Self {
-        let mut lanes: [u64; SIDE_BY_SIDE] = std::array::from_fn(|lane| FACTOR.wrapping_mul(lane as u64 + 1));
-        let (pairs, rest) = corners.as_flattened().as_chunks::<2>();
-        for pairs in pairs.chunks(SIDE_BY_SIDE) {
-            for (lane, [a, b]) in lanes.iter_mut().zip(pairs) {
-                *lane = mixed(*lane, u64::from(*a) | u64::from(*b) << 32);
-            }
+        let mut hash = Xxh3::new();
+        let mut bytes = [[0; 4]; 3 * AT_ONCE];
+        for corners in corners.chunks(AT_ONCE) {
+            let corners = corners.as_flattened();
+            bytes.iter_mut().zip(corners).for_each(|(bytes, corner)| *bytes = corner.to_le_bytes());
+            hash.update(bytes[..corners.len()].as_flattened());
         }
-        let lanes = lanes.into_iter().chain(rest.iter().map(|&corner| corner.into()));
-        Self { count: corners.len(), bits: lanes.fold(FACTOR, mixed) }
+        Self { count: corners.len(), bits: hash.digest() }
     }
-}
-
-#[inline(always)]
-fn mixed(bits: u64, value: u64) -> u64 {
-    let product = (bits ^ value).wrapping_mul(FACTOR);
-    product ^ (product >> 32)
 }
 
 #[cfg(test)]

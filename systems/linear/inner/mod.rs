@@ -255,7 +255,7 @@ impl InnerSolver {
     /// Forgets them, and keeps their room where edits need it too: a body that is not torn has none of either.
     fn put_away_neighbours(&mut self) {
         if self.adjacency.is_found() {
-            if self.edits.have_been {
+            if self.edits.have_been() {
                 self.adjacency.give_room(self.incomplete.spare_lists());
             } else {
                 self.adjacency = Adjacency::default();
@@ -367,6 +367,6 @@ mod tests {
             simulation.cut(body, &[DVec3::new(9.0, y, 0.0), DVec3::new(11.0, y + 0.3, 0.0)]).unwrap();
             solver.adjacency.is_found()
         });
-        assert!(is_found == [true, false] && solver.edits.have_been);
+        assert!(is_found == [true, false] && solver.edits.have_been());
     }
 }

@@ -97,6 +97,17 @@ impl Partition {
         self.places[pack].map(|places| self.vertex[(start + u32::from(places[lane])) as usize])
     }
 
+    /// Those of all triangles, one after another.
+    pub fn all_rows(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        (0..self.count).step_by(BLOCK).zip(&self.vertex_start).flat_map(move |(first, &start)| {
+            let (pack, count) = (first / BLOCK * PACKS, self.of_block(first));
+            let apart = count.div_ceil(LANES);
+            let all = (0..LANES).flat_map(move |lane| (pack..pack + apart).map(move |pack| (pack, lane)));
+            let row = move |place: u16| self.vertex[(start + u32::from(place)) as usize];
+            all.take(count).map(move |(pack, lane)| self.places[pack].map(|places| row(places[lane])))
+        })
+    }
+
     /// Number of packs, from the first on, that have the same triangles in their lanes as one of `before` triangles would: those
     /// before the block in which the last triangles stand, where their number has changed.
     pub fn packs_as_before(&self, before: usize) -> usize {

@@ -75,7 +75,22 @@ impl Pattern {
     ) {
         let near = |v: u32| neighbours(v, corners, topology);
         self.renew(vertex.len(), &stays, |pattern, i| pattern.push_row_of(vertex[i], row, near));
-        self.follow_targets(partition, (vertex, row), corners, topology, edits, stays);
+        // Targets change where rows have been pushed anew, and in packs with other triangles.
+        let mut target = std::mem::take(&mut self.target);
+        target.truncate(partition.packs_as_before(edits.count_before));
+        let rows_before = self.row_start_before.len().saturating_sub(1);
+        for (_, &v) in vertex.iter().enumerate().filter(|(row, _)| *row >= rows_before || !stays(*row)) {
+            for t in topology.incident[v as usize].iter().map(|entry| entry / 3) {
+                let (pack, lane) = partition.place_of(t);
+                if let Some(targets) = target.get_mut(pack) {
+                    for (targets, edge) in targets.iter_mut().zip(EDGES) {
+                        targets[lane] = self.find_target(t, edge, row, corners);
+                    }
+                }
+            }
+        }
+        self.find_targets(&mut target, partition, row, corners);
+        self.target = target;
     }
 
     /// Becomes a pattern of so many rows: those that there were and that stay as they are keep their columns, and `push` adds the others.
@@ -99,33 +114,6 @@ impl Pattern {
             }
             next = end.max(next + 1);
         }
-    }
-
-    /// Brings the targets up to date: those of triangles at rows that have been pushed anew, and of packs with other triangles.
-    fn follow_targets(
-        &mut self,
-        partition: &Partition,
-        (vertex, row): (&[u32], &[u32]),
-        corners: &[[u32; 3]],
-        topology: &Topology,
-        edits: &Edits,
-        stays: impl Fn(usize) -> bool,
-    ) {
-        let mut target = std::mem::take(&mut self.target);
-        target.truncate(partition.packs_as_before(edits.count_before));
-        let rows_before = self.row_start_before.len().saturating_sub(1);
-        for (_, &v) in vertex.iter().enumerate().filter(|(row, _)| *row >= rows_before || !stays(*row)) {
-            for t in topology.incident[v as usize].iter().map(|entry| entry / 3) {
-                let (pack, lane) = partition.place_of(t);
-                if let Some(targets) = target.get_mut(pack) {
-                    for (targets, edge) in targets.iter_mut().zip(EDGES) {
-                        targets[lane] = self.find_target(t, edge, row, corners);
-                    }
-                }
-            }
-        }
-        self.find_targets(&mut target, partition, row, corners);
-        self.target = target;
     }
 
     /// The lists that only edits use.

@@ -30,8 +30,7 @@ impl InnerSolver {
 
     /// The corners of the triangles that it is of, which the partition has as rows.
     fn corners(&self) -> Vec<[u32; 3]> {
-        let triangles = 0..self.partition.triangle_count() as u32;
-        triangles.map(|t| self.partition.rows(t).map(|row| self.order.vertex[row as usize])).collect()
+        self.partition.all_rows().map(|rows| rows.map(|row| self.order.vertex[row as usize])).collect()
     }
 
     /// The solver of a state, which goes on as the one did that it was kept of; `None` where it is not of this mesh.

@@ -122,13 +122,14 @@ impl Hierarchy {
 #[cfg(test)]
 mod tests {
     use super::super::super::adjacency::Adjacency;
+    use super::super::level::FREE;
     use super::*;
     use crate::components::Material;
     use crate::membrane::Membrane;
     use crate::settings::Settings;
     use crate::simulation::Simulation;
     use crate::storage::TriangleMesh;
-    use glam::DVec3;
+    use glam::{DVec3, Vec4};
 
     const CELLS: [u32; 2] = [120, 100];
 
@@ -189,6 +190,45 @@ mod tests {
         // The cut passes some hundred vertices by, on either side of which every second or third is a node.
         let added = nodes[11] - nodes[0];
         assert!((30..200).contains(&added), "{nodes:?}");
+    }
+
+    /// Springs between neighbours on so many levels that the coarser ones are cycled through twice.
+    #[test]
+    fn two_cycles_are_symmetric_and_positive_and_know_the_product_with_the_answer() {
+        let mut hierarchy = Hierarchy::default();
+        cuts(|mesh| {
+            if !hierarchy.levels.is_empty() {
+                return;
+            }
+            let (mut order, mut partition, mut adjacency) =
+                (Order::default(), Partition::default(), Adjacency::default());
+            let (_, Triangles { corners, .. }, topology) = mesh;
+            adjacency.rebuild(corners, topology);
+            order.rebuild(corners, &adjacency);
+            partition.rebuild(corners, &order.row);
+            hierarchy.rebuild(&partition, &order, mesh);
+        });
+        assert!(hierarchy.levels.len() > 4);
+        let spring = |k: f32| [Vec4::X * k, Vec4::Y * k, Vec4::Z * k];
+        let pattern = &hierarchy.levels[0].pattern;
+        let diagonal: Vec<_> =
+            (0..pattern.row_count()).map(|row| spring(pattern.neighbours(row).count() as f32 + 1e-3)).collect();
+        let lower = vec![spring(-1.0); pattern.column.len()];
+        assert!(hierarchy.set(&diagonal, &lower, &vec![FREE; diagonal.len()]));
+        let dot = |a: &[Vec4], b: &[Vec4]| a.iter().zip(b).map(|(a, b)| f64::from(a.dot(*b))).sum::<f64>();
+        let [a, b] = [0.37_f32, 0.0113].map(|k| {
+            let wave = |row: usize| Vec4::new((k * row as f32).sin(), (2.0 * k * row as f32).cos(), 0.5, 0.0);
+            let r: Vec<Vec4> = (0..diagonal.len()).map(wave).collect();
+            let product = hierarchy.descend(|row| r[row]);
+            hierarchy.ascend(|row| r[row]);
+            (product, hierarchy.answer().to_vec(), r)
+        });
+        // Ten thousand terms, of which each is rounded to 6e-8 some ten times; most are of one sign.
+        for (product, answer, r) in [&a, &b] {
+            assert!(*product > 0.0 && (product - dot(r, answer)).abs() < 1e-5 * product, "{product}");
+        }
+        let ([ab, ba], size) = ([dot(&a.1, &b.2), dot(&b.1, &a.2)], (a.0 * b.0).sqrt());
+        assert!((ab - ba).abs() < 1e-5 * size, "{ab} and {ba} of {size}");
     }
 
     fn assert_equal(a: &Hierarchy, b: &Hierarchy) {

@@ -22,9 +22,12 @@ use glam::{DVec3, Vec4};
 pub(super) const MOST_COARSEST: usize = 40;
 
 /// From this level on cycles are made twice, where there is a coarser one: all of them are a fiftieth of the finest. Of a sheet of 1.5
-/// million triangles with stiff fibres a solve to 1e-3 takes five iterations so instead of six: what one cycle leaves of a level is
-/// left of every one above it.
+/// million triangles with stiff fibres a solve to 1e-3 takes five iterations so instead of six (`rhexis bench targets --full
+/// "static linear"`): what one cycle leaves of a level is left of every one above it.
 const TWICE: usize = 3;
+
+/// A level's own right-hand side.
+const OWN: Option<&fn(usize) -> Vec4> = None;
 
 /// A coarser level with more than this part of its nodes is not worth having: many pieces, each down to its last nodes.
 pub(super) const LEAST_GAIN: f64 = 0.7;
@@ -235,18 +238,19 @@ impl Hierarchy {
     /// Two cycles from the level [`TWICE`] on, for its right-hand side; returns the scalar product of that with the answer. What two cycles
     /// leave of an error, (1 − M·A)², is symmetric in the sense of A and positive as what one leaves.
     fn cycle_twice(&mut self) -> f64 {
-        let own = None::<&fn(usize) -> Vec4>;
-        let last = self.levels.len() - 1;
-        self.down(TWICE, own);
-        for is_second in [false, true] {
-            if is_second {
-                self.down_again(TWICE);
-            }
-            (TWICE + 1..=last).for_each(|i| _ = self.down(i, own));
-            (TWICE..=last).rev().for_each(|i| self.up(i, own));
-        }
+        self.down(TWICE, OWN);
+        self.end_cycle(TWICE);
+        self.down_again(TWICE);
+        self.end_cycle(TWICE);
         let Vectors { r, x, .. } = &self.vectors[TWICE];
         r.iter().zip(x).map(|(r, x)| dot(*r, *x)).sum()
+    }
+
+    /// What comes after the part of a level in the first half of a cycle from it.
+    fn end_cycle(&mut self, first: usize) {
+        let last = self.levels.len() - 1;
+        (first + 1..=last).for_each(|i| _ = self.down(i, OWN));
+        (first..=last).rev().for_each(|i| self.up(i, OWN));
     }
 
     /// The part of a level in the first half of a cycle from zero, for its own right-hand side or, of the finest, `r`.
