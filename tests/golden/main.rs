@@ -3,7 +3,8 @@
 //!
 //! What the bits may depend on is the machine: elementary functions are those of the system's library (with glibc on x86-64 also the
 //! variant that it picks for the processor), and the sparse factor's library picks its instructions itself. So the file has a
-//! column for the target, and a target that it does not know is told and not judged.
+//! column for the target, and a target that it does not know is told and not judged. AVX-512 makes no difference: emulated without it
+//! (`qemu-x86_64 -cpu Haswell-v4`), a machine that has it gives the bits of every scene that it gives with it.
 #![cfg(all(feature = "scenes", feature = "direct"))]
 
 use rhexis::scene::catalog::CATALOG;
@@ -24,9 +25,7 @@ const HOW: &str = "If the change of the numbers is meant, write the file anew an
 /// Architecture, system, its library and the instructions that count.
 fn target() -> String {
     #[cfg(target_arch = "x86_64")]
-    let level = if std::arch::is_x86_feature_detected!("avx512f") {
-        "-avx512"
-    } else if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+    let level = if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
         "-avx2"
     } else {
         "-sse2"
