@@ -11,7 +11,7 @@ use glam::{DVec3, Vec4};
 impl InnerSolver {
     /// Before iterations with [`InnerSolver::cycle`].
     pub fn begin_cycles(&mut self, operator: &Operator, free: &FreeAxes) {
-        self.take(operator, free);
+        self.take(operator, free, false);
         let mesh = (operator.vertices, operator.triangles, operator.topology);
         self.multigrid.prepare(&self.partition, &self.order, mesh, &self.matrix);
         let (n, vectors) = (free.len(), &mut self.vectors);

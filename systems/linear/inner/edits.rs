@@ -69,7 +69,7 @@ impl Edits {
         order.changed = changed;
         *count_before = before;
         empty(moved, most);
-        order.follow(rows, moved);
+        order.follow(rows, triangles, corners, moved);
         empty(is_touched, rows);
         is_touched.resize(rows, false);
         for &v in &*moved {
@@ -133,7 +133,7 @@ mod tests {
         let (mut order, mut partition, mut pattern) = (Order::default(), Partition::default(), empty());
         let mut adjacency = Adjacency::default();
         adjacency.rebuild(&corners, &topology);
-        order.rebuild(&corners, &adjacency);
+        order.rebuild(&corners, &adjacency, 0);
         partition.rebuild(&corners, &order.row);
         pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| adjacency.of(v));
         let (mut edits, mut made, mut rebuilds) = (Edits::default(), Vec::new(), 0);
@@ -150,7 +150,7 @@ mod tests {
             } else {
                 rebuilds += 1;
                 adjacency.rebuild(&corners, &topology);
-                order.rebuild(&corners, &adjacency);
+                order.rebuild(&corners, &adjacency, 0);
                 partition.rebuild(&corners, &order.row);
                 pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| adjacency.of(v));
             }
@@ -169,7 +169,7 @@ mod tests {
         let topology = Topology::new(vertex_count(&corners), &corners).unwrap();
         let (mut order, mut partition, mut adjacency) = (Order::default(), Partition::default(), Adjacency::default());
         adjacency.rebuild(&corners, &topology);
-        order.rebuild(&corners, &adjacency);
+        order.rebuild(&corners, &adjacency, 0);
         partition.rebuild(&corners, &order.row);
         let turned: Vec<[u32; 3]> = corners.iter().map(|&[a, b, c]| [b, c, a]).collect();
         let rows = order.row.clone();

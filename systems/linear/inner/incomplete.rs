@@ -4,12 +4,15 @@
 //! A body torn, folded and partly slack has stiff and soft directions side by side, and changes from step to step: the factor is
 //! made anew for every solve, which costs as much as a few iterations and saves three out of four of them. Both sweeps are
 //! serial by nature; rows stand in an order in which neighbours are far apart (see [`super::order`]), so that the processor
-//! works on several at a time. They take the blocks of a row two by two.
+//! works on several at a time. They take the blocks of a row two by two. Where rows stand in [`Halves`], two threads gather, factor and
+//! sweep the two parts side by side, each with the triangles and rows that it has in products too; the rest follows, or comes first on the
+//! way up.
 
 use super::adjacency::Adjacency;
 use super::cg::{Precondition, Vectors};
 use super::edits::Edits;
 use super::empty;
+use super::halves::Halves;
 use super::matrix::{Matrix, OfPacks};
 use super::order::Order;
 use super::partition::Partition;
@@ -20,7 +23,9 @@ use crate::systems::kernels::factor_block::FactorBlock;
 use crate::systems::kernels::flat_block::FlatBlock;
 use crate::systems::kernels::lanes::{Doubles, Lanes, Singles};
 use crate::systems::kernels::simd::{Pass, pass, wide};
-use glam::DVec2;
+use crate::systems::parallel;
+use glam::{DVec2, Vec4};
+use std::ops::Range;
 
 /// The factor.
 #[derive(Debug)]
@@ -31,6 +36,8 @@ pub struct Incomplete {
     solid: Numbers<Block>,
     flat: Numbers<FlatBlock>,
     is_flat: bool,
+    /// Rows that do not need each other.
+    halves: Halves,
 }
 
 /// The numbers of a factor.
@@ -40,19 +47,22 @@ struct Numbers<B: FactorBlock> {
     lower: Vec<B::Pair>,
     /// Diagonal blocks of A, then the inverses of those of D.
     inverse: Vec<B>,
-    /// Blocks of L·D in the row at hand.
-    row: Vec<B>,
+    /// Blocks of L·D in the row at hand, for each of two threads.
+    row: [Vec<B>; 2],
+    /// What the triangles of the second half add to the rest of the rows: to its diagonal blocks, and to those below.
+    share: (Vec<B>, Vec<B::Pair>),
 }
 
 impl<B: FactorBlock> Default for Numbers<B> {
     fn default() -> Self {
-        Self { lower: Vec::new(), inverse: Vec::new(), row: Vec::new() }
+        Self { lower: Vec::new(), inverse: Vec::new(), row: Default::default(), share: Default::default() }
     }
 }
 
 impl Default for Incomplete {
     fn default() -> Self {
-        Self { pattern: Pattern::filled(), solid: Numbers::default(), flat: Numbers::default(), is_flat: false }
+        let (solid, flat) = (Numbers::default(), Numbers::default());
+        Self { pattern: Pattern::filled(), solid, flat, is_flat: false, halves: Halves::default() }
     }
 }
 
@@ -95,12 +105,12 @@ impl Incomplete {
     }
 
     /// Factors the operator with its diagonal raised by a fraction `shift` of itself (Manteuffel 1980).
-    pub fn factor(&mut self, partition: &Partition, matrix: &Matrix, shift: f32) {
-        self.is_flat = matrix.is_flat;
+    pub fn factor(&mut self, partition: &Partition, halves: Halves, matrix: &Matrix, shift: f32) {
+        (self.is_flat, self.halves) = (matrix.is_flat, halves);
         if self.is_flat {
-            self.flat.factor(&self.pattern, partition, matrix, shift);
+            self.flat.factor(&self.pattern, (partition, halves), matrix, shift);
         } else {
-            self.solid.factor(&self.pattern, partition, matrix, shift);
+            self.solid.factor(&self.pattern, (partition, halves), matrix, shift);
         }
     }
 }
@@ -116,31 +126,151 @@ impl<B: FactorBlock> Numbers<B> {
 }
 
 impl<B: OfPacks> Numbers<B> {
-    fn factor(&mut self, pattern: &Pattern, partition: &Partition, matrix: &Matrix, shift: f32) {
-        let Self { lower, inverse, .. } = self;
+    fn factor(&mut self, pattern: &Pattern, (partition, halves): (&Partition, Halves), matrix: &Matrix, shift: f32) {
+        self.gather(pattern, (partition, halves), matrix);
+        let Self { lower, inverse, row: [scratch, other_scratch], .. } = self;
+        let parts = halves.ranges(inverse.len());
+        let eliminate = |part: usize, first: usize, numbers: (&mut [B::Pair], &mut [B]), row: &mut Vec<B>| {
+            let (lower, inverse) = numbers;
+            let elimination = Elimination { pattern, matrix, shift, first, lower, inverse, row };
+            elimination.run(parts[part].clone());
+        };
+        if halves.are_cut() {
+            let [lower, other_lower, _] = split_blocks(lower, pattern, halves);
+            let [inverse, other_inverse, _] = halves.split(inverse);
+            parallel::both(
+                matrix.own.row_count(),
+                || eliminate(0, 0, (lower, inverse), scratch),
+                || eliminate(1, parts[1].start, (other_lower, other_inverse), other_scratch),
+            );
+        }
+        eliminate(2, 0, (lower, inverse), scratch);
+    }
+
+    /// Takes the blocks of A.
+    fn gather(&mut self, pattern: &Pattern, (partition, halves): (&Partition, Halves), matrix: &Matrix) {
+        let Self { lower, inverse, share: (share, lower_share), .. } = self;
+        let (rows, rest) = (matrix.own.row_count(), halves.rest as usize);
         empty(lower, pattern.column.len() / 2);
         lower.resize(pattern.column.len() / 2, B::NO_PAIR);
-        pattern.gather(partition, matrix, |row| row, inverse, |k, block| B::add_to(lower, k, block));
-        wide(|| self.eliminate(pattern, matrix, shift));
+        empty(inverse, rows);
+        inverse.resize(rows, B::ZERO);
+        parallel::for_rows(inverse, |row, block| *block = B::own(matrix, row));
+        if !halves.are_cut() {
+            let none = Blocks { first: 0, diagonal: &mut [], lower: &mut [] };
+            let all = Blocks { first: 0, diagonal: inverse, lower };
+            return gather_half(pattern, (partition, partition.all_blocks()), matrix, none, all, 0);
+        }
+        let [first, second] = partition.blocks_of_halves(halves.cut);
+        let [lower, other_lower, lower_of_rest] = split_blocks(lower, pattern, halves);
+        let [diagonal, other_diagonal, diagonal_of_rest] = halves.split(inverse);
+        empty(share, diagonal_of_rest.len());
+        share.resize(diagonal_of_rest.len(), B::ZERO);
+        empty(lower_share, lower_of_rest.len());
+        lower_share.resize(lower_of_rest.len(), B::NO_PAIR);
+        {
+            let of_first = Blocks { first: 0, diagonal, lower };
+            let of_second = Blocks { first: halves.second as usize, diagonal: other_diagonal, lower: other_lower };
+            let of_rest = Blocks { first: rest, diagonal: &mut *diagonal_of_rest, lower: &mut *lower_of_rest };
+            let shares = Blocks { first: rest, diagonal: &mut *share, lower: &mut *lower_share };
+            let (mut first, mut second) = (Some((first, of_first, of_rest)), Some((second, of_second, shares)));
+            let gather = |half: &mut Option<(Range<usize>, Blocks<B>, Blocks<B>)>| {
+                if let Some((blocks, own, of_rest)) = half.take() {
+                    gather_half(pattern, (partition, blocks), matrix, own, of_rest, rest);
+                }
+            };
+            parallel::both(rows, || gather(&mut first), || gather(&mut second));
+        }
+        diagonal_of_rest.iter_mut().zip(&*share).for_each(|(block, share)| block.add(share));
+        for k in 0..2 * lower_share.len() {
+            B::add_to(lower_of_rest, k, &B::get(lower_share, k));
+        }
+    }
+}
+
+/// The blocks below the diagonal of the parts of the rows.
+fn split_blocks<'a, T>(lower: &'a mut [T], pattern: &Pattern, halves: Halves) -> [&'a mut [T]; 3] {
+    // Rows begin with a pair.
+    let start = |row: u32| pattern.row_start[row as usize] as usize / 2;
+    let (parts, rest) = lower.split_at_mut(start(halves.rest));
+    let (first, second) = parts.split_at_mut(start(halves.second));
+    [first, second, rest]
+}
+
+/// Blocks of some rows, on the diagonal and below it.
+struct Blocks<'a, B: FactorBlock> {
+    /// The first of the rows.
+    first: usize,
+    diagonal: &'a mut [B],
+    lower: &'a mut [B::Pair],
+}
+
+/// Adds the triangles of some of the partition's blocks to the rows of their part, and to the rest, which begins with row `rest`.
+fn gather_half<B: OfPacks>(
+    pattern: &Pattern,
+    triangles: (&Partition, Range<usize>),
+    matrix: &Matrix,
+    own: Blocks<B>,
+    of_rest: Blocks<B>,
+    rest: usize,
+) {
+    let start = |blocks: &Blocks<B>| pattern.row_start[blocks.first] as usize;
+    let (own_start, rest_start) = (start(&own), start(&of_rest));
+    let (diagonal, diagonal_of_rest) = (own.diagonal, of_rest.diagonal);
+    pattern.gather(
+        triangles,
+        matrix,
+        |row| row,
+        |row, block| match row.checked_sub(rest) {
+            Some(row) => diagonal_of_rest[row].add(block),
+            None => diagonal[row - own.first].add(block),
+        },
+        |row, place, block| {
+            if row >= rest {
+                B::add_to(of_rest.lower, place - rest_start, block);
+            } else {
+                B::add_to(own.lower, place - own_start, block);
+            }
+        },
+    );
+}
+
+/// The elimination of some rows.
+struct Elimination<'a, B: FactorBlock> {
+    pattern: &'a Pattern,
+    matrix: &'a Matrix,
+    shift: f32,
+    /// The first of the rows whose blocks are here.
+    first: usize,
+    lower: &'a mut [B::Pair],
+    inverse: &'a mut [B],
+    row: &'a mut Vec<B>,
+}
+
+impl<B: FactorBlock> Elimination<'_, B> {
+    fn run(self, rows: Range<usize>) {
+        wide(|| self.run_wide(rows));
     }
 
     #[inline(always)]
-    fn eliminate(&mut self, pattern: &Pattern, matrix: &Matrix, shift: f32) {
-        self.row.clear();
-        self.row.reserve(LONGEST_ROW);
-        for i in 0..self.inverse.len() {
+    fn run_wide(self, rows: Range<usize>) {
+        let Self { pattern, matrix, shift, first, lower, inverse, row } = self;
+        let first_block = pattern.row_start[first] as usize;
+        row.clear();
+        row.reserve(LONGEST_ROW);
+        for i in rows {
             let (start, end) = (pattern.row_start[i] as usize, pattern.row_start[i + 1] as usize);
             let free = matrix.own.free(i);
-            let own = self.inverse[i].masked(free, free).scaled(1.0 + shift);
+            let own = inverse[i - first].masked(free, free).scaled(1.0 + shift);
             let mut diagonal = own;
-            self.row.clear();
+            row.clear();
             for k in start..end {
                 let column = pattern.column[k] as usize;
                 if column == i {
                     // There for the length to be even.
                     break;
                 }
-                let mut w = B::get(&self.lower, k).masked(free, matrix.own.free(column));
+                let mut w = B::get(lower, k - first_block).masked(free, matrix.own.free(column));
                 let mut other = pattern.row_start[column] as usize;
                 let other_end = pattern.row_start[column + 1] as usize;
                 // Both rows ascend.
@@ -149,20 +279,20 @@ impl<B: OfPacks> Numbers<B> {
                         other += 1;
                     }
                     if other < other_end && pattern.column[other] == pattern.column[j] {
-                        w.subtract_product_transposed(&self.row[j - start], &B::get(&self.lower, other));
+                        w.subtract_product_transposed(&row[j - start], &B::get(lower, other - first_block));
                     }
                 }
-                let l = w.product(&self.inverse[column]);
+                let l = w.product(&inverse[column - first]);
                 diagonal.subtract_product_transposed(&w, &l);
-                B::set(&mut self.lower, k, &l);
-                self.row.push(w);
+                B::set(lower, k - first_block, &l);
+                row.push(w);
             }
             let is_sound = |d: &B| d.plus(&own, -LEAST_PART).is_positive(free);
             if !is_sound(&diagonal) {
                 let mut repaired = REPAIRS.iter().map(|&part| diagonal.plus(&own, part));
                 diagonal = repaired.find(is_sound).unwrap_or(own);
             }
-            self.inverse[i] = diagonal.inverted(free).unwrap_or_else(|| own.inverted_alone(free));
+            inverse[i - first] = diagonal.inverted(free).unwrap_or_else(|| own.inverted_alone(free));
         }
     }
 }
@@ -171,30 +301,71 @@ impl Precondition for Incomplete {
     const LEAST_STEP: f64 = LEAST_STEP;
 
     fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
-        let Self { pattern, solid, flat, is_flat } = self;
-        if *is_flat {
-            pass(Descent { pattern, factor: flat, alpha, vectors })
-        } else {
-            pass(Descent { pattern, factor: solid, alpha, vectors })
-        }
+        let Self { pattern, solid, flat, is_flat, halves } = self;
+        if *is_flat { flat.descend(pattern, *halves, alpha, vectors) } else { solid.descend(pattern, *halves, alpha, vectors) }
     }
 
     fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
-        let Self { pattern, solid, flat, is_flat } = self;
+        let Self { pattern, solid, flat, is_flat, halves } = self;
         if *is_flat {
-            pass(Ascent { pattern, factor: flat, beta, vectors });
+            flat.ascend(pattern, *halves, beta, vectors);
         } else {
-            pass(Ascent { pattern, factor: solid, beta, vectors });
+            solid.ascend(pattern, *halves, beta, vectors);
         }
     }
 }
 
-/// The way down.
+impl<B: FactorBlock> Numbers<B> {
+    fn descend(&self, pattern: &Pattern, halves: Halves, alpha: f32, vectors: &mut Vectors) -> DVec2 {
+        let Vectors { xr, p, q, z, .. } = vectors;
+        let [second, rest] = [halves.second, halves.rest].map(|row| row as usize);
+        let mut sums = [DVec2::ZERO; 3];
+        let down = |first: usize, first_known: usize, xr: &mut [_], q: &mut [Vec4], z: &mut [Vec4]| {
+            let p = &p[first..first + xr.len()];
+            pass(Descent { pattern, factor: self, alpha, first, first_known, xr, p, q, z })
+        };
+        let [of_first, of_second, of_rest] = &mut sums;
+        if halves.are_cut() {
+            let [xr, other_xr, _] = halves.split(xr);
+            let [q, other_q, _] = halves.split(q);
+            let [z, other_z, _] = halves.split(z);
+            parallel::both(
+                rest,
+                || *of_first = down(0, 0, xr, q, z),
+                || *of_second = down(second, second, other_xr, other_q, other_z),
+            );
+        }
+        *of_rest = down(rest, 0, &mut xr[rest..], &mut q[rest..], z);
+        sums[0] + sums[1] + sums[2]
+    }
+
+    fn ascend(&self, pattern: &Pattern, halves: Halves, beta: f32, vectors: &mut Vectors) {
+        let Vectors { p, q, .. } = vectors;
+        let [second, rest] = [halves.second, halves.rest].map(|row| row as usize);
+        let up = |first: usize, first_known: usize, p: &mut [Vec4], all: &mut [Vec4]| {
+            pass(Ascent { pattern, factor: self, beta, first, first_known, p, all });
+        };
+        up(rest, 0, &mut p[rest..], q);
+        if halves.are_cut() {
+            let [p, other_p, _] = halves.split(p);
+            let [q, other_q, _] = halves.split(q);
+            parallel::both(rest, || up(0, 0, p, q), || up(second, second, other_p, other_q));
+        }
+    }
+}
+
+/// The way down, over the rows from `first` on.
 struct Descent<'a, B: FactorBlock> {
     pattern: &'a Pattern,
     factor: &'a Numbers<B>,
     alpha: f32,
-    vectors: &'a mut Vectors,
+    first: usize,
+    xr: &'a mut [[Vec4; 2]],
+    p: &'a [Vec4],
+    q: &'a mut [Vec4],
+    /// From the row `first_known` on, which no column comes before.
+    z: &'a mut [Vec4],
+    first_known: usize,
 }
 
 impl<B: FactorBlock> Pass for Descent<'_, B> {
@@ -202,33 +373,38 @@ impl<B: FactorBlock> Pass for Descent<'_, B> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> DVec2 {
-        let Self { pattern, factor, alpha, vectors: Vectors { xr, p, q, z, .. } } = self;
+        let Self { pattern, factor, alpha, first, xr, p, q, z, first_known } = self;
         let (mut rr, mut rz) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, 0.0));
-        for (i, [x, r]) in xr.iter_mut().enumerate() {
-            *x += p[i] * alpha;
-            *r -= q[i] * alpha;
+        for (i, (([x, r], p), q)) in xr.iter_mut().zip(p).zip(q).enumerate() {
+            let i = first + i;
+            *x += *p * alpha;
+            *r -= *q * alpha;
             let mut sum = Singles::splat(lanes, 0.0);
             for (pair, &[j, k]) in factor.row(pattern, i) {
-                sum = sum + B::times_pair(lanes, pair, z[j as usize], z[k as usize]);
+                sum = sum + B::times_pair(lanes, pair, z[j as usize - first_known], z[k as usize - first_known]);
             }
             let y = *r - B::total(sum);
-            z[i] = y;
+            z[i - first_known] = y;
             // D⁻¹·y, from which the way up subtracts; A·p has been used up.
-            q[i] = B::only_axes(factor.inverse[i].times(y));
+            *q = B::only_axes(factor.inverse[i].times(y));
             rr = rr + Doubles::widened(lanes, *r * *r);
-            rz = rz + Doubles::widened(lanes, y * q[i]);
+            rz = rz + Doubles::widened(lanes, y * *q);
         }
         let total = |sums: Doubles<L>| sums.to_array().iter().sum();
         DVec2::new(total(rr), total(rz))
     }
 }
 
-/// The way up.
+/// The way up, over the rows from `first` on.
 struct Ascent<'a, B: FactorBlock> {
     pattern: &'a Pattern,
     factor: &'a Numbers<B>,
     beta: f32,
-    vectors: &'a mut Vectors,
+    first: usize,
+    p: &'a mut [Vec4],
+    /// From the row `first_known` on, which no column comes before.
+    all: &'a mut [Vec4],
+    first_known: usize,
 }
 
 impl<B: FactorBlock> Pass for Ascent<'_, B> {
@@ -236,14 +412,14 @@ impl<B: FactorBlock> Pass for Ascent<'_, B> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self { pattern, factor, beta, vectors: Vectors { p, q: all, .. } } = self;
+        let Self { pattern, factor, beta, first, p, all, first_known } = self;
         // Lᵀ by the rows of L: a row that is done is subtracted from those above it.
         for i in (0..p.len()).rev() {
-            let z = B::only_axes(all[i]);
-            for (pair, &[j, k]) in factor.row(pattern, i) {
+            let z = B::only_axes(all[first + i - first_known]);
+            for (pair, &[j, k]) in factor.row(pattern, first + i) {
                 let [to_j, to_k] = B::times_pair_transposed(lanes, pair, z);
-                all[j as usize] -= to_j;
-                all[k as usize] -= to_k;
+                all[j as usize - first_known] -= to_j;
+                all[k as usize - first_known] -= to_k;
             }
             p[i] = z + p[i] * beta;
         }

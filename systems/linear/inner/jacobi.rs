@@ -22,7 +22,8 @@ impl Jacobi {
         empty(&mut self.inverse, rows);
         self.inverse.extend((0..rows).map(|row| Block::own(matrix, row)));
         wide(|| {
-            matrix.add_blocks(partition, |row, block: &Block| block::add(&mut self.inverse[row], block), |_, _, _| ())
+            let add = |row: usize, block: &Block| block::add(&mut self.inverse[row], block);
+            matrix.add_blocks(partition, partition.all_blocks(), add, |_, _, _| ())
         });
         parallel::for_rows(&mut self.inverse, |v, inverse| {
             let free = matrix.own.free(v);

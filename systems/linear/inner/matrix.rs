@@ -70,16 +70,17 @@ impl Matrix {
         }
     }
 
-    /// Calls `diagonal(row, block)` and `edge((pack, edge, lane), rows, block)` for the blocks of all triangles, pack by pack. The edges
-    /// are [`EDGES`].
+    /// Calls `diagonal(row, block)` and `edge((pack, edge, lane), rows, block)` for the 3×3 or 2×2 blocks of the triangles of some of the
+    /// partition's blocks, pack by pack. The edges are [`EDGES`].
     #[inline(always)]
     pub fn add_blocks<B: OfPacks>(
         &self,
         partition: &Partition,
+        blocks: Range<usize>,
         mut diagonal: impl FnMut(usize, &B),
         mut edge: impl FnMut((usize, usize, usize), [usize; 2], &B),
     ) {
-        for block in 0..partition.pack_start.len() - 1 {
+        for block in blocks {
             let vertices = &partition.vertex[partition.vertex_start[block] as usize..];
             for pack in partition.pack_start[block] as usize..partition.pack_start[block + 1] as usize {
                 let (places, triangles) = (&partition.places[pack], partition.triangles(pack));

@@ -12,6 +12,7 @@ mod edits;
 mod factored;
 mod fingerprint;
 mod folding;
+mod halves;
 mod incomplete;
 mod jacobi;
 mod matrix;
@@ -60,6 +61,9 @@ const MOST_WITH_FACTOR: u32 = 150;
 /// up to this.
 const MOST_SHIFT: f32 = 1.0;
 
+/// Triangles from which on the rows of an incomplete factor stand in halves. Smaller bodies gain little by a second thread.
+const LEAST_CUT: usize = 8192;
+
 /// What the inner solver can make by itself for the iterations to be few.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inner {
@@ -78,6 +82,14 @@ pub enum With<'a> {
     Own(Inner),
     /// A Cholesky factor of an earlier operator, and the iterations with it at the most.
     Factor(&'a mut Factor, u32),
+}
+
+impl With<'_> {
+    /// Whether rows may stand in halves: levels of multigrid want those near each other together, small bodies are solved on one thread.
+    fn may_be_cut(&self, operator: &Operator) -> bool {
+        let is_by_levels = operator.is_planar() || matches!(self, Self::Own(Inner::Multigrid));
+        !is_by_levels && operator.triangles.len() >= LEAST_CUT
+    }
 }
 
 /// A body's operator in single precision and the vectors of its solves. What depends on the triangles alone is kept while
@@ -133,7 +145,7 @@ impl InnerSolver {
         let (mut is_solved, mut shift) = (true, SHIFT);
         if !limits.are_met(residual_sq, info.error_energy) {
             if !has_taken {
-                self.take(operator, &scratch.free);
+                self.take(operator, &scratch.free, with.may_be_cut(operator));
             }
             self.prepare(operator, &mut with, &scratch.free, shift);
         }
@@ -210,11 +222,11 @@ impl InnerSolver {
     }
 
     /// Takes the operator's numbers.
-    fn take(&mut self, operator: &Operator, free: &FreeAxes) {
+    fn take(&mut self, operator: &Operator, free: &FreeAxes, is_cut: bool) {
         if self.same.as_mut().is_some_and(|made| std::mem::replace(&mut made[0], true)) {
             return;
         }
-        self.follow((operator.vertices, operator.triangles, operator.topology));
+        self.follow((operator.vertices, operator.triangles, operator.topology), is_cut);
         self.matrix.assemble(operator, &self.partition, &self.order, free);
     }
 
@@ -233,7 +245,7 @@ impl InnerSolver {
                     self.incomplete.rebuild(&self.partition, &self.order, corners, &self.adjacency);
                     self.has_pattern = true;
                 }
-                self.incomplete.factor(&self.partition, &self.matrix, shift);
+                self.incomplete.factor(&self.partition, self.order.halves, &self.matrix, shift);
             }
             With::Own(Inner::Multigrid) => {
                 let mesh = (operator.vertices, operator.triangles, operator.topology);
@@ -266,12 +278,13 @@ impl InnerSolver {
     /// Makes the incomplete factor anew where one with its diagonal raised by `shift` is bad; returns by how much it is raised now.
     fn factor_again(&mut self, shift: f32) -> f32 {
         let shift = 10.0 * shift;
-        self.incomplete.factor(&self.partition, &self.matrix, shift);
+        self.incomplete.factor(&self.partition, self.order.halves, &self.matrix, shift);
         shift
     }
 
-    /// Brings what depends on the triangles up to date where they have changed: a tear changes few of them.
-    fn follow(&mut self, mesh: (&Vertices, &Triangles, &Topology)) {
+    /// Brings what depends on the triangles up to date where they have changed: a tear changes few of them. An order that is found anew
+    /// has halves if it `is_cut`.
+    fn follow(&mut self, mesh: (&Vertices, &Triangles, &Topology), is_cut: bool) {
         let (_, Triangles { corners, .. }, topology) = mesh;
         let fingerprint = Fingerprint::of(corners);
         if self.fingerprint == fingerprint {
@@ -287,7 +300,7 @@ impl InnerSolver {
         }
         if !is_found {
             self.find_neighbours(corners, topology);
-            self.order.rebuild(corners, &self.adjacency);
+            self.order.rebuild(corners, &self.adjacency, if is_cut { partition::cut(corners.len()) } else { 0 });
             self.partition.rebuild(corners, &self.order.row);
             self.multigrid.forget();
         }
@@ -362,7 +375,7 @@ mod tests {
         let mut solver = InnerSolver::default();
         let is_found = [4.3, 14.3].map(|y| {
             let mut tables = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body);
-            solver.follow(tables.get().unwrap());
+            solver.follow(tables.get().unwrap(), false);
             drop(tables);
             simulation.cut(body, &[DVec3::new(9.0, y, 0.0), DVec3::new(11.0, y + 0.3, 0.0)]).unwrap();
             solver.adjacency.is_found()

@@ -8,6 +8,7 @@
 
 use super::adjacency::{Adjacency, before_with_fill};
 use super::empty;
+use super::halves::Halves;
 use smallvec::SmallVec;
 
 /// Rows that are sorted by levels among themselves: enough that those of a level keep the processor busy, few enough that
@@ -29,13 +30,15 @@ pub struct Order {
     pub row: Vec<u32>,
     /// Triangles that edits have changed since the order was found.
     pub changed: usize,
+    /// Rows that do not need each other.
+    pub halves: Halves,
     /// Level of every vertex times [`LENGTHS`], in large bodies plus how many pairs of blocks its row has.
     level: Vec<u32>,
 }
 
 impl Order {
-    /// Finds the order anew.
-    pub fn rebuild(&mut self, corners: &[[u32; 3]], adjacency: &Adjacency) {
+    /// Finds the order anew. From 1 on, `cut` is the triangle with which the second of two [`Halves`] begins.
+    pub fn rebuild(&mut self, corners: &[[u32; 3]], adjacency: &Adjacency, cut: u32) {
         let n = adjacency.vertex_count();
         // Here: how often a vertex has been met, once to find the end of its piece to begin at, once to be numbered.
         empty(&mut self.level, n);
@@ -53,38 +56,96 @@ impl Order {
         self.changed = 0;
         self.vertex.reverse();
         self.number();
+        self.halves = Halves::default();
+        if cut > 0 {
+            self.cut(corners, cut);
+            self.number();
+        }
         self.sort_by_level(adjacency, corners.len() >= LARGE);
         self.number();
     }
 
+    /// Sorts the rows by halves.
+    fn cut(&mut self, corners: &[[u32; 3]], cut: u32) {
+        let Self { vertex, row, level, halves, .. } = self;
+        // Here: on which sides of the cut a vertex has triangles.
+        level.fill(0);
+        for (t, corners) in (0..).zip(corners) {
+            corners.iter().for_each(|&v| level[v as usize] |= if t < cut { 1 } else { 2 });
+        }
+        vertex.sort_unstable_by_key(|&v| (level[v as usize], row[v as usize]));
+        let first_of = |sides: u32| vertex.partition_point(|&v| level[v as usize] < sides) as u32;
+        *halves = Halves { second: first_of(2), rest: first_of(3), cut };
+    }
+
     /// The order with these vertices in its rows; `None` where they are not every one once.
-    pub fn of_vertices(vertex: &[u32], changed: usize) -> Option<Self> {
+    pub fn of_vertices(vertex: &[u32], changed: usize, halves: Halves) -> Option<Self> {
         let mut row = vec![u32::MAX; vertex.len()];
         for (r, &v) in (0..).zip(vertex) {
             let place = row.get_mut(v as usize).filter(|row| **row == u32::MAX)?;
             *place = r;
         }
-        Some(Self { vertex: vertex.to_vec(), row, changed, level: Vec::new() })
+        Some(Self { vertex: vertex.to_vec(), row, changed, halves, level: Vec::new() })
     }
 
-    /// Keeps the rows of the vertices that there were before: new ones come last, and the last rows take the places of those that are
-    /// gone. Adds the vertices whose rows have changed to `moved`. A few rows at the end, all of whose neighbours come before them,
-    /// hardly change the iterations; a new order is due before they are many.
-    pub fn follow(&mut self, vertex_count: usize, moved: &mut Vec<u32>) {
+    /// Keeps the rows of the vertices that there were before: new ones come last, and the last rows of their parts take the places of those
+    /// that are gone. Adds the vertices whose rows have changed to `moved`. A few rows at the end, all of whose neighbours come before
+    /// them, hardly change the iterations; a new order is due before they are many. `changed` are the triangles with other corners than before.
+    pub fn follow(&mut self, vertex_count: usize, changed: &[u32], corners: &[[u32; 3]], moved: &mut Vec<u32>) {
         for v in self.row.len()..vertex_count {
             self.row.push(self.vertex.len() as u32);
             self.vertex.push(v as u32);
         }
         while self.row.len() > vertex_count {
             let Some(row) = self.row.pop() else { return };
-            self.vertex.swap_remove(row as usize);
-            if let Some(&v) = self.vertex.get(row as usize) {
-                // It may be one that goes next.
-                self.row[v as usize] = row;
-                moved.push(v);
+            // It may be one that goes next that is moved.
+            let last = self.vertex.len() - 1;
+            let end = self.pass_on(row as usize, last, moved);
+            self.vertex.truncate(end);
+        }
+        for &t in changed {
+            for &v in &corners[t as usize] {
+                let row = self.row[v as usize];
+                if !self.halves.may_have(t, row) {
+                    let first_of_rest = self.pass_on(row as usize, self.halves.rest as usize - 1, moved);
+                    self.put(v, first_of_rest, moved);
+                }
             }
         }
         moved.retain(|&v| (v as usize) < vertex_count);
+    }
+
+    /// Makes a row a gap, which goes over to the next part until it has come to the row `to`: the last row of a part takes the place of the gap
+    /// in it. Returns where it is then.
+    fn pass_on(&mut self, gap: usize, to: usize, moved: &mut Vec<u32>) -> usize {
+        let mut gap = gap;
+        let Halves { second, rest, .. } = self.halves;
+        for (part, end) in [second as usize, rest as usize].into_iter().enumerate() {
+            if gap < end {
+                if gap != end - 1 {
+                    self.put(self.vertex[end - 1], gap, moved);
+                }
+                gap = end - 1;
+                if part == 0 {
+                    self.halves.second -= 1;
+                } else {
+                    self.halves.rest -= 1;
+                }
+            }
+        }
+        if gap != to {
+            self.put(self.vertex[to], gap, moved);
+        }
+        to
+    }
+
+    /// Gives a vertex a row.
+    fn put(&mut self, v: u32, row: usize, moved: &mut Vec<u32>) {
+        self.vertex[row] = v;
+        if let Some(of_v) = self.row.get_mut(v as usize).filter(|of_v| **of_v != row as u32) {
+            *of_v = row as u32;
+            moved.push(v);
+        }
     }
 
     /// Appends the piece of `start`, nearest vertices first.
@@ -114,7 +175,7 @@ impl Order {
 
     /// A row that comes before another and has a block with it has a lower level: sorted by levels it still comes before.
     fn sort_by_level(&mut self, adjacency: &Adjacency, is_large: bool) {
-        let Self { vertex, row, level, .. } = self;
+        let Self { vertex, row, level, halves, .. } = self;
         let mut columns = SmallVec::<[u32; 32]>::new();
         for &v in &*vertex {
             let before = || before_with_fill(v, row, |v| adjacency.of(v));
@@ -129,7 +190,7 @@ impl Order {
             }
             level[v as usize] = of_row * LENGTHS + pairs;
         }
-        for rows in vertex.chunks_mut(WINDOW) {
+        for rows in halves.split(vertex).into_iter().flat_map(|part| part.chunks_mut(WINDOW)) {
             rows.sort_unstable_by_key(|&v| (level[v as usize], row[v as usize]));
         }
     }

@@ -6,10 +6,21 @@
 
 use super::empty;
 use crate::systems::kernels::pack::{LANES, Places};
+use std::ops::Range;
 
 /// Triangles of a block: its two local vectors (16 bytes for each of some 1,100 vertices) stay in the first cache, and a
 /// sheet of 5,000 still has a block for either of two threads.
 const BLOCK: usize = 2048;
+
+/// The triangle with which the second half of the blocks of so many begins, which two threads take one half each of.
+pub fn cut(triangle_count: usize) -> u32 {
+    (triangle_count.div_ceil(BLOCK) / 2 * BLOCK) as u32
+}
+
+/// Whether a triangle is one with which a half may begin.
+pub fn is_cut(triangle: u32) -> bool {
+    (triangle as usize).is_multiple_of(BLOCK)
+}
 
 /// Its packs.
 const PACKS: usize = BLOCK / LANES;
@@ -58,6 +69,18 @@ impl Partition {
         self.pack_start.push(pack_count as u32);
         self.vertex_start.push(self.vertex.len() as u32);
         self.find_sources(number.len());
+    }
+
+    /// All blocks of triangles.
+    pub fn all_blocks(&self) -> Range<usize> {
+        0..self.pack_start.len() - 1
+    }
+
+    /// Those before a [`cut`], and those from it on.
+    pub fn blocks_of_halves(&self, cut: u32) -> [Range<usize>; 2] {
+        let all = self.all_blocks();
+        let second = (cut as usize / BLOCK).min(all.end);
+        [0..second, second..all.end]
     }
 
     /// Triangles in the block that begins with this one.

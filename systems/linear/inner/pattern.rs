@@ -255,33 +255,31 @@ impl Pattern {
         before.iter().copied().chain(after.iter().map(|entry| entry[0]))
     }
 
-    /// Sums the triangles' blocks and those that the vertices have by themselves; `add` adds one to a block below the diagonal.
-    /// `place` is where a row of the matrix stands here.
+    /// Calls `diagonal(row, block)` and `lower(row, place, block)` for the blocks of the triangles of some of the partition's; `place` is
+    /// where one stands below the diagonal. `row` is where a row of the matrix stands here.
+    #[inline(always)]
     pub fn gather<B: OfPacks>(
         &self,
-        partition: &Partition,
+        (partition, blocks): (&Partition, Range<usize>),
         matrix: &Matrix,
-        place: impl Fn(usize) -> usize,
-        diagonal: &mut Vec<B>,
-        mut add: impl FnMut(usize, &B),
+        row: impl Fn(usize) -> usize,
+        mut diagonal: impl FnMut(usize, &B),
+        mut lower: impl FnMut(usize, usize, &B),
     ) {
-        let rows = matrix.own.row_count();
-        empty(diagonal, rows);
-        diagonal.resize(rows, B::ZERO);
-        (0..rows).for_each(|row| diagonal[place(row)] = B::own(matrix, row));
         wide(|| {
             matrix.add_blocks(
                 partition,
-                |row, value: &B| diagonal[place(row)].add(value),
+                blocks,
+                |of, value: &B| diagonal(row(of), value),
                 |(pack, edge, lane), rows, value| {
-                    let [a, b] = rows.map(&place);
+                    let [a, b] = rows.map(&row);
                     let (row, column) = (a.max(b), a.min(b));
                     let value = if a < b { &value.transposed() } else { value };
                     let within = match self.target[pack][edge][lane] {
                         FAR => self.find(row, column),
                         near => near.into(),
                     };
-                    add(self.row_start[row] as usize + within, value);
+                    lower(row, self.row_start[row] as usize + within, value);
                 },
             );
         });

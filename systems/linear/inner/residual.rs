@@ -43,7 +43,8 @@ impl InnerSolver {
             return Ok((reference_sq, reference_sq, false));
         }
         let residual_sq = if is_single {
-            self.take(operator, free);
+            // Of a body that moves in a plane.
+            self.take(operator, free, false);
             let scale = self.times_rounded(x, free);
             let (row, q) = (&self.order.row, &self.vectors.q);
             let left = |v: usize, without: DVec3| without - q[row[v] as usize].truncate().as_dvec3() * scale;

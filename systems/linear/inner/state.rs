@@ -2,8 +2,9 @@
 //! where they are, the order of its rows and the triangles that it was found for. The rest follows.
 
 use super::fingerprint::Fingerprint;
+use super::halves::Halves;
 use super::multigrid::{Multigrid, MultigridState};
-use super::{InnerSolver, Order};
+use super::{InnerSolver, Order, partition};
 use crate::storage::{Topology, Triangles, Vertices};
 
 /// What a snapshot keeps of an inner solver.
@@ -14,6 +15,7 @@ pub struct InnerState {
     /// The vertex of every row.
     vertex: Vec<u32>,
     changed: u32,
+    halves: Halves,
     multigrid: MultigridState,
 }
 
@@ -24,6 +26,7 @@ impl InnerSolver {
             corners: self.corners(),
             vertex: self.order.vertex.clone(),
             changed: self.order.changed as u32,
+            halves: self.order.halves,
             multigrid: self.multigrid.state(self.fingerprint == Fingerprint::of(&triangles.corners)),
         }
     }
@@ -35,12 +38,16 @@ impl InnerSolver {
 
     /// The solver of a state, which goes on as the one did that it was kept of; `None` where it is not of this mesh.
     pub fn of_state(state: &InnerState, mesh: (&Vertices, &Triangles, &Topology)) -> Option<Self> {
-        let InnerState { corners, vertex, changed, multigrid } = state;
+        let InnerState { corners, vertex, changed, halves, multigrid } = state;
         let mut solver = Self { fingerprint: Fingerprint::of(corners), ..Self::default() };
-        *solver.order = Order::of_vertices(vertex, *changed as usize)?;
+        *solver.order = Order::of_vertices(vertex, *changed as usize, *halves)?;
         let is_in_order = corners.iter().flatten().all(|&v| (v as usize) < vertex.len());
         let is_current = *corners == mesh.1.corners;
         if !is_in_order || is_current && vertex.len() != mesh.2.incident.len() {
+            return None;
+        }
+        let rows = corners.iter().map(|corners| corners.map(|v| solver.order.row[v as usize]));
+        if !partition::is_cut(halves.cut) || !halves.are_of(vertex.len(), rows) {
             return None;
         }
         if !corners.is_empty() {

@@ -166,7 +166,7 @@ mod tests {
             let (_, Triangles { corners, .. }, topology) = mesh;
             if !adjacency.is_found() {
                 adjacency.rebuild(corners, topology);
-                order.rebuild(corners, &adjacency);
+                order.rebuild(corners, &adjacency, 0);
                 partition.rebuild(corners, &order.row);
                 hierarchy.rebuild(&partition, &order, mesh);
                 assert!(hierarchy.levels[0].numbering != Numbering::single(order.vertex.len()));
@@ -204,7 +204,7 @@ mod tests {
                 (Order::default(), Partition::default(), Adjacency::default());
             let (_, Triangles { corners, .. }, topology) = mesh;
             adjacency.rebuild(corners, topology);
-            order.rebuild(corners, &adjacency);
+            order.rebuild(corners, &adjacency, 0);
             partition.rebuild(corners, &order.row);
             hierarchy.rebuild(&partition, &order, mesh);
         });

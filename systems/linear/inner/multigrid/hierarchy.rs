@@ -2,7 +2,7 @@
 
 use super::super::adjacency::neighbours;
 use super::super::empty;
-use super::super::matrix::{Matrix, dot};
+use super::super::matrix::{Matrix, OfPacks, dot};
 use super::super::order::Order;
 use super::super::partition::Partition;
 use super::super::pattern::Pattern;
@@ -167,8 +167,17 @@ impl Hierarchy {
         empty(lower, pattern.column.len());
         lower.resize(pattern.column.len(), block::ZERO);
         let row = |place: usize| numbering.row(place as u32) as usize;
-        pattern.gather(partition, matrix, row, diagonal, |block, value| block::add(&mut lower[block], value));
         let rows = matrix.own.row_count();
+        empty(diagonal, rows);
+        diagonal.resize(rows, block::ZERO);
+        (0..rows).for_each(|of| diagonal[row(of)] = Block::own(matrix, of));
+        pattern.gather(
+            (partition, partition.all_blocks()),
+            matrix,
+            row,
+            |row, value| block::add(&mut diagonal[row], value),
+            |_, place, value| block::add(&mut lower[place], value),
+        );
         empty(free, rows);
         free.extend((0..rows).map(|row| matrix.own.free(numbering.place(row as u32) as usize)));
         self.finish();
