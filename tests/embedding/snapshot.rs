@@ -81,6 +81,14 @@ fn a_capsule_with_grips_and_refinement() {
     assert!(is_held, "forceps are closed");
 }
 
+/// Rows of a factor stand in halves from 8,192 triangles on, and edits take some of them to the rest.
+#[test]
+fn a_large_capsule_as_it_tears() {
+    let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.strength_transverse=1.2"];
+    let run = goes_on_alike("large", scene("capsulorhexis", &changes), &[5, 66], 80, |s| _ = s.step(20.0));
+    assert!(advances(&run) > 2 && run.world().query::<&Refined>().iter().any(|refined| refined.split_count > 10));
+}
+
 #[test]
 fn every_way_to_solve() {
     let weak = || {

@@ -88,6 +88,7 @@ impl Edits {
 #[cfg(test)]
 mod tests {
     use super::super::adjacency::Adjacency;
+    use super::super::partition;
     use super::super::pattern::Pattern;
     use super::*;
 
@@ -124,16 +125,22 @@ mod tests {
 
     #[test]
     fn a_pattern_that_follows_edits_equals_one_found_anew() {
-        [Pattern::default, Pattern::filled].into_iter().for_each(follows_edits);
+        [Pattern::default, Pattern::filled].into_iter().for_each(|empty| follows_edits(empty, |_| 0));
     }
 
-    fn follows_edits(empty: fn() -> Pattern) {
+    /// Edits come to either half, and the tables' way to close gaps takes triangles from the second to the first.
+    #[test]
+    fn halves_stay_apart_under_edits() {
+        follows_edits(Pattern::filled, |corners| partition::cut(corners.len()));
+    }
+
+    fn follows_edits(empty: fn() -> Pattern, cut: fn(&[[u32; 3]]) -> u32) {
         let mut corners = grid(40);
         let mut topology = Topology::new(vertex_count(&corners), &corners).unwrap();
         let (mut order, mut partition, mut pattern) = (Order::default(), Partition::default(), empty());
         let mut adjacency = Adjacency::default();
         adjacency.rebuild(&corners, &topology);
-        order.rebuild(&corners, &adjacency, 0);
+        order.rebuild(&corners, &adjacency, cut(&corners));
         partition.rebuild(&corners, &order.row);
         pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| adjacency.of(v));
         let (mut edits, mut made, mut rebuilds) = (Edits::default(), Vec::new(), 0);
@@ -150,11 +157,14 @@ mod tests {
             } else {
                 rebuilds += 1;
                 adjacency.rebuild(&corners, &topology);
-                order.rebuild(&corners, &adjacency, 0);
+                order.rebuild(&corners, &adjacency, cut(&corners));
                 partition.rebuild(&corners, &order.row);
                 pattern.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| adjacency.of(v));
             }
             assert_eq!(order.vertex.len(), topology.incident.len());
+            let rows = order.vertex.len();
+            assert!(order.halves.are_of(rows, partition.all_rows()), "step {step}");
+            assert!(cut(&corners) == 0 || order.halves.ranges(rows).iter().all(|part| part.len() > 30), "step {step}");
             assert!((0..).zip(&order.vertex).all(|(row, &v)| order.row[v as usize] == row), "step {step}");
             let mut anew = empty();
             anew.rebuild(&partition, (&order.vertex, &order.row), &corners, |v| neighbours(v, &corners, &topology));

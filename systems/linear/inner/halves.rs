@@ -47,6 +47,8 @@ impl Halves {
     pub fn are_of(&self, rows: usize, corners: impl Iterator<Item = [u32; 3]>) -> bool {
         let are_in_order = self.second <= self.rest && self.rest as usize <= rows;
         let are_none = self.rest == 0;
-        are_in_order && (self.are_cut() || are_none) && (0..).zip(corners).all(|(t, corners)| corners.into_iter().all(|row| self.may_have(t, row)))
+        are_in_order
+            && (self.are_cut() || are_none)
+            && (0..).zip(corners).all(|(t, corners)| corners.into_iter().all(|row| self.may_have(t, row)))
     }
 }

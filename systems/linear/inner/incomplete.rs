@@ -302,7 +302,11 @@ impl Precondition for Incomplete {
 
     fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
         let Self { pattern, solid, flat, is_flat, halves } = self;
-        if *is_flat { flat.descend(pattern, *halves, alpha, vectors) } else { solid.descend(pattern, *halves, alpha, vectors) }
+        if *is_flat {
+            flat.descend(pattern, *halves, alpha, vectors)
+        } else {
+            solid.descend(pattern, *halves, alpha, vectors)
+        }
     }
 
     fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
