@@ -52,3 +52,18 @@ impl Halves {
             && (0..).zip(corners).all(|(t, corners)| corners.into_iter().all(|row| self.may_have(t, row)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_apart_or_are_none() {
+        // Rows 0 and 1 have the first triangle to themselves, row 2 the second, which share rows 3 and 4.
+        let corners = [[0, 1, 3], [2, 3, 4]];
+        let are_halves = |second, rest, cut| Halves { second, rest, cut }.are_of(5, corners.into_iter());
+        assert!(are_halves(2, 3, 1) && !are_halves(1, 2, 1) && are_halves(0, 0, 0));
+        // A triangle across the cut, parts out of order or beyond the rows, and parts without a cut.
+        assert!(!are_halves(2, 4, 1) && !are_halves(3, 2, 1) && !are_halves(2, 6, 1) && !are_halves(0, 3, 0));
+    }
+}
