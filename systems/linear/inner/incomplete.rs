@@ -8,8 +8,9 @@
 //! sweep the two parts side by side, each with the triangles and rows that it has in products too; the rest follows, or comes first on the
 //! way up.
 
+mod sweeps;
+
 use super::adjacency::Adjacency;
-use super::cg::{Precondition, Vectors};
 use super::edits::Edits;
 use super::empty;
 use super::halves::Halves;
@@ -21,10 +22,8 @@ use crate::storage::Topology;
 use crate::systems::kernels::block::Block;
 use crate::systems::kernels::factor_block::FactorBlock;
 use crate::systems::kernels::flat_block::FlatBlock;
-use crate::systems::kernels::lanes::{Doubles, Lanes, Singles};
-use crate::systems::kernels::simd::{Pass, pass, wide};
+use crate::systems::kernels::simd::wide;
 use crate::systems::parallel;
-use glam::{DVec2, Vec4};
 use std::ops::Range;
 
 /// The factor.
@@ -70,10 +69,6 @@ impl Default for Incomplete {
 /// has used it up. (A direction that is soft in the block itself may be as soft in the pivot.)
 const LEAST_PART: f32 = 0.1;
 
-/// The least step of conjugate gradients with a sound factor: on the torn capsule they are longer than 1e-6. Where soft directions are but
-/// rounding of stiff ones, L may grow without bound though no pivot tells, and steps are 1e-9 to 1e-19.
-const LEAST_STEP: f64 = 1e-8;
-
 /// Parts of its own block by which a pivot that has been used up is raised, the least that will do.
 const REPAIRS: [f32; 3] = [0.1, 0.3, 1.0];
 
@@ -112,16 +107,6 @@ impl Incomplete {
         } else {
             self.solid.factor(&self.pattern, (partition, halves), matrix, shift);
         }
-    }
-}
-
-impl<B: FactorBlock> Numbers<B> {
-    /// The blocks of a row and their columns.
-    #[inline(always)]
-    fn row<'a>(&'a self, pattern: &'a Pattern, i: usize) -> impl Iterator<Item = (&'a B::Pair, &'a [u32; 2])> {
-        let blocks = pattern.before(i);
-        let (columns, _) = pattern.column[blocks.clone()].as_chunks();
-        self.lower[blocks.start / 2..blocks.end / 2].iter().zip(columns)
     }
 }
 
@@ -293,139 +278,6 @@ impl<B: FactorBlock> Elimination<'_, B> {
                 diagonal = repaired.find(is_sound).unwrap_or(own);
             }
             inverse[i - first] = diagonal.inverted(free).unwrap_or_else(|| own.inverted_alone(free));
-        }
-    }
-}
-
-impl Precondition for Incomplete {
-    const LEAST_STEP: f64 = LEAST_STEP;
-
-    fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
-        let Self { pattern, solid, flat, is_flat, halves } = self;
-        if *is_flat {
-            flat.descend(pattern, *halves, alpha, vectors)
-        } else {
-            solid.descend(pattern, *halves, alpha, vectors)
-        }
-    }
-
-    fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
-        let Self { pattern, solid, flat, is_flat, halves } = self;
-        if *is_flat {
-            flat.ascend(pattern, *halves, beta, vectors);
-        } else {
-            solid.ascend(pattern, *halves, beta, vectors);
-        }
-    }
-}
-
-impl<B: FactorBlock> Numbers<B> {
-    fn descend(&self, pattern: &Pattern, halves: Halves, alpha: f32, vectors: &mut Vectors) -> DVec2 {
-        let Vectors { xr, p, q, z, .. } = vectors;
-        let [second, rest] = [halves.second, halves.rest].map(|row| row as usize);
-        let mut sums = [DVec2::ZERO; 3];
-        let down = |first: usize, first_known: usize, xr: &mut [_], q: &mut [Vec4], z: &mut [Vec4]| {
-            let p = &p[first..first + xr.len()];
-            pass(Descent { pattern, factor: self, alpha, first, first_known, xr, p, q, z })
-        };
-        let [of_first, of_second, of_rest] = &mut sums;
-        if halves.are_cut() {
-            let [xr, other_xr, _] = halves.split(xr);
-            let [q, other_q, _] = halves.split(q);
-            let [z, other_z, _] = halves.split(z);
-            parallel::both(
-                rest,
-                || *of_first = down(0, 0, xr, q, z),
-                || *of_second = down(second, second, other_xr, other_q, other_z),
-            );
-        }
-        *of_rest = down(rest, 0, &mut xr[rest..], &mut q[rest..], z);
-        sums[0] + sums[1] + sums[2]
-    }
-
-    fn ascend(&self, pattern: &Pattern, halves: Halves, beta: f32, vectors: &mut Vectors) {
-        let Vectors { p, q, .. } = vectors;
-        let [second, rest] = [halves.second, halves.rest].map(|row| row as usize);
-        let up = |first: usize, first_known: usize, p: &mut [Vec4], all: &mut [Vec4]| {
-            pass(Ascent { pattern, factor: self, beta, first, first_known, p, all });
-        };
-        up(rest, 0, &mut p[rest..], q);
-        if halves.are_cut() {
-            let [p, other_p, _] = halves.split(p);
-            let [q, other_q, _] = halves.split(q);
-            parallel::both(rest, || up(0, 0, p, q), || up(second, second, other_p, other_q));
-        }
-    }
-}
-
-/// The way down, over the rows from `first` on.
-struct Descent<'a, B: FactorBlock> {
-    pattern: &'a Pattern,
-    factor: &'a Numbers<B>,
-    alpha: f32,
-    first: usize,
-    xr: &'a mut [[Vec4; 2]],
-    p: &'a [Vec4],
-    q: &'a mut [Vec4],
-    /// From the row `first_known` on, which no column comes before.
-    z: &'a mut [Vec4],
-    first_known: usize,
-}
-
-impl<B: FactorBlock> Pass for Descent<'_, B> {
-    type Output = DVec2;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> DVec2 {
-        let Self { pattern, factor, alpha, first, xr, p, q, z, first_known } = self;
-        let (mut rr, mut rz) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, 0.0));
-        for (i, (([x, r], p), q)) in xr.iter_mut().zip(p).zip(q).enumerate() {
-            let i = first + i;
-            *x += *p * alpha;
-            *r -= *q * alpha;
-            let mut sum = Singles::splat(lanes, 0.0);
-            for (pair, &[j, k]) in factor.row(pattern, i) {
-                sum = sum + B::times_pair(lanes, pair, z[j as usize - first_known], z[k as usize - first_known]);
-            }
-            let y = *r - B::total(sum);
-            z[i - first_known] = y;
-            // D⁻¹·y, from which the way up subtracts; A·p has been used up.
-            *q = B::only_axes(factor.inverse[i].times(y));
-            rr = rr + Doubles::widened(lanes, *r * *r);
-            rz = rz + Doubles::widened(lanes, y * *q);
-        }
-        let total = |sums: Doubles<L>| sums.to_array().iter().sum();
-        DVec2::new(total(rr), total(rz))
-    }
-}
-
-/// The way up, over the rows from `first` on.
-struct Ascent<'a, B: FactorBlock> {
-    pattern: &'a Pattern,
-    factor: &'a Numbers<B>,
-    beta: f32,
-    first: usize,
-    p: &'a mut [Vec4],
-    /// From the row `first_known` on, which no column comes before.
-    all: &'a mut [Vec4],
-    first_known: usize,
-}
-
-impl<B: FactorBlock> Pass for Ascent<'_, B> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
-        let Self { pattern, factor, beta, first, p, all, first_known } = self;
-        // Lᵀ by the rows of L: a row that is done is subtracted from those above it.
-        for i in (0..p.len()).rev() {
-            let z = B::only_axes(all[first + i - first_known]);
-            for (pair, &[j, k]) in factor.row(pattern, first + i) {
-                let [to_j, to_k] = B::times_pair_transposed(lanes, pair, z);
-                all[j as usize - first_known] -= to_j;
-                all[k as usize - first_known] -= to_k;
-            }
-            p[i] = z + p[i] * beta;
         }
     }
 }
