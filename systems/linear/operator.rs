@@ -64,14 +64,9 @@ impl Operator<'_> {
         }
     }
 
-    /// The tangent of a triangle, the rotated one where the operator is made of exact ones: never indefinite.
-    #[inline(always)]
-    pub fn semidefinite_element(&self, t: usize) -> ElementTangent<'_> {
-        if self.tangent == Tangent::Exact { self.rotated_element(t) } else { self.element(t) }
-    }
-
+    /// The rotated tangent of a triangle, where the operator is made of exact ones: that is never indefinite.
     #[inline(never)]
-    fn rotated_element(&self, t: usize) -> ElementTangent<'_> {
+    pub fn rotated_element(&self, t: usize) -> ElementTangent<'_> {
         let element = self.element(t);
         let state = element.state;
         let law = &self.triangles.stiffness[t];

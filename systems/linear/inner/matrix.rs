@@ -200,31 +200,51 @@ struct Assembly<'a> {
     partition: &'a Partition,
 }
 
-impl Assembly<'_> {
-    /// The tangent of a lane, if it has a triangle.
+/// A pack that is made of the tangents of up to eight triangles, those of a lane each.
+trait OfElements {
+    fn of<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self;
+}
+
+impl OfElements for Pack {
     #[inline(always)]
-    fn element(&self, triangle: u32) -> Option<ElementTangent<'_>> {
-        if triangle == EMPTY { None } else { Some(self.operator.semidefinite_element(triangle as usize)) }
+    fn of<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
+        Self::new(lanes, is_exact, element)
     }
 }
 
-impl Kernel<Pack> for Assembly<'_> {
+impl OfElements for FlatPack {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [Pack]) {
+    fn of<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
+        Self::new(lanes, is_exact, element)
+    }
+}
+
+impl Assembly<'_> {
+    #[inline(always)]
+    fn fill<'a, P: OfElements, L: Lanes>(
+        &self,
+        lanes: L,
+        first: usize,
+        packs: &mut [P],
+        element: impl Fn(usize) -> ElementTangent<'a>,
+    ) {
+        let is_exact = self.operator.tangent == Tangent::Projected;
         for (p, pack) in (first..).zip(packs) {
             let triangles = self.partition.triangles(p);
-            *pack = Pack::new(lanes, self.operator.tangent == Tangent::Projected, |lane| self.element(triangles[lane]));
+            let of_lane = |lane: usize| (triangles[lane] != EMPTY).then(|| element(triangles[lane] as usize));
+            *pack = P::of(lanes, is_exact, of_lane);
         }
     }
 }
 
-impl Kernel<FlatPack> for Assembly<'_> {
+impl<P: OfElements> Kernel<P> for Assembly<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [FlatPack]) {
-        let is_exact = self.operator.tangent == Tangent::Projected;
-        for (p, pack) in (first..).zip(packs) {
-            let triangles = self.partition.triangles(p);
-            *pack = FlatPack::new(lanes, is_exact, |lane| self.element(triangles[lane]));
+    fn run<L: Lanes>(&self, lanes: L, first: usize, packs: &mut [P]) {
+        // A choice for every triangle would write its tangent down and read it again.
+        if self.operator.tangent == Tangent::Exact {
+            self.fill(lanes, first, packs, |t| self.operator.rotated_element(t));
+        } else {
+            self.fill(lanes, first, packs, |t| self.operator.element(t));
         }
     }
 }
