@@ -22,7 +22,7 @@ use crate::storage::Topology;
 use crate::systems::kernels::block::Block;
 use crate::systems::kernels::factor_block::FactorBlock;
 use crate::systems::kernels::flat_block::FlatBlock;
-use crate::systems::kernels::simd::wide;
+use crate::systems::kernels::simd::{NullaryFnOnce, wide};
 use crate::systems::parallel;
 use std::ops::Range;
 
@@ -117,8 +117,8 @@ impl<B: OfPacks> Numbers<B> {
         let parts = halves.ranges(inverse.len());
         let eliminate = |part: usize, first: usize, numbers: (&mut [B::Pair], &mut [B]), row: &mut Vec<B>| {
             let (lower, inverse) = numbers;
-            let elimination = Elimination { pattern, matrix, shift, first, lower, inverse, row };
-            elimination.run(parts[part].clone());
+            let rows = parts[part].clone();
+            wide(Elimination { pattern, matrix, shift, rows, first, lower, inverse, row });
         };
         if halves.are_cut() {
             let [lower, other_lower, _] = split_blocks(lower, pattern, halves);
@@ -206,10 +206,12 @@ fn gather_half<B: OfPacks>(
         triangles,
         matrix,
         |row| row,
+        #[inline(always)]
         |row, block| match row.checked_sub(rest) {
             Some(row) => diagonal_of_rest[row].add(block),
             None => diagonal[row - own.first].add(block),
         },
+        #[inline(always)]
         |row, place, block| {
             if row >= rest {
                 B::add_to(of_rest.lower, place - rest_start, block);
@@ -225,6 +227,7 @@ struct Elimination<'a, B: FactorBlock> {
     pattern: &'a Pattern,
     matrix: &'a Matrix,
     shift: f32,
+    rows: Range<usize>,
     /// The first of the rows whose blocks are here.
     first: usize,
     lower: &'a mut [B::Pair],
@@ -232,14 +235,12 @@ struct Elimination<'a, B: FactorBlock> {
     row: &'a mut Vec<B>,
 }
 
-impl<B: FactorBlock> Elimination<'_, B> {
-    fn run(self, rows: Range<usize>) {
-        wide(|| self.run_wide(rows));
-    }
+impl<B: FactorBlock> NullaryFnOnce for Elimination<'_, B> {
+    type Output = ();
 
     #[inline(always)]
-    fn run_wide(self, rows: Range<usize>) {
-        let Self { pattern, matrix, shift, first, lower, inverse, row } = self;
+    fn call(self) {
+        let Self { pattern, matrix, shift, rows, first, lower, inverse, row } = self;
         let first_block = pattern.row_start[first] as usize;
         row.clear();
         row.reserve(LONGEST_ROW);

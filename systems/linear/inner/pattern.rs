@@ -257,7 +257,6 @@ impl Pattern {
 
     /// Calls `diagonal(row, block)` and `lower(row, place, block)` for the blocks of the triangles of some of the partition's; `place` is
     /// where one stands below the diagonal. `row` is where a row of the matrix stands here.
-    #[inline(always)]
     pub fn gather<B: OfPacks>(
         &self,
         (partition, blocks): (&Partition, Range<usize>),
@@ -266,22 +265,28 @@ impl Pattern {
         mut diagonal: impl FnMut(usize, &B),
         mut lower: impl FnMut(usize, usize, &B),
     ) {
-        wide(|| {
-            matrix.add_blocks(
-                partition,
-                blocks,
-                |of, value: &B| diagonal(row(of), value),
-                |(pack, edge, lane), rows, value| {
-                    let [a, b] = rows.map(&row);
-                    let (row, column) = (a.max(b), a.min(b));
-                    let value = if a < b { &value.transposed() } else { value };
-                    let within = match self.target[pack][edge][lane] {
-                        FAR => self.find(row, column),
-                        near => near.into(),
-                    };
-                    lower(row, self.row_start[row] as usize + within, value);
-                },
-            );
-        });
+        // Marked down to the last closure: what is not inlined is none of the wide instructions.
+        wide(
+            #[inline(always)]
+            || {
+                matrix.add_blocks(
+                    partition,
+                    blocks,
+                    #[inline(always)]
+                    |of, value: &B| diagonal(row(of), value),
+                    #[inline(always)]
+                    |(pack, edge, lane), rows, value| {
+                        let [a, b] = rows.map(&row);
+                        let (row, column) = (a.max(b), a.min(b));
+                        let value = if a < b { &value.transposed() } else { value };
+                        let within = match self.target[pack][edge][lane] {
+                            FAR => self.find(row, column),
+                            near => near.into(),
+                        };
+                        lower(row, self.row_start[row] as usize + within, value);
+                    },
+                );
+            },
+        );
     }
 }
