@@ -58,11 +58,15 @@ fn side_by_side(count: usize, worker: &(dyn Fn() + Sync)) {
 
 /// Calls `f(row, out)` for every row.
 pub fn for_rows<T: Send>(out: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-    for_slices(out, |first, rows| {
-        for (i, value) in rows.iter_mut().enumerate() {
-            f(first + i, value);
-        }
-    });
+    for_slices(
+        out,
+        #[inline(always)]
+        |first, rows| {
+            for (i, value) in rows.iter_mut().enumerate() {
+                f(first + i, value);
+            }
+        },
+    );
 }
 
 /// Calls `f(first_row, rows)` for every chunk of rows: a kernel that takes several rows at a time. All chunks but the last
@@ -70,7 +74,12 @@ pub fn for_rows<T: Send>(out: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
 pub fn for_slices<T: Send>(out: &mut [T], f: impl Fn(usize, &mut [T]) + Sync) {
     let is_shared = is_worth_sharing(out.len());
     share(Rows(out, CHUNK), is_shared, &|first, rows| {
-        rows.pieces().enumerate().for_each(|(c, rows)| wide(|| f((first + c) * CHUNK, rows)));
+        rows.pieces().enumerate().for_each(|(c, rows)| {
+            wide(
+                #[inline(always)]
+                || f((first + c) * CHUNK, rows),
+            )
+        });
     });
 }
 
@@ -143,13 +152,16 @@ pub fn sum_rows<T: Send, S: Copy + Default + Send + AddAssign + Sum>(
     f: impl Fn(usize, &mut T) -> S + Sync,
 ) -> S {
     sum_of(out, CHUNK, partials, |first, rows| {
-        wide(|| {
-            let mut sum = S::default();
-            for (i, value) in rows.iter_mut().enumerate() {
-                sum += f(first + i, value);
-            }
-            sum
-        })
+        wide(
+            #[inline(always)]
+            || {
+                let mut sum = S::default();
+                for (i, value) in rows.iter_mut().enumerate() {
+                    sum += f(first + i, value);
+                }
+                sum
+            },
+        )
     })
 }
 
@@ -174,13 +186,23 @@ fn sum_of<T: Send, S: Copy + Default + Send + Sum>(
 
 /// Sums `f(row)` over so many rows. `partials` is scratch; it grows once.
 pub fn sum(rows: usize, partials: &mut Vec<f64>, f: impl Fn(usize) -> f64 + Sync) -> f64 {
-    fill(rows, partials, |rows| wide(|| rows.map(&f).sum()));
+    fill(rows, partials, |rows| {
+        wide(
+            #[inline(always)]
+            || rows.map(&f).sum(),
+        )
+    });
     partials.iter().sum()
 }
 
 /// The least `f(row)` over so many rows; infinite without any. `partials` is scratch; it grows once.
 pub fn least(rows: usize, partials: &mut Vec<f64>, f: impl Fn(usize) -> f64 + Sync) -> f64 {
-    fill(rows, partials, |rows| wide(|| rows.map(&f).fold(f64::INFINITY, f64::min)));
+    fill(rows, partials, |rows| {
+        wide(
+            #[inline(always)]
+            || rows.map(&f).fold(f64::INFINITY, f64::min),
+        )
+    });
     partials.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
