@@ -98,7 +98,8 @@ impl<N: Fn(usize) -> DVec3 + Sync, X: Fn(usize) -> DVec3 + Sync> Kernel<f64> for
                     rows[lane] = row(lanes, vector);
                 }
             }
-            let [a, b, way] = rows.map(components);
+            // Not by `map`, which is not inlined.
+            let (a, b, way) = (components(rows[0]), components(rows[1]), components(rows[2]));
             let inverse = one / dot(way, way).sqrt();
             let unit = [way[0] * inverse, way[1] * inverse, way[2] * inverse];
             let (sine, cosine) = (minus * dot(cross(a, b), unit), dot(a, b));
