@@ -115,8 +115,8 @@ impl Order {
         moved.retain(|&v| (v as usize) < vertex_count);
     }
 
-    /// Makes a row a gap, which goes over to the next part until it has come to the row `to`: the last row of a part takes the place of the gap
-    /// in it. Returns where it is then.
+    /// Takes the vertex out of a row: the last of its part goes there, the last of the next part takes the place of that one, and so on, until
+    /// the gap is at the row `to`. Returns that.
     fn pass_on(&mut self, gap: usize, to: usize, moved: &mut Vec<u32>) -> usize {
         let mut gap = gap;
         let Halves { second, rest, .. } = self.halves;
