@@ -9,6 +9,7 @@ pub mod fan;
 pub mod flat_block;
 pub mod flat_pack;
 pub mod fold;
+pub mod fold_lanes;
 pub mod fold_pack;
 pub mod gather;
 pub mod lanes;

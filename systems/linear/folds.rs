@@ -12,6 +12,7 @@
 
 mod angles;
 mod energy;
+mod forces;
 mod hinge;
 mod left_over;
 mod taut;
@@ -20,12 +21,14 @@ use crate::components::Bending;
 use crate::math::{Orthotropic, RestTriangle, Sym2};
 use crate::storage::{NONE, Topology, Triangles, Vertices, measure};
 use crate::systems::kernels::fold::{self, OverEdges, Tilt};
-use crate::systems::kernels::membrane_lanes::Four;
+use crate::systems::kernels::fold_lanes::{self, OverFour, RestFour, TiltFour};
+use crate::systems::kernels::lanes::DOUBLES;
 use crate::systems::parallel;
 use angles::Edges;
+use forces::Passes;
 use glam::DVec3;
 pub use hinge::Hinge;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use taut::Part;
 
 /// The part ω of a single mid-edge normal's own way to balance by which all are turned at once (2/3 would be best for a triangle by
@@ -55,11 +58,13 @@ pub struct Folds {
     rest: Vec<RestFold>,
     made_of: Vec<MadeOf>,
     is_changed: Vec<bool>,
+    /// The same by fours.
+    fours: Vec<RestFour>,
     edges: Edges,
-    tilt: Vec<Tilt>,
+    tilt: Vec<TiltFour>,
     /// Half of what the angles are off their rest values.
-    half: Vec<DVec3>,
-    /// What of the triangles is in the majorant.
+    half: Vec<OverFour>,
+    /// What of the triangles is in the majorant, to a whole number of fours.
     part: Vec<Part>,
     is_slack: Vec<bool>,
     /// Whether its moments are in the majorant.
@@ -68,26 +73,6 @@ pub struct Folds {
     factor: f64,
     passes: Mutex<Passes>,
 }
-
-/// What passes over the triangles leave for each other.
-#[derive(Debug, Default)]
-struct Passes {
-    /// Tilts of a displacement, later moments, at last forces on corners along the normals.
-    rows: Vec<DVec3>,
-    /// Half angles and moments.
-    bent: Vec<[DVec3; 2]>,
-    /// Per edge half of what its angle is off its rest value.
-    off: Vec<f64>,
-    /// Of a motion: where vertices go and where they end.
-    motion: Vec<[DVec3; 2]>,
-    /// Normals at its end, its tilts and those of a motion before.
-    moved: Vec<[DVec3; 3]>,
-    halves: Vec<Halves>,
-}
-
-/// Per edge of a triangle four half angles, and their products with the law: at the start of a motion, at its end, their change along the
-/// tilts, and that of the motion before.
-type Halves = [[Four; 3]; 2];
 
 /// Tables of a body.
 type Body<'a> = (&'a Vertices, &'a Triangles, &'a Topology);
@@ -165,6 +150,11 @@ impl Folds {
             self.rest[t].stiffest = self.stiffest(t, neighbours);
         }
         self.edges.list(self.rest.iter().map(|rest| (&rest.angle, rest.across)));
+        let Self { rest, made_of, fours, .. } = self;
+        let across = |across: u32| (across != NONE).then_some((across as usize / 3, across as usize % 3));
+        let of_triangle = |t: usize| (rest[t].law, rest[t].turn, rest[t].across.map(across), made_of[t].0.area);
+        fours.clear();
+        fours.extend((0..count).step_by(DOUBLES).map(|first| RestFour::new(first, count, of_triangle)));
     }
 
     /// Whether the rest data are the same, bit for bit.
@@ -174,30 +164,25 @@ impl Folds {
 
     /// Finds tilts and angles with the vertices at positions `x`; the step's tangent is taken there. `factor` is 1 + β/s.
     pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64) {
-        let Self { rest, made_of, edges, tilt, half, passes, .. } = self;
         self.factor = factor;
         self.part.clear();
-        self.part.resize(rest.len(), Part::Whole);
-        tilt.resize(rest.len(), Tilt::default());
-        parallel::for_rows(tilt, |t, tilt| {
-            let [a, b, c] = corners[t];
-            *tilt = Tilt::new([x[a as usize], x[b as usize], x[c as usize]], made_of[t].0.area);
-        });
-        let off = &mut passes.get_mut().unwrap_or_else(PoisonError::into_inner).off;
-        edges.find(corners, |t| tilt[t].normal, |v| x[v], off);
-        half.resize(rest.len(), DVec3::ZERO);
-        parallel::for_rows(half, |t, half| *half = edges.around(t, off));
+        self.part.resize(DOUBLES * self.fours.len(), Part::Whole);
+        self.find_tilts(corners, x);
+        self.find_angles(corners, x);
+    }
+
+    /// Half of what the angles around a triangle are off their rest values.
+    fn half(&self, t: usize) -> DVec3 {
+        fold_lanes::of_triangle(&self.half, t)
     }
 
     /// What the differences of moments turn the mid-edge normals of a triangle by.
-    #[inline(always)]
     fn turned(&self, t: usize, moment: impl Fn(usize) -> DVec3) -> DVec3 {
         let rest = &self.rest[t];
         (self.others(t, &moment) - moment(t)) * rest.turn
     }
 
     /// What the triangles across the edges of a triangle have there; zero at the boundary.
-    #[inline(always)]
     fn others(&self, t: usize, value: impl Fn(usize) -> DVec3) -> DVec3 {
         let mut others = DVec3::ZERO;
         for (e, &across) in self.rest[t].across.iter().enumerate() {
@@ -208,16 +193,10 @@ impl Folds {
         others
     }
 
-    /// Where the triangle has a neighbour 1, else 0.
-    #[inline(always)]
-    fn inside(&self, t: usize) -> DVec3 {
-        DVec3::from_array(self.rest[t].across.map(|across| f64::from(u8::from(across != NONE))))
-    }
-
     /// Half the change of the angles around a triangle for its own tilts and those of others.
-    #[inline(always)]
     fn half_of_tilts(&self, t: usize, tilt: impl Fn(usize) -> DVec3) -> DVec3 {
-        (tilt(t) * self.inside(t) + self.others(t, &tilt)) * 0.5
+        let inside = DVec3::from_array(self.rest[t].across.map(|across| f64::from(u8::from(across != NONE))));
+        (tilt(t) * inside + self.others(t, &tilt)) * 0.5
     }
 
     /// Moments of a triangle about its edges for half angles everywhere: of the energy, or of the majorant.
@@ -231,76 +210,6 @@ impl Folds {
         }
         let second = |t: usize| fold::product(&self.rest[t].law, half(t) + self.turned(t, first));
         second(t) + fold::product(&self.rest[t].law, self.turned(t, second))
-    }
-
-    /// Adds to every vertex `sign` times the forces of moments: for `at` times the half angles as they are, and `by` times
-    /// their change by a displacement `u`.
-    fn spread(
-        &self,
-        scales: (f64, f64),
-        u: impl Fn(usize) -> DVec3 + Sync,
-        (is_exact, sign): (bool, f64),
-        (corners, topology): (&[[u32; 3]], &Topology),
-        out: &mut [DVec3],
-    ) {
-        let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        self.find_forces(scales, u, is_exact, corners, &mut passes);
-        let rows = &passes.rows;
-        parallel::for_rows(out, |v, out| {
-            let mut sum = DVec3::ZERO;
-            for &c in &topology.incident[v] {
-                let (t, corner) = (c as usize / 3, c as usize % 3);
-                sum += self.tilt[t].normal * rows[t][corner];
-            }
-            *out += sum * sign;
-        });
-    }
-
-    /// Leaves in `rows` the forces on the corners along the normals.
-    fn find_forces(
-        &self,
-        (at, by): (f64, f64),
-        u: impl Fn(usize) -> DVec3 + Sync,
-        is_exact: bool,
-        corners: &[[u32; 3]],
-        Passes { rows, bent, .. }: &mut Passes,
-    ) {
-        debug_assert_eq!(corners.len(), self.rest.len());
-        let has_part = |t: usize| is_exact || self.part[t] != Part::None;
-        rows.resize(self.rest.len(), DVec3::ZERO);
-        bent.resize(self.rest.len(), Default::default());
-        if by != 0.0 {
-            parallel::for_rows(rows, |t, tilts| {
-                if !has_part(t) {
-                    return;
-                }
-                let [a, b, c] = corners[t];
-                *tilts = self.tilt[t].of([u(a as usize), u(b as usize), u(c as usize)]);
-            });
-        }
-        parallel::for_rows(bent, |t, bent| {
-            if !is_exact && self.part[t] != Part::Whole {
-                *bent = Default::default();
-                return;
-            }
-            let mut half = if at == 0.0 { DVec3::ZERO } else { self.half[t] * at };
-            if by != 0.0 {
-                half += self.half_of_tilts(t, |t| rows[t]) * by;
-            }
-            *bent = [half, fold::product(&self.rest[t].law, half)];
-        });
-        if is_exact {
-            parallel::for_rows(rows, |t, m| {
-                *m = fold::product(&self.rest[t].law, bent[t][0] + self.turned(t, |t| bent[t][1]));
-            });
-            parallel::for_rows(bent, |t, bent| {
-                bent[1] = rows[t] + fold::product(&self.rest[t].law, self.turned(t, |t| rows[t]));
-            });
-        }
-        parallel::for_rows(rows, |t, along| {
-            let moment = || self.tilt[t].along(self.half_of_tilts(t, |t| bent[t][1]));
-            *along = if has_part(t) { moment() } else { DVec3::ZERO };
-        });
     }
 
     /// Adds the forces \[N\] at the angles last evaluated; `travel` is what the vertices travel in the span of the step.
@@ -329,22 +238,6 @@ impl Folds {
         self.spread((0.0, self.factor), |v| u[v], (is_exact, 1.0), (corners, topology), out);
     }
 
-    /// Adds the product \[N\] to the forces on the corners of the triangles.
-    pub fn add_to_corners(&self, corners: &[[u32; 3]], u: &[DVec3], is_exact: bool, out: &mut [[DVec3; 3]]) {
-        let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        self.find_forces((0.0, self.factor), |v| u[v], is_exact, corners, &mut passes);
-        let rows = &passes.rows;
-        parallel::for_rows(out, |t, out| {
-            if !(is_exact || self.part[t] != Part::None) {
-                return;
-            }
-            let (normal, along) = (self.tilt[t].normal, rows[t]);
-            out[0] += normal * along.x;
-            out[1] += normal * along.y;
-            out[2] += normal * along.z;
-        });
-    }
-
     /// The product \[N\] at one vertex alone.
     pub fn product_at(
         &self,
@@ -354,19 +247,23 @@ impl Folds {
         u: &[DVec3],
         is_exact: bool,
     ) -> DVec3 {
-        let tilt = |t: usize| self.tilt[t].of(corners[t].map(|v| u[v as usize]));
+        let tilt = |t: usize| self.tilt(t).of(corners[t].map(|v| u[v as usize]));
         let half = |t: usize| self.half_of_tilts(t, tilt) * self.factor;
         let moment = |t: usize| self.moment(t, &half, is_exact);
         let force = |&c: &u32| {
             let (t, corner) = (c as usize / 3, c as usize % 3);
-            self.tilt[t].normal * self.tilt[t].along(self.half_of_tilts(t, moment))[corner]
+            {
+                let tilt = self.tilt(t);
+                tilt.normal * tilt.along(self.half_of_tilts(t, moment))[corner]
+            }
         };
         topology.incident[v].iter().map(force).sum()
     }
 
     /// The tilts of a triangle.
-    pub fn tilt(&self, t: usize) -> &Tilt {
-        &self.tilt[t]
+    #[inline(always)]
+    pub fn tilt(&self, t: usize) -> Tilt {
+        self.tilt[t / DOUBLES].lane(t % DOUBLES)
     }
 
     /// The law of a triangle in the majorant, times 1 + β/s \[N·mm\].

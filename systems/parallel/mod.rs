@@ -4,6 +4,7 @@
 mod pool;
 mod share;
 
+use super::kernels::lanes::DOUBLES;
 use super::kernels::simd::{Kernel, LANES, run, wide};
 use hecs::{Query, World};
 pub use pool::{Aside, Pool, is_worth_sharing};
@@ -103,6 +104,12 @@ pub fn for_packs<T: Send>(packs: &mut [T], kernel: &impl Kernel<T>) {
     in_pieces(Rows(packs, CHUNK / LANES), is_shared, kernel);
 }
 
+/// Runs a kernel on every chunk of groups of four rows.
+pub fn for_fours<T: Send>(fours: &mut [T], kernel: &impl Kernel<T>) {
+    let is_shared = is_worth_sharing(DOUBLES * fours.len());
+    in_pieces(Rows(fours, CHUNK / DOUBLES), is_shared, kernel);
+}
+
 /// Does two things that take about as long as so many rows, side by side where that is worth it.
 pub fn both(rows: usize, mut a: impl FnMut() + Send, mut b: impl FnMut() + Send) {
     if is_worth_sharing(rows) {
@@ -143,6 +150,15 @@ pub fn sum_pieces<T: Send, S: Copy + Default + Send + Sum>(
     kernel: &impl Kernel<T, S>,
 ) -> S {
     sum_of(out, size, partials, |first, rows| run(kernel, first, rows))
+}
+
+/// Runs a kernel on every chunk of so many groups of four rows and sums what it returns. `partials` is scratch; it grows once.
+pub fn sum_fours<S: Copy + Default + Send + Sum>(
+    count: usize,
+    partials: &mut Vec<S>,
+    kernel: &impl Kernel<(), S>,
+) -> S {
+    sum_pieces(&mut vec![(); count], CHUNK / DOUBLES, partials, kernel)
 }
 
 /// Calls `f(row, out)` for every row and sums what it returns, one number or several. `partials` is scratch; it grows once.

@@ -1,8 +1,10 @@
 //! Angles between the triangles of a body, four edges side by side.
 
+use super::forces::size;
 use super::is_first;
 use crate::storage::NONE;
-use crate::systems::kernels::fold::{self, SMALL};
+use crate::systems::kernels::fold::{self, ARC_TANGENT, SMALL};
+use crate::systems::kernels::fold_lanes::OverFour;
 use crate::systems::kernels::gather::{components, row};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::membrane_lanes::{cross, dot};
@@ -33,25 +35,30 @@ impl Edge {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Edges {
     edges: Vec<Edge>,
-    /// The edges of every triangle; [`NONE`] at the boundary.
-    of_triangle: Vec<[u32; 3]>,
+    /// The edges of every four triangles; at the boundary that after the last, which has zero.
+    of_four: Vec<[[u32; DOUBLES]; 3]>,
 }
 
 impl Edges {
     /// Lists the edges of triangles with such rest angles and the same edges as those across have them.
     pub fn list<'a>(&mut self, rest: impl ExactSizeIterator<Item = (&'a DVec3, [u32; 3])>) {
-        let Self { edges, of_triangle } = self;
+        let Self { edges, of_four } = self;
         edges.clear();
-        of_triangle.clear();
-        of_triangle.resize(rest.len(), [NONE; 3]);
+        of_four.clear();
+        of_four.resize(rest.len().div_ceil(DOUBLES), [[NONE; DOUBLES]; 3]);
         for (t, (angle, across)) in rest.enumerate() {
             for e in 0..3 {
                 if is_first(t, e, across[e]) {
                     let (n, f) = (across[e] as usize / 3, across[e] as usize % 3);
-                    (of_triangle[t][e], of_triangle[n][f]) = (edges.len() as u32, edges.len() as u32);
+                    for (t, e) in [(t, e), (n, f)] {
+                        of_four[t / DOUBLES][e][t % DOUBLES] = edges.len() as u32;
+                    }
                     edges.push(Edge { sides: [(3 * t + e) as u32, across[e]], angle: angle[e] });
                 }
             }
+        }
+        for edge in of_four.as_flattened_mut().as_flattened_mut() {
+            *edge = (*edge).min(edges.len() as u32);
         }
     }
 
@@ -63,19 +70,25 @@ impl Edges {
         x: impl Fn(usize) -> DVec3 + Sync,
         half: &mut Vec<f64>,
     ) {
-        half.resize(self.edges.len(), 0.0);
-        parallel::for_chunks(half, &Angles { edges: &self.edges, corners, normal, x });
+        let count = self.edges.len();
+        size(half, count);
+        parallel::for_chunks(&mut half[..count], &Angles { edges: &self.edges, corners, normal, x });
     }
 
-    /// What the edges of a triangle have; zero at the boundary.
+    /// What the edges of four triangles have; zero at the boundary.
     #[inline(always)]
-    pub fn around(&self, t: usize, value: &[f64]) -> DVec3 {
-        let value = |edge: u32| if edge == NONE { 0.0 } else { value[edge as usize] };
-        DVec3::from_array(self.of_triangle[t].map(value))
+    pub fn around(&self, four: usize, value: &[f64]) -> OverFour {
+        let mut around = OverFour::default();
+        for e in 0..3 {
+            for lane in 0..DOUBLES {
+                around[e][lane] = value[self.of_four[four][e][lane] as usize];
+            }
+        }
+        around
     }
 }
 
-/// Half of what the angle at an edge is off its rest value: [`fold::angle`] where it is small.
+/// Half of what the angle at an edge is off its rest value: [`fold::angle`] where it is less than a right one.
 struct Angles<'a, N, X> {
     edges: &'a [Edge],
     corners: &'a [[u32; 3]],
@@ -107,12 +120,25 @@ impl<N: Fn(usize) -> DVec3 + Sync, X: Fn(usize) -> DVec3 + Sync> Kernel<f64> for
             let s = tangent * tangent;
             let powers = a7 - s * (a9 - s * (a11 - s * a13));
             let small = tangent - tangent * s * (a3 - s * (a5 - s * powers));
+            let mut up_to_right = small;
+            let largest = Doubles::splat(lanes, SMALL) * cosine;
+            if !(largest.is_larger(sine) && largest.is_larger(minus * sine)) {
+                let half = sine / ((sine * sine + cosine * cosine).sqrt() + cosine);
+                let quarter = half / ((half * half + one).sqrt() + one);
+                let s = quarter * quarter;
+                let mut powers = Doubles::splat(lanes, 0.0);
+                for a in ARC_TANGENT.iter().rev() {
+                    powers = powers * s + Doubles::splat(lanes, *a);
+                }
+                up_to_right = Doubles::splat(lanes, 4.0) * (quarter + quarter * s * powers);
+            }
             let ([sine, cosine], inverse) = ([sine.to_array(), cosine.to_array()], inverse.to_array());
-            let small = small.to_array();
+            let (small, up_to_right) = (small.to_array(), up_to_right.to_array());
             for (lane, half) in half.iter_mut().enumerate() {
                 let is_small = sine[lane].abs() < SMALL * cosine[lane];
-                let now = if is_small && inverse[lane].is_finite() && inverse[lane] > 0.0 {
-                    small[lane]
+                let has_way = inverse[lane].is_finite() && inverse[lane] > 0.0;
+                let now = if cosine[lane] > 0.0 && has_way {
+                    if is_small { small[lane] } else { up_to_right[lane] }
                 } else {
                     let [a, b, way] = edges[lane].place(corners, normal, x);
                     fold::angle(a, b, way)
@@ -145,13 +171,13 @@ mod tests {
             _ => direction(v, 2.0),
         };
         let edge = |i: u32| Edge { sides: [3 * i + i % 3, 3 * i + 3], angle: 4.0 * wave(i as usize, 1.3) };
-        let edges = Edges { edges: (0..1027).map(edge).collect(), of_triangle: Vec::new() };
+        let edges = Edges { edges: (0..1027).map(edge).collect(), of_four: Vec::new() };
         let corners: Vec<[u32; 3]> = (0..1027).map(|i| [i, i + 1, i + 2]).collect();
         let each = edges.edges.iter().map(|edge| {
             let [a, b, way] = edge.place(&corners, &normal, &x);
             0.5 * fold::shorter_way(fold::angle(a, b, way) - edge.angle)
         });
-        let each: Vec<u64> = each.map(f64::to_bits).collect();
+        let each: Vec<u64> = each.chain([0.0]).map(f64::to_bits).collect();
         let before = force_portable(true);
         for is_portable in [true, false] {
             force_portable(is_portable);

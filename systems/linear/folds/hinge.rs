@@ -25,8 +25,8 @@ impl Folds {
             return None;
         }
         let (n, f) = (across as usize / 3, across as usize % 3);
-        let (own, other) = (&self.tilt[t], &self.tilt[n]);
-        let part = |tilt: &Tilt, e: usize, corner: usize| tilt.normal * tilt.by_corner[e][corner % 3];
+        let (own, other) = (&self.tilt(t), &self.tilt(n));
+        let part = |tilt: &Tilt, e: usize, corner: usize| tilt.normal * tilt.by_corner(e, corner % 3);
         let gradient = [
             part(own, e, e) + part(other, f, f + 1),
             part(own, e, e + 1) + part(other, f, f),

@@ -1,10 +1,11 @@
 //! What a motion along the tangent leaves over of the energy of bending: for [`contain`](crate::systems::contain).
 
-use super::{Folds, Halves, Passes, RestFold};
-use crate::storage::NONE;
-use crate::systems::kernels::fold::{self, OverEdges};
+use super::Folds;
+use super::forces::{Passes, Tilts, size};
+use crate::systems::kernels::fold;
+use crate::systems::kernels::fold_lanes::{OverFour, RestFour, unit_normals};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
-use crate::systems::kernels::membrane_lanes::{Four, arrays, dot, doubles};
+use crate::systems::kernels::membrane_lanes::{Four, Vectors, arrays, dot, doubles};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
 use glam::DVec3;
@@ -17,10 +18,11 @@ impl Folds {
     /// The energy \[mJ\] of the angles last evaluated, but for what is next to nothing.
     pub fn stored(&self, partials: &mut Vec<f64>) -> f64 {
         parallel::sum(self.rest.len(), partials, |t| {
-            if self.half[t].abs().max_element() < LEVEL {
+            let half = self.half(t);
+            if half.abs().max_element() < LEVEL {
                 return 0.0;
             }
-            let phi = self.half[t] + self.turned(t, |t| fold::product(&self.rest[t].law, self.half[t]));
+            let phi = half + self.turned(t, |t| fold::product(&self.rest[t].law, self.half(t)));
             0.5 * phi.dot(fold::product(&self.rest[t].law, phi))
         })
     }
@@ -39,45 +41,68 @@ impl Folds {
         partials: &mut Vec<f64>,
     ) -> f64 {
         let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        let Passes { off, motion: motions, moved, halves, .. } = &mut *passes;
-        let count = self.rest.len();
+        let Passes { rows, second: earlier, off, motion: motions, ends, halves, .. } = &mut *passes;
+        let count = self.fours.len();
         motions.resize(vertices, Default::default());
-        moved.resize(count, Default::default());
-        halves.resize(count, Default::default());
+        ends.resize(count, Default::default());
+        size(rows, count);
+        size(earlier, count);
+        size(halves, count);
         parallel::for_rows(motions, |v, out| *out = motion(v));
-        parallel::for_rows(moved, |t, moved| {
-            let corners = corners[t].map(|v| v as usize);
-            let (ends, tilt) = (corners.map(|v| motions[v][1]), &self.tilt[t]);
-            let earlier = before.map_or(DVec3::ZERO, |(before, _)| tilt.of(corners.map(|v| before[v])));
-            *moved = [fold::normal(ends, self.made_of[t].0.area), tilt.of(corners.map(|v| motions[v][0])), earlier];
-        });
-        self.edges.find(corners, |t| moved[t][0], |v| motions[v][1], off);
+        parallel::for_fours(ends, &Ends { fours: &self.fours, corners, motions });
+        let tilts = Tilts { folds: self, corners, u: |v: usize| motions[v][0], is_exact: true };
+        parallel::for_fours(&mut rows[..count], &tilts);
+        if let Some((before, _)) = before {
+            let tilts = Tilts { folds: self, corners, u: |v: usize| before[v], is_exact: true };
+            parallel::for_fours(&mut earlier[..count], &tilts);
+        }
+        self.edges.find(corners, |t| ends[t / DOUBLES][t % DOUBLES], |v| motions[v][1], off);
         let has_before = before.is_some();
-        parallel::for_chunks(halves, &Halving { folds: self, moved, off, has_before });
+        let halving = Halving { folds: self, tilts: rows, earlier, off, has_before };
+        parallel::for_fours(&mut halves[..count], &halving);
         let is_counted = before.is_none_or(|(_, is_counted)| is_counted);
         let balance = Balance { folds: self, halves, is_exact, has_before, is_counted };
-        parallel::sum_chunks(&mut vec![(); count], partials, &balance)
+        parallel::sum_fours(count, partials, &balance)
     }
 }
 
-/// The products with four vectors over the edges: [`fold::product`]'s, side by side.
-#[inline(always)]
-fn products<L: Lanes>(lanes: L, m: &OverEdges, v: [Doubles<L>; 3]) -> [Doubles<L>; 3] {
-    let mut q = [v[0]; 6];
-    for i in 0..6 {
-        q[i] = Doubles::splat(lanes, m[i]);
+/// Of every triangle four half angles per edge, and their products with the law: at the start of a motion, at its end, their change
+/// along the tilts, and that of the motion before.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Halves {
+    half: [OverFour; 4],
+    /// Per edge and triangle the four products.
+    first: [[Four; DOUBLES]; 3],
+}
+
+/// Where four halves stand.
+const START: usize = 0;
+const END: usize = 1;
+const CHANGE: usize = 2;
+const EARLIER: usize = 3;
+
+/// Normals at the end of a motion.
+struct Ends<'a> {
+    fours: &'a [RestFour],
+    corners: &'a [[u32; 3]],
+    motions: &'a [[DVec3; 2]],
+}
+
+impl Kernel<[DVec3; DOUBLES]> for Ends<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [[DVec3; DOUBLES]]) {
+        for (four, out) in (first..).zip(rows) {
+            let triangles = (self.corners, four * DOUBLES);
+            *out = unit_normals(lanes, triangles, &|v| self.motions[v][1], &self.fours[four]);
+        }
     }
-    [
-        q[0] * v[0] + q[3] * v[1] + q[5] * v[2],
-        q[3] * v[0] + q[1] * v[1] + q[4] * v[2],
-        q[5] * v[0] + q[4] * v[1] + q[2] * v[2],
-    ]
 }
 
 /// The half angles of a motion, with their products.
 struct Halving<'a> {
     folds: &'a Folds,
-    moved: &'a [[DVec3; 3]],
+    tilts: &'a [OverFour],
+    earlier: &'a [OverFour],
     off: &'a [f64],
     has_before: bool,
 }
@@ -85,16 +110,23 @@ struct Halving<'a> {
 impl Kernel<Halves> for Halving<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [Halves]) {
-        let Self { folds, moved, off, has_before } = self;
-        for (i, [half, product]) in rows.iter_mut().enumerate() {
-            let t = first + i;
-            let [start, end] = [folds.half[t], folds.edges.around(t, off)];
-            let change = folds.half_of_tilts(t, |t| moved[t][1]);
-            let earlier = if *has_before { folds.half_of_tilts(t, |t| moved[t][2]) } else { DVec3::ZERO };
-            for e in 0..3 {
-                half[e] = [start[e], end[e], change[e], earlier[e]];
+        let Self { folds, tilts, earlier, off, has_before } = self;
+        for (four, Halves { half, first }) in (first..).zip(rows) {
+            let rest = &folds.fours[four];
+            half[START] = folds.half[four];
+            half[END] = folds.edges.around(four, off);
+            half[CHANGE] = arrays(rest.half_of_tilts(lanes, doubles(lanes, &tilts[four]), tilts));
+            if *has_before {
+                half[EARLIER] = arrays(rest.half_of_tilts(lanes, doubles(lanes, &earlier[four]), earlier));
             }
-            *product = arrays(products(lanes, &folds.rest[t].law, doubles(lanes, half)));
+            let mut products = [[Doubles::splat(lanes, 0.0); 3]; 4];
+            for q in 0..if *has_before { 4 } else { EARLIER } {
+                products[q] = rest.product(lanes, doubles(lanes, &half[q]));
+            }
+            for e in 0..3 {
+                let of_edge = [products[START][e], products[END][e], products[CHANGE][e], products[EARLIER][e]];
+                first[e] = arrays(Doubles::transpose(of_edge));
+            }
         }
     }
 }
@@ -109,41 +141,63 @@ struct Balance<'a> {
     is_counted: bool,
 }
 
+impl Balance<'_> {
+    /// Half angles with the mid-edge normals turned.
+    #[inline(always)]
+    fn turned<L: Lanes>(&self, lanes: L, four: usize) -> [Vectors<L>; 4] {
+        let (rest, Halves { half, first }) = (&self.folds.fours[four], &self.halves[four]);
+        let zero = Doubles::splat(lanes, 0.0);
+        let mut differences = [[zero; 3]; 4];
+        for e in 0..3 {
+            let mut of_edge = [zero; DOUBLES];
+            for lane in 0..DOUBLES {
+                let (other, place) = rest.across(e, lane);
+                let other = self.halves[other].first.as_flattened()[place];
+                of_edge[lane] = Doubles::new(lanes, other) - Doubles::new(lanes, first[e][lane]);
+            }
+            let of_edge = Doubles::transpose(of_edge);
+            for q in 0..4 {
+                differences[q][e] = of_edge[q];
+            }
+        }
+        let mut phi = [[zero; 3]; 4];
+        for q in 0..4 {
+            phi[q] = rest.plus_turned(lanes, doubles(lanes, &half[q]), differences[q]);
+        }
+        phi
+    }
+}
+
 impl Kernel<(), f64> for Balance<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [()]) -> f64 {
         let Self { folds, halves, is_exact, has_before, is_counted } = self;
-        let mut sum = 0.0;
-        for t in first..first + rows.len() {
-            let RestFold { law, turn, across, .. } = &folds.rest[t];
-            let [half, product] = &halves[t];
-            let mut phi = doubles(lanes, half);
-            for e in 0..3 {
-                let (n, f) = (across[e] as usize / 3, across[e] as usize % 3);
-                let other = if across[e] == NONE { [0.0; DOUBLES] } else { halves[n][1][f] };
-                let difference = Doubles::new(lanes, other) - Doubles::new(lanes, product[e]);
-                phi[e] = phi[e] + difference * Doubles::splat(lanes, turn[e]);
-            }
-            let moment = products(lanes, law, phi);
-            let energy = dot(phi, moment).to_array();
-            let (phi, moment) = (arrays(phi), arrays(moment));
-            let [start, change, earlier] = [of(&moment, 0), of(&moment, 2), of(&moment, 3)];
-            let (way, by_tilts) = (of(&phi, 2), of(half, 2));
+        let half = Doubles::splat(lanes, 0.5);
+        let (factor, damping) = (Doubles::splat(lanes, folds.factor), Doubles::splat(lanes, folds.factor - 1.0));
+        let mut sum = Doubles::splat(lanes, 0.0);
+        for four in first..first + rows.len() {
+            let rest = &folds.fours[four];
+            let phi = self.turned(lanes, four);
+            let (start, end) = (rest.product(lanes, phi[START]), rest.product(lanes, phi[END]));
+            let (before, after) = (dot(phi[START], start), dot(phi[END], end));
             let pull = if *is_exact {
-                folds.factor * change.dot(way)
+                dot(rest.product(lanes, phi[CHANGE]), phi[CHANGE])
             } else {
-                fold::product(&folds.law(t), by_tilts).dot(by_tilts)
+                let by_tilts = doubles(lanes, &halves[four].half[CHANGE]);
+                dot(rest.product(lanes, by_tilts), by_tilts) * Doubles::new(lanes, folds.are_whole(four))
             };
-            let along = if *is_counted { way } else { way + of(&phi, 3) };
-            let damped = if *has_before { (folds.factor - 1.0) * earlier.dot(along) } else { 0.0 };
-            sum += 0.5 * (energy[1] - energy[0]) - start.dot(way) - pull - damped;
+            sum = sum + (half * (after - before) - dot(start, phi[CHANGE]) - factor * pull);
+            if *has_before {
+                let mut along = phi[CHANGE];
+                if !is_counted {
+                    for e in 0..3 {
+                        along[e] = along[e] + phi[EARLIER][e];
+                    }
+                }
+                sum = sum - damping * dot(rest.product(lanes, phi[EARLIER]), along);
+            }
         }
-        sum
+        let [a, b, c, d] = sum.to_array();
+        (a + b) + (c + d)
     }
-}
-
-/// One of four vectors over the edges.
-#[inline(always)]
-fn of(x: &[Four; 3], lane: usize) -> DVec3 {
-    DVec3::new(x[0][lane], x[1][lane], x[2][lane])
 }

@@ -62,7 +62,7 @@ impl Folds {
         });
         let is_near = |t: usize, of: &[bool]| rest[t].across.iter().any(|&n| n != NONE && of[n as usize / 3]);
         parallel::for_rows(bends, |t, bends| *bends = is_slack[t] || is_near(t, is_slack));
-        parallel::for_rows(part, |t, part| {
+        parallel::for_rows(&mut part[..rest.len()], |t, part| {
             *part = if bends[t] {
                 Part::Whole
             } else if is_near(t, bends) {

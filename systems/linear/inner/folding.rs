@@ -171,8 +171,8 @@ impl Side {
         let (tilt, law, across) = (folds.tilt(t), folds.law(t), folds.across(t));
         let mut edge = [Vec4::ZERO; 3];
         for e in 0..3 {
-            let rates = tilt.by_corner[e];
-            let rates = [rates[e], rates[(e + 1) % 3], rates[(e + 2) % 3], 0.25 * law[e]];
+            let rate = |corner: usize| tilt.by_corner(e, corner % 3);
+            let rates = [rate(e), rate(e + 1), rate(e + 2), 0.25 * law[e]];
             edge[e] = Vec4::from_array(rates.map(|x| x as f32));
         }
         let bends = |e: usize, n: u32| n != NONE && law[e] + folds.law(n as usize / 3)[n as usize % 3] > 0.0;
@@ -193,12 +193,11 @@ fn fill(pack: &mut FoldPack, lane: usize, folds: &Folds, t: usize, side: &Side, 
     let mut scale = [0.0; 3];
     for e in 0..3 {
         pack.normal[e][lane] = side.normal[e];
-        pack.minus_cotangent[e][lane] = (tilt.by_corner[(e + 1) % 3][(e + 2) % 3] * tilt.length[(e + 1) % 3]) as f32;
+        pack.minus_cotangent[e][lane] = tilt.minus_cotangent[e] as f32;
         if side.across[e] != NONE {
             let (t, edge) = (side.across[e] as usize / 3, side.across[e] % 3);
             pack.across[e][lane] = place[t] + edge * LANES as u32;
-            // An edge without length has no normals beside it.
-            scale[e] = if tilt.length[e] > 0.0 { 0.5 / tilt.length[e] } else { 0.0 };
+            scale[e] = 0.5 * tilt.inverse_length[e];
         }
     }
     for (i, [e, f]) in [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]].into_iter().enumerate() {
