@@ -10,6 +10,10 @@ use crate::components::{Contact, Increment, Obstacle, Shape, SolverScratch};
 use crate::math::Sym3;
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
+use crate::systems::kernels::gather::{at_corners, less};
+use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
+use crate::systems::kernels::membrane_lanes::dot;
+use crate::systems::kernels::simd::{Pass, pass};
 use crate::systems::tearing::nearest_in_triangle;
 use glam::DVec3;
 
@@ -183,15 +187,50 @@ pub(super) fn for_held(
     if radius.is_infinite() {
         return;
     }
-    for (t, corners) in triangles.corners.iter().enumerate() {
-        let of = |points: &[DVec3]| corners.map(|v| points[v as usize]);
-        let x = of(vertices);
-        let longest = longest_sq(x);
-        if longest > radius * radius
-            && let Some(face) = held_at(moved, of(start), x, (longest.sqrt(), radius))
-        {
-            f(t, face);
+    let corners = &triangles.corners[..];
+    let mut first = 0;
+    // Most bodies have none.
+    while let Some(found) = pass(NextLong { corners, first, x: vertices, length_sq: radius * radius }) {
+        first = (found + DOUBLES).min(corners.len());
+        for (t, corners) in corners[..first].iter().enumerate().skip(found) {
+            let of = |points: &[DVec3]| corners.map(|v| points[v as usize]);
+            let x = of(vertices);
+            let longest = longest_sq(x);
+            if longest > radius * radius
+                && let Some(face) = held_at(moved, of(start), x, (longest.sqrt(), radius))
+            {
+                f(t, face);
+            }
         }
+    }
+}
+
+/// The next of the fours of triangles from `first` on in which one may have an edge longer than is left to the vertices.
+struct NextLong<'a> {
+    corners: &'a [[u32; 3]],
+    first: usize,
+    x: &'a [DVec3],
+    length_sq: f64,
+}
+
+impl Pass for NextLong<'_> {
+    /// Its first triangle.
+    type Output = Option<usize>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Option<usize> {
+        let Self { corners, first, x, length_sq } = self;
+        let most = Doubles::splat(lanes, length_sq);
+        for four in (first..corners.len()).step_by(DOUBLES) {
+            let [a, b, c] = at_corners(lanes, (corners, four), &|v| x[v]);
+            let (ab, bc, ca) = (less(b, a), less(c, b), less(a, c));
+            // Nor is a length that is no number less.
+            let are_short = most.is_larger(dot(ab, ab)) && most.is_larger(dot(bc, bc)) && most.is_larger(dot(ca, ca));
+            if !are_short {
+                return Some(four);
+            }
+        }
+        None
     }
 }
 

@@ -4,7 +4,7 @@
 //! a triangle has its `place`. The list ends with zeros, which are what the boundary has across.
 
 use super::fold::{OverEdges, Tilt, least_twice_area};
-use super::gather::{components, row};
+use super::gather::{at_corners, components, less, row};
 use super::lanes::{DOUBLES, Doubles, Lanes};
 use super::membrane_lanes::{Four, Vectors, arrays, cross, dot, doubles};
 use glam::DVec3;
@@ -131,29 +131,6 @@ impl RestFour {
         let across = self.across[e][lane] as usize;
         (across / NUMBERS, across % NUMBERS)
     }
-}
-
-/// Vectors at the corners of the four triangles from `first` on: a lane without a triangle has those of the last.
-#[inline(always)]
-pub fn at_corners<L: Lanes>(
-    lanes: L,
-    (corners, first): (&[[u32; 3]], usize),
-    x: &impl Fn(usize) -> DVec3,
-) -> [Vectors<L>; 3] {
-    let mut rows = [[row(lanes, DVec3::ZERO); DOUBLES]; 3];
-    for lane in 0..DOUBLES {
-        let corners = &corners[(first + lane).min(corners.len() - 1)];
-        for corner in 0..3 {
-            rows[corner][lane] = row(lanes, x(corners[corner] as usize));
-        }
-    }
-    // Not by `map`, which is not inlined.
-    [components(rows[0]), components(rows[1]), components(rows[2])]
-}
-
-#[inline(always)]
-fn less<L: Lanes>(a: Vectors<L>, b: Vectors<L>) -> Vectors<L> {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// [`Tilt`] of four triangles.

@@ -19,6 +19,30 @@ pub fn components<L: Lanes>(rows: [Doubles<L>; DOUBLES]) -> [Doubles<L>; 3] {
     [x, y, z]
 }
 
+/// Vectors at the corners of the four triangles from `first` on: a lane without a triangle has those of the last.
+#[inline(always)]
+pub fn at_corners<L: Lanes>(
+    lanes: L,
+    (corners, first): (&[[u32; 3]], usize),
+    x: &impl Fn(usize) -> DVec3,
+) -> [[Doubles<L>; 3]; 3] {
+    let mut rows = [[row(lanes, DVec3::ZERO); DOUBLES]; 3];
+    for lane in 0..DOUBLES {
+        let corners = &corners[(first + lane).min(corners.len() - 1)];
+        for corner in 0..3 {
+            rows[corner][lane] = row(lanes, x(corners[corner] as usize));
+        }
+    }
+    // Not by `map`, which is not inlined.
+    [components(rows[0]), components(rows[1]), components(rows[2])]
+}
+
+/// a − b.
+#[inline(always)]
+pub fn less<L: Lanes>(a: [Doubles<L>; 3], b: [Doubles<L>; 3]) -> [Doubles<L>; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
 /// The shape gradients of a triangle as a row.
 #[inline(always)]
 pub fn gradients_of<L: Lanes>(lanes: L, RestTriangle { gradients: [g1, g2], .. }: &RestTriangle) -> Doubles<L> {

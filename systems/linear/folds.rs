@@ -28,7 +28,7 @@ use angles::Edges;
 use forces::Passes;
 use glam::DVec3;
 pub use hinge::Hinge;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 use taut::Part;
 
 /// The part ω of a single mid-edge normal's own way to balance by which all are turned at once (2/3 would be best for a triangle by
@@ -150,7 +150,8 @@ impl Folds {
             self.rest[t].stiffest = self.stiffest(t, neighbours);
         }
         self.edges.list(self.rest.iter().map(|rest| (&rest.angle, rest.across)));
-        let Self { rest, made_of, fours, .. } = self;
+        let Self { rest, made_of, fours, passes, .. } = self;
+        passes.get_mut().unwrap_or_else(PoisonError::into_inner).is_at_end = false;
         let across = |across: u32| (across != NONE).then_some((across as usize / 3, across as usize % 3));
         let of_triangle = |t: usize| (rest[t].law, rest[t].turn, rest[t].across.map(across), made_of[t].0.area);
         fours.clear();
@@ -270,6 +271,12 @@ impl Folds {
     #[inline(always)]
     pub fn law(&self, t: usize) -> OverEdges {
         if self.part[t] == Part::Whole { self.rest[t].law.map(|q| q * self.factor) } else { OverEdges::default() }
+    }
+
+    /// Its entry for an edge by itself.
+    #[inline(always)]
+    pub fn stiffness(&self, t: usize, e: usize) -> f64 {
+        if self.part[t] == Part::Whole { self.rest[t].law[e] * self.factor } else { 0.0 }
     }
 
     /// The edges of a triangle as those across have them, three times the triangle plus the edge; [`NONE`] at the boundary.

@@ -4,7 +4,8 @@ use super::Folds;
 use super::left_over::Halves;
 use super::taut::Part;
 use crate::storage::Topology;
-use crate::systems::kernels::fold_lanes::{OverFour, RestFour, TiltFour, at, at_corners};
+use crate::systems::kernels::fold_lanes::{OverFour, RestFour, TiltFour, at};
+use crate::systems::kernels::gather::at_corners;
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::membrane_lanes::{Vectors, arrays, doubles};
 use crate::systems::kernels::simd::Kernel;
@@ -23,11 +24,23 @@ pub(super) struct Passes {
     pub second: Vec<OverFour>,
     /// Per edge half of what its angle is off its rest value.
     pub off: Vec<f64>,
+    /// Whether that is at the end of the motion.
+    pub is_at_end: bool,
     /// Of a motion: where vertices go and where they end.
     pub motion: Vec<[DVec3; 2]>,
     /// Normals at its end.
     pub ends: Vec<[DVec3; DOUBLES]>,
     pub halves: Vec<Halves>,
+}
+
+impl Passes {
+    /// Whether the angles are those at `x`, to the last bit.
+    fn ends_at(&self, x: &[DVec3]) -> bool {
+        let bits = |x: DVec3| x.to_array().map(f64::to_bits);
+        self.is_at_end
+            && self.motion.len() == x.len()
+            && self.motion.iter().zip(x).all(|([_, end], x)| bits(*end) == bits(*x))
+    }
 }
 
 /// Makes a list for so many fours, with zeros at its end.
@@ -47,8 +60,13 @@ impl Folds {
     /// Half of what the angles are off their rest values at `x`, where the tilts have been found.
     pub(super) fn find_angles(&mut self, corners: &[[u32; 3]], x: &[DVec3]) {
         let Self { edges, tilt, half, passes, .. } = self;
-        let off = &mut passes.get_mut().unwrap_or_else(PoisonError::into_inner).off;
-        edges.find(corners, |t| tilt[t / DOUBLES].normal[t % DOUBLES], |v| x[v], off);
+        let passes = passes.get_mut().unwrap_or_else(PoisonError::into_inner);
+        // Steps mostly begin where the last one's motion has been judged to end.
+        if !passes.ends_at(x) {
+            edges.find(corners, |t| tilt[t / DOUBLES].normal[t % DOUBLES], |v| x[v], &mut passes.off);
+            passes.is_at_end = false;
+        }
+        let off = &passes.off;
         half.resize(tilt.len(), OverFour::default());
         parallel::for_fours(half, &Around { edges, off });
     }

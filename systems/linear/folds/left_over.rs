@@ -41,7 +41,7 @@ impl Folds {
         partials: &mut Vec<f64>,
     ) -> f64 {
         let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        let Passes { rows, second: earlier, off, motion: motions, ends, halves, .. } = &mut *passes;
+        let Passes { rows, second: earlier, off, is_at_end, motion: motions, ends, halves, .. } = &mut *passes;
         let count = self.fours.len();
         motions.resize(vertices, Default::default());
         ends.resize(count, Default::default());
@@ -57,6 +57,7 @@ impl Folds {
             parallel::for_fours(&mut earlier[..count], &tilts);
         }
         self.edges.find(corners, |t| ends[t / DOUBLES][t % DOUBLES], |v| motions[v][1], off);
+        *is_at_end = true;
         let has_before = before.is_some();
         let halving = Halving { folds: self, tilts: rows, earlier, off, has_before };
         parallel::for_fours(&mut halves[..count], &halving);

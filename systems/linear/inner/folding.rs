@@ -5,10 +5,11 @@
 //! added to the two diagonal blocks that what is left is semidefinite still: without, curvature would be negative along
 //! smooth shapes.
 
-use super::empty;
 use super::partition::{EMPTY, Partition};
+use super::{empty, size};
 use crate::storage::NONE;
 use crate::systems::kernels::block::{self, Block};
+use crate::systems::kernels::fold::OverEdges;
 use crate::systems::kernels::fold_pack::{FoldPack, NUMBERS};
 use crate::systems::kernels::lanes::Lanes;
 use crate::systems::kernels::pack::{LANES, Pack, Places};
@@ -21,6 +22,10 @@ use glam::{Vec4, Vec4Swizzles};
 #[derive(Clone, Copy, Debug, Default)]
 struct Side {
     normal: Vec4,
+    /// Minus the cotangents of the angles.
+    minus_cotangent: [f32; 3],
+    /// Half of one over the lengths of edges without [`NONE`] across.
+    scale: [f32; 3],
     /// Per edge the tilts by the corner where it begins, where it ends and opposite, then the stiffness.
     edge: [Vec4; 3],
     /// The same edges in the triangles across: three times the triangle plus the edge, or [`NONE`] without any stiffness.
@@ -37,6 +42,7 @@ pub struct Folding {
     places: Vec<Places>,
     /// First pack of every block; one more entry at the end.
     pack_start: Vec<u32>,
+    /// Of the triangles that are packed.
     sides: Vec<Side>,
     tilt: Vec<f32>,
     moment: Vec<f32>,
@@ -44,38 +50,39 @@ pub struct Folding {
     place: Vec<u32>,
     /// First number of every block of packs; one more entry at the end.
     start: Vec<u32>,
-    /// The triangles of the block at hand, with pack and lane in the partition.
-    of_block: Vec<[u32; 3]>,
+    /// The triangles of the block at hand.
+    of_block: Vec<u32>,
 }
 
 impl Folding {
     /// Takes the numbers of the majorant.
     pub fn assemble(&mut self, folds: &Folds, corners: &[[u32; 3]], partition: &Partition, row: &[u32]) {
         self.choose(folds, corners.len(), partition);
-        empty(&mut self.sides, corners.len());
-        self.sides.resize(corners.len(), Side::default());
+        size(&mut self.sides, corners.len(), Side::default());
         parallel::for_rows(&mut self.sides, |t, side| {
             if folds.has_part(t) {
                 *side = Side::new(folds, t);
             }
         });
         let Self { packs, sides, place, triangle, .. } = self;
-        empty(packs, triangle.len());
-        packs.resize(triangle.len(), FoldPack::default());
+        size(packs, triangle.len(), FoldPack::default());
         parallel::for_rows(packs, |p, pack| {
+            *pack = FoldPack::default();
             for (lane, &t) in triangle[p].iter().enumerate() {
-                let own = (p * NUMBERS + lane) as u32;
-                pack.across = [0, 1, 2].map(|e| with_lane(pack.across[e], lane, own + (e * LANES) as u32));
+                for e in 0..3 {
+                    pack.across[e][lane] = (p * NUMBERS + e * LANES + lane) as u32;
+                }
                 if t != EMPTY {
-                    fill(pack, lane, folds, t as usize, &sides[t as usize], place);
-                    (0..3).for_each(|c| pack.row[c][lane] = row[corners[t as usize][c] as usize]);
+                    fill(pack, lane, &folds.law(t as usize), &sides[t as usize], place);
+                    for corner in 0..3 {
+                        pack.row[corner][lane] = row[corners[t as usize][corner] as usize];
+                    }
                 }
             }
         });
         let numbers = NUMBERS * self.triangle.len();
         for pass in [&mut self.tilt, &mut self.moment] {
-            empty(pass, numbers);
-            pass.resize(numbers, 0.0);
+            size(pass, numbers, 0.0);
         }
         empty(&mut self.start, self.pack_start.len());
         self.start.extend(self.pack_start.iter().map(|start| NUMBERS as u32 * start));
@@ -90,24 +97,20 @@ impl Folding {
         empty(place, count);
         place.resize(count, EMPTY);
         pack_start.push(0);
-        for block in partition.pack_start.windows(2) {
+        for block in partition.all_blocks() {
             of_block.clear();
-            for lane in 0..LANES {
-                for pack in block[0]..block[1] {
-                    let t = partition.triangles(pack as usize)[lane];
-                    if t != EMPTY && folds.has_part(t as usize) {
-                        of_block.push([t, pack, lane as u32]);
-                    }
-                }
-            }
+            of_block.extend(partition.triangles_of(block).filter(|&t| folds.has_part(t as usize)));
             let (first, packs) = (triangle.len(), of_block.len().div_ceil(LANES));
             triangle.resize(first + packs, [EMPTY; LANES]);
             places.resize(first + packs, Places::default());
-            for (i, &[t, pack, from]) in of_block.iter().enumerate() {
+            for (i, &t) in of_block.iter().enumerate() {
                 let (p, lane) = (first + i % packs, i / packs);
                 triangle[p][lane] = t;
                 place[t as usize] = (p * NUMBERS + lane) as u32;
-                (0..3).for_each(|c| places[p][c][lane] = partition.places[pack as usize][c][from as usize]);
+                let (pack, from) = partition.place_of(t);
+                for corner in 0..3 {
+                    places[p][corner][lane] = partition.places[pack][corner][from];
+                }
             }
             pack_start.push(triangle.len() as u32);
         }
@@ -168,40 +171,41 @@ impl Folding {
 
 impl Side {
     fn new(folds: &Folds, t: usize) -> Self {
-        let (tilt, law, across) = (folds.tilt(t), folds.law(t), folds.across(t));
-        let mut edge = [Vec4::ZERO; 3];
+        let (tilt, across) = (folds.tilt(t), folds.across(t));
+        let mut side = Self {
+            normal: tilt.normal.as_vec3().extend(0.0),
+            minus_cotangent: tilt.minus_cotangent.as_vec3().to_array(),
+            across: [NONE; 3],
+            ..Self::default()
+        };
         for e in 0..3 {
+            let stiffness = folds.stiffness(t, e);
             let rate = |corner: usize| tilt.by_corner(e, corner % 3);
-            let rates = [rate(e), rate(e + 1), rate(e + 2), 0.25 * law[e]];
-            edge[e] = Vec4::from_array(rates.map(|x| x as f32));
+            let rates = [rate(e), rate(e + 1), rate(e + 2), 0.25 * stiffness];
+            side.edge[e] = Vec4::from_array(rates.map(|x| x as f32));
+            let n = across[e];
+            if n != NONE && stiffness + folds.stiffness(n as usize / 3, n as usize % 3) > 0.0 {
+                side.across[e] = n;
+                side.scale[e] = (0.5 * tilt.inverse_length[e]) as f32;
+            }
         }
-        let bends = |e: usize, n: u32| n != NONE && law[e] + folds.law(n as usize / 3)[n as usize % 3] > 0.0;
-        let across = [0, 1, 2].map(|e| if bends(e, across[e]) { across[e] } else { NONE });
-        Self { normal: tilt.normal.as_vec3().extend(0.0), edge, across }
+        side
     }
-}
-
-fn with_lane(mut lanes: [u32; LANES], lane: usize, value: u32) -> [u32; LANES] {
-    lanes[lane] = value;
-    lanes
 }
 
 /// Fills a lane of a pack, but for the rows.
 #[inline(always)]
-fn fill(pack: &mut FoldPack, lane: usize, folds: &Folds, t: usize, side: &Side, place: &[u32]) {
-    let (tilt, law) = (folds.tilt(t), folds.law(t));
-    let mut scale = [0.0; 3];
+fn fill(pack: &mut FoldPack, lane: usize, law: &OverEdges, side: &Side, place: &[u32]) {
     for e in 0..3 {
         pack.normal[e][lane] = side.normal[e];
-        pack.minus_cotangent[e][lane] = tilt.minus_cotangent[e] as f32;
+        pack.minus_cotangent[e][lane] = side.minus_cotangent[e];
         if side.across[e] != NONE {
             let (t, edge) = (side.across[e] as usize / 3, side.across[e] % 3);
             pack.across[e][lane] = place[t] + edge * LANES as u32;
-            scale[e] = 0.5 * tilt.inverse_length[e];
         }
     }
     for (i, [e, f]) in [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]].into_iter().enumerate() {
-        pack.law[i][lane] = (law[i] * scale[e] * scale[f]) as f32;
+        pack.law[i][lane] = law[i] as f32 * (side.scale[e] * side.scale[f]);
     }
 }
 

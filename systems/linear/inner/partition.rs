@@ -76,6 +76,12 @@ impl Partition {
         0..self.pack_start.len() - 1
     }
 
+    /// The triangles of a block: first those of its packs' first lane, pack after pack, then those of the next one.
+    pub fn triangles_of(&self, block: usize) -> Range<u32> {
+        let first = block * BLOCK;
+        first as u32..(first + self.of_block(first)) as u32
+    }
+
     /// Those before a [`cut`], and those from it on.
     pub fn blocks_of_halves(&self, cut: u32) -> [Range<usize>; 2] {
         let all = self.all_blocks();
