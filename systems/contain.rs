@@ -312,7 +312,12 @@ impl Solved<'_> {
         let Self { operator: Operator { vertices, triangles, topology, tangent, .. }, increment, .. } = self;
         let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
         let sum = if is_alike {
-            parallel::sum_chunks(&mut vec![(); triangles.len()], partials, &Whole(self))
+            let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
+            if frames.is_planar() {
+                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.flat })
+            } else {
+                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.solid })
+            }
         } else {
             parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
         };

@@ -1,7 +1,8 @@
 //! What a solve leaves over, for four triangles side by side: bodies of the linear law with the rotated tangent, and all of the answer.
 
 use super::Solved;
-use crate::math::ElementState;
+use crate::math::GeometricStiffness;
+use crate::systems::kernels::gather::{StateLanes, Stored, at_corners, gradients_of, law_of, less};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::membrane::LEAST_TRACE;
 use crate::systems::kernels::membrane_lanes::{Vectors, combine, cross, dot, doubles, rotated};
@@ -35,12 +36,16 @@ fn stretch_rate<L: Lanes>(
 }
 
 /// Triangles of a body, every one with its whole displacement: the rows have nothing in them.
-pub(super) struct Whole<'a, 'b>(pub &'a Solved<'b>);
+pub(super) struct Whole<'a, 'b, S> {
+    pub solved: &'a Solved<'b>,
+    /// Of every triangle, as the body's are stored.
+    pub state: &'a [S],
+}
 
-impl Kernel<(), f64> for Whole<'_, '_> {
+impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [()]) -> f64 {
-        let Self(solved) = self;
+        let Self { solved, state } = self;
         let operator = &solved.operator;
         let (vertices, triangles, frames) = (operator.vertices, operator.triangles, operator.frames);
         let (thickness, stiffness) = (triangles.thickness.by_row(), triangles.stiffness.by_row());
@@ -54,61 +59,30 @@ impl Kernel<(), f64> for Whole<'_, '_> {
         let mut sum = 0.0;
         for start in (first..first + rows.len()).step_by(DOUBLES) {
             let count = (first + rows.len() - start).min(DOUBLES);
-            let (mut edges, mut changes, mut shape) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 5]);
-            let (mut axes, mut state) = ([[0.0; DOUBLES]; 6], [[0.0; DOUBLES]; 6]);
-            let (mut laws, mut geometric) = ([[0.0; DOUBLES]; 4], [[0.0; DOUBLES]; 4]);
-            let mut earlier = [[0.0; DOUBLES]; 6];
+            let (mut shape, mut law) = ([zero; DOUBLES], [zero; DOUBLES]);
+            let (mut geometric, mut volume) = ([zero; DOUBLES], [0.0; DOUBLES]);
+            let mut of_lanes = [&state[start]; DOUBLES];
             for lane in 0..DOUBLES {
                 // The last group is filled up with its last triangle.
                 let t = start + lane.min(count - 1);
-                let [i, j, k] = triangles.corners[t].map(|v| v as usize);
-                let (x, u) = (&vertices.position, &solved.increment.delta);
-                let (a, b, da, db) = (x[j] - x[i], x[k] - x[i], u[j] - u[i], u[k] - u[i]);
-                for (edge, value) in edges.iter_mut().zip([a.x, a.y, a.z, b.x, b.y, b.z]) {
-                    edge[lane] = value;
-                }
-                for (change, value) in changes.iter_mut().zip([da.x, da.y, da.z, db.x, db.y, db.z]) {
-                    change[lane] = value;
-                }
-                if is_damped_before {
-                    let (da, db) = (before[j] - before[i], before[k] - before[i]);
-                    for (earlier, value) in earlier.iter_mut().zip([da.x, da.y, da.z, db.x, db.y, db.z]) {
-                        earlier[lane] = value;
-                    }
-                }
-                let ([g1, g2], area) = (triangles.rest[t].gradients, triangles.rest[t].area);
-                for (shape, value) in shape.iter_mut().zip([g1.x, g1.y, g2.x, g2.y, area * thickness[t]]) {
-                    shape[lane] = value;
-                }
-                let ElementState { polar, stress: s } = frames.state(t);
-                let (r1, r2, u) = (polar.fibre_axis, polar.transverse_axis, polar.stretch);
-                for (axis, value) in axes.iter_mut().zip([r1.x, r1.y, r1.z, r2.x, r2.y, r2.z]) {
-                    axis[lane] = value;
-                }
-                for (state, value) in state.iter_mut().zip([u.xx, u.yy, u.xy, s.xx, s.yy, s.xy]) {
-                    state[lane] = value;
-                }
-                let (q, g) = (&stiffness[t], frames.geometric_stiffness(t));
-                for (law, value) in laws.iter_mut().zip([q.q11, q.q12, q.q22, q.q66]) {
-                    law[lane] = value;
-                }
-                for (geometric, value) in geometric.iter_mut().zip([g.normal.xx, g.normal.yy, g.normal.xy, g.in_plane])
-                {
-                    geometric[lane] = value;
-                }
+                (shape[lane], law[lane]) = (gradients_of(lanes, &triangles.rest[t]), law_of(lanes, &stiffness[t]));
+                let GeometricStiffness { normal, in_plane } = frames.geometric_stiffness(t);
+                geometric[lane] = Doubles::new(lanes, [normal.xx, normal.yy, normal.xy, in_plane]);
+                volume[lane] = triangles.rest[t].area * thickness[t];
+                of_lanes[lane] = &state[t];
             }
-            let [ax, ay, az, bx, by, bz] = doubles(lanes, &edges);
-            let [dax, day, daz, dbx, dby, dbz] = doubles(lanes, &changes);
-            let [g1x, g1y, g2x, g2y, volume] = doubles(lanes, &shape);
-            let [r1x, r1y, r1z, r2x, r2y, r2z] = doubles(lanes, &axes);
-            let [uxx, uyy, uxy, txx, tyy, txy] = doubles(lanes, &state);
-            let [q11, q12, q22, q66] = doubles(lanes, &laws);
-            let [nxx, nyy, nxy, in_plane] = doubles(lanes, &geometric);
-            let (d1, d2) = ([dax, day, daz], [dbx, dby, dbz]);
+            let of_group = (&triangles.corners[..], start);
+            let [x, x1, x2] = at_corners(lanes, of_group, &|v| vertices.position[v]);
+            let [u, u1, u2] = at_corners(lanes, of_group, &|v| solved.increment.delta[v]);
+            let ((f1, f2), (d1, d2)) = ((less(x1, x), less(x2, x)), (less(u1, u), less(u2, u)));
+            let StateLanes { axes: [r1, r2], stretch: [uxx, uyy, uxy], stress: [txx, tyy, txy] } =
+                S::lanes(lanes, of_lanes);
+            let ([g1x, g1y, g2x, g2y], volume) = (Doubles::transpose(shape), Doubles::new(lanes, volume));
+            let ([q11, q12, q22, q66], [nxx, nyy, nxy, in_plane]) =
+                (Doubles::transpose(law), Doubles::transpose(geometric));
             let (d1, d2) = (combine(d1, g1x, d2, g2x), combine(d1, g1y, d2, g2y));
             let trace = uxx + uyy;
             // The work of the stress and of the tangent.
-            let (r1, r2) = ([r1x, r1y, r1z], [r2x, r2y, r2z]);
             let inverse_trace = one / trace.max(Doubles::splat(lanes, LEAST_TRACE));
             let law = [q11, q12, q22, q66];
             let rate = stretch_rate(lanes, [r1, r2], [uxx, uyy, uxy], inverse_trace, [d1, d2]);
@@ -120,15 +94,14 @@ impl Kernel<(), f64> for Whole<'_, '_> {
             let out_of_plane = nxx * m1 * m1 + two * nxy * m1 * m2 + nyy * m2 * m2;
             let mut work = contract(lanes, [txx, tyy, txy], rate) + damped * elastic + shear + out_of_plane;
             if is_damped_before {
-                let [dax, day, daz, dbx, dby, dbz] = doubles(lanes, &earlier);
-                let (d1, d2) = ([dax, day, daz], [dbx, dby, dbz]);
+                let [u, u1, u2] = at_corners(lanes, of_group, &|v| before[v]);
+                let (d1, d2) = (less(u1, u), less(u2, u));
                 let (d1, d2) = (combine(d1, g1x, d2, g2x), combine(d1, g1y, d2, g2y));
                 let earlier = stretch_rate(lanes, [r1, r2], [uxx, uyy, uxy], inverse_trace, [d1, d2]);
                 let along = [rate[0] + seen * earlier[0], rate[1] + seen * earlier[1], rate[2] + seen * earlier[2]];
                 work = work + viscosity * contract(lanes, stress(law, earlier), along);
             }
             // What is stored at both ends.
-            let (f1, f2) = ([ax, ay, az], [bx, by, bz]);
             let (f1, f2) = (combine(f1, g1x, f2, g2x), combine(f1, g1y, f2, g2y));
             let (f1, f2) = (combine(f1, one, d1, one), combine(f2, one, d2, one));
             let end = rotated(lanes, f1, f2, solved.is_planar);
@@ -220,7 +193,12 @@ mod tests {
                     let each: Vec<f64> = (0..count).map(|t| solved.of_triangle(t, 1.0)).collect();
                     let wide = [true, false].map(|is_portable| {
                         force_portable(is_portable);
-                        run(&Whole(solved), 0, &mut vec![(); count])
+                        let Frames { solid, flat, .. } = solved.operator.frames;
+                        if is_planar {
+                            run(&Whole { solved, state: flat }, 0, &mut vec![(); count])
+                        } else {
+                            run(&Whole { solved, state: solid }, 0, &mut vec![(); count])
+                        }
                     });
                     assert_eq!(wide[0].to_bits(), wide[1].to_bits(), "planar {is_planar}, later {is_damped_before}");
                     // Rounding of sums of work and energy, each some thousand times what is left over of the smallest triangle.

@@ -75,9 +75,6 @@ impl Tilt {
     }
 }
 
-/// Below this tangent an angle is a sum of seven powers of it, to the last digit.
-pub const SMALL: f64 = 1.0 / 16.0;
-
 /// arctan(x)/x = 1 + Σ aₖ·x²ᵏ⁺² up to x = tan(π/8): the polynomial with the least error, 5e-18.
 pub const ARC_TANGENT: [f64; 11] = [
     -0.333_333_333_333_333_3,
@@ -96,17 +93,11 @@ pub const ARC_TANGENT: [f64; 11] = [
 /// The angle between two triangles with these unit normals, along the edge between them as the first of them sees it.
 pub fn angle(normal: DVec3, across: DVec3, edge: DVec3) -> f64 {
     let (sine, cosine) = (-normal.cross(across).dot(edge.normalize_or_zero()), normal.dot(across));
-    if sine.abs() < SMALL * cosine {
-        let tangent = sine / cosine;
-        let s = tangent * tangent;
-        let powers = 1.0 / 7.0 - s * (1.0 / 9.0 - s * (1.0 / 11.0 - s * (1.0 / 13.0)));
-        return tangent - tangent * s * (1.0 / 3.0 - s * (1.0 / 5.0 - s * powers));
-    }
     if !(cosine > 0.0) {
         return f64::atan2(sine, cosine);
     }
     // The tangents of its half and its quarter.
-    let half = sine / ((sine * sine + cosine * cosine).sqrt() + cosine);
+    let half = sine / (1.0 + cosine);
     let quarter = half / ((half * half + 1.0).sqrt() + 1.0);
     let s = quarter * quarter;
     let powers = ARC_TANGENT.iter().rev().fold(0.0, |sum, a| sum * s + a);

@@ -3,7 +3,7 @@
 use super::forces::size;
 use super::is_first;
 use crate::storage::NONE;
-use crate::systems::kernels::fold::{self, ARC_TANGENT, SMALL};
+use crate::systems::kernels::fold::{self, ARC_TANGENT};
 use crate::systems::kernels::fold_lanes::OverFour;
 use crate::systems::kernels::gather::{components, row};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
@@ -11,6 +11,7 @@ use crate::systems::kernels::membrane_lanes::{cross, dot};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
 use glam::DVec3;
+use std::f64::consts::PI;
 
 /// An edge between two triangles.
 #[derive(Clone, Copy, Debug)]
@@ -98,52 +99,42 @@ struct Angles<'a, N, X> {
 
 impl<N: Fn(usize) -> DVec3 + Sync, X: Fn(usize) -> DVec3 + Sync> Kernel<f64> for Angles<'_, N, X> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, half: &mut [f64]) {
+    fn run<L: Lanes>(&self, lanes: L, first: usize, out: &mut [f64]) {
         let Self { edges, corners, normal, x } = self;
-        let [one, minus] = [1.0, -1.0].map(|x| Doubles::splat(lanes, x));
-        let [a3, a5, a7] = [1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0].map(|x| Doubles::splat(lanes, x));
-        let [a9, a11, a13] = [1.0 / 9.0, 1.0 / 11.0, 1.0 / 13.0].map(|x| Doubles::splat(lanes, x));
-        for (group, half) in half.chunks_mut(DOUBLES).enumerate() {
-            let edges = &edges[first + group * DOUBLES..][..half.len()];
-            let mut rows = [[row(lanes, DVec3::ZERO); DOUBLES]; 3];
+        let [zero, half, one, minus] = [0.0, 0.5, 1.0, -1.0].map(|x| Doubles::splat(lanes, x));
+        let (four, largest) = (Doubles::splat(lanes, 4.0), Doubles::splat(lanes, f64::MAX));
+        let straight = Doubles::splat(lanes, PI);
+        for (group, out) in out.chunks_mut(DOUBLES).enumerate() {
+            let edges = &edges[first + group * DOUBLES..][..out.len()];
+            let (mut rows, mut rest) = ([[row(lanes, DVec3::ZERO); DOUBLES]; 3], [0.0; DOUBLES]);
             for (lane, edge) in edges.iter().enumerate() {
                 for (rows, vector) in rows.iter_mut().zip(edge.place(corners, normal, x)) {
                     rows[lane] = row(lanes, vector);
                 }
+                rest[lane] = edge.angle;
             }
             // Not by `map`, which is not inlined.
             let (a, b, way) = (components(rows[0]), components(rows[1]), components(rows[2]));
             let inverse = one / dot(way, way).sqrt();
             let unit = [way[0] * inverse, way[1] * inverse, way[2] * inverse];
             let (sine, cosine) = (minus * dot(cross(a, b), unit), dot(a, b));
-            let tangent = sine / cosine;
-            let s = tangent * tangent;
-            let powers = a7 - s * (a9 - s * (a11 - s * a13));
-            let small = tangent - tangent * s * (a3 - s * (a5 - s * powers));
-            let mut up_to_right = small;
-            let largest = Doubles::splat(lanes, SMALL) * cosine;
-            if !(largest.is_larger(sine) && largest.is_larger(minus * sine)) {
-                let half = sine / ((sine * sine + cosine * cosine).sqrt() + cosine);
-                let quarter = half / ((half * half + one).sqrt() + one);
-                let s = quarter * quarter;
-                let mut powers = Doubles::splat(lanes, 0.0);
-                for a in ARC_TANGENT.iter().rev() {
-                    powers = powers * s + Doubles::splat(lanes, *a);
-                }
-                up_to_right = Doubles::splat(lanes, 4.0) * (quarter + quarter * s * powers);
+            let of_half = sine / (one + cosine);
+            let quarter = of_half / ((of_half * of_half + one).sqrt() + one);
+            let s = quarter * quarter;
+            let mut powers = zero;
+            for a in ARC_TANGENT.iter().rev() {
+                powers = powers * s + Doubles::splat(lanes, *a);
             }
-            let ([sine, cosine], inverse) = ([sine.to_array(), cosine.to_array()], inverse.to_array());
-            let (small, up_to_right) = (small.to_array(), up_to_right.to_array());
-            for (lane, half) in half.iter_mut().enumerate() {
-                let is_small = sine[lane].abs() < SMALL * cosine[lane];
-                let has_way = inverse[lane].is_finite() && inverse[lane] > 0.0;
-                let now = if cosine[lane] > 0.0 && has_way {
-                    if is_small { small[lane] } else { up_to_right[lane] }
-                } else {
-                    let [a, b, way] = edges[lane].place(corners, normal, x);
-                    fold::angle(a, b, way)
-                };
-                *half = 0.5 * fold::shorter_way(now - edges[lane].angle);
+            let off = four * (quarter + quarter * s * powers) - Doubles::new(lanes, rest);
+            let has_way = inverse.is_larger(zero) && largest.is_larger(inverse);
+            let is_short = straight.is_larger(off) && straight.is_larger(minus * off);
+            if has_way && cosine.is_larger(zero) && is_short {
+                out.copy_from_slice(&(half * off).to_array()[..out.len()]);
+                continue;
+            }
+            for (edge, out) in edges.iter().zip(out) {
+                let [a, b, way] = edge.place(corners, normal, x);
+                *out = 0.5 * fold::shorter_way(fold::angle(a, b, way) - edge.angle);
             }
         }
     }
