@@ -42,8 +42,11 @@ const LEVELS: Without = Without { cost: 2, prepared: 0, first: 8 };
 
 /// So often in a row a factor may be stale before it has served for as long as it took to make, until there is none for a while.
 const STRIKES: u32 = 3;
-/// Solves for which there is then none.
+/// Solves for which there is then none. What comes after a rest is only tried once, and where it is stale as soon the next rest is twice as
+/// long: a trial makes a step twice as long as others, and tissue that folds and tears as it did has no use for one.
 const REST: u32 = 512;
+/// So often at the most a rest is twice as long as the last: after 16,384 solves there is always another trial.
+const DOUBLINGS: u32 = 5;
 /// Solves with factors made on the spot after one that has come to nothing without: then solves are as before. Tissue
 /// that was crushed has come free by then, or costs one such solve more in so many.
 const RESCUED: u32 = 16;
@@ -63,6 +66,8 @@ pub struct Factor {
     without: u32,
     strikes: u32,
     rest: u32,
+    /// Rests since a factor has last served for long.
+    rests: u32,
     /// Solves that are still to be served by factors made on the spot.
     rescued: u32,
 }
@@ -177,7 +182,7 @@ impl Factor {
     /// # Errors
     /// As [`renew`](Self::renew).
     pub fn rescue(&mut self, operator: &Operator, free: &FreeAxes, without: u32) -> Result<(), NoFactor> {
-        (self.without, self.strikes, self.rest) = (without, 0, 0);
+        (self.without, self.strikes, self.rest, self.rests) = (without, 0, 0, 0);
         self.renew(operator, free)?;
         self.rescued = RESCUED;
         Ok(())
@@ -243,17 +248,23 @@ impl Factor {
         if iterations <= STALE || self.pending.is_some() {
             return;
         }
-        self.strikes = if current.served <= delay(free) { self.strikes + 1 } else { 0 };
-        if self.strikes < STRIKES {
+        if current.served > delay(free) {
+            (self.strikes, self.rests) = (0, 0);
+        } else {
+            self.strikes += 1;
+        }
+        if self.strikes < if self.rests == 0 { STRIKES } else { 1 } {
             self.renew_aside(operator, free);
         } else {
-            (self.current, self.strikes, self.rest) = (None, 0, REST);
+            self.discard();
         }
     }
 
-    /// After a dynamic solve that has failed with it, or where there could be none: there is none for a while.
+    /// Where it is of no use, or there could be none: there is none for a while.
     pub fn discard(&mut self) {
-        (self.current, self.pending, self.rest) = (None, None, REST);
+        (self.current, self.pending, self.strikes) = (None, None, 0);
+        self.rest = REST << self.rests.min(DOUBLINGS);
+        self.rests = self.rests.saturating_add(1);
     }
 
     /// After a dynamic solve without it.
@@ -334,5 +345,20 @@ impl std::fmt::Debug for Factor {
         let served = self.current.as_ref().map(|current| current.served);
         let left = self.pending.as_ref().map(|pending| pending.left);
         f.debug_struct("Factor").field("served", &served).field("pending", &left).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rests_grow_while_no_factor_serves() {
+        let mut factor = Factor::default();
+        let mut rests = (0..8).map(|_| {
+            factor.discard();
+            factor.rest
+        });
+        assert!(rests.by_ref().eq([512, 1024, 2048, 4096, 8192, 16384, 16384, 16384]));
     }
 }

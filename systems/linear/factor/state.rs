@@ -58,6 +58,7 @@ pub struct FactorState {
     without: u32,
     strikes: u32,
     rest: u32,
+    rests: u32,
     rescued: u32,
 }
 
@@ -86,7 +87,7 @@ struct Coming {
 impl Factor {
     /// What a snapshot keeps.
     pub fn state(&self) -> FactorState {
-        let &Self { ref current, ref pending, without, strikes, rest, rescued } = self;
+        let &Self { ref current, ref pending, without, strikes, rest, rests, rescued } = self;
         // Across edits a factor does not turn.
         let turning = |bridge: &Bridge, warp: &Warp| if bridge.is_empty() { warp.state() } else { Warp::default() };
         let current = current.as_deref().map(|current| Current {
@@ -101,7 +102,7 @@ impl Factor {
             let (origin, warp, bridge) = (origin.clone(), turning(bridge, warp), bridge.clone());
             Coming { origin, bridge, warp, left: *left }
         };
-        FactorState { current, pending: pending.as_ref().map(coming), without, strikes, rest, rescued }
+        FactorState { current, pending: pending.as_ref().map(coming), without, strikes, rest, rests, rescued }
     }
 
     /// The factor of a state, which goes on as the one did that it was kept of. The one in use is made now, the other aside.
@@ -109,7 +110,7 @@ impl Factor {
     /// # Errors
     /// Where the matrix has none, which that of a factor has.
     pub fn of_state(state: &FactorState) -> Result<Self, NoFactor> {
-        let &FactorState { ref current, ref pending, without, strikes, rest, rescued } = state;
+        let &FactorState { ref current, ref pending, without, strikes, rest, rests, rescued } = state;
         let current = current.as_ref().map(|current| {
             let cholesky = Cholesky::of_equations(&current.equations, current.precision)?;
             let mut factor = InUse::new(cholesky, current.bridge.clone(), current.warp.clone());
@@ -120,7 +121,7 @@ impl Factor {
             Pending::new(origin.clone(), bridge.clone(), warp.clone(), *left)
         };
         let pending = pending.as_ref().map(begin);
-        Ok(Self { current: current.transpose()?, pending, without, strikes, rest, rescued })
+        Ok(Self { current: current.transpose()?, pending, without, strikes, rest, rests, rescued })
     }
 }
 
