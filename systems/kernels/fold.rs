@@ -143,3 +143,21 @@ pub fn law(rest: &RestTriangle, stiffness: &Orthotropic, scale: f64) -> OverEdge
     let moment = curvature.map(|k| stiffness.stress(k) * (scale * rest.area));
     [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(e, f)| moment[e].contract(curvature[f]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_are_those_of_the_arc_tangent() {
+        for i in -4000..=4000 {
+            let theta = f64::from(i) * (std::f64::consts::PI / 4000.5);
+            for theta in [theta, theta * 1e-6] {
+                let (sine, cosine) = theta.sin_cos();
+                let found = angle(DVec3::Z, DVec3::new(sine, 0.0, cosine), DVec3::NEG_Y * 0.7);
+                // Rounding of a few operations; beyond a right angle that of the sine, which is small there.
+                assert!((found - theta).abs() <= 1e-15 * theta.abs(), "{found} for {theta}");
+            }
+        }
+    }
+}

@@ -229,6 +229,35 @@ fn a_motion_leaves_over_what_energy_forces_and_tangent_say() {
 }
 
 #[test]
+fn angles_at_the_end_of_a_motion_serve_only_there() {
+    let mut cap = Cap::new();
+    let x = cap.noisy(0.15);
+    let mut random = Random::new(17);
+    let end: Vec<DVec3> = x.iter().map(|x| *x + random.vector(0.05)).collect();
+    let mut elsewhere = end.clone();
+    elsewhere[40].x += 1e-9;
+    for at in [&end, &elsewhere] {
+        cap.folds.evaluate(&cap.triangles.corners, &x, 1.0);
+        let motion = |v: usize| [end[v] - x[v], end[v]];
+        cap.folds.left_over(&cap.triangles.corners, (x.len(), motion), None, false, &mut Vec::new());
+        // As found by one that knows of no motion, to the last bit.
+        assert!(cap.forces(at) == Cap::new().forces(at));
+    }
+    // New rest angles, or another mesh: as if there had been none.
+    cap.vertices.rest_position[40].z += 0.1;
+    let stiffer = Bending { stiffness: Some(0.1) };
+    cap.folds.refresh(&cap.vertices, &cap.triangles, &cap.topology, &stiffer);
+    let mut anew = Folds::default();
+    anew.refresh(&cap.vertices, &cap.triangles, &cap.topology, &stiffer);
+    let mut forces = [vec![DVec3::ZERO; end.len()], vec![DVec3::ZERO; end.len()]];
+    for (folds, forces) in [&mut cap.folds, &mut anew].into_iter().zip(&mut forces) {
+        folds.evaluate(&cap.triangles.corners, &end, 1.0);
+        folds.add_forces(&cap.triangles.corners, &cap.topology, |_| DVec3::ZERO, forces);
+    }
+    assert!(largest(&forces[0]) > 0.0 && forces[0] == forces[1]);
+}
+
+#[test]
 fn rest_and_rigid_motions_exert_no_force_and_no_motion_a_torque() {
     let mut cap = Cap::new();
     let scale = {
