@@ -99,17 +99,6 @@ const TARGETS: &[Target] = &[
         tail: 2.0,
         ..HAPTIC
     },
-    // The same where a step is not taken up again for tips that have advanced.
-    Target {
-        name: "capsulorhexis 5k, bending, no resumes, dt 5 ms, 1 %",
-        scene: "capsulorhexis",
-        sets: &["run.dt=5", "bodies.0.bending={}", "run.resumes=0"],
-        window: [1600.0, 4600.0, 2600.0, 50.0],
-        is_chaotic: true,
-        median: 2.5,
-        tail: 2.0,
-        ..HAPTIC
-    },
     // As long as a step lasts.
     Target {
         name: "capsulorhexis 20k, dt 20 ms, 1 %, 2 threads",
