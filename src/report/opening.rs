@@ -80,7 +80,7 @@ impl Opening {
         let loops = boundary_loops(triangles, topology);
         let (count, piece) = topology.components();
         let outline = |rows: &[u32]| rows.iter().map(|&v| vertices.rest_position[v as usize]).collect::<Vec<_>>();
-        let size = |rows: &[u32]| area_and_centroid(&outline(rows)).map_or(0.0, |(area, _)| area.length());
+        let size = |rows: &[u32]| area_within(&outline(rows));
         let of_piece = |rows: &[u32]| piece[(topology.incident[rows[0] as usize][0] / 3) as usize];
         let mut rims = vec![None; count];
         for (i, rows) in loops.iter().enumerate() {
@@ -119,6 +119,11 @@ pub fn boundary_loops(triangles: &Triangles, topology: &Topology) -> Vec<Vec<u32
 
 fn edges(outline: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
     outline.iter().copied().zip(outline.iter().copied().cycle().skip(1))
+}
+
+/// The area \[mm²\] in a closed outline: that of the two lips of a slit is next to none.
+pub(super) fn area_within(outline: &[DVec3]) -> f64 {
+    area_and_centroid(outline).map_or(0.0, |(area, _)| area.length())
 }
 
 /// Vector area \[mm²\] and centroid \[mm\]; by triangles with one corner in the middle of the points.

@@ -10,7 +10,7 @@
 //! A tear begins with a puncture near the axis, from which a cut leads outwards and round. The end of the cut that is left there is the
 //! flap's inner end. Where it tears on, it is the flap that tears off, and no circle that is left.
 
-use super::opening::{Axis, Opening, boundary_loops};
+use super::opening::{Axis, Opening, area_within, boundary_loops};
 use crate::components::Grips;
 use crate::event::{Event, EventKind};
 use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
@@ -89,11 +89,7 @@ impl TearCourse {
         let outline = |rows: &[u32]| rows.iter().map(|&v| vertices.rest_position[v as usize]).collect::<Vec<_>>();
         let rows = boundary_loops(triangles, topology);
         let loops: Vec<Vec<DVec3>> = rows.iter().map(|rows| outline(rows)).collect();
-        let size = |points: &[DVec3]| {
-            Axis::of_outline(points)
-                .map_or(0.0, |axis| points.iter().map(|&p| axis.offset(p).length()).fold(0.0, f64::max))
-        };
-        let rim = (0..loops.len()).max_by(|&a, &b| size(&loops[a]).total_cmp(&size(&loops[b])))?;
+        let rim = (0..loops.len()).max_by(|&a, &b| area_within(&loops[a]).total_cmp(&area_within(&loops[b])))?;
         let axis = Axis::of_outline(&loops[rim])?;
         let mut course = Self {
             body,

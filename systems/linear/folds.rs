@@ -58,7 +58,7 @@ pub struct Folds {
     rest: Vec<RestFold>,
     made_of: Vec<MadeOf>,
     is_changed: Vec<bool>,
-    /// The same by fours.
+    /// The rest data by fours.
     fours: Vec<RestFour>,
     edges: Edges,
     tilt: Vec<TiltFour>,
