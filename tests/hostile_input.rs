@@ -1,6 +1,5 @@
 //! Mesh files, scene files, `--set`, edits and the command line, with whatever bytes: refused with a reason, or sound; and never for more
 //! memory than a multiple of the bytes. Fixed seeds; `tests/fuzz` has the same properties as targets for cargo-fuzz.
-#![cfg(all(feature = "scenes", feature = "snapshot"))]
 
 mod hostile;
 

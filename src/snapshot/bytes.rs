@@ -15,7 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The version of the format that this build writes and reads.
-pub const VERSION: u16 = 10;
+pub const VERSION: u16 = 11;
 
 const HAS_FACTORS: u16 = 1;
 const IS_COMPRESSED: u16 = 2;
@@ -30,6 +30,7 @@ pub(crate) enum Kind {
     Snapshot,
     Recording,
     /// The state of a run of the command line.
+    #[cfg(feature = "cli")]
     Run,
 }
 
@@ -38,14 +39,21 @@ impl Kind {
         match self {
             Self::Snapshot => b"rhexsnap",
             Self::Recording => b"rhexrec\0",
+            #[cfg(feature = "cli")]
             Self::Run => b"rhexrun\0",
         }
+    }
+
+    /// Whether it is there to lead to the same bits again: another build's factors would lead to others.
+    fn promises_bits(self) -> bool {
+        !matches!(self, Self::Snapshot)
     }
 
     fn name(self) -> &'static str {
         match self {
             Self::Snapshot => "snapshot",
             Self::Recording => "recording",
+            #[cfg(feature = "cli")]
             Self::Run => "state of a run",
         }
     }
@@ -82,7 +90,7 @@ pub(crate) fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T,
     if version != VERSION {
         return Err(SnapshotError::Version { found: version, known: VERSION });
     }
-    if (marks & HAS_FACTORS != 0) != cfg!(feature = "direct") {
+    if kind.promises_bits() && (marks & HAS_FACTORS != 0) != cfg!(feature = "direct") {
         return Err(SnapshotError::Build { has_factors: marks & HAS_FACTORS != 0 });
     }
     if long(20) != sum(body) {
@@ -153,11 +161,12 @@ impl Snapshot {
         pack(Kind::Snapshot, &*self.0)
     }
 
-    /// The snapshot that these bytes are.
+    /// The snapshot that these bytes are. It goes on to the same bits in builds that agree about the feature `direct`; from
+    /// one to the other it goes on without a factor, to the same answers within the tolerances of its solves.
     ///
     /// # Errors
-    /// For bytes that are no snapshot, are damaged, of another version or of a build with other solvers, and for a state that
-    /// contradicts itself: the error says where. Bytes from anywhere may be given.
+    /// For bytes that are no snapshot, are damaged or of another version, and for a state that contradicts itself: the error
+    /// says where. Bytes from anywhere may be given.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SnapshotError> {
         Self::of(unpack(Kind::Snapshot, bytes)?)
     }

@@ -22,8 +22,8 @@ pub enum SnapshotError {
         /// Of this build.
         known: u16,
     },
-    /// Written with or without the feature `direct`, read the other way.
-    #[error("it was written by a build {} the feature `direct`, and the results of this one would differ", if *.has_factors { "with" } else { "without" })]
+    /// A recording or the state of a run, written with or without the feature `direct`, read the other way.
+    #[error("it was written by a build {} the feature `direct`, and the last digits of this one differ: use such a build (snapshots are read by either)", if *.has_factors { "with" } else { "without" })]
     Build {
         /// Whether the build that wrote it has factors.
         has_factors: bool,

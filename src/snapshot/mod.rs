@@ -16,6 +16,8 @@ pub(crate) mod bytes;
 mod check;
 mod error;
 #[cfg(feature = "snapshot")]
+mod factor;
+#[cfg(feature = "snapshot")]
 pub(crate) mod handle;
 mod hash;
 mod saved;

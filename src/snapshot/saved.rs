@@ -24,6 +24,7 @@ macro_rules! saved {
             #[cfg_attr(feature = "snapshot", serde(skip))]
             pub topology: Option<Topology>,
             pub scratch: Option<SolverScratch>,
+            #[cfg_attr(feature = "snapshot", serde(with = "super::factor"))]
             pub factor: Option<FactorState>,
             pub inner: Option<InnerState>,
         }

@@ -36,6 +36,7 @@ impl Bridge {
     }
 
     /// Whether it leads every one of `vertex_count` vertices, if any, to some of `old_count`.
+    #[cfg(feature = "snapshot")]
     pub fn is_sound(&self, vertex_count: usize, old_count: usize) -> bool {
         let is_there = |&(old, weight): &(u32, f64)| (old as usize) < old_count && weight.is_finite();
         self.link.len() == self.is_touched.len()

@@ -1,12 +1,13 @@
 //! What stands in for a body's Cholesky factor without the feature `direct`: there never is one.
 
 use super::{Inner, Operator};
+use crate::components::FreeAxes;
 use crate::storage::EditRecord;
 use glam::{DVec3, Vec4};
 
 /// No factor.
 #[derive(Debug, Default)]
-pub struct Factor;
+pub struct Factor {}
 
 /// Nothing to keep.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,11 +34,11 @@ impl Factor {
     /// # Errors
     /// Never.
     pub fn of_state(_state: &FactorState) -> Result<Self, NoFactor> {
-        Ok(Self)
+        Ok(Self {})
     }
 
     /// False.
-    pub fn is_of(&self, _corners: &[[u32; 3]], _free: &[DVec3]) -> bool {
+    pub fn is_of(&self, _corners: &[[u32; 3]], _free: &FreeAxes) -> bool {
         false
     }
 
@@ -45,7 +46,7 @@ impl Factor {
     ///
     /// # Errors
     /// Always: there is none.
-    pub fn renew(&mut self, _operator: &Operator, _free: &[DVec3]) -> Result<(), NoFactor> {
+    pub fn renew(&mut self, _operator: &Operator, _free: &FreeAxes) -> Result<(), NoFactor> {
         Err(NoFactor::Unavailable)
     }
 
@@ -53,7 +54,7 @@ impl Factor {
     ///
     /// # Errors
     /// Always: there is none.
-    pub fn rescue(&mut self, _operator: &Operator, _free: &[DVec3], _without: u32) -> Result<(), NoFactor> {
+    pub fn rescue(&mut self, _operator: &Operator, _free: &FreeAxes, _without: u32) -> Result<(), NoFactor> {
         Err(NoFactor::Unavailable)
     }
 
@@ -63,7 +64,7 @@ impl Factor {
     }
 
     /// False.
-    pub fn is_ready(&mut self, _operator: &Operator, _free: &[DVec3]) -> bool {
+    pub fn is_ready(&mut self, _operator: &Operator, _free: &FreeAxes) -> bool {
         false
     }
 
@@ -73,7 +74,7 @@ impl Factor {
     }
 
     /// Nothing.
-    pub fn has_served(&mut self, _iterations: u32, _most: u32, _operator: &Operator, _free: &[DVec3]) {}
+    pub fn has_served(&mut self, _iterations: u32, _most: u32, _operator: &Operator, _free: &FreeAxes) {}
 
     /// Nothing.
     pub fn discard(&mut self) {}
@@ -85,10 +86,10 @@ impl Factor {
     pub fn follow(&mut self, _record: &EditRecord) {}
 
     /// Nothing.
-    pub fn begin(&mut self, _operator: &Operator, _free: &[DVec3]) {}
+    pub fn begin(&mut self, _operator: &Operator, _free: &FreeAxes) {}
 
     /// Zero.
-    pub fn apply(&mut self, _r: &[DVec3], _free: &[DVec3], z: &mut [DVec3], _partials: &mut Vec<f64>) -> f64 {
+    pub fn apply(&mut self, _r: &[DVec3], _free: &FreeAxes, z: &mut [DVec3], _partials: &mut Vec<f64>) -> f64 {
         z.fill(DVec3::ZERO);
         0.0
     }

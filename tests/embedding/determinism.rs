@@ -48,7 +48,6 @@ fn a_second_run_and_any_number_of_threads_give_the_same_bits() {
 
 /// In space, with the rows of an incomplete factor in halves, as a tear refines the mesh.
 #[test]
-#[cfg(feature = "scenes")]
 fn halves_of_a_factor_give_the_same_bits_on_any_number_of_threads() {
     let run = |threads: usize, is_portable: bool| {
         let mut document = rhexis::scene::Document::named("capsulorhexis").unwrap();

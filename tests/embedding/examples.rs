@@ -1,5 +1,4 @@
 //! The examples are tests: each asserts a number at its end.
-#![cfg(feature = "scenes")]
 
 #[path = "../../examples/fibre_angle.rs"]
 mod fibre_angle;

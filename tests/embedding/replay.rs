@@ -1,5 +1,5 @@
 //! A recording repeats everything that a host has done, to the same bits.
-#![cfg(all(feature = "scenes", feature = "snapshot"))]
+#![cfg(feature = "snapshot")]
 
 use crate::common::{self, Square};
 use glam::DVec3;

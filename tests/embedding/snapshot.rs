@@ -1,6 +1,6 @@
 //! A run that is restored from a snapshot goes on to the same bits as the one that was never interrupted: state, topology,
 //! keys, events, and what the solvers remember.
-#![cfg(all(feature = "scenes", feature = "snapshot"))]
+#![cfg(feature = "snapshot")]
 
 use crate::common::{self, Square};
 use glam::DVec3;

@@ -1,6 +1,5 @@
 //! Pictures and ParaView files of invented bodies: what is written is what was given, and hostile content is refused.
 //! The pictures stay in `target/tmp` to be looked at.
-#![cfg(feature = "cli")]
 
 use crate::bodies::{Sheet, cap, sheet};
 use glam::{DVec2, DVec3};

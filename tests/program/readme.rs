@@ -40,7 +40,6 @@ fn minimum_rust_version_is_that_of_the_manifest() {
     assert!(read("README.md").contains(&format!("Rust {version} or newer")), "{version}");
 }
 
-#[cfg(feature = "scenes")]
 #[test]
 fn named_scenes_are_in_the_catalog() {
     let readme = read("README.md");

@@ -1,5 +1,4 @@
 //! Hostile random tools on random scenes: the quick part of `rhexis stress`.
-#![cfg(feature = "cli")]
 
 use rhexis::stress;
 

@@ -1,5 +1,4 @@
 //! Fibres that stiffen: derivatives of their energy, patches, strips, motion, tears, and what is refused.
-#![cfg(feature = "scenes")]
 
 mod bodies;
 mod derivatives;

@@ -1,7 +1,5 @@
 //! Mesh files: each format gives the same surface, each fault its message, and hostile files an error instead of a panic.
 
-#![cfg(feature = "scenes")]
-
 mod hostile;
 mod samples;
 

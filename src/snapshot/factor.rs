@@ -1,0 +1,93 @@
+//! A body's Cholesky factor among the bytes of a snapshot: a block with its length in front, so that a build without the feature
+//! `direct` passes over it, and writes an empty one, which a build with it reads as no factor yet.
+
+use crate::systems::linear::FactorState;
+use serde::de::Visitor;
+use serde::ser::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+struct Written(Vec<u8>);
+
+impl Serialize for Written {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(&self.0)
+    }
+}
+
+struct Read(FactorState);
+
+impl<'de> Deserialize<'de> for Read {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_bytes(Block)
+    }
+}
+
+struct Block;
+
+impl Visitor<'_> for Block {
+    type Value = Read;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str("the bytes of a factor")
+    }
+
+    fn visit_bytes<E: serde::de::Error>(self, bytes: &[u8]) -> Result<Read, E> {
+        if bytes.is_empty() || cfg!(not(feature = "direct")) {
+            return Ok(Read(FactorState::default()));
+        }
+        match postcard::take_from_bytes(bytes) {
+            Ok((state, [])) => Ok(Read(state)),
+            Ok(_) => Err(E::custom("more follows on a factor than belongs to it")),
+            Err(error) => Err(E::custom(error)),
+        }
+    }
+}
+
+pub fn serialize<S: Serializer>(factor: &Option<FactorState>, serializer: S) -> Result<S::Ok, S::Error> {
+    let bytes = factor.as_ref().map(postcard::to_allocvec).transpose().map_err(S::Error::custom)?;
+    bytes.map(Written).serialize(serializer)
+}
+
+pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<FactorState>, D::Error> {
+    Ok(Option::<Read>::deserialize(deserializer)?.map(|Read(state)| state))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Serialize, Deserialize)]
+    struct Between {
+        before: u8,
+        #[serde(with = "super")]
+        factor: Option<FactorState>,
+        after: u8,
+    }
+
+    fn read(bytes: &[u8]) -> Option<Between> {
+        postcard::take_from_bytes(bytes).ok().filter(|(_, rest)| rest.is_empty()).map(|(value, _)| value)
+    }
+
+    #[test]
+    fn what_a_build_without_factors_has_written_is_no_factor_yet() {
+        let Between { before: 7, factor: Some(state), after: 9 } = read(&[7, 1, 0, 9]).unwrap() else { panic!() };
+        assert_eq!(format!("{state:?}"), format!("{:?}", FactorState::default()));
+        assert!(read(&[7, 0, 9]).unwrap().factor.is_none());
+    }
+
+    #[test]
+    fn what_a_build_with_factors_has_written_is_read_or_passed_over() {
+        // Neither a factor in use nor one that is being made; the five counts of its age.
+        let bytes = [7, 1, 7, 0, 0, 5, 1, 4, 2, 3, 9];
+        let value = read(&bytes).unwrap();
+        assert!(value.factor.is_some() && value.after == 9);
+        let again = postcard::to_allocvec(&value).unwrap();
+        assert_eq!(again, if cfg!(feature = "direct") { bytes.to_vec() } else { vec![7, 1, 0, 9] });
+    }
+
+    #[test]
+    fn what_follows_on_a_factor_is_refused_by_a_build_that_reads_it() {
+        assert_eq!(read(&[7, 1, 8, 0, 0, 5, 1, 4, 2, 3, 0, 9]).is_some(), cfg!(not(feature = "direct")));
+        assert!(read(&[7, 1, 200, 1, 0, 9]).is_none(), "the length is more than there is");
+    }
+}
