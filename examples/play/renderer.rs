@@ -1,0 +1,96 @@
+//! What a renderer keeps of every body: indices, texture coordinates and rest shape that follow the changes of the mesh, positions and
+//! normals that are written anew for each picture.
+
+use crate::Result;
+use glam::{DVec2, DVec3};
+use hecs::Entity;
+use rhexis::components::{Change, ChangeSet};
+use rhexis::simulation::{FixedStep, Simulation, normals};
+use std::collections::BTreeMap;
+
+/// What lies in its memory of one body.
+#[derive(Clone, Default)]
+struct Buffers {
+    indices: Vec<[u32; 3]>,
+    texture: Vec<DVec2>,
+    rest: Vec<DVec3>,
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+}
+
+impl Buffers {
+    fn follow(&mut self, change: &Change) {
+        match *change {
+            Change::VertexAdded { row, parents } => {
+                assert_eq!(row as usize, self.rest.len());
+                self.texture.push(parents.blend(|parent| self.texture[parent as usize]));
+                self.rest.push(parents.blend(|parent| self.rest[parent as usize]));
+            }
+            Change::VertexMoved { row, parents } => {
+                self.texture[row as usize] = parents.blend(|parent| self.texture[parent as usize]);
+                self.rest[row as usize] = parents.blend(|parent| self.rest[parent as usize]);
+            }
+            Change::VertexRemoved { row } => {
+                self.texture.swap_remove(row as usize);
+                self.rest.swap_remove(row as usize);
+            }
+            Change::TriangleChanged { row, corners } => self.indices[row as usize] = corners,
+            Change::TriangleAdded { corners, .. } => self.indices.push(corners),
+            Change::TriangleRemoved { row } => _ = self.indices.swap_remove(row as usize),
+        }
+    }
+}
+
+#[derive(Clone, Default)]
+pub struct Renderer {
+    bodies: BTreeMap<Entity, Buffers>,
+    changes: ChangeSet,
+    drawn: Vec<DVec3>,
+    shades: Vec<DVec3>,
+}
+
+impl Renderer {
+    /// A body with these texture coordinates, whose mesh comes with the first picture.
+    pub fn add(&mut self, body: Entity, texture: Vec<DVec2>) {
+        self.bodies.insert(body, Buffers { texture, ..Buffers::default() });
+    }
+
+    pub fn remove(&mut self, body: Entity) {
+        self.bodies.remove(&body);
+    }
+
+    /// Draws a body between its last two steps. Returns how many changes of the mesh there were.
+    pub fn draw(&mut self, simulation: &mut Simulation, clock: &FixedStep, body: Entity) -> Result<usize> {
+        let Self { bodies, changes, drawn, shades } = self;
+        let buffers = bodies.get_mut(&body).ok_or("a body that the renderer does not know")?;
+        simulation.drain_changes(body, changes)?;
+        changes.list.iter().for_each(|change| buffers.follow(change));
+        clock.positions(simulation, body, drawn)?;
+        let view = simulation.view(body)?;
+        if changes.is_whole {
+            buffers.indices.clear();
+            buffers.indices.extend_from_slice(view.triangles);
+            buffers.rest.clear();
+            buffers.rest.extend_from_slice(view.rest_positions);
+        }
+        normals(drawn, view.triangles, shades);
+        for (to, from) in [(&mut buffers.positions, drawn), (&mut buffers.normals, shades)] {
+            to.clear();
+            to.extend(from.iter().map(|v| v.as_vec3().to_array()));
+        }
+        Ok(changes.list.len())
+    }
+
+    /// Asserts that what it keeps of a body is the mesh.
+    pub fn check(&self, simulation: &mut Simulation, body: Entity, frame: u64) -> Result<()> {
+        let (buffers, view) = (&self.bodies[&body], simulation.view(body)?);
+        assert_eq!(buffers.indices, view.triangles, "frame {frame}: triangles");
+        assert_eq!(buffers.rest, view.rest_positions, "frame {frame}: rest positions");
+        assert_eq!(buffers.texture.len(), view.positions.len(), "frame {frame}: texture coordinates");
+        let is_square = |uv: &DVec2| uv.cmpge(DVec2::splat(-1e-9)).all() && uv.cmple(DVec2::splat(1.0 + 1e-9)).all();
+        assert!(buffers.texture.iter().all(is_square), "frame {frame}: texture coordinates stay on the picture");
+        let mut drawn = buffers.positions.iter().chain(&buffers.normals).flatten();
+        assert!(drawn.all(|value| value.is_finite()), "frame {frame}: positions and normals");
+        Ok(())
+    }
+}

@@ -1,0 +1,49 @@
+//! What the minutes were like.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::time::Duration;
+
+#[derive(Default)]
+pub struct Summary {
+    /// Processor time of the steps of every frame \[ms\].
+    times: Vec<f64>,
+    rolled_back: usize,
+    /// Frames without an event, a change of the mesh or a step undone; those of them that allocated nothing.
+    quiet: usize,
+    without_allocation: usize,
+    counts: BTreeMap<&'static str, u32>,
+}
+
+impl Summary {
+    pub fn count(&mut self, what: &'static str) {
+        *self.counts.entry(what).or_default() += 1;
+    }
+
+    /// A frame whose steps took `time`; with the number of their allocations if nothing happened in it.
+    pub fn add_frame(&mut self, time: Duration, is_rolled_back: bool, quiet_allocations: Option<usize>) {
+        self.times.push(time.as_secs_f64() * 1e3);
+        self.rolled_back += usize::from(is_rolled_back);
+        self.quiet += usize::from(quiet_allocations.is_some());
+        self.without_allocation += usize::from(quiet_allocations == Some(0));
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut times = self.times.clone();
+        times.sort_unstable_by(f64::total_cmp);
+        let count = times.len();
+        let at = |part: f64| times.get((count.saturating_sub(1) as f64 * part) as usize).copied().unwrap_or(0.0);
+        let mean = times.iter().sum::<f64>() / count.max(1) as f64;
+        let (median, most, worst) = (at(0.5), at(0.99), at(1.0));
+        writeln!(
+            f,
+            "steps of a frame [ms of processor time]: mean {mean:.2}, median {median:.2}, 99th percentile {most:.2}, worst {worst:.2}"
+        )?;
+        writeln!(f, "frames: {count}, {} with steps undone and tried again", self.rolled_back)?;
+        writeln!(f, "quiet frames: {}, {} of them without an allocation", self.quiet, self.without_allocation)?;
+        let counts: Vec<String> = self.counts.iter().map(|(what, count)| format!("{what} {count}")).collect();
+        write!(f, "{}", counts.join(", "))
+    }
+}
