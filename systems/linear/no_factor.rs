@@ -12,7 +12,7 @@ pub struct Factor {}
 /// Nothing to keep.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct FactorState;
+pub struct FactorState {}
 
 /// Why there is no factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub enum NoFactor {
 impl Factor {
     /// Nothing.
     pub fn state(&self) -> FactorState {
-        FactorState
+        FactorState {}
     }
 
     /// No factor.
