@@ -63,7 +63,10 @@
 //! For embedding without them: `default-features = false`; a mesh is then a
 //! [`TriangleMesh`](storage::TriangleMesh) of your own positions and triangles.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 #[cfg(feature = "cli")]
+#[allow(clippy::disallowed_methods, reason = "figures and plots of runs, no part of a step")]
 pub mod bench;
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -73,6 +76,7 @@ pub mod frame;
 pub mod math;
 pub mod membrane;
 #[cfg(feature = "cli")]
+#[allow(clippy::disallowed_methods, reason = "pictures, no part of a step")]
 pub mod output;
 pub mod replay;
 pub mod report;
@@ -85,11 +89,13 @@ pub mod snapshot;
 #[cfg(feature = "cli")]
 pub mod soak;
 #[cfg(feature = "cli")]
+#[allow(clippy::disallowed_methods, reason = "maps of runs, no part of a step")]
 pub mod stability;
 pub mod storage;
 #[cfg(feature = "cli")]
 pub mod stress;
 #[cfg(feature = "cli")]
+#[allow(clippy::disallowed_methods, reason = "exact solutions beside the engine, no part of a step")]
 pub mod verify;
 
 #[path = "../systems/mod.rs"]

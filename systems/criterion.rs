@@ -9,6 +9,7 @@ use crate::components::{
     EnergyCriterion, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, StiffeningFibres, TearDecision,
     TearDecisions, TearSite, Tearing,
 };
+use crate::math::elementary;
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 
@@ -64,7 +65,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                 let at = |&row: &u32| vertices.rest_position[row as usize];
                 let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
                 let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
-                let least_sq = (APART * tearing.radius).powi(2);
+                let least_sq = elementary::powi(APART * tearing.radius, 2);
                 let may_start = |p: DVec3| {
                     let mut others = tips.vertex.iter().chain(held()).chain(gripped()).map(at);
                     others.all(|q| q.distance_squared(p) >= least_sq)

@@ -6,7 +6,7 @@ use crate::components::{
     TearLog,
 };
 use crate::event::EventKind;
-use crate::math::Sym3;
+use crate::math::{Sym3, elementary};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::{DQuat, DVec3};
 use hecs::Entity;
@@ -186,6 +186,6 @@ fn beside_tip(
     let place = at(vertex) - ahead * near.behind + left * near.left;
     let axis = near.axis.normalize_or(DVec3::Z);
     let (from, to) = (near.heading.reject_from_normalized(axis), ahead.reject_from_normalized(axis));
-    let angle = from.cross(to).dot(axis).atan2(from.dot(to));
-    Some((place, DQuat::from_axis_angle(axis, angle)))
+    let angle = elementary::atan2(from.cross(to).dot(axis), from.dot(to));
+    Some((place, elementary::rotation(axis, angle)))
 }

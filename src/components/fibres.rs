@@ -1,5 +1,6 @@
 //! Where the fibres run.
 
+use crate::math::elementary;
 use glam::DVec3;
 
 /// A fibre direction for every triangle of a rest mesh. Directions are projected into the triangle's plane.
@@ -22,7 +23,7 @@ pub enum Fibres {
 impl Fibres {
     /// A direction in the xy plane, `degrees` counter-clockwise from x.
     pub fn at_degrees(degrees: f64) -> Self {
-        let (s, c) = degrees.to_radians().sin_cos();
+        let (s, c) = elementary::sin_cos(degrees.to_radians());
         Self::Uniform(DVec3::new(c, s, 0.0))
     }
 

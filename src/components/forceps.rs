@@ -4,6 +4,7 @@
 //! prescribe where the tissue is: a constraint, whose force is the reaction. Jaws with one draw by springs that are implicit in the
 //! step, so that none is too stiff.
 
+use crate::math::elementary;
 use crate::storage::{Attached, Vertices};
 use glam::{DQuat, DVec3};
 use hecs::Entity;
@@ -41,7 +42,7 @@ impl Pose {
         }
         Self {
             position: self.position.lerp(end.position, part),
-            orientation: self.orientation.slerp(end.orientation, part),
+            orientation: elementary::slerp(self.orientation, end.orientation, part),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The law of a triangle in a plane that has nearly been turned into its mirror image.
 
-use super::{Orthotropic, Sym2};
+use super::{Orthotropic, Sym2, elementary};
 
 /// tr U from which on down the law loses its directions: half of what is left of a mean stretch by a quarter.
 pub const FADES_FROM: f64 = 0.5;
@@ -31,7 +31,7 @@ impl Faded {
         let s = s.max(0.0);
         Some(Self {
             weight: s * s * s * (10.0 + s * (6.0 * s - 15.0)),
-            slope: 30.0 * (s * (1.0 - s)).powi(2) / FADES_FROM,
+            slope: 30.0 * elementary::powi(s * (1.0 - s), 2) / FADES_FROM,
             curvature: 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (FADES_FROM * FADES_FROM),
         })
     }

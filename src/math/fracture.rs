@@ -6,7 +6,7 @@
 //! g_k = ψ_k^(−½) and of their divided difference D = (g₁ − g₂)/(μ₁ − μ₂). The published forms divide by μ₁ − μ₂; but
 //! D = −sin θ/(√ψ₁·√ψ₂·(√ψ₁ + √ψ₂)), in which nothing cancels: the double root of isotropic plates needs no case of its own.
 
-use super::{Orthotropic, Sym2};
+use super::{Orthotropic, Sym2, elementary};
 use glam::DVec2;
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
@@ -73,9 +73,9 @@ impl CrackTip {
             [m, m.conj()]
         };
         // μ = i·√m has Im μ > 0. Lekhnitskii 1963, §7: in axes turned by φ, μ' = (μ·cos φ − sin φ)/(cos φ + μ·sin φ).
-        let (sin, cos) = (-fibre_to_crack).sin_cos();
+        let (sin, cos) = elementary::sin_cos(-fibre_to_crack);
         let roots = [m1, m2].map(|m| {
-            let mu = Complex64::I * m.sqrt();
+            let mu = Complex64::I * elementary::complex_sqrt(m);
             (mu * cos - sin) / (cos + mu * sin)
         });
         let (c2, s2) = (cos * cos, sin * sin);
@@ -94,10 +94,10 @@ impl CrackTip {
 
     /// Stress at the angle `theta` \[rad\], in (−π, π), from the direction ahead, over K/√(2πr).
     pub fn stress(&self, theta: f64) -> Modes {
-        let (sin, cos) = theta.sin_cos();
+        let (sin, cos) = elementary::sin_cos(theta);
         let [mu1, mu2] = self.roots;
         // Im ψ has the sign of sin θ, so both roots lie in one quadrant and their sum is not zero.
-        let [a1, a2] = self.roots.map(|mu| (cos + mu * sin).sqrt());
+        let [a1, a2] = self.roots.map(|mu| elementary::complex_sqrt(cos + mu * sin));
         let (g1, g2, product) = (a1.inv(), a2.inv(), mu1 * mu2);
         let d = -sin * g1 * g2 / (a1 + a2);
         Modes {
@@ -110,9 +110,9 @@ impl CrackTip {
     /// q_k = s₁₂μ_k + s₂₂/μ_k − s₂₆ the part across the crack is Re (μ₁q₂g₂ − μ₂q₁g₁)/(μ₁ − μ₂) for K_I and
     /// Re (q₂g₂ − q₁g₁)/(μ₁ − μ₂) for K_II, written with D as above; the part along it is the strain there.
     pub fn slope(&self, theta: f64) -> Slopes {
-        let (sin, cos) = theta.sin_cos();
+        let (sin, cos) = elementary::sin_cos(theta);
         let [mu1, mu2] = self.roots;
-        let [a1, a2] = self.roots.map(|mu| (cos + mu * sin).sqrt());
+        let [a1, a2] = self.roots.map(|mu| elementary::complex_sqrt(cos + mu * sin));
         let (g1, g2, product) = (a1.inv(), a2.inv(), mu1 * mu2);
         let d = -sin * g1 * g2 / (a1 + a2);
         let (s12, s22, [s16, s26]) = (self.compliance_mixed, self.compliance_across, self.compliance_shear);
@@ -144,7 +144,7 @@ impl CrackTip {
         // panel an eighth of that long leaves 32⁻¹⁰ = 1e-15.
         let distance = self.roots.map(|mu| {
             let i_mu = Complex64::I * mu;
-            -0.5 * ((1.0 + i_mu) / (1.0 - i_mu)).norm().ln()
+            -0.25 * elementary::ln(((1.0 + i_mu) / (1.0 - i_mu)).norm_sqr())
         });
         let panel_count = (8.0 * TAU / distance[0].min(distance[1])).clamp(64.0, 1e5).ceil();
         let half = PI / panel_count;

@@ -4,6 +4,7 @@
 //! Nothing here allocates, panics or knows of meshes. Units are the caller's: the engine uses mm, g, ms, N, MPa.
 
 mod element;
+pub mod elementary;
 mod faded;
 mod fracture;
 mod orthotropic;

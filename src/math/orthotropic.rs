@@ -1,6 +1,6 @@
 //! The plane-stress orthotropic law in the fibre's axes (Allard, Marchal, Cotin 2009, eq. 1, with its misprints corrected).
 
-use super::Sym2;
+use super::{Sym2, elementary};
 
 /// Plane-stress stiffness in axes (fibre, transverse) \[MPa\]: with D = 1 − ν_F·ν_T and ν_T = ν_F·E_T/E_F,
 /// Q11 = E_F/D, Q22 = E_T/D, Q12 = ν_T·E_F/D, Q66 = G.
@@ -127,7 +127,7 @@ impl Orthotropic {
     /// The Voigt matrix (xx, yy, xy with engineering shear) \[MPa\] in axes from which the fibre stands at `angle` \[rad\]
     /// counter-clockwise. For checks and output: the engine itself works in the fibre's axes.
     pub fn voigt_matrix(&self, angle: f64) -> [[f64; 3]; 3] {
-        let (s, c) = angle.sin_cos();
+        let (s, c) = elementary::sin_cos(angle);
         let (c2, s2, cs) = (c * c, s * s, c * s);
         let mixed = self.q12 + 2.0 * self.q66;
         let k11 = self.q11 * c2 * c2 + 2.0 * mixed * s2 * c2 + self.q22 * s2 * s2;

@@ -1,6 +1,6 @@
 //! Fibres that stiffen as they are drawn out.
 
-use super::{Orthotropic, Sym2};
+use super::{Orthotropic, Sym2, elementary};
 
 /// k₂·e² from which on the stress goes along its tangent.
 const MOST_EXPONENT: f64 = 4.0;
@@ -64,12 +64,12 @@ impl StiffeningFibres {
         let limit = (MOST_EXPONENT / k2).sqrt();
         let inside = e.min(limit);
         let exponent = k2 * inside * inside;
-        let grown = exponent.exp();
+        let grown = elementary::exp(exponent);
         let stiffness = k1 * (1.0 + 2.0 * exponent) * grown;
         let stress = k1 * inside * grown;
         let beyond = e - inside;
         FibreResponse {
-            energy: 0.5 * k1 / k2 * exponent.exp_m1() + beyond * (stress + 0.5 * stiffness * beyond),
+            energy: 0.5 * k1 / k2 * elementary::exp_m1(exponent) + beyond * (stress + 0.5 * stiffness * beyond),
             stress: stress + stiffness * beyond,
             stiffness,
         }
@@ -118,7 +118,7 @@ impl StiffeningFibres {
 
 /// λ: the length of the fibre over that at rest.
 fn length(stretch: Sym2) -> f64 {
-    stretch.xx.hypot(stretch.xy)
+    elementary::hypot(stretch.xx, stretch.xy)
 }
 
 /// Stiffness that couples strain along the fibre and shear.

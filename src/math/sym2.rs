@@ -1,5 +1,6 @@
 //! Symmetric 2×2 tensors: stress and strain in a triangle's own frame.
 
+use super::elementary;
 use glam::DVec2;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
@@ -58,7 +59,7 @@ impl Sym2 {
 
     /// The components of the same tensor in axes turned by `angle` \[rad\] counter-clockwise.
     pub fn in_axes_turned_by(self, angle: f64) -> Self {
-        let (s, c) = angle.sin_cos();
+        let (s, c) = elementary::sin_cos(angle);
         self.in_axes(DVec2::new(c, s), DVec2::new(-s, c))
     }
 
@@ -76,7 +77,7 @@ impl Sym2 {
 
     /// Angle \[rad\] of the axis of the larger principal value, in (−π/2, π/2].
     pub fn principal_angle(self) -> f64 {
-        0.5 * (2.0 * self.xy).atan2(self.xx - self.yy)
+        0.5 * elementary::atan2(2.0 * self.xy, self.xx - self.yy)
     }
 
     /// The positive part: negative principal values replaced by zero.

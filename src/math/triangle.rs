@@ -1,5 +1,6 @@
 //! The rest triangle: its frame along the fibre, its area and the gradients of its shape functions.
 
+use super::elementary;
 use glam::{DVec2, DVec3};
 
 /// What the mechanics needs of a triangle's rest shape. The frame's first axis is the fibre, so the fibre appears nowhere
@@ -105,7 +106,7 @@ impl SmallestAngle {
 
     /// The angle \[rad\]; zero where the triangle has no area.
     pub fn radians(&self) -> f64 {
-        self.sine_sq.sqrt().atan2(self.cosine)
+        elementary::atan2(self.sine_sq.sqrt(), self.cosine)
     }
 }
 

@@ -11,6 +11,7 @@
 //!
 //! The axis goes through the centroid of the body's outer rim, along the rim's mean normal: for a lens capsule its pole.
 
+use crate::math::elementary;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -42,7 +43,7 @@ impl Axis {
 
     /// Angle \[rad\] by which one offset is turned against another, counter-clockwise about the axis.
     pub fn turn(&self, from: DVec3, to: DVec3) -> f64 {
-        from.cross(to).dot(self.direction).atan2(from.dot(to))
+        elementary::atan2(from.cross(to).dot(self.direction), from.dot(to))
     }
 }
 

@@ -4,6 +4,7 @@ mod polygon;
 
 pub use polygon::{lattice, unstructured};
 
+use crate::math::elementary;
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3, dvec3};
@@ -148,13 +149,13 @@ pub fn cap(curvature_radius: f64, disc_diameter: f64, target_triangles: usize) -
     if sine > 1.0 {
         return Err(GenerateError::CapTooWide { curvature_radius, disc_diameter });
     }
-    let rim = sine.asin();
+    let rim = elementary::asin(sine);
     let position = |s: f64, direction: DVec2| {
         // 1 − cos as 2 sin²: a nearly flat cap keeps its digits.
-        let (height, out) = ((0.5 * rim * s).sin(), (rim * s).sin());
+        let (height, out) = (elementary::sin(0.5 * rim * s), elementary::sin(rim * s));
         (direction * (radius * out)).extend(-2.0 * radius * height * height)
     };
-    rings(target_triangles, |s| (rim * s).sin() / rim, position)
+    rings(target_triangles, |s| elementary::sin(rim * s) / rim, position)
 }
 
 /// The square \[−5, 5\]² mm with a circular hole of radius 1 mm about the origin, in the plane z = 0: `n_t` points round the hole
@@ -174,7 +175,7 @@ pub fn plate_with_hole(n_t: usize) -> Result<TriangleMesh, GenerateError> {
         let s = j as f64 / layers as f64;
         let g = s * (1.0 + 4.0 * s) / 5.0;
         for i in 0..n_t {
-            let circle = DVec2::from_angle(TAU * i as f64 / n_t as f64);
+            let circle = elementary::unit_at(TAU * i as f64 / n_t as f64);
             let square = circle * (5.0 / circle.abs().max_element());
             mesh.positions.push(((1.0 - g) * circle + g * square).extend(0.0));
         }
@@ -211,7 +212,7 @@ fn rings(
         let rim = girths.last().copied().unwrap_or(1.0);
         target as f64 / (2.0 * girths.iter().sum::<f64>() - rim)
     };
-    let misfit = |layers: usize| (spacing(&girths(layers)) / ideal).ln().abs();
+    let misfit = |layers: usize| elementary::ln(spacing(&girths(layers)) / ideal).abs();
     let guess = ((target as f64 / ideal).sqrt() as usize).max(2);
     // A hemisphere needs up to 1.3 times the layers of a disc with as many triangles.
     let layers = (guess..=guess + guess / 2 + 1).min_by(|&a, &b| misfit(a).total_cmp(&misfit(b))).unwrap_or(guess);
@@ -244,7 +245,7 @@ struct Ring {
 
 impl Ring {
     fn direction(&self, i: usize) -> DVec2 {
-        DVec2::from_angle(TAU * (self.phase + i as f64 / self.count as f64))
+        elementary::unit_at(TAU * (self.phase + i as f64 / self.count as f64))
     }
 
     /// The middle of the edge from vertex `i` to the next.

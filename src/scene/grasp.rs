@@ -3,7 +3,8 @@
 use super::error::{Fault, not_negative, positive};
 use super::schema::{ArcSpec, GripSpec, NearTipSpec};
 use crate::components::{Grip, Jaws, NearTip, Path, Slip};
-use glam::{DQuat, DVec3};
+use crate::math::elementary;
+use glam::DVec3;
 
 /// An arc is run in straight pieces of at most this angle \[°\]: at the capsule's 2.6 mm radius the chord stays within 0.1 µm.
 const ARC_PIECE: f64 = 1.0;
@@ -81,7 +82,7 @@ fn arc_points(
     let pieces = (arc.degrees.abs() / ARC_PIECE).ceil().max(1.0);
     for k in 1..=pieces as u32 {
         let s = f64::from(k) / pieces;
-        let turn = DQuat::from_axis_angle(axis, (arc.degrees * s).to_radians());
+        let turn = elementary::rotation(axis, (arc.degrees * s).to_radians());
         let hand = arc.centre.0 + turn * (offset + outward * (arc.outward * s)) + axis * (arc.rise * s);
         points.push((start + (end - start) * s, hand));
     }

@@ -1,6 +1,7 @@
 //! One step of the world: solves, tears, and what is done where it leaves no sound state.
 
 use crate::components::{EnergyAudit, Increment, Sleeping, SolverScratch, TearDecisions, Tearing};
+use crate::math::elementary;
 use crate::report::{Fault, Report};
 use crate::schedule::{Schedule, Stage};
 use crate::settings::{LinearParams, Settings};
@@ -129,7 +130,7 @@ impl Retried<'_, '_> {
     fn at_its_end(&mut self, time: f64, dt: f64, shortenings: u32) -> f64 {
         self.running.report.rolled_back += 1;
         self.is_last_resort = true;
-        let length = dt / SHORTER.powi(shortenings as i32);
+        let length = dt / elementary::powi(SHORTER, shortenings);
         if self.part(time + (dt - length), length, 0) > 0.0 { dt } else { 0.0 }
     }
 

@@ -3,8 +3,9 @@
 use super::frame::RestToSpace;
 use super::{Simulation, SimulationError};
 use crate::components::{Contact, Frames, Grips, Holds, Obstacle, TearDecisions};
+use crate::math::elementary;
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use hecs::Entity;
 
 /// What a line shows.
@@ -162,7 +163,7 @@ fn of_triangles(
             push(DebugKind::Fibre, centre - fibre * (0.4 * size), centre + fibre * (0.4 * size));
         }
         if let Some(full) = which.stress.filter(|full| *full > 0.0) {
-            let angle = DVec2::from_angle(state.stress.principal_angle());
+            let angle = elementary::unit_at(state.stress.principal_angle());
             let (first, second) = state.stress.principal_values();
             let first_axis = fibre * angle.x + across * angle.y;
             let second_axis = across * angle.x - fibre * angle.y;

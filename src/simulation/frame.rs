@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::components::{Body, EnergyCriterion, Frames, Planar, PreStretch, StiffeningFibres, TearDecision, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
-use crate::math::{ElementState, Sym2};
+use crate::math::{ElementState, Sym2, elementary};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::kernels::failure::{self, Search, Strength, TipField};
 use crate::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, strength, tip_decision};
@@ -98,12 +98,12 @@ fn tip_frame(
     let chart = surface.chart(decision.row);
     let is_admissible = |rest: DVec3, flat: DVec2| {
         let is_in_fan = chart.as_ref().is_none_or(|c| c.sector(flat).is_some());
-        is_in_fan && (previous == DVec3::ZERO || rest.dot(previous) >= tearing.cone.cos() - 1e-9)
+        is_in_fan && (previous == DVec3::ZERO || rest.dot(previous) >= elementary::cos(tearing.cone) - 1e-9)
     };
     let turn = RestToSpace::at(surface, frames, decision);
     let curve = (0..CURVE_POINTS)
         .filter_map(|i| {
-            let flat = DVec2::from_angle(std::f64::consts::TAU * i as f64 / CURVE_POINTS as f64);
+            let flat = elementary::unit_at(std::f64::consts::TAU * i as f64 / CURVE_POINTS as f64);
             let rest = e1 * flat.x + e2 * flat.y;
             let value = match &energy {
                 Some((field, toughness)) => failure::release_value(field, toughness, flat),

@@ -1,6 +1,7 @@
 //! A surgeon's hand that errs.
 
 use crate::components::{Grips, Jaws, Pose, Slip};
+use crate::math::elementary;
 use crate::scene::Instance;
 use crate::simulation::Grasp;
 use crate::snapshot::Snapshot;
@@ -30,7 +31,7 @@ impl Hand {
                 let (period, phase) = (dice.between(2500.0, 5000.0), dice.between(0.0, TAU));
                 let start = grip.path.at(grip.from);
                 for (time, hand) in &mut grip.path.points {
-                    let swing = (TAU * (*time - grip.from) / period + phase).sin() - phase.sin();
+                    let swing = elementary::sin(TAU * (*time - grip.from) / period + phase) - elementary::sin(phase);
                     *hand = start + (*hand - start) * pull + sway * swing;
                 }
             }

@@ -1,5 +1,6 @@
 //! Random choices that depend on the seed alone.
 
+use crate::math::elementary;
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 
@@ -35,7 +36,7 @@ impl Dice {
 
     /// 10 to the power of what is uniform from `low` to `high`.
     pub fn decades(&mut self, low: f64, high: f64) -> f64 {
-        10_f64.powf(self.between(low, high))
+        elementary::pow(10.0, self.between(low, high))
     }
 
     /// Below `count`, which is above zero.
@@ -61,6 +62,6 @@ impl Dice {
     /// Any rotation; about z in a plane.
     pub fn rotation(&mut self, is_planar: bool) -> DQuat {
         let axis = if is_planar { DVec3::Z } else { self.direction() };
-        DQuat::from_axis_angle(axis, self.between(0.0, TAU))
+        elementary::rotation(axis, self.between(0.0, TAU))
     }
 }

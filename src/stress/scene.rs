@@ -7,7 +7,7 @@ use crate::components::{
     Material, Obstacle, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Shape, Sleeping, Springs, TearMode,
     Tearing, Toughness,
 };
-use crate::math::Sym2;
+use crate::math::{Sym2, elementary};
 use crate::membrane::Membrane;
 use crate::settings::{Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use crate::simulation::Simulation;
@@ -121,7 +121,7 @@ fn membrane(name: &str, dice: &mut Dice, is_free: bool, settings: &Settings) -> 
         1 => Fibres::Concentric { centre: low.midpoint(high), axis: dice.direction() },
         _ => {
             let (one, other, wave) = (dice.direction(), dice.direction(), 10.0 / size);
-            Fibres::Function(Box::new(move |x| one + other * (wave * x.dot(one)).sin()))
+            Fibres::Function(Box::new(move |x| one + other * elementary::sin(wave * x.dot(one))))
         }
     });
     if is_planar {

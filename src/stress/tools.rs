@@ -4,10 +4,11 @@ use super::dice::Dice;
 use super::scene::{self, Actor, Scene};
 use super::surface::{highest, lowest};
 use crate::components::{Jaws, Pose, Slip};
+use crate::math::elementary;
 use crate::simulation::{Grasp, Simulation};
 use crate::snapshot::Snapshot;
 use crate::storage::{VertexKey, Vertices};
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use hecs::Entity;
 
 /// What the hand has.
@@ -187,10 +188,14 @@ fn fling(simulation: &mut Simulation, actor: Actor, dice: &mut Dice, size: f64) 
     let spin = axis * dice.decades(-2.0, 0.0);
     let flight = in_plane(dice.point() * dice.decades(-1.0, 1.0));
     // What depends on the place alone: it may be asked twice.
-    let wave = DQuat::from_rotation_z(1.0) * dice.direction() * (20.0 / size);
+    let wave = elementary::rotation(DVec3::Z, 1.0) * dice.direction() * (20.0 / size);
     let noise = if dice.chance(0.3) { dice.decades(-1.0, 1.0) } else { 0.0 };
     let velocity = |x: DVec3| {
-        let shake = DVec3::new((x.dot(wave)).sin(), (2.0 * x.dot(wave)).cos(), (3.0 * x.dot(wave)).sin()) * noise;
+        let shake = DVec3::new(
+            elementary::sin(x.dot(wave)),
+            elementary::cos(2.0 * x.dot(wave)),
+            elementary::sin(3.0 * x.dot(wave)),
+        ) * noise;
         in_plane(spin.cross(x - middle) + flight + shake)
     };
     let _ = simulation.set_velocity(actor.entity, velocity);

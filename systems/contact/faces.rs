@@ -7,7 +7,7 @@
 
 use super::{DEEP, Held, Moved, STIFFNESS, held, shift};
 use crate::components::{Contact, Increment, Obstacle, Shape, SolverScratch};
-use crate::math::Sym3;
+use crate::math::{Sym3, elementary};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::kernels::gather::{at_corners, less};
@@ -57,7 +57,7 @@ fn least_radius(shape: &Shape) -> f64 {
     match *shape {
         Shape::Plane { .. } => f64::INFINITY,
         Shape::Sphere { radius, .. } | Shape::Capsule { radius, .. } => radius,
-        Shape::Ellipsoid { half_axes, .. } => half_axes.min_element().powi(2) / half_axes.max_element(),
+        Shape::Ellipsoid { half_axes, .. } => elementary::powi(half_axes.min_element(), 2) / half_axes.max_element(),
     }
 }
 

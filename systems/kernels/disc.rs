@@ -3,6 +3,7 @@
 //! By Green's theorem the overlap is the sum over the triangle's directed edges of the signed area that the disc shares with
 //! the triangle (centre, a, b): where the edge runs inside the disc a triangle, where it runs outside a circular sector.
 
+use crate::math::elementary;
 use glam::DVec2;
 use smallvec::SmallVec;
 use std::f64::consts::PI;
@@ -103,10 +104,10 @@ impl Parts {
     /// of the product will do.
     fn arc(&self, surrounds: bool) -> f64 {
         if surrounds {
-            return self.arcs.iter().map(|arc| arc.to_angle()).sum();
+            return self.arcs.iter().map(|arc| elementary::angle_of(*arc)).sum();
         }
         let unit = |arc: &DVec2| *arc / arc.abs().max_element();
-        self.arcs.iter().map(unit).reduce(|product, arc| arc.rotate(product)).map_or(0.0, |product| product.to_angle())
+        self.arcs.iter().map(unit).reduce(|product, arc| arc.rotate(product)).map_or(0.0, elementary::angle_of)
     }
 }
 

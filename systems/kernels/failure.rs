@@ -19,7 +19,7 @@ mod table;
 
 pub use release::{TipField, evaluate_release, release_value};
 
-use crate::math::Sym2;
+use crate::math::{Sym2, elementary};
 use curve::{Curve, Peak};
 use glam::DVec2;
 use ranking::Ranking;
@@ -71,7 +71,7 @@ impl Strength {
 
     /// σ̄(δ) \[MPa\], eq. 6, for a tear at the angle `delta` \[rad\] in [0, π/2] to the fibre; exactly σ̄_T at 0 and σ̄_F at π/2.
     pub fn threshold(&self, delta: f64) -> f64 {
-        let w = (delta / FRAC_PI_2).powf(self.exponent);
+        let w = elementary::pow(delta / FRAC_PI_2, self.exponent);
         (1.0 - w) * self.transverse + w * self.fibre
     }
 
@@ -112,7 +112,7 @@ pub struct Candidate {
 impl Candidate {
     /// Angle of the direction from the first axis \[rad\], in (−π, π]; not negative where directions are lines.
     pub fn angle(&self) -> f64 {
-        self.direction.to_angle()
+        elementary::angle_of(self.direction)
     }
 }
 
@@ -176,7 +176,7 @@ pub fn cannot_tear(stress: Sym2, strength: &Strength) -> bool {
 /// c(d) of eq. 3 and 5 for one direction; `fibre` and `d` need not be unit, but must have a direction.
 pub fn direction_value(stress: Sym2, fibre: DVec2, strength: &Strength, d: DVec2) -> f64 {
     // Not acos(|d·f|): near the fibre it loses half the digits of δ, which at α = 0.2 is 16 % of c.
-    let delta = fibre.perp_dot(d).abs().atan2(fibre.dot(d).abs());
+    let delta = elementary::atan2(fibre.perp_dot(d).abs(), fibre.dot(d).abs());
     stress.normal_component(d.perp()) / d.length_squared() / strength.threshold(delta)
 }
 
@@ -249,7 +249,7 @@ fn decide(
     let [left, right] = curve.slopes_across_fibre();
     ranking.offer_line(fibre.perp(), curve.value_across_fibre(), curve.kink_origin(), [right < 0.0, left < 0.0]);
     let mut offer = |peak: Peak| {
-        let (s, c) = peak.delta.sin_cos();
+        let (s, c) = elementary::sin_cos(peak.delta);
         ranking.offer_line(fibre * c + fibre.perp() * (peak.side * s), peak.value, peak.origin, [false; 2]);
     };
     if curve.is_isotropic() && !curve.is_constant() {

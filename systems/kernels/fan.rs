@@ -4,6 +4,7 @@
 //! angles of the triangles are laid side by side in the tangent plane. An open fan keeps them exactly and is turned so
 //! that its middle is not distorted; a closed one is stretched to the full circle evenly.
 
+use crate::math::elementary;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
@@ -66,21 +67,21 @@ impl FanChart {
             if !area.is_normal() {
                 return None;
             }
-            turn += area.atan2(pair[0].dot(pair[1]));
+            turn += elementary::atan2(area, pair[0].dot(pair[1]));
             turns.push(turn);
         }
         let stretch = if is_closed && !is_flat { TAU / turn } else { 1.0 };
         let project = |v: DVec3| DVec2::new(v.dot(axes[0]), v.dot(axes[1]));
         let zero = if is_flat {
-            project(offsets[0]).to_angle()
+            elementary::angle_of(project(offsets[0]))
         } else if is_closed {
-            mean_difference(offsets.iter().zip(&turns).map(|(&s, &t)| project(s).to_angle() - t * stretch))
+            mean_difference(offsets.iter().zip(&turns).map(|(&s, &t)| elementary::angle_of(project(s)) - t * stretch))
         } else {
-            project(turned(&offsets, &turns, 0.5 * turn)).to_angle() - 0.5 * turn
+            elementary::angle_of(project(turned(&offsets, &turns, 0.5 * turn))) - 0.5 * turn
         };
         let laid_out = offsets.iter().zip(&turns).map(|(&offset, &t)| {
             let angle = zero + t * stretch;
-            let planar = if is_flat { project(offset) } else { DVec2::from_angle(angle) * offset.length() };
+            let planar = if is_flat { project(offset) } else { elementary::unit_at(angle) * offset.length() };
             Spoke { offset, planar, angle }
         });
         let mut spokes: SmallVec<[Spoke; 14]> = laid_out.collect();
@@ -141,13 +142,13 @@ impl FanChart {
     /// The shortest way \[mm\] to an opposite edge among the directions within `cone` \[rad\] of `about`; infinite where none lies in
     /// the fan.
     pub fn least_way(&self, about: DVec2, cone: f64) -> f64 {
-        let ends = [-cone, 0.0, cone].map(|turn| DVec2::from_angle(turn).rotate(about));
+        let ends = [-cone, 0.0, cone].map(|turn| elementary::unit_at(turn).rotate(about));
         // Within a sector the way is shortest at the foot of its altitude, or next to that.
         let feet = self.spokes.windows(2).map(|pair| {
             let (a, side) = (pair[0].planar, pair[1].planar - pair[0].planar);
             (a - side * (a.dot(side) / side.length_squared()).clamp(-1.0, 0.0)).normalize_or_zero()
         });
-        let ways = feet.filter(|foot| about.angle_to(*foot).abs() <= cone).chain(ends);
+        let ways = feet.filter(|foot| elementary::turn(about, *foot).abs() <= cone).chain(ends);
         ways.filter_map(|direction| self.exit(direction)).map(|exit| exit.distance).fold(f64::INFINITY, f64::min)
     }
 
@@ -180,8 +181,8 @@ impl FanChart {
         let Some(sector) = sector else { return plain };
         let (a, b) = (self.spokes[sector].offset, self.spokes[sector + 1].offset);
         let across = a.cross(b).cross(a).normalize_or_zero();
-        let turn = direction.dot(across).atan2(direction.dot(a) / a.length());
-        DVec2::from_angle(self.spokes[sector].angle + turn * self.stretch)
+        let turn = elementary::atan2(direction.dot(across), direction.dot(a) / a.length());
+        elementary::unit_at(self.spokes[sector].angle + turn * self.stretch)
     }
 
     /// The two spokes of a sector and a direction in it, in axes in which the sector has its true angle.
@@ -191,8 +192,8 @@ impl FanChart {
             return (a.planar, b.planar, direction);
         }
         let turn = (b.angle - a.angle) / self.stretch;
-        let part = a.planar.angle_to(direction) / self.stretch;
-        (DVec2::X * a.offset.length(), DVec2::from_angle(turn) * b.offset.length(), DVec2::from_angle(part))
+        let part = elementary::turn(a.planar, direction) / self.stretch;
+        (DVec2::X * a.offset.length(), elementary::unit_at(turn) * b.offset.length(), elementary::unit_at(part))
     }
 }
 
@@ -219,7 +220,7 @@ fn turned(offsets: &[DVec3], turns: &[f64], turn: f64) -> DVec3 {
     let a = offsets[sector].normalize();
     let across = a.cross(offsets[sector + 1]).cross(a).normalize_or_zero();
     let part = turn - turns[sector];
-    a * part.cos() + across * part.sin()
+    a * elementary::cos(part) + across * elementary::sin(part)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! where they form a valley, seen from the side of the normals. θ changes by what either triangle tilts about the edge, a tilt being
 //! linear in what the corners move along the normal.
 
-use crate::math::{Orthotropic, RestTriangle, Sym2};
+use crate::math::{Orthotropic, RestTriangle, Sym2, elementary};
 use glam::DVec3;
 
 /// A triangle squeezed to less than this part of its rest area has no meaningful normal, and is left out.
@@ -94,7 +94,7 @@ pub const ARC_TANGENT: [f64; 11] = [
 pub fn angle(normal: DVec3, across: DVec3, edge: DVec3) -> f64 {
     let (sine, cosine) = (-normal.cross(across).dot(edge.normalize_or_zero()), normal.dot(across));
     if !(cosine > 0.0) {
-        return f64::atan2(sine, cosine);
+        return elementary::atan2(sine, cosine);
     }
     // The tangents of its half and its quarter.
     let half = sine / (1.0 + cosine);

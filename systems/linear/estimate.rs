@@ -9,6 +9,7 @@
 //! such sums in floating point).
 
 use crate::components::Stops;
+use crate::math::elementary;
 use crate::settings::LinearParams;
 use std::time::Instant;
 
@@ -45,12 +46,12 @@ impl Limits {
         Self {
             residual_sq: params.tolerance * params.tolerance * reference_sq,
             energy: if params.stress_tolerance.is_finite() {
-                params.stress_tolerance.powi(2) * stored
+                params.stress_tolerance * params.stress_tolerance * stored
             } else {
                 f64::INFINITY
             },
             iterations: params.iterations,
-            least_sq: (FAR_BELOW * params.stress_tolerance).min(params.tolerance).powi(2) * reference_sq,
+            least_sq: elementary::powi((FAR_BELOW * params.stress_tolerance).min(params.tolerance), 2) * reference_sq,
             end: params.time.map(|time| Instant::now() + time),
             stop: None,
         }

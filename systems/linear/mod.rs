@@ -33,10 +33,11 @@ pub use inner::{Inner, InnerSolver, InnerState, With};
 pub use operator::Operator;
 pub use preconditioned::{Means, Use, solve};
 
+use crate::math::elementary::{exponent, power_of_two};
 use glam::DVec3;
 
 /// A power of two by which a residual is multiplied on its way into single precision, so that it neither over- nor underflows there.
 fn scale_to_single(r: &[DVec3]) -> f64 {
     let largest = r.iter().map(|r| r.abs().max_element()).fold(0.0, f64::max);
-    if largest.is_normal() { (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2() } else { 1.0 }
+    if largest.is_normal() { power_of_two((-exponent(largest)).clamp(-1000, 1000)) } else { 1.0 }
 }

@@ -3,6 +3,7 @@
 use super::advance::Opening;
 use super::{Advance, Cutter, Quality, TearRefusal, TipChart, Way, Ways};
 use crate::event::Course;
+use crate::math::elementary;
 use crate::storage::Mesh;
 use glam::{DVec2, DVec3};
 
@@ -42,7 +43,7 @@ pub fn plan_edge(
     let [e1, e2] = tip.chart.axes();
     let apex = mesh.vertices.rest_position[tip.vertex as usize];
     let start = DVec2::new((ideal - apex).dot(e1), (ideal - apex).dot(e2));
-    let forward = quality.widest_edge.cos();
+    let forward = elementary::cos(quality.widest_edge);
     let mut best: Option<(f64, f64, usize)> = None;
     for spoke in (0..tip.spoke_count()).filter(|&spoke| tip.is_inside(spoke)) {
         let end = tip.chart.spoke(spoke);
@@ -65,7 +66,7 @@ pub fn plan_edge(
     // From the vertex reached, so that the point stays near a curved surface.
     let aside = start + direction * gain - end;
     let ideal = mesh.vertices.rest_position[reaches as usize] + e1 * aside.x + e2 * aside.y;
-    Ok(EdgePlan { reaches, deviation: end.angle_to(direction).abs(), ideal })
+    Ok(EdgePlan { reaches, deviation: elementary::turn(end, direction).abs(), ideal })
 }
 
 impl Cutter<'_, '_> {

@@ -7,6 +7,7 @@
 use super::relax::may_slide;
 use super::{Quality, TearRefusal, TipChart};
 use crate::event::Course;
+use crate::math::elementary;
 use crate::storage::{Edit, Mesh};
 use glam::DVec2;
 use smallvec::{SmallVec, smallvec};
@@ -119,7 +120,7 @@ pub fn plan_free(
 fn forward_spokes(mesh: &Mesh<'_>, tip: &TipChart, direction: DVec2, widest: f64) -> SmallVec<[(f64, u32); 8]> {
     let inside = (0..tip.spoke_count()).filter(|&spoke| tip.is_inside(spoke));
     let mut spokes: SmallVec<[(f64, u32); 8]> = inside
-        .map(|spoke| (tip.chart.spoke(spoke).angle_to(direction).abs(), spoke))
+        .map(|spoke| (elementary::turn(tip.chart.spoke(spoke), direction).abs(), spoke))
         .filter(|&(deviation, _)| deviation <= widest)
         .filter_map(|(deviation, spoke)| Some((deviation, tip.end(mesh, spoke)?)))
         .collect();

@@ -8,6 +8,7 @@
 
 use super::tip_disc::{Disc, Walk};
 use super::{Surface, size};
+use crate::math::elementary;
 use crate::systems::kernels::fan::FanChart;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -55,7 +56,7 @@ pub fn lay_at_tip(disc: &mut Disc, surface: &Surface, (vertex, radius): (u32, f6
     let (centre, offset) = field_centre(surface, (vertex, radius), chart);
     // The walk takes in all triangles by which the edge is measured, so that it depends on no others.
     disc.lay(surface, (centre, axes, radius), triangles_around(surface, vertex), walk);
-    disc.fibre = DVec2::from_angle(-disc.fibre_turn.dot(offset)).rotate(disc.fibre);
+    disc.fibre = elementary::unit_at(-disc.fibre_turn.dot(offset)).rotate(disc.fibre);
 }
 
 /// The size \[mm\] of the triangles at the corners of a vertex' fan, those nearer counted more often. Single fans are more

@@ -2,7 +2,7 @@
 //! interpolates the state anew, so good triangles are left alone.
 
 use super::Cutter;
-use crate::math::{Orthotropic, SmallestAngle};
+use crate::math::{Orthotropic, SmallestAngle, elementary};
 use crate::storage::{Edit, Mesh, NONE, TriangleRow};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -28,7 +28,7 @@ impl Cutter<'_, '_> {
         pending.sort_unstable();
         pending.dedup();
         let mut flips = 0;
-        let limit = self.quality.flip.tan().powi(2);
+        let limit = elementary::powi(elementary::tan(self.quality.flip), 2);
         let is_poor = |cutter: &Self, triangle| SmallestAngle::new(cutter.rest_of(triangle)).is_below_tangent_sq(limit);
         while let Some(triangle) = pending.pop() {
             let is_poor_itself = is_poor(self, triangle);

@@ -8,7 +8,7 @@
 use super::Surface;
 use super::tip_disc::{TangentPlane, Walk};
 use crate::components::RingFault;
-use crate::math::{CrackTip, Orthotropic, Sym2};
+use crate::math::{CrackTip, Orthotropic, Sym2, elementary};
 use crate::storage::NONE;
 use crate::systems::kernels::failure::TipField;
 use crate::systems::kernels::membrane;
@@ -143,7 +143,7 @@ impl Ring {
         match (self.direction(radius), law) {
             (Err(fault), _) => self.fault = self.fault.or(Some(fault)),
             (Ok(ahead), Some(&law)) if self.fault.is_none() => {
-                let tip = CrackTip::new(&law, ahead.angle_to(fibre));
+                let tip = CrackTip::new(&law, elementary::turn(ahead, fibre));
                 self.crack = Some(Crack { ahead, fibre, law, tip });
                 self.members.iter_mut().for_each(|member| member.turn(ahead, &tip));
             }
@@ -232,7 +232,7 @@ impl Member {
     fn turn(&mut self, ahead: DVec2, tip: &CrackTip) {
         let into = |v: DVec2| DVec2::new(v.dot(ahead), ahead.perp_dot(v));
         let place = into(self.modes[0].1);
-        let (r, theta) = (place.length(), place.to_angle());
+        let (r, theta) = (place.length(), elementary::angle_of(place));
         let scale = 1.0 / (TAU * r).sqrt();
         let (stress, slope) = (tip.stress(theta), tip.slope(theta));
         self.modes = [(stress.opening * scale, slope.opening * scale), (stress.sliding * scale, slope.sliding * scale)];

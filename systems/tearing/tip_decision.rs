@@ -3,6 +3,7 @@
 use super::held_shut::lay_at_tip;
 use super::{DiscAverage, Surface, TipMemory};
 use crate::components::{DecidedBy, TearDecision, Tearing};
+use crate::math::elementary;
 use crate::systems::kernels::failure::{Cone, Decision, Origin, Search, Sector, Strength};
 use crate::systems::kernels::fan::FanChart;
 use glam::{DVec2, DVec3};
@@ -95,5 +96,5 @@ fn along_curved_fibre(answer: &Decision, average: &DiscAverage) -> DVec2 {
         return d;
     }
     let edge = average.radius / average.edges_per_radius;
-    DVec2::from_angle(0.5 * edge * average.fibre_turn.dot(d)).rotate(d)
+    elementary::unit_at(0.5 * edge * average.fibre_turn.dot(d)).rotate(d)
 }

@@ -6,7 +6,7 @@
 
 use super::Surface;
 use crate::components::StiffeningFibres;
-use crate::math::Sym2;
+use crate::math::{Sym2, elementary};
 use crate::storage::NONE;
 use crate::systems::kernels::disc::disc_triangle_overlap;
 use crate::systems::kernels::membrane;
@@ -124,7 +124,7 @@ impl Disc {
         // An equilateral triangle of the mean area has this edge.
         let edge = (full_area / self.members.len() as f64 * 4.0 / 3.0_f64.sqrt()).sqrt();
         self.area = area;
-        self.fibre = DVec2::from_angle(fibres.principal_angle());
+        self.fibre = elementary::unit_at(fibres.principal_angle());
         self.fibre_turn = turning.gradient();
         self.edges_per_radius = radius / edge;
     }
@@ -216,7 +216,7 @@ impl Turning {
         let reference = *self.reference.get_or_insert(fibre);
         // Fibres are lines: the angle between two is in [−π/2, π/2]. Between equal ones it is zero.
         let sine = reference.perp_dot(fibre);
-        let angle = if sine == 0.0 { 0.0 } else { (sine / reference.dot(fibre)).atan() };
+        let angle = if sine == 0.0 { 0.0 } else { elementary::atan(sine / reference.dot(fibre)) };
         self.weight += weight;
         self.place += place * weight;
         self.angle += angle * weight;

@@ -4,7 +4,7 @@
 //! triangulation of all of them is taken. Results must not depend on which of these a tear runs through.
 
 use super::{GenerateError, Random, bounded, length};
-use crate::math::smallest_angle;
+use crate::math::{elementary, smallest_angle};
 use crate::storage::TriangleMesh;
 use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
@@ -42,7 +42,7 @@ pub fn lattice(corners: &[DVec2], edge: f64, degrees: f64) -> Result<TriangleMes
     }
     let (low, high) = outline.bounds();
     let (centre, reach) = (0.5 * (low + high), 0.5 * low.distance(high));
-    let along = DVec2::from_angle(degrees.to_radians()) * edge;
+    let along = elementary::unit_at(degrees.to_radians()) * edge;
     let aside = (along + along.perp() * 3.0_f64.sqrt()) * 0.5;
     let rows = (reach / (edge * 0.75_f64.sqrt())).ceil() as i64;
     let mut inner = Vec::new();

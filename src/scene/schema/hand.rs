@@ -1,6 +1,7 @@
 //! A hand that pulls, trembles and is never quite still, as a scene file writes it.
 
 use crate::components::Curve;
+use crate::math::elementary;
 use serde::Deserialize;
 use std::f64::consts::TAU;
 
@@ -66,7 +67,7 @@ impl HandSpec {
         let mut state = self.seed;
         let point = |i: u32| {
             let t = f64::from(i) * every;
-            let pull = to * (t / within).min(1.0) + tremor * (TAU * t / period).sin();
+            let pull = to * (t / within).min(1.0) + tremor * elementary::sin(TAU * t / period);
             (t, if i == 0 { 0.0 } else { pull + noise * symmetric(&mut state) })
         };
         Curve::new((0..=count as u32).map(point).collect()).map_err(|bad| bad.to_string())

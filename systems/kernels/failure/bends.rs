@@ -7,6 +7,7 @@
 //! bracketed root of c′.
 
 use super::curve::{Curve, Peak, falling_root};
+use crate::math::elementary;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Calls `found` for every smooth local maximum strictly between the kinks; both thresholds differ.
@@ -17,7 +18,7 @@ pub(super) fn for_each_peak(curve: &Curve, mut found: impl FnMut(Peak)) {
         let (nodes, count) = inflections(gamma, phase);
         let mut from = 0.0;
         for &to in nodes[..count].iter().chain([&PI]) {
-            if to > from && bend(gamma, 0.5 * (from + to), phase).sin() > 0.0 {
+            if to > from && elementary::sin(bend(gamma, 0.5 * (from + to), phase)) > 0.0 {
                 let (low, high) = (curve.variable(from / PI), curve.variable(to / PI));
                 if curve.rise(side, low) > 0.0 && curve.rise(side, high) < 0.0 {
                     found(curve.peak_between(side, [low, 0.5 * (low + high), high]));
@@ -31,7 +32,7 @@ pub(super) fn for_each_peak(curve: &Curve, mut found: impl FnMut(Peak)) {
 /// H(y): σ_u is concave in w where sin H > 0.
 pub(super) fn bend(gamma: f64, y: f64, phase: f64) -> f64 {
     // At α = 1 the limit y → 0 is wanted, where atan2(0, 0) is 0.
-    let turn = if gamma == 0.0 { FRAC_PI_2 } else { y.atan2(gamma) };
+    let turn = if gamma == 0.0 { FRAC_PI_2 } else { elementary::atan2(y, gamma) };
     y + phase + turn
 }
 

@@ -1,7 +1,7 @@
 //! The curve c(δ) on both sides of the fibre, and the refinement of its smooth maxima.
 
 use super::{Origin, Strength};
-use crate::math::Sym2;
+use crate::math::{Sym2, elementary};
 use glam::DVec2;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -110,8 +110,8 @@ impl Curve {
     /// the fibre; neither is zero.
     pub fn value_and_slope(&self, along: f64, across: f64) -> (f64, f64) {
         let side = if along * across < 0.0 { -1.0 } else { 1.0 };
-        let x = across.abs().atan2(along.abs()) / FRAC_PI_2;
-        let w = x.powf(self.exponent);
+        let x = elementary::atan2(across.abs(), along.abs()) / FRAC_PI_2;
+        let w = elementary::pow(x, self.exponent);
         let (v, power) = if self.exponent < 1.0 { (w, x / w) } else { (x, w / x) };
         let point = self.point(side, v, power, (2.0 * (along * across).abs(), (along - across) * (along + across)));
         (point.value, side * point.rise)
@@ -141,7 +141,7 @@ impl Curve {
 
     /// ψ of σ_u = m + ρ·cos(2δ + ψ) on the fibre's left; on its right it is −ψ.
     pub fn phase(&self) -> f64 {
-        self.shear.atan2(self.half_difference)
+        elementary::atan2(self.shear, self.half_difference)
     }
 
     /// Whether both thresholds are equal.
@@ -151,12 +151,12 @@ impl Curve {
 
     /// ρ.
     fn amplitude(&self) -> f64 {
-        self.half_difference.hypot(self.shear)
+        elementary::hypot(self.half_difference, self.shear)
     }
 
     /// v of x = 2δ/π.
     pub fn variable(&self, x: f64) -> f64 {
-        if self.exponent < 1.0 { x.powf(self.exponent) } else { x }
+        if self.exponent < 1.0 { elementary::pow(x, self.exponent) } else { x }
     }
 
     /// σ̄²·dc/dv.
@@ -181,11 +181,11 @@ impl Curve {
     }
 
     fn at(&self, side: f64, v: f64) -> Point {
-        let power = v.powf(self.steepness() - 1.0);
+        let power = elementary::pow(v, self.steepness() - 1.0);
         let x = if self.exponent < 1.0 { v * power } else { v };
         // From the nearer end, so that the sine vanishes at both.
         let is_far = x > 0.5;
-        let (s, c) = (PI * if is_far { 1.0 - x } else { x }).sin_cos();
+        let (s, c) = elementary::sin_cos(PI * if is_far { 1.0 - x } else { x });
         self.point(side, v, power, (s, if is_far { -c } else { c }))
     }
 

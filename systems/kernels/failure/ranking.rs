@@ -3,6 +3,7 @@
 use super::curve::Curve;
 use super::region::Region;
 use super::{Candidate, Decision, Origin, TIE};
+use crate::math::elementary;
 use glam::DVec2;
 use smallvec::SmallVec;
 use std::f64::consts::PI;
@@ -107,7 +108,7 @@ impl Ranking {
             }
         }
         let turn = |d: DVec2| {
-            let angle = self.fibre.perp_dot(d).atan2(self.fibre.dot(d)).rem_euclid(PI);
+            let angle = elementary::atan2(self.fibre.perp_dot(d), self.fibre.dot(d)).rem_euclid(PI);
             if angle > PI - INDISTINCT { 0.0 } else { angle }
         };
         let earlier = turn(b) - turn(a);

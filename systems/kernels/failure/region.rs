@@ -1,6 +1,7 @@
 //! The admissible directions: the cone about the previous direction, cut with the sector of connected triangles.
 
 use super::{Cone, Sector, unit};
+use crate::math::elementary;
 use glam::DVec2;
 use std::f64::consts::{PI, TAU};
 
@@ -38,7 +39,7 @@ impl Region {
         if !(half_angle >= 0.0 && half_angle.is_finite()) {
             return None;
         }
-        let turn = DVec2::from_angle(half_angle.min(PI));
+        let turn = elementary::unit_at(half_angle.min(PI));
         let previous = match cone {
             Some(c) => Some(unit(c.previous)?),
             None => None,
@@ -65,7 +66,7 @@ impl Region {
 
     /// Angle \[rad\] from the sector's first limit counter-clockwise to `d`.
     pub fn turn_into_sector(&self, d: DVec2) -> Option<f64> {
-        let turn = (d.to_angle() - self.sector?.from).rem_euclid(TAU);
+        let turn = (elementary::angle_of(d) - self.sector?.from).rem_euclid(TAU);
         Some(if turn >= TAU - SLACK { 0.0 } else { turn })
     }
 
@@ -79,7 +80,7 @@ impl Region {
 
 impl Limits {
     fn new(from: f64, width: f64) -> Self {
-        let (first, last) = (DVec2::from_angle(from), DVec2::from_angle(from + width));
+        let (first, last) = (elementary::unit_at(from), elementary::unit_at(from + width));
         let is_wide = width > PI;
         let [a, b] = if is_wide { [last, first] } else { [first, last] };
         // Both parts point to the middle; the first vanishes at half a turn, the second at none.

@@ -8,7 +8,7 @@
 use super::ranking::Ranking;
 use super::region::Region;
 use super::{Cone, Decision, Origin, Sector, Strength, unit};
-use crate::math::{CrackTip, Orthotropic};
+use crate::math::{CrackTip, Orthotropic, elementary};
 use glam::DVec2;
 use std::f64::consts::PI;
 
@@ -44,7 +44,7 @@ struct Release<'a> {
 
 impl<'a> Release<'a> {
     fn new(field: &'a TipField, toughness: &'a Strength) -> Self {
-        let fibre_to_crack = field.ahead.angle_to(field.fibre);
+        let fibre_to_crack = elementary::turn(field.ahead, field.fibre);
         Self { tip: CrackTip::new(&field.law, fibre_to_crack), fibre_to_crack, field, toughness }
     }
 
@@ -59,8 +59,8 @@ impl<'a> Release<'a> {
     }
 
     fn value(&self, theta: f64) -> f64 {
-        let turn = (self.fibre_to_crack - theta).sin_cos();
-        self.value_at(theta, turn.0.abs().atan2(turn.1.abs()))
+        let turn = elementary::sin_cos(self.fibre_to_crack - theta);
+        self.value_at(theta, elementary::atan2(turn.0.abs(), turn.1.abs()))
     }
 
     fn rise(&self, theta: f64) -> f64 {
@@ -68,13 +68,13 @@ impl<'a> Release<'a> {
     }
 
     fn direction(&self, theta: f64) -> DVec2 {
-        DVec2::from_angle(theta).rotate(self.field.ahead)
+        elementary::unit_at(theta).rotate(self.field.ahead)
     }
 }
 
 /// √(G/G_c) of one direction: what [`evaluate_release`] searches. Zero along the crack's lips.
 pub fn release_value(field: &TipField, toughness: &Strength, d: DVec2) -> f64 {
-    let theta = field.ahead.angle_to(d);
+    let theta = elementary::turn(field.ahead, d);
     if is_off_lips(theta) { Release::new(field, toughness).value(theta) } else { 0.0 }
 }
 
@@ -101,7 +101,7 @@ pub fn evaluate_release(
 
     let mut bends =
         [(fibre, 0.0), (fibre.perp(), 0.5 * PI), (-fibre, 0.0), (-fibre.perp(), 0.5 * PI)].map(|(d, delta)| {
-            let theta = ahead.angle_to(d);
+            let theta = elementary::turn(ahead, d);
             let value = if is_off_lips(theta) { release.value_at(theta, delta) } else { 0.0 };
             let rises = [DIFFERENCE, -DIFFERENCE].map(|step| is_off_lips(theta) && release.value(theta + step) > value);
             ranking.offer(d, value, Origin::Kink, rises);
@@ -135,7 +135,7 @@ pub fn evaluate_release(
         search(from, to);
     }
     for d in limits.into_iter().flatten() {
-        let theta = ahead.angle_to(d);
+        let theta = elementary::turn(ahead, d);
         if is_off_lips(theta) {
             let value = release.value(theta);
             let rises = [DIFFERENCE, -DIFFERENCE].map(|step| release.value(theta + step) > value);

@@ -8,7 +8,7 @@
 
 use super::curve::{Curve, Peak, falling_root};
 use super::{Strength, bends};
-use crate::math::Sym2;
+use crate::math::{Sym2, elementary};
 use glam::DVec2;
 use std::f64::consts::PI;
 
@@ -128,7 +128,7 @@ impl Table {
         let [low, high] = [k, k + 1].map(|k| angle(curve.exponent, self.variable[k]));
         let start = low + (high - low) * (at(k) / (at(k) - at(k + 1))).clamp(0.0, 1.0);
         let y = falling_root([low, start, high], |y| {
-            let (s, c) = y.sin_cos();
+            let (s, c) = elementary::sin_cos(y);
             let (p, q) = (gamma * s + y * c, gamma * c - y * s);
             (sign * (a * p + b * q), sign * (a * (q + c) - b * (p + s)))
         });
@@ -151,12 +151,12 @@ fn strays(curve: &Curve, variable: &[f64; NODES], rise: &[f64; NODES]) -> [f64; 
 
 /// y of the branch variable.
 fn angle(exponent: f64, v: f64) -> f64 {
-    PI * if exponent < 1.0 { v.powf(1.0 / exponent) } else { v }
+    PI * if exponent < 1.0 { elementary::pow(v, 1.0 / exponent) } else { v }
 }
 
 /// |γ + i·y|·sin H per unit of a = ρ·cos ψ and b = ρ·sin ψ.
 fn bending(gamma: f64, y: f64) -> [f64; 2] {
-    let (s, c) = if gamma == 0.0 && y == 0.0 { return [1.0, 0.0] } else { y.sin_cos() };
+    let (s, c) = if gamma == 0.0 && y == 0.0 { return [1.0, 0.0] } else { elementary::sin_cos(y) };
     [gamma * s + y * c, gamma * c - y * s]
 }
 

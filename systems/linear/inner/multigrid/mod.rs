@@ -26,6 +26,7 @@ use super::edits::Edits;
 use super::matrix::{Matrix, dot};
 use super::order::Order;
 use super::partition::Partition;
+use crate::math::elementary;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
 use glam::DVec2;
@@ -151,7 +152,7 @@ impl Multigrid {
 
 /// How many powers of ten a residual has come down; what has not come down counts as having done so a little.
 fn powers_of_ten(gain: f64) -> f64 {
-    if gain > 0.0 { (-gain.log10()).clamp(0.1, 16.0) } else { 16.0 }
+    if gain > 0.0 { (-elementary::log10(gain)).clamp(0.1, 16.0) } else { 16.0 }
 }
 
 impl Precondition for Multigrid {
