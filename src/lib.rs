@@ -60,8 +60,8 @@
 //! - `snapshot` (default): snapshots and recordings as bytes and files; in memory they are there without it.
 //! - `direct` (default): static solves with a sparse Cholesky factor, several times as fast; it adds a minute of compile time.
 //!
-//! For embedding without them: `default-features = false`; a mesh is then a
-//! [`TriangleMesh`](storage::TriangleMesh) of your own positions and triangles.
+//! For embedding without them: `default-features = false`; a mesh is then a [`TriangleMesh`](storage::TriangleMesh) of your own
+//! positions and triangles. Every set of features builds; builds with and without `direct` read each other's snapshots.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
