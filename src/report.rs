@@ -69,7 +69,9 @@ pub struct BodyReport {
     pub is_tear_cut_short: bool,
     /// Whether the body went only a part of its way in the last part of the step, lest it create energy.
     pub is_held_back: bool,
-    /// Whether vertices were put back outside an obstacle at the end of the last part of the step: no solve had left them there.
+    /// Whether it went only a part of its way in any part of the step.
+    pub went_part_of_way: bool,
+    /// Whether vertices were put back outside an obstacle in any part of the step: no solve had left them there.
     pub is_put_outside: bool,
     /// Steps since the body was spawned in which `max_tear_speed` held a tear back that was to advance.
     pub tear_held_back: u32,

@@ -274,6 +274,7 @@ fn shift(vertices: &mut Vertices, increment: &mut Increment, v: usize, way: DVec
     vertices.position[v] += way;
     increment.displacement[v] += way;
     increment.is_put_outside = true;
+    increment.limits[1] = true;
     vertices.velocity[v] = step.travel(increment, v) * step.rate();
 }
 

@@ -159,6 +159,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if part < 1.0 {
                 scratch.is_held_back = true;
                 increment.is_part = true;
+                increment.limits[0] = true;
                 increment
                     .delta
                     .iter_mut()

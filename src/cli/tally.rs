@@ -119,7 +119,7 @@ impl Tally {
         self.unconverged.note(report.bodies.iter().any(|body| !body.is_converged), o.step);
         self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);
         self.late.note(report.bodies.iter().any(|body| body.is_late), o.step);
-        self.part_of_way.note(report.bodies.iter().any(|body| body.is_held_back), o.step);
+        self.part_of_way.note(report.bodies.iter().any(|body| body.went_part_of_way), o.step);
         self.put_outside.note(report.bodies.iter().any(|body| body.is_put_outside), o.step);
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);

@@ -138,6 +138,9 @@ pub struct Increment {
     /// Whether vertices were put back outside an obstacle after the last solve.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_put_outside: bool,
+    /// Whether the one and the other have happened in any part of the step that was asked for.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub limits: [bool; 2],
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
 }

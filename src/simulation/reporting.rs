@@ -27,6 +27,7 @@ impl Simulation {
     pub(super) fn begin_report(&mut self) {
         self.schedule.reset_reports(&mut self.report.systems);
         self.report.rolled_back = 0;
+        self.world.query_mut::<&mut Increment>().into_iter().for_each(|increment| increment.limits = [false; 2]);
         self.report.has_failed = false;
     }
 
@@ -55,7 +56,8 @@ impl Simulation {
                 fell_back: scratch.fell_back,
                 is_tear_cut_short: false,
                 is_held_back: scratch.is_held_back,
-                is_put_outside: increment.is_put_outside,
+                went_part_of_way: increment.limits[0],
+                is_put_outside: increment.limits[1],
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
                 fault: scratch.fault,
