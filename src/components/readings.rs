@@ -30,7 +30,10 @@ impl Readings {
         pinches.extend(of_jaws.map(|pinch| [pinch.force, pinch.torque]));
         if let Some((tips, decisions)) = tears {
             criterion.clone_from(&tips.criterion);
-            before.clone_from(&decisions.tips);
+            // Before the first decisions there is room for them already: a later step allocates nothing.
+            before.clear();
+            before.reserve(tips.len());
+            before.extend_from_slice(&decisions.tips);
         }
     }
 
