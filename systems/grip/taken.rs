@@ -7,12 +7,13 @@ use crate::systems::kernels::pick;
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-/// The vertices that jaws take, rows ascending, the nearest of them apart: jaws are small.
+/// The vertices that jaws take, rows ascending, the nearest of them apart. Jaws close in the middle of a course, where steps allocate
+/// nothing: there is room for what small ones take of a refined mesh.
 pub struct Taken {
     /// The vertex nearest to the place; of equally near ones the lowest row.
     pub nearest: u32,
     /// All of them.
-    pub rows: SmallVec<[u32; 64]>,
+    pub rows: SmallVec<[u32; 512]>,
 }
 
 impl Taken {
@@ -32,9 +33,9 @@ impl Taken {
         let nearest_sq = (0..vertices.len() as u32).map(distance_sq).fold(f64::INFINITY, f64::min);
         let radius_sq = radius * radius;
         let reach_sq = radius_sq.max(nearest_sq);
-        let mut walked: SmallVec<[u32; 128]> = smallvec![first];
-        let mut open: SmallVec<[u32; 64]> = smallvec![first];
-        let mut rows: SmallVec<[u32; 64]> = SmallVec::new();
+        let mut walked: SmallVec<[u32; 1024]> = smallvec![first];
+        let mut open: SmallVec<[u32; 256]> = smallvec![first];
+        let mut rows: SmallVec<[u32; 512]> = SmallVec::new();
         while let Some(t) = open.pop() {
             let corners = triangles.corners[t as usize];
             for e in 0..3 {
