@@ -164,6 +164,16 @@ pub enum EventKind {
         /// Averaging radius over edge length; should be 3 or more.
         edges_per_radius: f64,
     },
+    /// A tip is to advance and has to wait: `max_tear_speed` lets it go no further in this step. Told once per body; how often and at
+    /// which criterion its tips waited is counted ([`TearLog`](crate::components::TearLog)).
+    HeldBack {
+        /// The tip.
+        tip: TipKey,
+        /// Where \[mm\].
+        at: DVec3,
+        /// The criterion there.
+        criterion: f64,
+    },
     /// The criterion asked for an advance that the mesh could not make in any way. The tip rests, and is tried again in later
     /// steps; told once until it moves or relaxes.
     Refused {

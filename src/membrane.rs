@@ -171,6 +171,9 @@ impl Membrane {
         measure::rest_data(&mut mesh)?;
 
         topology.reserve(vertex_room, triangle_room);
+        if let Some(bending) = self.components.get::<&Bending>() {
+            check_bending(bending, &triangles)?;
+        }
         let start_count = triangles.len();
         let c = &mut self.components;
         c.add(Body { name: self.name, order });
@@ -329,6 +332,16 @@ fn positive(what: &'static str, value: f64) -> Result<(), BodyError> {
 fn enough_mass(what: &'static str, value: f64) -> Result<(), BodyError> {
     let is_right = value >= LEAST_MASS && value.is_finite();
     is_right.then_some(()).ok_or(BodyError::OutOfRange { what, value, must: "it must be at least 1e-290, and finite" })
+}
+
+/// Judges the bending stiffness of every triangle: its inverse is needed.
+fn check_bending(bending: &Bending, triangles: &Triangles) -> Result<(), BodyError> {
+    let (what, must) = ("the bending stiffness of a triangle in N·mm", "it must be from 1e-100 to 1e100");
+    (0..triangles.len()).try_for_each(|t| {
+        let (h, q) = (triangles.thickness[t], &triangles.stiffness[t]);
+        let value = bending.stiffness.unwrap_or_else(|| h * h * h / 12.0 * q.q11.min(q.q22).min(q.q66));
+        (1e-100..=1e100).contains(&value).then_some(()).ok_or(BodyError::OutOfRange { what, value, must })
+    })
 }
 
 fn not_negative(what: &'static str, value: f64) -> Result<(), BodyError> {

@@ -69,6 +69,14 @@ pub struct BodyReport {
     pub is_tear_cut_short: bool,
     /// Whether the body went only a part of its way in the last part of the step, lest it create energy.
     pub is_held_back: bool,
+    /// Whether it went only a part of its way in any part of the step.
+    pub went_part_of_way: bool,
+    /// Whether vertices were put back outside an obstacle in any part of the step: no solve had left them there.
+    pub is_put_outside: bool,
+    /// Steps since the body was spawned in which `max_tear_speed` held a tear back that was to advance.
+    pub tear_held_back: u32,
+    /// Largest criterion at a tip that was held back; zero before the first.
+    pub held_back_criterion: f64,
     /// Why the body's step was given up, where it was: its last good state stands, at this time or before.
     pub fault: Option<Fault>,
     /// Whether the body sleeps: no system ran on it, and the other figures are those of the last step that did.

@@ -84,8 +84,8 @@ pub const STEP: &[System] = &[
     system("integrate", Stage::Solve, systems::integrate::integrate),
     system("contain: end", Stage::Judge, systems::contain::nonlinear::contain),
     system("criterion", Stage::Decide, systems::criterion::criterion),
-    system("grip: feel", Stage::Account, systems::grip::feel),
     system("energy: account", Stage::Account, systems::energy::account),
+    system("grip: feel", Stage::Account, systems::grip::feel),
     system("split", Stage::Tear, systems::split::split),
     system("energy: edits", Stage::Tear, systems::energy::edits),
 ];

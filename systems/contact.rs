@@ -273,6 +273,8 @@ pub fn keep_sides(world: &mut World, step: &StepContext) -> bool {
 fn shift(vertices: &mut Vertices, increment: &mut Increment, v: usize, way: DVec3, step: &StepContext) {
     vertices.position[v] += way;
     increment.displacement[v] += way;
+    increment.is_put_outside = true;
+    increment.limits[1] = true;
     vertices.velocity[v] = step.travel(increment, v) * step.rate();
 }
 

@@ -31,7 +31,7 @@ pub mod nonlinear;
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
 use super::kernels::path_work::Element;
-use super::linear::{Folds, Operator};
+use super::linear::{Folds, Operator, reactions};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
     Damping, Drag, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres, Tautness,
@@ -81,7 +81,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
     if step.is_static || step.newton_iterations > 1 || step.formula != Formula::BackwardEuler {
         return 0;
     }
-    parallel::for_bodies::<Query>(
+    let count = parallel::for_bodies::<Query>(
         world,
         |((_, triangles, ..), (_, scratch, _), ..)| scratch.rows_to_solve(triangles.len()),
         |(
@@ -158,6 +158,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             scratch.is_counted = true;
             if part < 1.0 {
                 scratch.is_held_back = true;
+                increment.is_part = true;
+                increment.limits[0] = true;
                 increment
                     .delta
                     .iter_mut()
@@ -165,7 +167,11 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                     .for_each(|(delta, free)| *delta = partly(*delta, *free, part));
             }
         },
-    )
+    );
+    if step.is_last_resort {
+        reactions::of_part(world, step);
+    }
+    count
 }
 
 /// The part of its way to be tried after this one.

@@ -11,20 +11,19 @@
 //! what M gives is Δkinetic and ½·(v₁ − v₀)·M·(v₁ − v₀). A static solve only knows its two ends; its works are those of
 //! the mean of the forces there.
 
-use super::kernels::membrane::{ElementTangent, shear_majorant, stretch_rate};
+mod carried;
+
 use super::kernels::path_work::Element;
 use super::linear::Folds;
 use super::{StepContext, parallel};
 use crate::components::{
-    Bending, Damping, Drag, Energies, EnergyAudit, EnergyBalance, Equilibrium, ExternalStiffness, Forces, Frames,
-    Holds, Increment, Planar, PreStretch, Reactions, Refined, Shares, SolverScratch, StiffeningFibres, TearDecisions,
-    TearLog,
+    Bending, Damping, Drag, Energies, EnergyAudit, Equilibrium, ExternalStiffness, Forces, Frames, Grips, Holds,
+    Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, StiffeningFibres, TearDecisions, TearLog,
 };
 use crate::event::EventKind;
-use crate::math::GeometricStiffness;
-use crate::settings::Tangent;
 use crate::storage::room::copy;
 use crate::storage::{Topology, Triangles, Vertices};
+use carried::Carried;
 use glam::DVec3;
 
 /// What the elastic energy depends on beside positions.
@@ -169,14 +168,16 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut EnergyAudit, &'a mut TearLog, Option<&'a TearDecisions>),
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
         (&'a Forces, &'a Increment, &'a SolverScratch),
-        (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>, Option<(&'a Holds, &'a Reactions)>),
+        (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>),
+        (Option<(&'a Holds, &'a Reactions)>, Option<&'a Grips>),
         (Strained<'a>, Option<&'a Bending>, Option<&'a Folds>),
     );
     for (
         (audit, log, decisions),
         (vertices, triangles, topology, frames),
         (forces, increment, scratch),
-        (external, damping, drag, held),
+        (external, damping, drag),
+        (held, grips),
         (strained, bending, folds),
     ) in world.query_mut::<Query>()
     {
@@ -188,16 +189,29 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         count += 1;
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
-        let body =
-            Carried { vertices, sheet, topology, frames, forces, increment, scratch, external, drag, held, folds };
         let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+        let body = Carried {
+            vertices,
+            sheet,
+            topology,
+            frames,
+            forces,
+            increment,
+            scratch,
+            external,
+            viscosity,
+            drag,
+            held,
+            grips,
+            folds,
+        };
         if step.is_static && step.newton_iterations > 1 {
             let sums = body.sums(audit, true, |t, x, u, _| body.between_ends(t, x, u));
             let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
             audit.step = body.static_terms(audit, &sums, is_relaxation);
             note_equilibrium(audit, log, step, scratch.is_converged);
         } else {
-            let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change, viscosity));
+            let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change));
             audit.step = body.dynamic_terms(audit, &sums, step);
             audit.equilibrium = None;
         }
@@ -223,152 +237,6 @@ pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
         audit.step.edits = sheet.energies(position, velocity, mass, &mut scratch.partials) - audit.ends[1];
     }
     count
-}
-
-/// A body when its iterations have ended.
-struct Carried<'a> {
-    vertices: &'a Vertices,
-    sheet: Sheet<'a>,
-    topology: &'a Topology,
-    frames: &'a Frames,
-    forces: &'a Forces,
-    increment: &'a Increment,
-    scratch: &'a SolverScratch,
-    external: Option<&'a ExternalStiffness>,
-    drag: Option<&'a Drag>,
-    held: Option<(&'a Holds, &'a Reactions)>,
-    folds: Option<&'a Folds>,
-}
-
-impl Carried<'_> {
-    /// Sums over the triangles their true work along the step, what `terms` gives for it (the scheme's work and the
-    /// damping), and their energies at both ends, from x₀, u and u − u_k; with those of bending, whose work may be that between the ends.
-    fn sums(
-        &self,
-        EnergyAudit { displacement: evaluated, partials, .. }: &mut EnergyAudit,
-        is_between_ends: bool,
-        terms: impl Fn(usize, [DVec3; 3], [DVec3; 3], [DVec3; 3]) -> [f64; 2] + Sync,
-    ) -> Shares {
-        let Increment { start, displacement, .. } = self.increment;
-        let Sheet { triangles, .. } = self.sheet;
-        let mut sums = parallel::sum_rows(&mut vec![(); triangles.len()], partials, |t, ()| {
-            let corners = triangles.corners[t].map(|v| v as usize);
-            let (x, u) = (corners.map(|v| start[v]), corners.map(|v| displacement[v]));
-            let element = self.sheet.element(t);
-            let [scheme, damping] = terms(t, x, u, corners.map(|v| displacement[v] - evaluated[v]));
-            let end = element.energy(corners.map(|v| self.vertices.position[v]));
-            Shares { work: element.work(x, u), scheme, damping, start: element.energy(x), end }
-        });
-        if let (Some((bending, vertices, topology)), Some(folds)) = (self.sheet.bending, self.folds) {
-            let body = (vertices, triangles, topology);
-            let [work, scheme, damping, start, end] = if is_between_ends {
-                Folds::works_between_ends(body, bending, start, displacement)
-            } else {
-                let is_exact = self.scratch.tangent == Tangent::Exact;
-                folds.works_of_step(body, bending, start, (evaluated, displacement), is_exact)
-            };
-            sums += Shares { work, scheme, damping, start, end };
-        }
-        sums
-    }
-
-    /// −(mean of the forces at both ends) · u.
-    fn between_ends(&self, t: usize, x: [DVec3; 3], u: [DVec3; 3]) -> [f64; 2] {
-        let element = self.sheet.element(t);
-        let end = std::array::from_fn(|i| x[i] + u[i]);
-        [0.5 * (element.slope(x, u) + element.slope(end, u)), 0.0]
-    }
-
-    /// −(f(x_k) − K·δ) · u with the tangent that was used, and dt·v·C·v.
-    fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3], viscosity: f64) -> [f64; 2] {
-        let Sheet { triangles, .. } = self.sheet;
-        let (state, rest) = (self.frames.state(t), &triangles.rest[t]);
-        let (stiffness, coupling) = (self.frames.stiffness(triangles, t), self.frames.coupling(t));
-        let volume = rest.area * triangles.thickness[t];
-        let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric_stiffness(t);
-        let is_exact = self.scratch.tangent != Tangent::Rotated;
-        if !is_exact {
-            // The frames may hold what goes with another tangent, which was indefinite; what goes with this one stays.
-            normal = normal.positive_part();
-            let law = &triangles.stiffness[t];
-            in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
-        }
-        let (elastic, geometric) = (volume, volume);
-        let tangent =
-            ElementTangent { state, rest, stiffness, coupling, normal, in_plane, elastic, geometric, is_exact };
-        let rate = stretch_rate(&state.polar, rest, u);
-        let scheme = volume * state.stress.contract(rate) + dot(&tangent.apply(change), &u);
-        [scheme, volume * viscosity * stiffness.coupled_stress(coupling, rate).contract(rate)]
-    }
-
-    /// Work of the holds' reactions along the step.
-    fn work_of_reactions(&self) -> f64 {
-        let Some((holds, reactions)) = self.held else { return 0.0 };
-        let groups = holds.groups.iter().zip(&reactions.groups);
-        let pairs = groups.flat_map(|(hold, forces)| hold.members.rows().iter().zip(forces));
-        pairs.map(|(&row, force)| force.dot(self.increment.displacement[row as usize])).sum()
-    }
-
-    fn dynamic_terms(&self, audit: &mut EnergyAudit, sums: &Shares, step: &StepContext) -> EnergyBalance {
-        let Vertices { velocity, mass, .. } = self.vertices;
-        let Increment { start_velocity, displacement: u, .. } = self.increment;
-        let mut work_of_loads = dot(&audit.loads, u);
-        if let Some(external) = self.external {
-            let blocks = external.block.iter().zip(u).zip(&audit.displacement);
-            work_of_loads -= blocks.map(|((k, u), at)| (*k * (*u - *at)).dot(*u)).sum::<f64>();
-        }
-        let coefficient = self.drag.map_or(0.0, |d| d.coefficient) * step.rate();
-        let area = |v: usize| self.topology.vertex_area(self.sheet.triangles, v as u32);
-        let braked = |(v, u): (usize, &DVec3)| coefficient * area(v) * u.length_squared();
-        let drag = if coefficient > 0.0 { u.iter().enumerate().map(braked).sum() } else { 0.0 };
-        let jumps = velocity.iter().zip(start_velocity).zip(mass);
-        let residual = self.scratch.residual.iter().zip(&self.scratch.free).zip(u);
-        audit.ends = [
-            Energies { elastic: sums.start, kinetic: kinetic(start_velocity, mass) },
-            Energies { elastic: sums.end, kinetic: kinetic(velocity, mass) },
-        ];
-        EnergyBalance {
-            work_of_holds: self.work_of_reactions(),
-            // Among the loads drag is a force as any other.
-            work_of_loads: work_of_loads + drag,
-            damping: sums.damping,
-            drag,
-            numerical_elastic: sums.scheme - sums.work,
-            numerical_kinetic: if step.is_static {
-                audit.ends[0].kinetic
-            } else {
-                jumps.map(|((v1, v0), m)| 0.5 * m * (*v1 - *v0).length_squared()).sum()
-            },
-            residual: residual.map(|((r, f), u)| (*r * *f).dot(*u)).sum(),
-            ..EnergyBalance::default()
-        }
-    }
-
-    /// In a relaxation, which follows an equilibrium at the same time, what the trapezoidal rule is off belongs to what is
-    /// released; else the scheme's works are off by it.
-    fn static_terms(&self, audit: &mut EnergyAudit, sums: &Shares, is_relaxation: bool) -> EnergyBalance {
-        let Increment { start_velocity, displacement: u, .. } = self.increment;
-        let [start_membrane, start_loads] = &audit.start;
-        let (mut start_reactions, mut released) = (0.0, 0.0);
-        for (v, free) in self.scratch.free.iter().enumerate() {
-            let start = start_membrane[v] + start_loads[v];
-            let end = self.forces.nodal[v];
-            start_reactions -= (start * (DVec3::ONE - *free)).dot(u[v]);
-            released += 0.5 * ((start + end) * *free).dot(u[v]);
-        }
-        let off = sums.scheme - sums.work;
-        let work_of_loads = 0.5 * (dot(start_loads, u) + dot(&audit.loads, u));
-        let kinetic = kinetic(start_velocity, &self.vertices.mass);
-        audit.ends = [Energies { elastic: sums.start, kinetic }, Energies { elastic: sums.end, kinetic: 0.0 }];
-        EnergyBalance {
-            work_of_holds: 0.5 * (start_reactions + self.work_of_reactions()),
-            work_of_loads,
-            released: released + if is_relaxation { off } else { 0.0 },
-            numerical_elastic: if is_relaxation { 0.0 } else { off },
-            numerical_kinetic: kinetic,
-            ..EnergyBalance::default()
-        }
-    }
 }
 
 /// Remembers an equilibrium. Where tears have advanced since the last one and nothing else has moved on, tells what they have

@@ -1,5 +1,9 @@
 //! Forceps: take hold, pull, let go. Jaws that draw by springs act here; those that prescribe act where the step marks its axes.
 
+mod taken;
+
+pub use taken::Taken;
+
 use super::StepContext;
 use crate::components::{
     ExternalStiffness, Forceps, Forces, Grip, Grips, Motion, NearTip, Pinch, Pose, Sleeping, Slip, SolverScratch,
@@ -45,7 +49,7 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
                     .zip(tips)
                     .and_then(|(near, tips)| beside_tip(&near, vertices, triangles, topology, tips));
                 let (place, turn) = found.unwrap_or((grip.material_point, DQuat::IDENTITY));
-                close(pinch, grip, turn, (vertices, place));
+                close(pinch, grip, turn, (vertices, triangles, topology), place);
                 *grasp_count += 1;
             }
             let pose = |time: f64| grip.pose(&pinch.origin, time);
@@ -160,11 +164,11 @@ fn shared_stiffness<'a>(
 }
 
 /// Closes the jaws of a script about a place in the rest shape.
-fn close(pinch: &mut Pinch, grip: &Grip, turn: DQuat, (vertices, place): (&Vertices, DVec3)) {
-    let nearest = Pinch::nearest(vertices, place);
-    let position = nearest.map_or(place, |row| vertices.position[row as usize]);
+fn close(pinch: &mut Pinch, grip: &Grip, turn: DQuat, body: (&Vertices, &Triangles, &Topology), place: DVec3) {
+    let Some(taken) = Taken::about(body, (place, None), grip.jaws.radius) else { return };
+    let position = body.0.position[taken.nearest as usize];
     pinch.origin = Pose { position, orientation: turn };
-    pinch.close(vertices, Pinch::within(vertices, place, grip.jaws.radius), &Pose::at(position));
+    pinch.close(body.0, taken.rows, &Pose::at(position));
 }
 
 /// The place \[mm, rest shape\] beside the tip with the largest criterion, and the turn of the path that goes with it.

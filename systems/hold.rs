@@ -2,14 +2,15 @@
 
 use super::context::SECOND_STAGE;
 use super::{StepContext, parallel};
-use crate::components::{Forces, Grips, Holds, Increment, Pinch, Planar, Sleeping, SolverScratch, TearDecisions};
+use crate::components::{Forces, Grips, Holds, Increment, Pinch, Planar, Read, Sleeping, SolverScratch, TearDecisions};
 use crate::storage::Vertices;
 use glam::DVec3;
 
 /// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear
 /// solve: the last increment scaled to this step along free axes, the prescribed displacement along the others.
 pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
-    for (scratch, sleeping) in world.query_mut::<(&mut SolverScratch, Option<&Sleeping>)>() {
+    for (scratch, sleeping, read) in world.query_mut::<(&mut SolverScratch, Option<&Sleeping>, Read)>() {
+        scratch.readings.keep(read);
         scratch.iterations = 0;
         scratch.is_late = false;
         scratch.newton_iterations = 0;

@@ -1,16 +1,15 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
-use super::{Formula, StepContext, kernels::membrane::shear_majorant, linear, parallel};
+use super::{Formula, StepContext, linear, parallel};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch,
     Reactions, SolverScratch, Tearing,
 };
-use crate::math::{ElementState, GeometricStiffness, Orthotropic};
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
-use linear::{CgError, CgInfo, Factor, Folds, Inner, InnerSolver, Means, Operator, Use};
+use linear::{CgError, CgInfo, Factor, Folds, Inner, InnerSolver, Means, Operator, Use, reactions};
 
 /// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
 const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
@@ -71,11 +70,12 @@ fn solve_body(
     step: &StepContext,
 ) {
     let imbalance_before = scratch.imbalance;
+    (increment.is_part, increment.is_put_outside) = (false, false);
     let force_scale = imbalance(vertices, forces, increment, scratch, step);
     // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
     if step.newton_iterations > 1 {
         let prescribers = (holds, reactions.as_deref_mut(), grips.as_deref_mut());
-        record_reactions(prescribers, step.time, |v| -scratch.residual[v]);
+        reactions::record(prescribers, step.time, |v| -scratch.residual[v]);
     }
     let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, frames, external) } else { 0.0 };
     if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
@@ -147,7 +147,7 @@ fn solve_body(
     if step.newton_iterations == 1 {
         let used =
             rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: scratch.tangent, ..operator });
-        reactions_of_linear_step(&used, forces, increment, step, (holds, reactions, grips));
+        reactions::of_linear_step(&used, forces, increment, step, (holds, reactions, grips));
     }
     if step.is_static {
         start_line_search(forces, increment, scratch);
@@ -199,9 +199,10 @@ fn imbalance(
     if step.newton_iterations == 1 {
         return 0.0;
     }
-    let free = &scratch.free;
-    scratch.imbalance =
-        scratch.residual.iter().zip(free).map(|(r, f)| (*r * *f).abs().max_element()).fold(0.0, f64::max);
+    let of_vertices = scratch.residual.iter().zip(&scratch.free).map(|(r, f)| *r * *f);
+    // What is no number is no small one.
+    let larger = |most: f64, r: DVec3| if r.is_finite() { most.max(r.abs().max_element()) } else { f64::INFINITY };
+    scratch.imbalance = of_vertices.fold(0.0, larger);
     forces.scale
 }
 
@@ -221,7 +222,7 @@ fn rounding(vertices: &Vertices, triangles: &Triangles, frames: &Frames, externa
 }
 
 fn has_converged(increment: &Increment, scratch: &SolverScratch, step: &StepContext, least: f64) -> bool {
-    if step.newton_iterations == 1 || scratch.imbalance > least {
+    if step.newton_iterations == 1 || !(scratch.imbalance <= least && scratch.imbalance.is_finite()) {
         return false;
     }
     // Prescribed motion still to be made; and a dynamic step that has not been solved at all has not moved the body, which
@@ -308,48 +309,8 @@ fn solve_or_fall_back(
     scratch.tangent = Tangent::Rotated;
     scratch.residual = rhs;
     increment.delta = first_guess;
-    let frames = rotated.insert(operator.frames.clone());
-    let majorant =
-        |(state, law): (ElementState, &Orthotropic)| shear_majorant(state.stress, state.polar.stretch, law, reserve);
-    let majorants = operator.frames.states().zip(operator.triangles.stiffness.iter()).map(majorant);
-    if frames.is_planar() {
-        frames.in_plane = majorants.collect();
-    } else {
-        for (geometric, in_plane) in frames.geometric.iter_mut().zip(majorants) {
-            *geometric = GeometricStiffness { normal: geometric.normal.positive_part(), in_plane };
-        }
-    }
+    let frames = rotated.insert(operator.rotated_frames(reserve));
     solve(&Operator { frames, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
-}
-
-/// Constraint forces of a linearly implicit step: A·δ − b on the prescribed axes.
-fn reactions_of_linear_step(
-    operator: &Operator,
-    forces: &Forces,
-    increment: &Increment,
-    step: &StepContext,
-    prescribers: Prescribers<'_>,
-) {
-    let vertices = operator.vertices;
-    record_reactions(prescribers, step.time, |v| {
-        operator.apply_at(v, &increment.delta) - forces.nodal[v] - step.momentum(increment, v) * vertices.mass[v]
-    });
-}
-
-/// What prescribes where vertices are.
-type Prescribers<'a> = (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>);
-
-fn record_reactions((holds, reactions, grips): Prescribers<'_>, time: f64, force: impl Fn(usize) -> DVec3) {
-    if let Some(grips) = grips {
-        grips.record_constraints(time, &force);
-    }
-    let (Some(holds), Some(reactions)) = (holds, reactions) else { return };
-    reactions.groups.resize_with(holds.groups.len(), Vec::new);
-    for (hold, group) in holds.groups.iter().zip(&mut reactions.groups) {
-        let held = DVec3::from_array(hold.axes.map(|a| f64::from(u8::from(a))));
-        group.clear();
-        group.extend(hold.members.rows().iter().map(|&row| force(row as usize) * held));
-    }
 }
 
 /// Work of the imbalance along an increment, and the norm of the imbalance: what the line search compares.

@@ -40,6 +40,9 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             continue;
         }
         let reach = Reach::new(step, tearing);
+        if !step.is_resumed {
+            log.note_decisions(&decisions.tips);
+        }
         if !decisions.ask() {
             (0..tips.len()).for_each(|tip| rest(tips, tip, reach));
             decisions.may_advance_further = false;
@@ -66,6 +69,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             log,
             scratch,
             parted: SmallVec::new(),
+            is_held_back: false,
         };
         let keys: SmallVec<[TipKey; 8]> = tearer.tips.keys().into();
         for (key, decision) in keys.into_iter().zip(&decisions.tips) {
@@ -79,9 +83,13 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
         let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
+        let is_held_back = tearer.is_held_back;
         let (has_advanced, has_started) = (log.advance_count > advances_before, log.start_count > starts_before);
         decisions.may_advance_further =
             if step.is_static { has_advanced || has_started } else { has_advanced && has_more };
+        // The last pass of a step: those before are taken up again.
+        let is_counted = is_held_back && !decisions.may_advance_further;
+        log.held_back_count = log.held_back_count.saturating_add(u32::from(is_counted));
     }
     count
 }
@@ -103,6 +111,8 @@ struct Tearer<'a> {
     scratch: &'a mut TearScratch,
     /// The vertices that the last cut has parted.
     parted: SmallVec<[u32; 4]>,
+    /// Whether a tip has to wait because it may go no further in this step.
+    is_held_back: bool,
 }
 
 impl Tearer<'_> {
@@ -127,7 +137,7 @@ impl Tearer<'_> {
         let way = exit.map_or(0.0, |exit| exit.distance);
         self.tips.allowance[tip] = reach.allowance(self.tips.allowance[tip], way);
         if !reach.allows(self.tips.allowance[tip], way) {
-            return;
+            return self.note_held_back(key, at, decision.value);
         }
         let mode = self.tearing.mode;
         let result = chart.and_then(|tip| {
@@ -148,6 +158,15 @@ impl Tearer<'_> {
                 }
             }
         }
+    }
+
+    /// A tip that has to wait for its allowance.
+    fn note_held_back(&mut self, tip: TipKey, at: DVec3, criterion: f64) {
+        if self.log.held_back_criterion == 0.0 {
+            self.log.pending.push(EventKind::HeldBack { tip, at, criterion });
+        }
+        self.is_held_back = true;
+        self.log.held_back_criterion = self.log.held_back_criterion.max(criterion);
     }
 
     fn record_advance(&mut self, key: TipKey, decision: &TearDecision, advance: &Advance, ideal: DVec3) {

@@ -288,6 +288,9 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         EventKind::UnderResolved { tip, at, edges_per_radius } => json!({
             "kind": "under_resolved", "tip": key(tip), "at_mm": point(at), "edges_per_radius": edges_per_radius,
         }),
+        EventKind::HeldBack { tip, at, criterion } => {
+            json!({ "kind": "held_back", "tip": key(tip), "at_mm": point(at), "criterion": criterion })
+        }
         EventKind::Refused { tip, at, reason } => {
             json!({ "kind": "refused", "tip": tip.as_ref().map(key), "at_mm": point(at), "reason": reason })
         }

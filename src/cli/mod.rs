@@ -6,6 +6,7 @@
 //! they are done.
 
 mod bench;
+mod caveats;
 mod check;
 mod checkpoint;
 mod course;

@@ -1,11 +1,12 @@
 //! `report.json`: the figures of a run. Every number has its unit in its name.
 
+use super::caveats::caveats;
 use super::course::CourseReport;
 use super::progress::real_time_factor;
 use super::series::Observation;
 use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
-use crate::components::{Body, EnergyCriterion, Refined, Refinement, TearLog, Tearing};
+use crate::components::{Body, EnergyCriterion, Refined, Refinement, RingFault, TearLog, Tearing};
 use crate::report::TearCourse;
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene, thresholds};
@@ -79,6 +80,10 @@ pub(super) struct BodyFigures {
     pub kinetic_mj: f64,
     /// Terms of the energy balance; absent where it is not kept.
     pub balance_mj: Option<BTreeMap<&'static str, f64>>,
+    /// Imbalance of the energy balance over its largest other term; absent where it is not kept.
+    pub relative_imbalance: Option<f64>,
+    /// Its unbalanced term over the largest one.
+    pub relative_unbalanced: Option<f64>,
     pub reactions: Vec<ForceFigures>,
     pub grips: Vec<GripFigures>,
     /// Absent for a body that cannot tear or is not gripped.
@@ -118,6 +123,11 @@ pub(super) struct TearFigures {
     pub ambiguous: u32,
     /// Advances that the stress decided although the body has an energy criterion; absent for a body without.
     pub by_stress_instead: Option<u32>,
+    /// What decided at tips, one decision per tip and step; absent for a body without an energy criterion.
+    pub decisions: Option<DecisionFigures>,
+    /// Steps in which `max_tear_speed` held a tear back that was to advance, and the largest criterion meanwhile.
+    pub held_back_steps: u32,
+    pub held_back_criterion: f64,
     pub ended: u32,
     pub pieces_freed: u32,
     /// Parted vertices that a hold or grip keeps shut.
@@ -132,6 +142,14 @@ pub(super) struct TearFigures {
     pub refinement: Option<RefinementFigures>,
     /// Absent for a body that cannot tear.
     pub thresholds: Option<ThresholdFigures>,
+}
+
+/// Decisions at tips of a body with an energy criterion.
+#[derive(Serialize)]
+pub(super) struct DecisionFigures {
+    pub by_energy: u64,
+    /// By stress, with the reason why the ring told no energy.
+    pub by_stress: BTreeMap<String, u64>,
 }
 
 /// What refinement and coarsening did to the mesh.
@@ -181,6 +199,14 @@ pub(super) struct SolverFigures {
     pub unconverged: Count,
     /// Steps in which the rotated tangent had to take the exact one's place.
     pub fell_back: Count,
+    /// Steps in which a linear solve stopped because its time was up.
+    pub late: Count,
+    /// Steps in which a body went only a part of its way, lest it create energy.
+    pub part_of_way: Count,
+    /// Steps at whose end vertices were put back outside an obstacle.
+    pub put_outside: Count,
+    /// Steps in which a tear could have gone on when the resumes or rounds were used up.
+    pub cut_short: Count,
     /// Steps that were given up.
     pub failed: Count,
     /// Sub-steps undone and retried in halves.
@@ -236,6 +262,10 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             unsolved: t.unsolved,
             unconverged: t.unconverged,
             fell_back: t.fell_back,
+            late: t.late,
+            part_of_way: t.part_of_way,
+            put_outside: t.put_outside,
+            cut_short: t.cut_short,
             failed: t.failed,
             rolled_back: t.rolled_back,
         },
@@ -270,6 +300,8 @@ fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyF
         mass_g: vertices.map_or(0.0, |v| v.mass.iter().sum()),
         elastic_mj: energies.elastic,
         kinetic_mj: energies.kinetic,
+        relative_imbalance: balance.map(|balance| balance.relative_imbalance()),
+        relative_unbalanced: balance.map(|balance| balance.relative_unbalanced()),
         balance_mj: balance.map(|balance| balance.terms().into_iter().collect()),
         reactions,
         grips,
@@ -298,6 +330,9 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         detours: log.detour_count,
         ambiguous: log.ambiguous_count,
         by_stress_instead: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.stress_instead_count),
+        decisions: world.get::<&EnergyCriterion>(body).is_ok().then(|| decision_figures(&log)),
+        held_back_steps: log.held_back_count,
+        held_back_criterion: log.held_back_criterion,
         ended: log.end_count,
         pieces_freed: log.piece_count,
         held_shut: log.held_shut_count,
@@ -316,6 +351,12 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
     })
 }
 
+fn decision_figures(log: &TearLog) -> DecisionFigures {
+    let reasons = RingFault::ALL.iter().zip(log.stress_decision_counts).filter(|(_, count)| *count > 0);
+    let by_stress = reasons.map(|(fault, count)| (fault.to_string(), count)).collect();
+    DecisionFigures { by_energy: log.energy_decision_count, by_stress }
+}
+
 fn refinement_figures(instance: &Instance, body: Entity) -> Option<RefinementFigures> {
     let world = instance.simulation.world();
     let (refinement, refined) = (world.get::<&Refinement>(body).ok()?, world.get::<&Refined>(body).ok()?);
@@ -327,60 +368,4 @@ fn refinement_figures(instance: &Instance, body: Entity) -> Option<RefinementFig
         budget_hits: refined.budget_hit_count,
         coarsening_energy_mj: refined.energy_change,
     })
-}
-
-/// What a reader must know before trusting the figures.
-fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
-    let t = s.tally;
-    let mut list = Vec::new();
-    let mut counted = |count: Count, what: &str| {
-        if let Some(first) = count.first {
-            list.push(format!("{} step(s), the first being step {first}: {what}", count.steps));
-        }
-    };
-    counted(t.failed, "given up; the last good state stood");
-    counted(t.unsolved, "the linear solve stopped above its tolerance (run.linear_iterations)");
-    counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
-    counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
-    counted(t.cut_short, "a tear could have gone on when the step had used up run.resumes or run.static_advances");
-    if t.rolled_back > 0 {
-        list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
-    }
-    for body in bodies {
-        let Some(tear) = &body.tear else { continue };
-        if tear.refusals > 0 {
-            list.push(format!(
-                "{}: {} advance(s) were refused by the mesh (events.jsonl says why)",
-                body.name, tear.refusals
-            ));
-        }
-        if tear.ambiguous > 0 {
-            let what = "had a runner-up within 5 %: another run could have gone the other way (`ambiguous` lists them)";
-            list.push(format!("{}: {} start(s) or advance(s) {what}", body.name, tear.ambiguous));
-        }
-        if let Some(count) = tear.by_stress_instead.filter(|&count| count > 0) {
-            let what = "advance(s) by stress, where the ring tells no energy (events.jsonl says why)";
-            list.push(format!("{}: {count} {what}", body.name));
-        }
-        if tear.held_shut > 0 {
-            let what = "torn vertices are kept shut by a hold or grip that has hold of both lips";
-            list.push(format!("{}: {} {what}", body.name, tear.held_shut));
-        }
-        if let Some(refinement) = tear.refinement.as_ref().filter(|refinement| refinement.budget_hits > 0) {
-            let RefinementFigures { budget_hits, most_triangles_added: most, .. } = refinement;
-            let left = tear.edges_per_radius.map_or(String::new(), |edges| format!(": R has only {edges:.2} edges"));
-            list.push(format!(
-                "{}: the budget of {most} more triangles ended {budget_hits} refinement(s){left}",
-                body.name
-            ));
-        }
-        if let Some(edges) = tear.edges_per_radius.filter(|&edges| edges < 3.0) {
-            let what = "edges per averaging radius at a tip: under 3 the tear load depends on the mesh";
-            list.push(format!("{}: only {edges:.2} {what}", body.name));
-        }
-    }
-    if let End::Failed(reason) = &s.end {
-        list.push(format!("the run ended early: {reason}"));
-    }
-    list
 }

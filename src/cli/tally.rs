@@ -38,6 +38,12 @@ pub(super) struct Tally {
     pub unconverged: Count,
     /// Steps in which the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: Count,
+    /// Steps in which a linear solve stopped because its time was up.
+    pub late: Count,
+    /// Steps in which a body went only a part of its way, lest it create energy.
+    pub part_of_way: Count,
+    /// Steps at whose end vertices were put back outside an obstacle.
+    pub put_outside: Count,
     /// Steps that were given up.
     pub failed: Count,
     /// Sub-steps undone and retried.
@@ -83,6 +89,7 @@ pub(super) struct EventCounts {
     pub piece_freed: u64,
     pub held_shut: u64,
     pub under_resolved: u64,
+    pub held_back: u64,
     pub refused: u64,
     pub slipped: u64,
     pub fell_asleep: u64,
@@ -111,6 +118,9 @@ impl Tally {
         self.unsolved.note(is_one_solve && o.residual > 1.01 * linear_tolerance, o.step);
         self.unconverged.note(report.bodies.iter().any(|body| !body.is_converged), o.step);
         self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);
+        self.late.note(report.bodies.iter().any(|body| body.is_late), o.step);
+        self.part_of_way.note(report.bodies.iter().any(|body| body.went_part_of_way), o.step);
+        self.put_outside.note(report.bodies.iter().any(|body| body.is_put_outside), o.step);
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
         self.rolled_back += u64::from(report.rolled_back);
@@ -145,6 +155,7 @@ impl Tally {
             EventKind::PieceFreed { .. } => counts.piece_freed += 1,
             EventKind::HeldShut { .. } => counts.held_shut += 1,
             EventKind::UnderResolved { .. } => counts.under_resolved += 1,
+            EventKind::HeldBack { .. } => counts.held_back += 1,
             EventKind::Refused { .. } => counts.refused += 1,
             EventKind::StepFailed { .. } => counts.step_failed += 1,
         }

@@ -1,7 +1,6 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
-use super::FreeAxes;
-use super::Stops;
+use super::{FreeAxes, Readings, Stops};
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
 use crate::report::Fault;
 use crate::settings::Tangent;
@@ -133,6 +132,15 @@ pub struct Increment {
     /// How much the body resists strain; none after an edit.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub tautness: Option<Tautness>,
+    /// Whether only a part of the last solve's answer was gone.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub is_part: bool,
+    /// Whether vertices were put back outside an obstacle after the last solve.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub is_put_outside: bool,
+    /// Whether the one and the other have happened in any part of the step that was asked for.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub limits: [bool; 2],
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
 }
@@ -154,6 +162,14 @@ impl Increment {
         for values in lists.into_iter().filter(|values| !values.is_empty()) {
             grow(values, values.len() + more, room);
         }
+    }
+
+    /// Forgets how far an attempt has come that is undone.
+    pub(crate) fn forget_attempt(&mut self) {
+        self.displacement.fill(DVec3::ZERO);
+        self.delta.fill(DVec3::ZERO);
+        let stages = [&mut self.start_acceleration, &mut self.middle_displacement, &mut self.middle_velocity];
+        stages.into_iter().for_each(Vec::clear);
     }
 
     /// Follows an edit: new vertices start and move as the blend of their parents, a slid one as the point it slid to, and
@@ -267,6 +283,9 @@ pub struct SolverScratch {
     pub unseen: f64,
     /// `left_over` and `unseen` at the start of the step.
     pub start_left_over: [f64; 2],
+    /// What can be read of the last step, to be put back if this one is undone.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub readings: Readings,
     /// The work \[mJ\] of the residual that the last solve has left, along its answer.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual_work: f64,
@@ -292,7 +311,7 @@ impl SolverScratch {
         let empty = Self::default();
         let Self { free, residual, rhs, direction, product, inverse_block, partials, pairs, account, stops, .. } =
             empty;
-        let Self { sweeps, residual_work, is_counted, fault, .. } = empty;
+        let Self { sweeps, readings, residual_work, is_counted, fault, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
         let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, shortenings, .. } = *self;
@@ -322,6 +341,7 @@ impl SolverScratch {
             left_over,
             unseen,
             start_left_over,
+            readings,
             residual_work,
             is_counted,
             fault,
@@ -330,6 +350,13 @@ impl SolverScratch {
             shortenings,
             line_search,
         }
+    }
+
+    /// Forgets what an attempt that is undone has come to.
+    pub(crate) fn forget_attempt(&mut self) {
+        (self.linear_residual, self.stored, self.stress_error, self.imbalance) = (0.0, 0.0, 0.0, 0.0);
+        (self.creates_energy, self.line_search) = (false, None);
+        [self.left_over, self.unseen] = self.start_left_over;
     }
 
     /// How many of a body's rows are to be worked on in this iteration: all of them, or none.

@@ -1,7 +1,7 @@
 //! Where the energy of a body goes.
 //!
 //! Over every step, with the step's displacement u, the discrete equation times u reads
-//! work = Δelastic + Δkinetic + damping + drag + numerical + residual + released,
+//! work = Δelastic + Δkinetic + damping + drag + numerical + residual + unbalanced + released,
 //! and between steps edits at unchanged positions add `edits`. Each term is summed from its own formula, none is what the
 //! others leave: the imbalance that remains tells of a wrong force, tangent, reaction or edit.
 
@@ -31,8 +31,10 @@ impl std::ops::Sub for Energies {
 pub struct EnergyBalance {
     /// Work of the holds on the body: reaction · prescribed displacement.
     pub work_of_holds: f64,
-    /// Work on the body of all that acts from outside: gravity, pressure, point and edge loads, springs, grips and contact,
-    /// with the force that the scheme has put in. What springs and contact store counts as given back.
+    /// Work of jaws without a stiffness on the body: their force on each vertex · its displacement.
+    pub work_of_jaws: f64,
+    /// Work on the body of all else that acts from outside: gravity, pressure, point and edge loads, springs, jaws with a stiffness and
+    /// contact, with the force that the scheme has put in. What springs and contact store counts as given back.
     pub work_of_loads: f64,
     /// Elastic and kinetic energy that edits of the mesh have put in at unchanged positions. Splits and openings change
     /// neither; flips and slides interpolate the state anew.
@@ -51,6 +53,9 @@ pub struct EnergyBalance {
     pub numerical_kinetic: f64,
     /// Work of what the solves have left: residual · displacement.
     pub residual: f64,
+    /// Work of forces that a dynamic step leaves unbalanced because its answer is not gone as it is: only a part of it, lest the body
+    /// create energy, or with vertices put back outside an obstacle. Force · displacement; positive is taken from the body.
+    pub unbalanced: f64,
     /// Work of unbalanced forces that static solves have relaxed: a tear in static mode releases its energy here. From the
     /// nodal forces at both ends, ½·force·displacement as Rybicki and Kanninen (1977) close a crack, and where nothing else
     /// has moved on, with the quadrature's correction for forces that do not fall linearly.
@@ -58,9 +63,25 @@ pub struct EnergyBalance {
 }
 
 impl EnergyBalance {
-    /// Work of holds and loads \[mJ\].
+    /// Work of holds, jaws and loads \[mJ\].
     pub fn work(&self) -> f64 {
-        self.work_of_holds + self.work_of_loads
+        self.work_of_holds + self.work_of_jaws + self.work_of_loads
+    }
+
+    /// The imbalance over the largest other term; zero where nothing has happened.
+    pub fn relative_imbalance(&self) -> f64 {
+        self.over_largest(self.imbalance())
+    }
+
+    /// The work of unbalanced forces over the largest term; zero where nothing has happened.
+    pub fn relative_unbalanced(&self) -> f64 {
+        self.over_largest(self.unbalanced)
+    }
+
+    fn over_largest(&self, term: f64) -> f64 {
+        let others = self.terms().into_iter().filter(|(name, _)| *name != "imbalance");
+        let largest = others.map(|(_, term)| term.abs()).fold(0.0, f64::max);
+        if largest > 0.0 { term.abs() / largest } else { 0.0 }
     }
 
     /// Dissipation by the scheme \[mJ\].
@@ -73,13 +94,14 @@ impl EnergyBalance {
     pub fn imbalance(&self) -> f64 {
         let came = self.work() + self.edits.elastic + self.edits.kinetic;
         let kept = self.stored.elastic + self.stored.kinetic;
-        came - kept - self.damping - self.drag - self.numerical() - self.residual - self.released
+        came - kept - self.damping - self.drag - self.numerical() - self.residual - self.unbalanced - self.released
     }
 
     /// All terms with their names, as they stand in files, and the imbalance \[mJ\].
-    pub fn terms(&self) -> [(&'static str, f64); 12] {
+    pub fn terms(&self) -> [(&'static str, f64); 14] {
         [
             ("work_of_holds", self.work_of_holds),
+            ("work_of_jaws", self.work_of_jaws),
             ("work_of_loads", self.work_of_loads),
             ("edits", self.edits.elastic + self.edits.kinetic),
             ("elastic_change", self.stored.elastic),
@@ -89,6 +111,7 @@ impl EnergyBalance {
             ("numerical_elastic", self.numerical_elastic),
             ("numerical_kinetic", self.numerical_kinetic),
             ("residual", self.residual),
+            ("unbalanced", self.unbalanced),
             ("released", self.released),
             ("imbalance", self.imbalance()),
         ]
@@ -98,6 +121,7 @@ impl EnergyBalance {
     pub(crate) fn add(&mut self, other: &Self) {
         let pairs = [
             (&mut self.work_of_holds, other.work_of_holds),
+            (&mut self.work_of_jaws, other.work_of_jaws),
             (&mut self.work_of_loads, other.work_of_loads),
             (&mut self.edits.elastic, other.edits.elastic),
             (&mut self.edits.kinetic, other.edits.kinetic),
@@ -108,6 +132,7 @@ impl EnergyBalance {
             (&mut self.numerical_elastic, other.numerical_elastic),
             (&mut self.numerical_kinetic, other.numerical_kinetic),
             (&mut self.residual, other.residual),
+            (&mut self.unbalanced, other.unbalanced),
             (&mut self.released, other.released),
         ];
         pairs.into_iter().for_each(|(sum, term)| *sum += term);
@@ -221,6 +246,15 @@ impl EnergyAudit {
     /// A cut between steps has changed the energies at unchanged positions.
     pub(crate) fn note_edits(&mut self, edits: Energies) {
         self.settled.add(&EnergyBalance { edits, ..EnergyBalance::default() });
+    }
+
+    /// The step is undone: nothing of what the attempt has put in is left.
+    pub(crate) fn undo_step(&mut self) {
+        self.void_step();
+        self.ends = [Energies::default(); 2];
+        self.displacement.clear();
+        self.forget_loads();
+        self.start.iter_mut().for_each(Vec::clear);
     }
 
     /// The step is taken up again from its start, or undone: its terms and the edits of its end are void, those of its start

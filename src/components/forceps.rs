@@ -98,7 +98,8 @@ pub enum Slip {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Jaws {
-    /// Pinch radius \[mm\] in the rest shape, about the point that is taken; the nearest vertex is always taken.
+    /// Pinch radius \[mm\] in the rest shape, about the point that is taken; the nearest vertex is always taken. Only what hangs
+    /// together with that point within the radius is taken: not what lies across a cut.
     pub radius: f64,
     /// Stiffness of the whole pinch \[N/mm\], shared by rest area (a third of a vertex's triangles'): a finer mesh, or a tear
     /// between the jaws, does not make it stiffer. `None` is a constraint.
@@ -180,6 +181,9 @@ pub struct Pinch {
     pub torque: DVec3,
     /// Whether the tissue is sliding, or has been let go of.
     pub has_slipped: bool,
+    /// *Derived*: force \[N\] on each vertex held, of jaws that prescribe, at the last step.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub forces: Vec<DVec3>,
 }
 
 impl Pinch {
@@ -218,23 +222,11 @@ impl Pinch {
         self.has_slipped = false;
     }
 
-    /// The vertex nearest to a point of the rest shape \[mm\].
-    pub fn nearest(vertices: &Vertices, point: DVec3) -> Option<u32> {
-        let distance = |&v: &u32| vertices.rest_position[v as usize].distance_squared(point);
-        (0..vertices.len() as u32).min_by(|a, b| distance(a).total_cmp(&distance(b)))
-    }
-
-    /// The vertices within a radius about a point of the rest shape \[mm\], and the nearest one in any case.
-    pub fn within(vertices: &Vertices, point: DVec3, radius: f64) -> impl Iterator<Item = u32> + '_ {
-        let nearest = Self::nearest(vertices, point);
-        let distance = move |v: u32| vertices.rest_position[v as usize].distance_squared(point);
-        (0..vertices.len() as u32).filter(move |&v| Some(v) == nearest || distance(v) <= radius * radius)
-    }
-
     /// Opens the jaws.
     pub fn release(&mut self) {
         self.held.replace([]);
         self.prescribed.clear();
+        self.forces.clear();
         (self.force, self.torque) = (DVec3::ZERO, DVec3::ZERO);
     }
 }

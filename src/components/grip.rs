@@ -41,7 +41,8 @@ pub struct NearTip {
 }
 
 /// One grasp by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest
-/// position lies within their radius of `material_point` and carry it by the hand's displacement. What edits add
+/// position lies within their radius of `material_point`, on the surface that hangs together with it there, and carry it by the
+/// hand's displacement. What edits add
 /// between the held vertices is held as well. Tissue that has slipped out is not taken again.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -88,6 +89,7 @@ impl Grips {
             let mut pinch = Pinch { name: grip.name.clone(), jaws: grip.jaws, ..Pinch::default() };
             pinch.held.reserve(USUAL);
             pinch.prescribed.reserve(USUAL);
+            pinch.forces.reserve(USUAL);
             pinch
         };
         Self { pinches: list.iter().map(pinch).collect(), list, grasp_count: 0 }
@@ -102,11 +104,13 @@ impl Grips {
     /// at the end of a step \[ms\].
     pub fn record_constraints(&mut self, time: f64, force: impl Fn(usize) -> DVec3) {
         for pinch in self.pinches.iter_mut().filter(|pinch| pinch.is_constraint()) {
-            let prescribed = std::mem::take(&mut pinch.prescribed);
-            pinch.record(time, |place, row, target| {
-                (target, prescribed.get(place).map_or(DVec3::ZERO, |axes| force(row as usize) * *axes))
-            });
-            pinch.prescribed = prescribed;
+            let mut forces = std::mem::take(&mut pinch.forces);
+            forces.clear();
+            forces.extend(
+                pinch.held.rows().iter().zip(&pinch.prescribed).map(|(&row, axes)| force(row as usize) * *axes),
+            );
+            pinch.record(time, |place, _, target| (target, forces.get(place).copied().unwrap_or_default()));
+            pinch.forces = forces;
         }
     }
 }

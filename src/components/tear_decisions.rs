@@ -64,6 +64,12 @@ pub enum RingFault {
     Stiffening,
 }
 
+impl RingFault {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::NoCrack, Self::OtherBoundary, Self::Bent, Self::Coarse, Self::NoRelease, Self::Stiffening];
+}
+
 impl fmt::Display for DecidedBy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

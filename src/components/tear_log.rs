@@ -1,5 +1,6 @@
 //! What a body's tears have done so far.
 
+use super::{DecidedBy, RingFault, TearDecision};
 use crate::event::EventKind;
 
 /// Totals since the body was spawned, and the events not yet collected. *State.*
@@ -18,6 +19,14 @@ pub struct TearLog {
     pub ambiguous_count: u32,
     /// Advances that the stress decided on a body that would have energy decide.
     pub stress_instead_count: u32,
+    /// Decisions at tips that the energy took, one per tip and step.
+    pub energy_decision_count: u64,
+    /// Decisions at tips that the stress took in its place, one per tip and step, by the reason in the order of [`RingFault::ALL`].
+    pub stress_decision_counts: [u64; RingFault::ALL.len()],
+    /// Steps in which a tip that was to advance had to wait, because `max_tear_speed` let it go no further.
+    pub held_back_count: u32,
+    /// Largest criterion at a tip that had to wait.
+    pub held_back_criterion: f64,
     /// Tips that ended at a boundary, or because a tear or cut went through them.
     pub end_count: u32,
     /// Pieces that came free.
@@ -35,6 +44,18 @@ pub struct TearLog {
 }
 
 impl TearLog {
+    /// Counts by what the tips of a body with an energy criterion were decided in a step.
+    pub(crate) fn note_decisions(&mut self, tips: &[Option<TearDecision>]) {
+        for decision in tips.iter().flatten() {
+            let count = match decision.by {
+                DecidedBy::Energy => &mut self.energy_decision_count,
+                DecidedBy::StressFor(fault) => &mut self.stress_decision_counts[fault as usize],
+                DecidedBy::Stress | DecidedBy::Blade => continue,
+            };
+            *count = count.saturating_add(1);
+        }
+    }
+
     /// Keeps the smallest angle \[rad\]; π stands for no triangle at all.
     pub fn note_angle(&mut self, angle: f64) {
         if angle < std::f64::consts::PI {

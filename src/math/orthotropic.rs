@@ -22,8 +22,8 @@ pub struct Orthotropic {
 /// Why a set of elastic constants is no material: its energy would not be positive.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InadmissibleMaterial {
-    /// A modulus is not a positive finite number.
-    #[error("{name} is {value} MPa: a modulus must be positive and finite")]
+    /// A modulus outside the range in which products of two of them, and their inverses, are numbers.
+    #[error("{name} is {value:?} MPa: a modulus must be positive, from 1e-100 to 1e100 MPa")]
     Modulus {
         /// Name of the modulus.
         name: &'static str,
@@ -60,7 +60,7 @@ impl Orthotropic {
         for (name, value) in
             [("young_fibre", young_fibre), ("young_transverse", young_transverse), ("shear_modulus", shear_modulus)]
         {
-            if !(value > 0.0 && value.is_finite()) {
+            if !(1e-100..=1e100).contains(&value) {
                 return Err(InadmissibleMaterial::Modulus { name, value });
             }
         }

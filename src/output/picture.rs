@@ -18,6 +18,10 @@ use std::path::Path;
 type Rgba = [u8; 4];
 
 const BACKGROUND: Rgba = [255, 255, 255, 255];
+/// Half the side of the enlarged view, over the main view's: between these.
+const CLOSEST: f64 = 1e-3;
+const FARTHEST: f64 = 1e3;
+
 /// The size all lengths of the layout refer to \[px\].
 const REFERENCE: [f64; 2] = [1600.0, 1200.0];
 /// Below, text is unreadable; above, the bitmap takes more than 1 GB.
@@ -221,11 +225,13 @@ fn draw_tips(
     let mut inset = Canvas::new(pixels as u32, pixels as u32, BACKGROUND)?;
     let area = Area { low: DVec2::ZERO, high: DVec2::splat(pixels) };
     let normal = tips::normal(body, foremost, camera);
-    // R takes three fifths of the way to the frame; without R, a tenth of the main view is shown.
+    // R takes three fifths of the way to the frame; without R, a tenth of the main view is shown. What is drawn ten thousand times as
+    // large lies millions of pixels off, where the drawing library fails.
+    let seen = layout.main.size().min_element() / camera.scale;
     let half = if foremost.radius.is_finite() && foremost.radius > 0.0 {
-        foremost.radius / 0.6
+        (foremost.radius / 0.6).clamp(CLOSEST * seen, FARTHEST * seen)
     } else {
-        0.05 * layout.main.size().min_element() / camera.scale
+        0.05 * seen
     };
     let close = camera.closeup(normal, foremost.position, area.middle(), 0.5 * pixels / half);
     surface::draw(&mut inset, &close, body, scale, area, unit);

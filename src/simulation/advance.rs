@@ -1,6 +1,8 @@
 //! One step of the world: solves, tears, and what is done where it leaves no sound state.
 
-use crate::components::{EnergyAudit, Increment, Sleeping, SolverScratch, TearDecisions, Tearing};
+use crate::components::{
+    EnergyAudit, Forceps, Grips, Increment, Reactions, Sleeping, SolverScratch, TearDecisions, Tearing,
+};
 use crate::math::elementary;
 use crate::report::{Fault, Report};
 use crate::schedule::{Schedule, Stage};
@@ -98,6 +100,7 @@ pub(super) fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64
     running.give_back(world, done);
     // The parts have moved them too.
     contact::move_obstacles(world, &StepContext::of_step(settings, dt, time + most));
+    tell_forceps(world);
     most
 }
 
@@ -297,8 +300,9 @@ fn fault(vertices: &Vertices, scratch: &SolverScratch) -> Option<Fault> {
         return Some(Fault::Unsolvable);
     }
     let Vertices { position, velocity, mass, .. } = vertices;
-    // An energy that overflows is none.
+    // An energy that overflows is none; nor is a force that does.
     let is_finite = scratch.stored.is_finite()
+        && scratch.imbalance.is_finite()
         && position.iter().all(|x| x.is_finite())
         && velocity.iter().zip(mass).map(|(v, m)| m * v.length_squared()).sum::<f64>().is_finite();
     if !is_finite {
@@ -312,6 +316,11 @@ type Judged<'a> = (&'a Vertices, &'a SolverScratch, Option<&'a Sleeping>);
 /// Of a body that is awake; what sleeps was sound when it fell asleep.
 fn fault_of((vertices, scratch, sleeping): Judged<'_>) -> Option<Fault> {
     if sleeping.is_some_and(Sleeping::is_asleep) { None } else { fault(vertices, scratch) }
+}
+
+/// What is wrong with a body, if anything is.
+pub(super) fn fault_in(world: &World, body: Entity) -> Option<Fault> {
+    world.query_one::<Judged>(body).get().ok().and_then(fault_of)
 }
 
 /// Whether every solve and every state is.
@@ -342,23 +351,40 @@ fn has_sound(world: &mut World, failed: &mut Aside) -> bool {
     world.query_mut::<&SolverScratch>().into_iter().next().is_some()
 }
 
-type Started<'a> = (&'a mut Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a mut EnergyAudit>);
+type Started<'a> = (
+    (&'a mut Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a mut EnergyAudit>),
+    (Option<&'a mut Reactions>, Option<&'a mut Grips>, Option<(&'a mut Tips, &'a mut TearDecisions)>),
+);
 
-/// Back to the start of the step.
-pub(super) fn restore(world: &mut World) {
+/// Back to the start of the step, and the obstacles to where they were at this time \[ms\].
+pub(super) fn restore(world: &mut World, step: &StepContext, time: f64) {
     world.query_mut::<Started>().into_iter().for_each(set_back);
+    contact::move_obstacles(world, &StepContext { time, ..*step });
+    tell_forceps(world);
 }
 
-fn set_back((vertices, increment, scratch, audit): Started<'_>) {
+/// Back to the last good state, with all that can be read of it.
+fn set_back(((vertices, increment, scratch, audit), read): Started<'_>) {
     if increment.start.len() == vertices.len() {
         vertices.position.copy_from_slice(&increment.start);
         vertices.velocity.copy_from_slice(&increment.start_velocity);
     }
-    increment.displacement.fill(DVec3::ZERO);
-    scratch.linear_residual = 0.0;
-    [scratch.left_over, scratch.unseen] = scratch.start_left_over;
-    scratch.creates_energy = false;
+    increment.forget_attempt();
+    scratch.forget_attempt();
+    scratch.readings.put_back(read);
     if let Some(audit) = audit {
-        audit.void_step();
+        audit.undo_step();
+    }
+}
+
+/// Tells forceps what their jaws pull with, where a step was undone.
+pub(super) fn tell_forceps(world: &mut World) {
+    let pinches = world.query_mut::<&Grips>().into_iter().flat_map(|grips| &grips.pinches);
+    let told = pinches.filter_map(|pinch| Some((pinch.forceps?, pinch.force, pinch.torque)));
+    let told: SmallVec<[(Entity, DVec3, DVec3); 8]> = told.collect();
+    for (forceps, force, torque) in told {
+        if let Ok(forceps) = world.query_one_mut::<&mut Forceps>(forceps) {
+            (forceps.force, forceps.torque) = (force, torque);
+        }
     }
 }

@@ -12,7 +12,7 @@
 use super::haptic_feed::HapticModel;
 use super::{Pin, PinError, Simulation};
 use crate::components::{
-    Damping, ExternalStiffness, Forceps, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
+    Bending, Damping, ExternalStiffness, Forceps, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
     StiffeningFibres,
 };
 use crate::math::Sym3;
@@ -90,6 +90,7 @@ pub struct Haptics {
     factor: Factor,
     inner: InnerSolver,
     frames: Frames,
+    folds: Folds,
     external: ExternalStiffness,
     scratch: SolverScratch,
     corner: Vec<[DVec3; 3]>,
@@ -124,10 +125,16 @@ impl Haptics {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
-            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>, Option<&'a Damping>, Option<&'a Folds>),
+            (
+                Option<&'a PreStretch>,
+                Option<&'a StiffeningFibres>,
+                Option<&'a Damping>,
+                Option<(&'a Bending, &'a Folds)>,
+            ),
         );
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
-        let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, fibres, damping, folds)) = found;
+        let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, fibres, damping, bending)) =
+            found;
         let (position, force) = match coupling {
             Coupling::Springs { springs, .. } => self.take_springs(vertices, springs)?,
             Coupling::Pins { pins, force } => (self.take_pins(vertices, pins, *force)?, *force),
@@ -135,21 +142,29 @@ impl Haptics {
         self.mark_free(vertices, holds, planar.is_some());
         let is_in_steps = matches!(coupling, Coupling::Springs { is_in_steps: true, .. });
         self.add_stiffness(vertices.len(), external, is_in_steps);
-        let Self { horizon, factor, inner, frames, external, scratch, corner, answers, forces, springs, pinned } = self;
+        let Self { horizon, factor, inner, frames, folds, external, scratch, corner, answers, forces, springs, pinned } =
+            self;
         let rate = 1.0 / *horizon;
+        let viscosity = damping.map_or(0.0, |d| d.time) * rate;
         let solved = simulation.pool.run(|| {
             evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres);
             let tangent = Tangent::Projected;
             geometric_stiffness(frames, triangles, tangent, StepContext::RESERVE_OF_EULER);
+            // The body's own angles are those of its last step, on the mesh that it had then; before the first there are none.
+            if let Some((bending, _)) = bending {
+                folds.refresh(vertices, triangles, topology, bending);
+                folds.evaluate(&triangles.corners, &vertices.position, 1.0 + viscosity);
+                folds.leave_out_taut(triangles, frames);
+            }
             let operator = Operator {
                 vertices,
                 triangles,
                 topology,
                 frames,
                 external: Some(external),
-                folds,
+                folds: bending.is_some().then_some(&*folds),
                 inertia: rate * rate,
-                viscosity: damping.map_or(0.0, |d| d.time) * rate,
+                viscosity,
                 tangent,
             };
             inner.share(true);

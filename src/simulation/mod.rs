@@ -14,6 +14,7 @@ mod pin;
 mod query;
 mod record;
 mod reorder;
+mod reporting;
 mod sleep;
 mod snapshot;
 mod systems;
@@ -37,23 +38,23 @@ pub use tools::{Grasp, ToolError};
 pub use view::{BodyView, normals};
 
 use crate::components::{
-    Bending, Body, EnergyAudit, EnergyBalance, Frames, Holds, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
-    StiffeningFibres,
+    Bending, Body, EnergyAudit, EnergyBalance, Frames, Holds, Planar, PreStretch, Reactions, StiffeningFibres,
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::replay::{Input, Recorder};
-use crate::report::{BodyReport, Fault, Report};
+use crate::report::{Fault, Report};
 use crate::schedule::Schedule;
 use crate::settings::{Integrator, Precision, Settings, Tangent};
-use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::membrane;
 use crate::systems::linear::Folds;
 use crate::systems::parallel::Pool;
 use crate::systems::{Formula, StepContext, corotation};
-use advance::{Aside, Running, advance, is_finite, iterate_and_account, restore};
+use advance::{Aside, Running, advance, is_finite, iterate_and_account};
 use glam::DVec3;
 use hecs::{Entity, World};
+use reporting::order;
 
 /// Bodies, obstacles and time.
 pub struct Simulation {
@@ -197,8 +198,12 @@ impl Simulation {
                 let reason = format!("no part of the step of {dt} ms led on to a sound state: {fault}");
                 Event { step, time, body, kind: EventKind::StepFailed { reason } }
             };
-            let faults = self.report.bodies.iter().filter_map(|body| Some((body.body, body.fault?)));
-            self.events.extend(faults.map(failed));
+            let faults: Vec<_> = self.report.bodies.iter().filter_map(|body| Some((body.body, body.fault?))).collect();
+            self.events.extend(faults.iter().copied().map(failed));
+            for (body, _) in faults {
+                // A body of the report exists.
+                let _ = self.refresh(body);
+            }
         }
         Ok(&self.report)
     }
@@ -227,12 +232,12 @@ impl Simulation {
         let mut running = Running { schedule, report, spare };
         pool.run(|| iterate_and_account(world, &step, &mut running));
         self.finish_report();
-        let is_finite = is_finite(&mut self.world);
+        let is_finite = is_finite(&mut self.world) && self.have_finite_energies();
         let failed = self.report.bodies.iter().filter(|b| !(b.is_converged && is_finite));
         let worst = failed.map(|b| (b.imbalance, b.newton_iterations));
         if let Some((imbalance, iterations)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
-            restore(&mut self.world);
-            self.report.has_failed = true;
+            self.undo(&step);
+            let imbalance = imbalance.min(f64::MAX);
             return Err(SimulationError::NoEquilibrium { time: step.time, imbalance, iterations });
         }
         self.report.time = step.time;
@@ -275,8 +280,7 @@ impl Simulation {
         let residual = self.report.bodies.iter().map(|b| b.residual).max_by(f64::total_cmp).unwrap_or(0.0);
         let has_failed = residual.is_nan() || residual > linear.tolerance;
         if has_failed || !is_finite(&mut self.world) {
-            restore(&mut self.world);
-            self.report.has_failed = true;
+            self.undo(&step);
             return Err(SimulationError::NoLinearAnswer { time: step.time, residual });
         }
         self.report.time = step.time;
@@ -306,6 +310,15 @@ impl Simulation {
         let body = (vertices, triangles, topology);
         let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, folds, &vertices.position));
         Ok(Energies { elastic: elastic.sum::<f64>() + bent, kinetic: kinetic.sum() })
+    }
+
+    /// Whether the energies of all bodies, and what their audits have put in, are numbers.
+    fn have_finite_energies(&mut self) -> bool {
+        self.bodies().into_iter().all(|body| {
+            let is_stored = self.energies(body).is_ok_and(|energies| (energies.elastic + energies.kinetic).is_finite());
+            let balance = self.energy_balance(body).ok().flatten();
+            is_stored && balance.is_none_or(|balance| balance.terms().iter().all(|(_, term)| term.is_finite()))
+        })
     }
 
     /// The energy balance of a body since its first step; `None` for one without an [`EnergyAudit`].
@@ -343,44 +356,4 @@ impl Simulation {
         self.pool.run(|| corotation::evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres));
         Ok(())
     }
-
-    fn begin_report(&mut self) {
-        self.schedule.reset_reports(&mut self.report.systems);
-        self.report.rolled_back = 0;
-        self.report.has_failed = false;
-    }
-
-    fn finish_report(&mut self) {
-        self.report.step += 1;
-        let Self { world, report, .. } = self;
-        report.bodies.clear();
-        type Query<'a> =
-            (Entity, (&'a Vertices, &'a Triangles, Option<&'a Tips>), &'a SolverScratch, Option<&'a Sleeping>);
-        for (body, (vertices, triangles, tips), scratch, sleeping) in &mut world.query::<Query>().with::<&Body>() {
-            report.bodies.push(BodyReport {
-                body,
-                vertex_count: vertices.len(),
-                triangle_count: triangles.len(),
-                tip_count: tips.map_or(0, Tips::len),
-                iterations: scratch.iterations,
-                newton_iterations: scratch.newton_iterations,
-                residual: scratch.linear_residual,
-                stress_error: scratch.stress_error,
-                is_late: scratch.is_late,
-                imbalance: scratch.imbalance,
-                is_converged: scratch.is_converged,
-                fell_back: scratch.fell_back,
-                is_tear_cut_short: false,
-                is_held_back: scratch.is_held_back,
-                fault: scratch.fault,
-                is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
-            });
-        }
-        report.bodies.sort_unstable_by_key(|report| order(world, report.body));
-    }
-}
-
-/// A body's place in the order of spawning.
-fn order(world: &World, body: Entity) -> u32 {
-    world.get::<&Body>(body).map_or(u32::MAX, |about| about.order)
 }

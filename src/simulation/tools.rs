@@ -4,7 +4,8 @@ use super::Simulation;
 use crate::components::{Body, ExternalStiffness, Forceps, Grips, Jaws, Motion, Pinch, Pose};
 use crate::event::WokenBy;
 use crate::replay::Input;
-use crate::storage::{VertexKey, Vertices};
+use crate::storage::{Topology, Triangles, VertexKey, Vertices};
+use crate::systems::grip::Taken;
 use glam::DVec3;
 use hecs::Entity;
 
@@ -202,21 +203,28 @@ impl Simulation {
         grasp: &Grasp,
         (name, radius, pose): (&str, f64, &Pose),
     ) -> Result<Vec<u32>, ToolError> {
-        let place = match grasp {
-            Grasp::Nearest { reach } => self.nearest(body, pose.position, *reach).map(|hit| hit.rest_position),
-            Grasp::Ray { origin, direction, reach } => {
-                self.cast_ray(body, *origin, *direction, *reach).map(|hit| hit.rest_position)
-            }
-            Grasp::Point(place) => place.is_finite().then_some(*place),
-            Grasp::Vertices(_) => None,
+        type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology);
+        let hit = match grasp {
+            Grasp::Nearest { reach } => self.nearest(body, pose.position, *reach),
+            Grasp::Ray { origin, direction, reach } => self.cast_ray(body, *origin, *direction, *reach),
+            Grasp::Point(_) | Grasp::Vertices(_) => None,
         };
-        let vertices = self.world.get::<&Vertices>(body).map_err(|_| ToolError::NoSuchBody)?;
+        let mut query = self.world.query_one::<Query>(body);
+        let (vertices, triangles, topology) = query.get().map_err(|_| ToolError::NoSuchBody)?;
+        let place = match (grasp, hit) {
+            (Grasp::Point(place), _) => place.is_finite().then_some((*place, None)),
+            (_, Some(hit)) => Some((hit.rest_position, triangles.row(hit.triangle))),
+            _ => None,
+        };
         let rows: Vec<u32> = match (grasp, place) {
             (Grasp::Vertices(keys), _) => {
                 let no_such = || ToolError::NoSuchVertex { name: name.to_owned() };
                 keys.iter().map(|&key| vertices.row(key).ok_or_else(no_such)).collect::<Result<_, _>>()?
             }
-            (_, Some(place)) => Pinch::within(&vertices, place, radius).collect(),
+            (_, Some(place)) => {
+                let taken = Taken::about((vertices, triangles, topology), place, radius);
+                taken.map_or(Vec::new(), |taken| taken.rows.to_vec())
+            }
             (_, None) => Vec::new(),
         };
         if rows.is_empty() { Err(ToolError::NothingThere { name: name.to_owned() }) } else { Ok(rows) }

@@ -15,7 +15,11 @@ const GAUSS: [(f64, f64); 5] = [
 ];
 
 /// Parts of a path on each of which the rule is used, where fibres stiffen.
-const PANELS: u8 = 8;
+const PANELS: u16 = 8;
+
+/// And where the rule is further off than this part of the energies at the ends.
+const MOST_PANELS: u16 = 256;
+const ROUGH: f64 = 1e-9;
 
 /// What does not change along a path.
 #[derive(Clone, Copy, Debug)]
@@ -59,11 +63,17 @@ impl Element<'_> {
         let panel = |from: f64, length: f64| {
             GAUSS.iter().map(|&(s, weight)| weight * self.slope(at(from + s * length), u)).sum::<f64>() * length
         };
+        let panels = |count: u16| {
+            let length = 1.0 / f64::from(count);
+            (0..count).map(|i| panel(f64::from(i) * length, length)).sum::<f64>()
+        };
         // Where fibres begin to be drawn out the force has a kink, of which the rule is off by a part of the square of a panel.
-        match self.fibres {
-            None => panel(0.0, 1.0),
-            Some(_) => (0..PANELS).map(|i| panel(f64::from(i) / f64::from(PANELS), 1.0 / f64::from(PANELS))).sum(),
-        }
+        let sum = if self.fibres.is_some() { panels(PANELS) } else { panels(1) };
+        // A triangle that is nearly turned over, or much stretched, in one step: its force does not run along a polynomial. Whether it does
+        // the energies at the ends tell; the sum is of forces all the same.
+        let [from, to] = [self.energy(x), self.energy(at(1.0))];
+        let is_rough = !((sum - (to - from)).abs() <= ROUGH * (from.abs() + to.abs()));
+        if is_rough { panels(MOST_PANELS) } else { sum }
     }
 }
 

@@ -21,6 +21,7 @@ mod parts;
 #[cfg(feature = "direct")]
 mod pattern;
 mod preconditioned;
+pub mod reactions;
 #[cfg(feature = "direct")]
 mod snapshot;
 #[cfg(feature = "direct")]

@@ -5,7 +5,7 @@
 
 use super::Folds;
 use crate::components::{ExternalStiffness, Frames, FreeAxes};
-use crate::math::{GeometricStiffness, Sym3};
+use crate::math::{ElementState, GeometricStiffness, Orthotropic, Sym3};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::gather::Stored;
@@ -72,6 +72,23 @@ impl Operator<'_> {
         let law = &self.triangles.stiffness[t];
         let in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
         ElementTangent { normal: element.normal.positive_part(), in_plane, is_exact: false, ..element }
+    }
+
+    /// Its frames with the geometric stiffness of the rotated tangent; `reserve` is that of the step's formula.
+    pub fn rotated_frames(&self, reserve: f64) -> Frames {
+        let mut frames = self.frames.clone();
+        let majorant = |(state, law): (ElementState, &Orthotropic)| {
+            shear_majorant(state.stress, state.polar.stretch, law, reserve)
+        };
+        let majorants = self.frames.states().zip(self.triangles.stiffness.iter()).map(majorant);
+        if frames.is_planar() {
+            frames.in_plane = majorants.collect();
+        } else {
+            for (geometric, in_plane) in frames.geometric.iter_mut().zip(majorants) {
+                *geometric = GeometricStiffness { normal: geometric.normal.positive_part(), in_plane };
+            }
+        }
+        frames
     }
 
     /// What vertex `v` contributes by itself: mass and external stiffness.

@@ -3,4 +3,5 @@
 mod contact;
 mod contact_passing;
 mod grips;
+mod lips;
 mod tools;

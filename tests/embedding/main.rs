@@ -11,6 +11,7 @@ mod replay;
 mod rollback;
 mod sleep;
 mod snapshot;
+mod undone;
 
 #[path = "../common/mod.rs"]
 mod common;

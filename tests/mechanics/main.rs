@@ -1,6 +1,7 @@
 //! What a body does while it does not tear: elements and their derivatives, fibres that stiffen, bending, loads, the
 //! integrator, rest, energy.
 
+mod audit_of_constraints;
 mod bending;
 mod containment;
 mod edge_loads;

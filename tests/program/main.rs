@@ -11,4 +11,5 @@ mod readme;
 mod scenes;
 mod stability;
 mod stress;
+mod told;
 mod verify;

@@ -13,6 +13,7 @@ mod tear_meetings;
 mod tear_modes;
 mod tears;
 mod tip_memory;
+mod told;
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,0 +1,103 @@
+//! What a reader must know before trusting the figures of a run.
+
+use super::report::{BodyFigures, End, RefinementFigures, Sources};
+use super::tally::Count;
+
+/// The part of its largest term by which an energy balance may be off untold: rounding and quadrature leave a thousandth at most.
+const MOST_IMBALANCE: f64 = 0.01;
+
+/// The part of its largest term that forces may do as work that nothing exerts.
+const MOST_UNBALANCED: f64 = 0.05;
+
+/// A tear that waits at a criterion up to this has waited for less than the length of a triangle's edge or for a correction of the step.
+const CLEAR: f64 = 1.05;
+
+/// What a reader must know before trusting the figures.
+pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
+    let t = s.tally;
+    let mut list = Vec::new();
+    let mut counted = |count: Count, what: &str| {
+        if let Some(first) = count.first {
+            list.push(format!("{} step(s), the first being step {first}: {what}", count.steps));
+        }
+    };
+    counted(t.failed, "given up; the last good state stood");
+    counted(t.unsolved, "the linear solve stopped above its tolerance (run.linear_iterations)");
+    counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
+    counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
+    counted(t.late, "a linear solve stopped because its time was up: another run may give other figures");
+    counted(
+        t.part_of_way,
+        "a body went only a part of its way, lest it create energy: take a smaller run.dt or more damping",
+    );
+    counted(t.put_outside, "vertices were put back outside an obstacle, where no solve had left them");
+    counted(t.cut_short, "a tear could have gone on when the step had used up run.resumes or run.static_advances");
+    if t.rolled_back > 0 {
+        list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
+    }
+    for body in bodies {
+        if let Some(part) = body.relative_imbalance.filter(|&part| part > MOST_IMBALANCE) {
+            let what = "of its largest term: some force or edit of this run is not accounted for (balance_mj)";
+            list.push(format!("{}: the energy balance is off by {:.2} % {what}", body.name, 100.0 * part));
+        }
+        if let Some(part) = body.relative_unbalanced.filter(|&part| part > MOST_UNBALANCED) {
+            let what = "of the energy balance's largest term is work of forces that no tissue exerts: bodies went only a part of their way, \
+                        or vertices were put back outside an obstacle; take a smaller run.dt";
+            list.push(format!("{}: {:.1} % {what}", body.name, 100.0 * part));
+        }
+        let Some(tear) = &body.tear else { continue };
+        if tear.held_back_criterion > CLEAR {
+            list.push(format!(
+                "{}: tears were held back by max_tear_speed in {} step(s), largest criterion {:.3}: raise it or take a smaller run.dt",
+                body.name, tear.held_back_steps, tear.held_back_criterion
+            ));
+        }
+        if let Some(decisions) = &tear.decisions
+            && !decisions.by_stress.is_empty()
+        {
+            let by_stress = decisions.by_stress.values().sum::<u64>();
+            let reasons: Vec<String> =
+                decisions.by_stress.iter().map(|(why, count)| format!("{why}: {count}")).collect();
+            list.push(format!(
+                "{}: the stress decided {by_stress} of {} times at tips although there is an energy criterion ({})",
+                body.name,
+                by_stress + decisions.by_energy,
+                reasons.join("; ")
+            ));
+        }
+        if tear.refusals > 0 {
+            list.push(format!(
+                "{}: {} advance(s) were refused by the mesh (events.jsonl says why)",
+                body.name, tear.refusals
+            ));
+        }
+        if tear.ambiguous > 0 {
+            let what = "had a runner-up within 5 %: another run could have gone the other way (`ambiguous` lists them)";
+            list.push(format!("{}: {} start(s) or advance(s) {what}", body.name, tear.ambiguous));
+        }
+        if let Some(count) = tear.by_stress_instead.filter(|&count| count > 0) {
+            let what = "advance(s) by stress, where the ring tells no energy (events.jsonl says why)";
+            list.push(format!("{}: {count} {what}", body.name));
+        }
+        if tear.held_shut > 0 {
+            let what = "torn vertices are kept shut by a hold or grip that has hold of both lips";
+            list.push(format!("{}: {} {what}", body.name, tear.held_shut));
+        }
+        if let Some(refinement) = tear.refinement.as_ref().filter(|refinement| refinement.budget_hits > 0) {
+            let RefinementFigures { budget_hits, most_triangles_added: most, .. } = refinement;
+            let left = tear.edges_per_radius.map_or(String::new(), |edges| format!(": R has only {edges:.2} edges"));
+            list.push(format!(
+                "{}: the budget of {most} more triangles ended {budget_hits} refinement(s){left}",
+                body.name
+            ));
+        }
+        if let Some(edges) = tear.edges_per_radius.filter(|&edges| edges < 3.0) {
+            let what = "edges per averaging radius at a tip: under 3 the tear load depends on the mesh";
+            list.push(format!("{}: only {edges:.2} {what}", body.name));
+        }
+    }
+    if let End::Failed(reason) = &s.end {
+        list.push(format!("the run ended early: {reason}"));
+    }
+    list
+}

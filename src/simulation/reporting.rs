@@ -1,0 +1,74 @@
+//! The report of a step or a static solve, and what stays of one that is undone.
+
+use super::Simulation;
+use super::advance::{fault_in, restore};
+use crate::components::{Body, Increment, Sleeping, SolverScratch, TearLog};
+use crate::report::BodyReport;
+use crate::storage::{Tips, Triangles, Vertices};
+use crate::systems::StepContext;
+use hecs::{Entity, World};
+
+impl Simulation {
+    /// Undoes a static solve. The report keeps what the attempt has reached where that is a number.
+    pub(super) fn undo(&mut self, step: &StepContext) {
+        for body in &mut self.report.bodies {
+            body.fault = fault_in(&self.world, body.body);
+            let figures = [&mut body.residual, &mut body.stress_error, &mut body.imbalance];
+            figures.into_iter().filter(|figure| !figure.is_finite()).for_each(|figure| *figure = 0.0);
+        }
+        restore(&mut self.world, step, self.report.time);
+        for body in self.bodies() {
+            // A body from the list exists.
+            let _ = self.refresh(body);
+        }
+        self.report.has_failed = true;
+    }
+
+    pub(super) fn begin_report(&mut self) {
+        self.schedule.reset_reports(&mut self.report.systems);
+        self.report.rolled_back = 0;
+        self.world.query_mut::<&mut Increment>().into_iter().for_each(|increment| increment.limits = [false; 2]);
+        self.report.has_failed = false;
+    }
+
+    pub(super) fn finish_report(&mut self) {
+        self.report.step += 1;
+        let Self { world, report, .. } = self;
+        report.bodies.clear();
+        type Query<'a> = (
+            (Entity, &'a Vertices, &'a Triangles, Option<&'a Tips>, &'a TearLog),
+            (&'a Increment, &'a SolverScratch, Option<&'a Sleeping>),
+        );
+        let mut bodies = world.query::<Query>().with::<&Body>();
+        for ((body, vertices, triangles, tips, log), (increment, scratch, sleeping)) in &mut bodies {
+            report.bodies.push(BodyReport {
+                body,
+                vertex_count: vertices.len(),
+                triangle_count: triangles.len(),
+                tip_count: tips.map_or(0, Tips::len),
+                iterations: scratch.iterations,
+                newton_iterations: scratch.newton_iterations,
+                residual: scratch.linear_residual,
+                stress_error: scratch.stress_error,
+                is_late: scratch.is_late,
+                imbalance: scratch.imbalance,
+                is_converged: scratch.is_converged,
+                fell_back: scratch.fell_back,
+                is_tear_cut_short: false,
+                is_held_back: scratch.is_held_back,
+                went_part_of_way: increment.limits[0],
+                is_put_outside: increment.limits[1],
+                tear_held_back: log.held_back_count,
+                held_back_criterion: log.held_back_criterion,
+                fault: scratch.fault,
+                is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
+            });
+        }
+        report.bodies.sort_unstable_by_key(|report| order(world, report.body));
+    }
+}
+
+/// A body's place in the order of spawning.
+pub(super) fn order(world: &World, body: Entity) -> u32 {
+    world.get::<&Body>(body).map_or(u32::MAX, |about| about.order)
+}

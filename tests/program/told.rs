@@ -1,0 +1,115 @@
+//! What acts on a run without being asked for stands in its report and its summary, and no number out of scale is printed as none.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+const STRIP: &str = r#"
+[scene]
+name = "strip"
+[run]
+dt = 5
+steps = 40
+[output]
+pictures = 0
+frames = 0
+energy = true
+[[bodies]]
+name = "strip"
+mesh = { grid = { width = 12, height = 12, nx = 12, ny = 12 } }
+material = { young = 1, poisson = 0.3, thickness = 0.1 }
+damping = 1
+bending = { }
+[bodies.tearing]
+strength_transverse = 0.1
+strength_ratio = 1
+radius = 1.5
+max_tear_speed = 0.01
+[[bodies.cuts]]
+polyline = [[0, 6], [4, 6]]
+[[bodies.holds]]
+name = "top"
+region = { y = 12 }
+move = { offset = [0, 1, 0] }
+curve = [[0, 0], [200, 4]]
+[[bodies.holds]]
+name = "bottom"
+region = { y = 0 }
+"#;
+
+/// Runs the strip with some changes: exit code, what it printed, and its report and series.
+fn run(folder: &Path, changes: &[&str]) -> (Option<i32>, String, String) {
+    std::fs::write(folder.join("strip.toml"), STRIP).unwrap();
+    let sets = changes.iter().flat_map(|change| ["--set", change]);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rhexis"));
+    let arguments: Vec<&str> = ["run", "strip.toml", "--out", "out"].into_iter().chain(sets).collect();
+    let output = command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().unwrap();
+    let read = |name: &str| std::fs::read_to_string(folder.join("out").join(name)).unwrap_or_default();
+    let printed = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
+    (output.status.code(), printed, read("report.json") + &read("series.csv"))
+}
+
+fn report(folder: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(folder.join("out/report.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn a_tear_that_is_held_back_by_its_speed_is_a_note() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, printed, _) = run(folder.path(), &[]);
+    assert_eq!(code, Some(0), "{printed}");
+    let report = report(folder.path());
+    let tear = &report["bodies"][0]["tear"];
+    let (steps, criterion) = (tear["held_back_steps"].as_u64().unwrap(), tear["held_back_criterion"].as_f64().unwrap());
+    assert!(steps > 10 && criterion > 2.0, "{tear}");
+    let note = format!("tears were held back by max_tear_speed in {steps} step(s), largest criterion {criterion:.3}");
+    assert!(printed.contains(&note) && report["caveats"].to_string().contains(&note), "{printed}");
+    assert_eq!(report["events"]["held_back"], 1);
+    let (_, printed, _) = run(folder.path(), &["bodies.0.tearing.max_tear_speed=100"]);
+    assert!(!printed.contains("held back"), "{printed}");
+}
+
+#[test]
+fn decisions_by_stress_in_place_of_energy_are_a_note_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let criterion = "bodies.0.energy_criterion={ toughness_along = 1e3, toughness_across = 1e3 }";
+    let (code, printed, _) =
+        run(folder.path(), &[criterion, "bodies.0.tearing.strength_transverse=1e3", "run.steps=8"]);
+    assert_eq!(code, Some(0), "{printed}");
+    let report = report(folder.path());
+    assert_eq!(report["bodies"][0]["tear"]["by_stress_instead"], 0);
+    assert_eq!(report["bodies"][0]["tear"]["decisions"]["by_stress"]["the ring has too few edges"], 8);
+    assert!(printed.contains("the stress decided 8 of 8 times at tips"), "{printed}");
+    assert!(printed.contains("(the ring has too few edges: 8)"), "{printed}");
+}
+
+#[test]
+fn numbers_out_of_scale_are_refused_with_their_range_or_leave_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    for change in ["material.young=1e-170", "material.young=1e150", "bending.stiffness=1e-310"] {
+        let (code, printed, _) = run(folder.path(), &[&format!("bodies.0.{change}"), "run.steps=3"]);
+        assert_eq!(code, Some(1), "{change}: {printed}");
+        assert!(printed.contains("1e-100 to 1e100"), "{change}: {printed}");
+    }
+    for change in [
+        "run.dt=1e-155",
+        "run.dt=1e150",
+        "bodies.0.material.thickness=1e-30",
+        "bodies.0.material.thickness=1e100",
+        "bodies.0.material.density=1e-280",
+        "bodies.0.tearing.radius=1e-10",
+        "bodies.0.tearing.radius=1e-300",
+        "bodies.0.tearing.strength_transverse=1e150",
+        "bodies.0.tearing.exponent=1e3",
+        "bodies.0.holds.0.move.offset=[0, 1e200, 0]",
+    ] {
+        for mode in ["dynamic", "static"] {
+            let mode = format!("run.mode=\"{mode}\"");
+            let (code, printed, files) = run(folder.path(), &[change, &mode, "run.steps=3", "output.pictures=1"]);
+            assert!(matches!(code, Some(0 | 1)) && !printed.contains("panicked"), "{change}, {mode}: {printed}");
+            let text = format!("{printed}{files}");
+            let odd = text.split(|c: char| !c.is_ascii_alphanumeric()).find(|word| ["NaN", "inf"].contains(word));
+            assert_eq!(odd, None, "{change}, {mode}");
+        }
+    }
+}

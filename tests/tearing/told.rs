@@ -1,0 +1,47 @@
+//! Limits that act on tears are counted and told: the largest speed of a tip, and decisions that energy was to take.
+
+use crate::common::Square;
+use glam::DVec3;
+use rhexis::components::{EnergyCriterion, RingFault, Tearing, Toughness};
+use rhexis::event::EventKind;
+use rhexis::settings::Settings;
+
+#[test]
+fn a_tear_that_is_held_back_by_its_largest_speed_is_counted_and_told_once() {
+    let told = |max_tear_speed: f64| {
+        let square = Square::isotropic([20, 16]);
+        let tearing = Tearing { max_tear_speed, ..square.tearing };
+        let mut run = Square { tearing, ..square }.spawn(Settings { threads: 1, ..Settings::default() });
+        let mut events = 0;
+        for _ in 0..60 {
+            run.simulation.step(10.0).unwrap();
+            let is_told = |kind: &EventKind| matches!(kind, EventKind::HeldBack { criterion, .. } if *criterion > 1.0);
+            events += run.simulation.drain_events().filter(|event| is_told(&event.kind)).count();
+        }
+        let body = &run.simulation.report().bodies[0];
+        assert_eq!((body.tear_held_back, body.held_back_criterion), {
+            let log = run.log();
+            (log.held_back_count, log.held_back_criterion)
+        });
+        (events, body.tear_held_back, body.held_back_criterion)
+    };
+    let (events, steps, criterion) = told(0.001);
+    assert_eq!(events, 1);
+    assert!(steps > 10 && criterion > 1.5, "{steps} steps, criterion {criterion}");
+    assert_eq!(told(100.0), (0, 0, 0.0));
+}
+
+#[test]
+fn decisions_that_the_stress_takes_in_place_of_the_energy_are_counted_by_reason() {
+    // One edge per R: two per ring; and a load too small for any advance.
+    let coarse = Square { tearing: Tearing { radius: 0.9, ..Tearing::default() }, ..Square::isotropic([30, 30]) };
+    let mut run = coarse.spawn(Settings { threads: 1, ..Settings::default() });
+    let tough = EnergyCriterion::new(Toughness { along: 1e3, across: 1e3 });
+    run.simulation.world_mut().insert_one(run.body, tough).unwrap();
+    run.simulation.cut(run.body, &[DVec3::new(15.0, 27.0, 0.0), DVec3::new(15.0, 21.0, 0.0)]).unwrap();
+    (0..7).for_each(|_| _ = run.simulation.step(1.0).unwrap());
+    let log = run.log();
+    assert_eq!((log.stress_instead_count, log.energy_decision_count), (0, 0));
+    let coarse = log.stress_decision_counts[RingFault::Coarse as usize];
+    assert_eq!((coarse, log.stress_decision_counts.iter().sum::<u64>()), (7, 7));
+}
