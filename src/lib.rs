@@ -74,6 +74,7 @@ pub mod math;
 pub mod membrane;
 #[cfg(feature = "cli")]
 pub mod output;
+mod registry;
 pub mod replay;
 pub mod report;
 #[cfg(feature = "scenes")]

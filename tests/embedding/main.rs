@@ -1,7 +1,9 @@
 //! What a host relies on: its hold on a simulation, equal bits, going back, sleep, and bad calls and bodies contained.
 
 mod absence;
+mod absurd;
 mod determinism;
+mod doors;
 mod embed;
 mod examples;
 mod hostile_calls;
