@@ -1,9 +1,12 @@
 //! One entity as a snapshot keeps it: what the registry says is saved, and what solvers remember.
 
+#[cfg(feature = "snapshot")]
 use crate::components::check::{Check, Host};
 use crate::components::*;
 use crate::membrane::make_room;
-use crate::registry::{Look, check_rules, components};
+#[cfg(feature = "snapshot")]
+use crate::registry::check_rules;
+use crate::registry::{Look, components};
 use crate::storage::{Mesh, Tips, Topology, Triangles, Vertices};
 use crate::systems::linear::{Factor, FactorState, Folds, InnerSolver, InnerState};
 use crate::systems::tearing::{TearScratch, TipMemory};
@@ -64,6 +67,7 @@ macro_rules! saved {
             }
 
             /// Judges every component, and what must hold between them.
+            #[cfg(feature = "snapshot")]
             pub fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
                 $( if let Some(component) = &self.$name {
                     Check::check(component, host)?;
