@@ -2,18 +2,18 @@
 
 use glam::DVec3;
 use rhexis::components::*;
-use rhexis::membrane::{BodyError, Membrane};
+use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
 use rhexis::schedule::Place;
 use rhexis::settings::Settings;
-use rhexis::simulation::{ForceError, Grasp, SetError, Simulation, SimulationError};
+use rhexis::simulation::{Grasp, SetError, Simulation};
 use rhexis::storage::{Attached, Topology, Triangles, VertexKey, Vertices};
 
-const NAN: DVec3 = DVec3::NAN;
+pub(super) const NAN: DVec3 = DVec3::NAN;
 /// The sheet has 20 vertices.
 const MISSING: u32 = 99;
 
-fn simulation() -> Simulation {
+pub(super) fn simulation() -> Simulation {
     Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap()
 }
 
@@ -27,7 +27,7 @@ fn hold(rows: impl IntoIterator<Item = u32>) -> Hold {
 }
 
 /// A sheet that one side draws, after a step.
-fn drawn() -> (Simulation, hecs::Entity) {
+pub(super) fn drawn() -> (Simulation, hecs::Entity) {
     let mut s = simulation();
     let sheet = sheet();
     let left = sheet.select(|p| p.x == 0.0);
@@ -36,7 +36,7 @@ fn drawn() -> (Simulation, hecs::Entity) {
     (s, body)
 }
 
-fn point_loads(row: u32, force: DVec3) -> PointLoads {
+pub(super) fn point_loads(row: u32, force: DVec3) -> PointLoads {
     PointLoads { groups: vec![PointLoad { rows: vec![row], force, curve: Curve::constant(1.0) }] }
 }
 
@@ -54,7 +54,7 @@ fn pinched(row: u32) -> Grips {
     grips
 }
 
-fn sphere(radius: f64) -> Shape {
+pub(super) fn sphere(radius: f64) -> Shape {
     Shape::Sphere { centre: DVec3::Z * 50.0, radius }
 }
 
@@ -98,39 +98,6 @@ fn a_body_with_rows_or_numbers_that_are_none_is_not_spawned() {
     refused(sheet().with(Grips::new(vec![grip.clone()])), &["Grips", "material point"]);
     let path = Path { points: vec![(1.0, DVec3::ZERO), (0.0, DVec3::X)] };
     refused(sheet().with(Grips::new(vec![Grip { material_point: DVec3::ZERO, path, ..grip }])), &["Grips", "path"]);
-}
-
-#[test]
-fn obstacles_and_tools_are_judged_when_they_are_put_in_and_moved() {
-    let mut s = simulation();
-    let axes = |half_axes| Shape::Ellipsoid { centre: DVec3::ZERO, half_axes };
-    let shapes = [
-        sphere(-1.0),
-        sphere(f64::NAN),
-        Shape::Sphere { centre: NAN, radius: 1.0 },
-        Shape::Plane { point: DVec3::ZERO, normal: DVec3::Z * 2.0 },
-        Shape::Plane { point: NAN, normal: DVec3::Z },
-        axes(DVec3::new(1.0, 0.0, 1.0)),
-        axes(DVec3::INFINITY),
-        Shape::Capsule { ends: [DVec3::ZERO, NAN], radius: 1.0 },
-        Shape::Capsule { ends: [DVec3::ZERO, DVec3::X], radius: 0.0 },
-    ];
-    let ball = s.spawn_obstacle(Obstacle { shape: sphere(1.0) }).unwrap();
-    for shape in shapes {
-        assert!(matches!(
-            s.spawn_obstacle(Obstacle { shape }),
-            Err(BodyError::OutOfRange { component: "Obstacle", .. })
-        ));
-        assert!(s.spawn_moving_obstacle(Obstacle { shape }, Path::default()).is_err());
-        assert!(matches!(s.move_obstacle(ball, shape), Err(SimulationError::Written(_))), "{shape:?}");
-        assert!(matches!(s.set(ball, Obstacle { shape }), Err(SetError::Refused(_))), "{shape:?}");
-    }
-    let path = Path { points: vec![(0.0, NAN)] };
-    assert!(s.spawn_moving_obstacle(Obstacle { shape: sphere(1.0) }, path).is_err());
-    assert_eq!(s.world().get::<&Obstacle>(ball).unwrap().shape, sphere(1.0));
-    assert!(s.spawn_blade(f64::NAN, 1.0).is_err() && s.spawn_blade(1.0, -1.0).is_err());
-    let jaws = Jaws { radius: f64::NAN, ..Jaws::default() };
-    assert!(s.spawn_forceps("f", jaws, Pose::default()).is_err());
 }
 
 /// Every parameter of a body, with right values.
@@ -341,19 +308,6 @@ fn what_was_written_past_the_calls_is_refused_at_the_next_step() {
 }
 
 #[test]
-fn a_nan_obstacle_that_was_written_is_refused_at_the_next_step() {
-    let (mut s, body) = drawn();
-    let ball = s.spawn_obstacle(Obstacle { shape: sphere(1.0) }).unwrap();
-    s.set(body, Contact::default()).unwrap();
-    s.step(1.0).unwrap();
-    s.entity_mut::<&mut Obstacle>(ball).unwrap().shape = sphere(f64::NAN);
-    let error = s.step(1.0).unwrap_err().to_string();
-    assert!(error.contains("obstacle") && error.contains("radius is NaN"), "{error}");
-    s.set(ball, Obstacle { shape: sphere(2.0) }).unwrap();
-    s.step(1.0).unwrap();
-}
-
-#[test]
 fn a_component_written_without_its_companions_works() {
     let mut set = drawn();
     let mut written = drawn();
@@ -405,80 +359,4 @@ fn a_system_that_writes_what_is_refused_ends_the_step_with_the_last_state_standi
         s.set(body, springs(3, 0.01)).unwrap();
         assert!(!s.step(1.0).unwrap().has_failed);
     }
-}
-
-#[test]
-fn a_force_acts_for_one_step() {
-    let force = DVec3::new(1e-4, 2e-4, 3e-4);
-    let run = |push: &dyn Fn(&mut Simulation, hecs::Entity), take: &dyn Fn(&mut Simulation, hecs::Entity)| {
-        let (mut s, body) = drawn();
-        push(&mut s, body);
-        s.step(1.0).unwrap();
-        take(&mut s, body);
-        s.step(1.0).unwrap();
-        s.hash()
-    };
-    let apply = |s: &mut Simulation, body| {
-        let key = s.view(body).unwrap().vertex_keys[7];
-        s.apply_force(body, key, force * 0.25).unwrap();
-        s.apply_force(body, key, force * 0.75).unwrap();
-    };
-    let nothing = |_: &mut Simulation, _| {};
-    let applied = run(&apply, &nothing);
-    let load = |s: &mut Simulation, body| s.set(body, point_loads(7, force)).unwrap();
-    let unload = |s: &mut Simulation, body| _ = s.unset::<PointLoads>(body).unwrap();
-    // 0.25 and 0.75 of it add up to all of it only to rounding: one call for the comparison to the bit.
-    let whole = |s: &mut Simulation, body| {
-        let key = s.view(body).unwrap().vertex_keys[7];
-        s.apply_force(body, key, force).unwrap();
-    };
-    assert_eq!(run(&whole, &nothing), run(&load, &unload));
-    assert_ne!(applied, run(&nothing, &nothing));
-
-    let (mut s, body) = drawn();
-    let key = s.view(body).unwrap().vertex_keys[7];
-    for bad in [NAN, DVec3::INFINITY] {
-        assert!(matches!(s.apply_force(body, key, bad), Err(ForceError::NotFinite { .. })));
-    }
-    s.apply_force(body, key, DVec3::X * 1e308).unwrap();
-    assert!(s.apply_force(body, key, DVec3::X * 1e308).is_err(), "their sum is not finite");
-    assert_eq!(s.apply_force(body, VertexKey::default(), force), Err(ForceError::NoSuchVertex(VertexKey::default())));
-    let _ = s.step(1.0).unwrap();
-    assert!(!s.step(1.0).unwrap().has_failed, "a failed step uses it up as well");
-}
-
-#[test]
-fn a_force_follows_edits_and_acts_in_static_solves() {
-    let at = |s: &Simulation, body, key: VertexKey| {
-        let vertices = s.world().get::<&Vertices>(body).unwrap();
-        vertices.position[vertices.row(key).unwrap() as usize]
-    };
-    // Sorting the rows and cutting elsewhere leave the force where it was given.
-    let mut moved = [DVec3::ZERO; 2];
-    for edited in [false, true] {
-        let (mut s, body) = drawn();
-        let key = s.view(body).unwrap().vertex_keys[7];
-        let start = at(&s, body, key);
-        s.apply_force(body, key, DVec3::Z * 1e-3).unwrap();
-        if edited {
-            s.reorder(body).unwrap();
-            s.cut(body, &[DVec3::new(4.0, 2.5, 0.0), DVec3::new(3.5, 2.5, 0.0)]).unwrap();
-        }
-        s.step(0.1).unwrap();
-        moved[usize::from(edited)] = at(&s, body, key) - start;
-    }
-    // The cut is far away, and the step short: nearly the same acceleration.
-    assert!(moved[0].z > 0.0 && (moved[1].z / moved[0].z - 1.0).abs() < 1e-2, "{moved:?}");
-
-    let (mut s, body) = drawn();
-    let key = s.view(body).unwrap().vertex_keys[9];
-    s.settle(0.0, 1e-9).unwrap();
-    let rest = at(&s, body, key);
-    s.apply_force(body, key, DVec3::X * 1e-4).unwrap();
-    s.settle(0.0, 1e-9).unwrap();
-    let pushed = at(&s, body, key);
-    assert!(pushed.x > rest.x, "{pushed} {rest}");
-    s.settle(0.0, 1e-9).unwrap();
-    // Two equilibria without it differ by their tolerance.
-    assert!(at(&s, body, key).distance(rest) < 1e-6 * pushed.distance(rest).max(1e-3), "it was used up");
 }
