@@ -12,6 +12,8 @@ const MANY: usize = 64;
 pub(super) struct Lent {
     are_all: bool,
     list: Vec<Entity>,
+    /// Scratch that keeps its memory: systems of the caller's have every step completed.
+    all: Vec<Entity>,
 }
 
 impl Lent {
@@ -60,8 +62,10 @@ impl Simulation {
     }
 
     fn complete_all(&mut self) {
-        let all: Vec<Entity> = self.world.iter().map(|entity| entity.entity()).collect();
-        all.into_iter().for_each(|entity| complete_in(&mut self.world, entity));
+        let Self { world, lent: Lent { all, .. }, .. } = self;
+        all.clear();
+        all.extend(world.iter().map(|entity| entity.entity()));
+        all.iter().for_each(|&entity| complete_in(world, entity));
     }
 
     /// After the systems of a step: an error where one of the caller's has written what is refused, with the step taken back.
