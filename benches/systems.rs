@@ -88,7 +88,9 @@ fn laden(cells: [usize; 2]) -> (Simulation, Entity) {
         .with(Tearing { strength_transverse: 1e-4, strength_fibre: 1e-3, max_tear_speed: 10.0, ..Tearing::default() });
     let body = simulation.spawn(body).expect("an admissible body");
     let centre = DVec3::new(15.0, 15.0, -1e4);
-    simulation.spawn_obstacle(Obstacle { shape: Shape::Sphere { centre, radius: 1e4 - 1.0 } });
+    simulation
+        .spawn_obstacle(Obstacle { shape: Shape::Sphere { centre, radius: 1e4 - 1.0 } })
+        .expect("an admissible obstacle");
     for _ in 0..20 {
         simulation.step(1.0).expect("a time step");
     }

@@ -78,6 +78,7 @@ pub mod membrane;
 #[cfg(feature = "cli")]
 #[allow(clippy::disallowed_methods, reason = "pictures, no part of a step")]
 pub mod output;
+mod registry;
 pub mod replay;
 pub mod report;
 #[cfg(feature = "scenes")]

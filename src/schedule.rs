@@ -68,6 +68,7 @@ pub const STEP: &[System] = &[
     system("pressure", Stage::Evaluate, systems::pressure::pressure),
     system("point loads", Stage::Evaluate, systems::loads::point_loads),
     system("edge loads", Stage::Evaluate, systems::loads::edge_loads),
+    system("forces of the step", Stage::Evaluate, systems::loads::step_forces),
     system("springs", Stage::Evaluate, systems::springs::springs),
     system("grip", Stage::Evaluate, systems::grip::grip),
     system("contact", Stage::Evaluate, systems::contact::contact),

@@ -1,7 +1,7 @@
 //! Dead loads on vertices and boundary edges.
 
 use super::{StepContext, parallel};
-use crate::components::{EdgeLoads, Forces, PointLoads, SolverScratch};
+use crate::components::{EdgeLoads, Forces, PointLoads, SolverScratch, StepForces};
 use crate::storage::Vertices;
 
 /// Adds point loads.
@@ -15,6 +15,15 @@ pub fn point_loads(world: &mut hecs::World, step: &StepContext) -> usize {
                 load.rows.iter().for_each(|&row| forces.nodal[row as usize] += force);
             }
         },
+    )
+}
+
+/// Adds the forces that the host has given for this step.
+pub fn step_forces(world: &mut hecs::World, _: &StepContext) -> usize {
+    parallel::for_bodies::<(&StepForces, &SolverScratch, &mut Forces)>(
+        world,
+        |(forces, scratch, _)| scratch.rows_to_solve(forces.list.len()),
+        |(given, _, forces)| given.list.iter().for_each(|&(row, force)| forces.nodal[row as usize] += force),
     )
 }
 

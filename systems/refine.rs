@@ -8,7 +8,7 @@ use super::tearing::{
 };
 use crate::components::{
     Changes, EdgeLoads, EnergyAudit, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined, Refinement,
-    SolverScratch, Springs, StiffeningFibres, TearDecisions, Tearing,
+    SolverScratch, Springs, StepForces, StiffeningFibres, TearDecisions, Tearing,
 };
 use crate::math::Sym2;
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
@@ -33,7 +33,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions),
         (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Changes>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>, Option<&'a mut Changes>),
         (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
     );
     for (
@@ -41,7 +41,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (refinement, refined, tearing, tips, decisions),
         (scratch, memory, audit),
         (holds, springs, grips),
-        (point_loads, edge_loads, changes),
+        (point_loads, edge_loads, step_forces, changes),
         (planar, pre_stretch, fibres),
     ) in world.query_mut::<Query>().with::<&SolverScratch>()
     {
@@ -67,6 +67,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
             grips,
             point_loads,
             edge_loads,
+            step_forces,
             refined: None,
             changes,
         };

@@ -8,7 +8,7 @@ use super::tearing::{
 };
 use crate::components::{
     Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, RefusedSite, SolverScratch, Springs,
-    TearDecision, TearDecisions, TearLog, TearMode, TearSite, Tearing,
+    StepForces, TearDecision, TearDecisions, TearLog, TearMode, TearSite, Tearing,
 };
 use crate::event::{Course, EventKind, Verdict};
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -26,14 +26,16 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
         (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>, Option<&'a mut Changes>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
+        (Option<&'a mut Refined>, Option<&'a mut Changes>),
     );
     for (
         (vertices, triangles, topology, increment),
         (tearing, tips, decisions, log),
         (scratch, memory, factor),
         (holds, springs, grips),
-        (point_loads, edge_loads, refined, changes),
+        (point_loads, edge_loads, step_forces),
+        (refined, changes),
     ) in world.query_mut::<Query>().with::<&SolverScratch>()
     {
         if step.is_done(Some(decisions)) {
@@ -61,6 +63,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
                 grips,
                 point_loads,
                 edge_loads,
+                step_forces,
                 refined,
                 changes,
             },

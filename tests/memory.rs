@@ -56,7 +56,7 @@ fn bytes_per_triangle(
     let settings = Settings { threads: 1, preconditioner, precision, linear, ..Settings::default() };
     let mut simulation = Simulation::new(settings).unwrap();
     let body = simulation.spawn(membrane()).unwrap();
-    simulation.spawn_obstacle(Obstacle { shape: Shape::Sphere { centre: DVec3::Z * 50.0, radius: 1.0 } });
+    simulation.spawn_obstacle(Obstacle { shape: Shape::Sphere { centre: DVec3::Z * 50.0, radius: 1.0 } }).unwrap();
     for _ in 0..3 {
         simulation.step(1.0).unwrap();
     }

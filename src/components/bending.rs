@@ -1,5 +1,8 @@
 //! Bending stiffness.
 
+use super::BodyError;
+use super::check::{Check, Host, positive};
+
 /// Resistance to a change of curvature, so that a slack flap folds over and lies down instead of crumpling. For bodies in space:
 /// one that is kept in its plane does not bend. *Parameter.*
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -8,4 +11,10 @@ pub struct Bending {
     /// Stiffness D \[N·mm\], > 0; for fibrous tissue √(D₁₁·D₂₂). Without it that of a sheet which is even through its thickness,
     /// h³/12·C: E·h³/(12·(1 − ν²)) of an isotropic one. Tissue in layers may be softer or stiffer.
     pub stiffness: Option<f64>,
+}
+
+impl Check for Bending {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        self.stiffness.map_or(Ok(()), |d| positive("Bending", "bending stiffness", d))
+    }
 }

@@ -1,5 +1,7 @@
 //! A blade that is drawn through tissue.
 
+use super::BodyError;
+use super::check::{Check, Host, Owner, finite, positive};
 use crate::storage::TipKey;
 use glam::DVec3;
 use hecs::Entity;
@@ -20,4 +22,14 @@ pub struct Blade {
     pub from: DVec3,
     /// The tip that its last cut has left, of a body that can tear: where that has gone on, the blade goes on from there.
     pub tip: Option<TipKey>,
+}
+
+impl Check for Blade {
+    const OWNER: Owner = Owner::Blade;
+
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        positive("Blade", "reach", self.reach)?;
+        positive("Blade", "the shortest cut", self.least)?;
+        finite("Blade", "where its next cut begins", self.from.to_array())
+    }
 }

@@ -1,9 +1,11 @@
 //! A quantity prescribed over time.
 
+use super::BodyError;
+use super::check::finite;
+
 /// A piecewise linear function of time, constant before its first and after its last point.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "snapshot", serde(try_from = "Vec<(f64, f64)>", into = "Vec<(f64, f64)>"))]
 pub struct Curve {
     points: Vec<(f64, f64)>,
 }
@@ -66,6 +68,18 @@ impl Curve {
     /// The points (time \[ms\], value).
     pub fn points(&self) -> &[(f64, f64)] {
         &self.points
+    }
+}
+
+impl Curve {
+    /// Judges it as a part of a component: a constant, or one that was read, may be anything.
+    pub(crate) fn check(&self, component: &'static str) -> Result<(), BodyError> {
+        for &(time, value) in &self.points {
+            finite(component, "a time or value of the curve", [time, value])?;
+        }
+        let ascends = self.points.windows(2).all(|pair| pair[0].0 < pair[1].0) && !self.points.is_empty();
+        let what = "a curve needs points, with times that ascend";
+        ascends.then_some(()).ok_or(BodyError::Contradiction { component, what })
     }
 }
 

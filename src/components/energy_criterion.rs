@@ -1,6 +1,8 @@
 //! Lets tips decide by energy instead of stress.
 
+use super::BodyError;
 use super::Toughness;
+use super::check::{Check, Host, number, positive};
 
 /// Decides at tips by the energy that a small kink would release, against a toughness that depends on its direction. Needs
 /// [`Tearing`](super::Tearing), of which it takes the cone, the exponent and R. *Parameter.* A body without it spends nothing on it.
@@ -27,5 +29,14 @@ impl EnergyCriterion {
     /// With a ring of 2R.
     pub fn new(toughness: Toughness) -> Self {
         Self { toughness, ring: 2.0 }
+    }
+}
+
+impl Check for EnergyCriterion {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        positive("EnergyCriterion", "toughness along the fibres", self.toughness.along)?;
+        positive("EnergyCriterion", "toughness across the fibres", self.toughness.across)?;
+        let is_right = self.ring > 0.0 && self.ring <= 100.0;
+        number("EnergyCriterion", "ring", self.ring, (is_right, "it must be above 0 and at most 100"))
     }
 }

@@ -1,7 +1,9 @@
 //! What acts on a whole body. All are parameters; each has its own system, which runs only where the component is present.
 
+use super::BodyError;
 use super::Curve;
-use crate::math::Sym2;
+use super::check::{Check, Host, finite, not_negative};
+use crate::math::{StiffeningFibres, Sym2};
 use glam::DVec3;
 
 /// Damping of strain rates: the stress C:(U − I) becomes C:(U − I + β·dU/dt). Rigid motion is not braked. *Parameter.*
@@ -49,5 +51,44 @@ impl PreStretch {
     /// The stretch that is free of stress: the identity, less the pre-stretch where there is one.
     pub fn unstretched(this: Option<&Self>) -> Sym2 {
         Sym2::IDENTITY - this.map_or(Sym2::ZERO, |p| p.strain)
+    }
+}
+
+impl Check for Damping {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        not_negative("Damping", "damping time", self.time)
+    }
+}
+
+impl Check for Gravity {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        finite("Gravity", "acceleration", self.acceleration.to_array())
+    }
+}
+
+impl Check for Pressure {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        self.curve.check("Pressure")
+    }
+}
+
+impl Check for Drag {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        not_negative("Drag", "drag coefficient", self.coefficient)
+    }
+}
+
+impl Check for PreStretch {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        finite("PreStretch", "strain", [self.strain.xx, self.strain.yy, self.strain.xy])
+    }
+}
+
+impl Check for StiffeningFibres {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        Self::check(self).map_err(|(what, value, must)| {
+            let component = "StiffeningFibres";
+            BodyError::OutOfRange { component, what, row: None, value, must }
+        })
     }
 }

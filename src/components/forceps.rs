@@ -4,6 +4,8 @@
 //! prescribe where the tissue is: a constraint, whose force is the reaction. Jaws with one draw by springs that are implicit in the
 //! step, so that none is too stiff.
 
+use super::BodyError;
+use super::check::{Check, Host, Owner};
 use crate::math::elementary;
 use crate::storage::{Attached, Vertices};
 use glam::{DQuat, DVec3};
@@ -228,6 +230,33 @@ impl Pinch {
         self.prescribed.clear();
         self.forces.clear();
         (self.force, self.torque) = (DVec3::ZERO, DVec3::ZERO);
+    }
+}
+
+impl Jaws {
+    /// Judges the numbers as a part of a component.
+    pub(crate) fn judge(&self, component: &'static str) -> Result<(), BodyError> {
+        let wrong = |(what, value, must)| BodyError::OutOfRange { component, what, row: None, value, must };
+        self.check().map_err(wrong)
+    }
+}
+
+impl Motion {
+    /// Judges the poses and times as a part of a component.
+    pub(crate) fn judge(&self, component: &'static str) -> Result<(), BodyError> {
+        let are_times = self.start.is_finite() && self.end.is_finite() && self.start <= self.end;
+        let what = "a motion needs finite times in their order, and poses of finite numbers with a unit quaternion";
+        let is_right = are_times && self.from.is_sound() && self.to.is_sound();
+        is_right.then_some(()).ok_or(BodyError::Contradiction { component, what })
+    }
+}
+
+impl Check for Forceps {
+    const OWNER: Owner = Owner::Forceps;
+
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        self.jaws.judge("Forceps")?;
+        self.motion.judge("Forceps")
     }
 }
 

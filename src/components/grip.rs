@@ -1,5 +1,7 @@
 //! Grasps of a body: by script, which takes hold of the tissue at one time, follows a hand path and lets go, and by forceps.
 
+use super::BodyError;
+use super::check::{Check, Host, MOST, at_row, finite, number};
 use super::{Jaws, Pinch, Pose};
 use glam::DVec3;
 
@@ -112,5 +114,64 @@ impl Grips {
             pinch.record(time, |place, _, target| (target, forces.get(place).copied().unwrap_or_default()));
             pinch.forces = forces;
         }
+    }
+}
+
+impl Path {
+    /// Judges it as a part of a component.
+    pub(crate) fn check(&self, component: &'static str) -> Result<(), BodyError> {
+        for (time, position) in &self.points {
+            finite(component, "a point of the path", [*time, position.x, position.y, position.z])?;
+        }
+        let descends = |pair: &&[(f64, DVec3)]| pair[1].0 < pair[0].0;
+        self.points.windows(2).find(descends).map_or(Ok(()), |pair| {
+            number(
+                component,
+                "a time of the path",
+                pair[1].0,
+                (false, "it must not be before that of the point before"),
+            )
+        })
+    }
+}
+
+impl Grip {
+    fn check(&self) -> Result<(), BodyError> {
+        self.jaws.judge("Grips")?;
+        for (what, time) in [("time of a grasp", self.from), ("time of a release", self.until)] {
+            number("Grips", what, time, (!time.is_nan(), "it must be a time, or infinite"))?;
+        }
+        finite("Grips", "material point", self.material_point.to_array())?;
+        if let Some(near) = &self.near_tip {
+            finite("Grips", "distance from the tip", [near.behind, near.left])?;
+            let directions = near.axis.to_array().into_iter().chain(near.heading.to_array());
+            finite("Grips", "axis or heading at the tip", directions)?;
+        }
+        self.path.check("Grips")
+    }
+}
+
+impl Check for Grips {
+    fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
+        self.list.iter().try_for_each(Grip::check)?;
+        let wrong = |what| Err(BodyError::Contradiction { component: "Grips", what });
+        if self.pinches.len() < self.list.len() {
+            return wrong("there must be a pinch for each grasp of the list: make them with Grips::new");
+        }
+        if u64::from(self.grasp_count) > MOST {
+            return wrong("the grasps count what no run can do: they must be at most 1073741824");
+        }
+        for pinch in &self.pinches {
+            host.rows("Grips", || format!("grip `{}`", pinch.name), pinch.held.rows())?;
+            for (&row, place) in pinch.held.rows().iter().zip(pinch.held.values()) {
+                finite("Grips", "place in the jaws", place.to_array()).map_err(at_row(row))?;
+            }
+            pinch.jaws.judge("Grips")?;
+            pinch.motion.judge("Grips")?;
+            if !pinch.origin.is_sound() {
+                return wrong("where jaws closed is no pose: finite numbers, and a unit quaternion");
+            }
+        }
+        Ok(())
     }
 }

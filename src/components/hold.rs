@@ -1,6 +1,8 @@
 //! Prescribed vertices: clamped edges, grips of a testing machine.
 
+use super::BodyError;
 use super::Curve;
+use super::check::{Check, Host, at_row, finite};
 use crate::storage::Attached;
 use glam::DVec3;
 
@@ -24,4 +26,36 @@ pub struct Hold {
 pub struct Holds {
     /// The groups. No two prescribe the same axis of the same vertex.
     pub groups: Vec<Hold>,
+}
+
+impl Check for Holds {
+    fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
+        for hold in &self.groups {
+            hold.curve.check("Holds")?;
+            host.rows("Holds", || format!("hold `{}`", hold.name), hold.members.rows())?;
+            for (&row, offset) in hold.members.rows().iter().zip(hold.members.values()) {
+                finite("Holds", "offset", offset.to_array()).map_err(at_row(row))?;
+            }
+        }
+        for (second, hold) in self.groups.iter().enumerate() {
+            self.groups[..second].iter().try_for_each(|first| first.goes_with(hold))?;
+        }
+        Ok(())
+    }
+}
+
+impl Hold {
+    /// Whether no axis of any vertex is prescribed by another hold as well.
+    fn goes_with(&self, second: &Self) -> Result<(), BodyError> {
+        let Some(axis) = (0..3).find(|&axis| self.axes[axis] && second.axes[axis]) else { return Ok(()) };
+        match self.members.rows().iter().find(|&&row| second.members.value(row).is_some()) {
+            Some(&row) => Err(BodyError::ContradictoryHolds {
+                first: self.name.clone(),
+                second: second.name.clone(),
+                axis: ['x', 'y', 'z'][axis],
+                row,
+            }),
+            None => Ok(()),
+        }
+    }
 }

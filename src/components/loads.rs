@@ -1,7 +1,9 @@
 //! Dead loads: forces that keep their direction in space.
 
+use super::BodyError;
 use super::Curve;
-use crate::storage::{Edit, EditRecord};
+use super::check::{Check, Host, finite};
+use crate::storage::{Edit, EditRecord, Topology, Triangles};
 use glam::DVec3;
 
 /// Forces on single vertices. *Parameter.*
@@ -98,4 +100,40 @@ fn renamed(record: &EditRecord, [a, b]: [u32; 2]) -> [u32; 2] {
         }
     }
     [a, b]
+}
+
+impl Check for PointLoads {
+    fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
+        for (k, load) in self.groups.iter().enumerate() {
+            host.rows("PointLoads", || format!("load {k}"), &load.rows)?;
+            finite("PointLoads", "force", load.force.to_array())?;
+            load.curve.check("PointLoads")?;
+        }
+        Ok(())
+    }
+}
+
+impl Check for EdgeLoads {
+    fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
+        for (k, load) in self.groups.iter().enumerate() {
+            let what = || format!("load {k}");
+            host.rows("EdgeLoads", what, load.edges.as_flattened())?;
+            finite("EdgeLoads", "traction", load.traction.to_array())?;
+            load.curve.check("EdgeLoads")?;
+            let is_boundary = |edge: &&[u32; 2]| host.surface.is_none_or(|surface| is_on_boundary(surface, **edge));
+            if let Some(&edge) = load.edges.iter().find(|edge| !is_boundary(edge)) {
+                return Err(BodyError::NoSuchEdge { component: "EdgeLoads", what: what(), edge });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether exactly one triangle has an edge: those inside would not follow when they are split.
+fn is_on_boundary((triangles, topology): (&Triangles, &Topology), [a, b]: [u32; 2]) -> bool {
+    let has_both = |&&entry: &&u32| {
+        let corners = triangles.corners.get(entry as usize / 3);
+        a != b && corners.is_some_and(|corners| corners.contains(&b))
+    };
+    topology.incident.get(a as usize).is_some_and(|around| around.iter().filter(has_both).count() == 1)
 }

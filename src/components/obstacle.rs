@@ -1,6 +1,8 @@
 //! Rigid surroundings that a body cannot enter. An obstacle is an entity of its own; a body that carries [`Contact`] feels all.
 
+use super::BodyError;
 use super::Path;
+use super::check::{Check, Host, Owner, finite, not_negative, number, positive};
 use glam::DVec3;
 
 /// The shape of an obstacle.
@@ -193,6 +195,66 @@ fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) -> (DVec3, DVec3) {
     }
     let closest = squares * y / (above + DVec3::splat(t)) * sign;
     (closest, (closest / squares).normalize_or(DVec3::Z))
+}
+
+impl Shape {
+    /// Judges its numbers as a part of a component.
+    pub(crate) fn check(&self, component: &'static str) -> Result<(), BodyError> {
+        let point = |what, point: DVec3| finite(component, what, point.to_array());
+        match *self {
+            Self::Plane { point: at, normal } => {
+                point("a point of the plane", at)?;
+                let length = normal.length();
+                // Unit vectors that were read from text or turned are so to some digits.
+                let is_unit = (length - 1.0).abs() < 1e-6;
+                number(component, "the length of the normal", length, (is_unit, "it must be 1: normalize it"))
+            }
+            Self::Sphere { centre, radius } => {
+                point("centre", centre)?;
+                positive(component, "radius", radius)
+            }
+            Self::Ellipsoid { centre, half_axes } => {
+                point("centre", centre)?;
+                half_axes.to_array().into_iter().try_for_each(|axis| positive(component, "half axis", axis))
+            }
+            Self::Capsule { ends, radius } => {
+                ends.into_iter().try_for_each(|end| point("end", end))?;
+                positive(component, "radius", radius)
+            }
+        }
+    }
+}
+
+impl Check for Obstacle {
+    const OWNER: Owner = Owner::Obstacle;
+
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        self.shape.check("Obstacle")
+    }
+}
+
+impl Check for ObstaclePath {
+    const OWNER: Owner = Owner::Obstacle;
+
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        self.origin.check("ObstaclePath")?;
+        self.path.check("ObstaclePath")
+    }
+}
+
+impl Check for Swept {
+    const OWNER: Owner = Owner::Obstacle;
+
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        self.from.check("Swept")
+    }
+}
+
+impl Check for Contact {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        self.stiffness.map_or(Ok(()), |stiffness| positive("Contact", "contact stiffness", stiffness))?;
+        not_negative("Contact", "contact friction", self.friction)
+    }
 }
 
 #[cfg(test)]

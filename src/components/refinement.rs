@@ -1,5 +1,7 @@
 //! Makes the mesh as fine around tear tips as their averaging radius needs, and coarse again behind them.
 
+use super::BodyError;
+use super::check::{Check, Host, not_negative, number};
 use crate::storage::{EditRecord, Tables, TipKey, VertexKey};
 use glam::DVec3;
 
@@ -76,5 +78,16 @@ impl Refined {
     /// Remembers the vertices that an edit has added; the tables are those after it.
     pub fn follow(&mut self, record: &EditRecord, tables: Tables<'_>) {
         self.made.extend(record.created().filter_map(|(row, _)| tables.vertices.key(row)));
+    }
+}
+
+impl Check for Refinement {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        let (edges, budget) = (self.edges_per_radius, self.budget);
+        let is_right = edges > 0.0 && edges <= 100.0;
+        number("Refinement", "edges_per_radius", edges, (is_right, "it must be above 0 and at most 100"))?;
+        let is_right = (1.0..=100.0).contains(&budget);
+        number("Refinement", "budget", budget, (is_right, "it must be from 1 to 100"))?;
+        self.margin.map_or(Ok(()), |margin| not_negative("Refinement", "margin", margin))
     }
 }

@@ -1,6 +1,8 @@
 //! Lets a body that is at rest fall asleep.
 
+use super::BodyError;
 use super::Obstacle;
+use super::check::{Check, Host, MOST, positive};
 use glam::DVec3;
 
 /// Lets a body fall asleep: while it sleeps, no system runs on it. A body without this component never sleeps. *Parameter*
@@ -72,4 +74,14 @@ pub struct Slumber {
     pub(crate) first_guess: Vec<DVec3>,
     /// Per vertex, how far it would still move \[mm\].
     pub(crate) left: Vec<f64>,
+}
+
+impl Check for Sleeping {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        positive("Sleeping", "the strain of sleep", self.strain)?;
+        let counts = [self.steps, self.slumber.quiet_steps, self.slumber.wait];
+        let is_right = counts.iter().all(|&count| u64::from(count) <= MOST);
+        let what = "its steps count what no run can do: they must be at most 1073741824";
+        is_right.then_some(()).ok_or(BodyError::Contradiction { component: "Sleeping", what })
+    }
 }

@@ -1,5 +1,7 @@
 //! Springs to ground: zonules, a soft foundation.
 
+use super::BodyError;
+use super::check::{Check, Host, at_row, finite, not_negative};
 use crate::storage::{Attached, Attachment};
 use glam::DVec3;
 
@@ -25,4 +27,15 @@ impl Attachment for Anchor {
 pub struct Springs {
     /// The vertices and their anchors.
     pub anchors: Attached<Anchor>,
+}
+
+impl Check for Springs {
+    fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
+        host.rows("Springs", || "springs".to_owned(), self.anchors.rows())?;
+        for (&row, anchor) in self.anchors.rows().iter().zip(self.anchors.values()) {
+            not_negative("Springs", "spring stiffness", anchor.stiffness).map_err(at_row(row))?;
+            finite("Springs", "fixed point", anchor.point.to_array()).map_err(at_row(row))?;
+        }
+        Ok(())
+    }
 }

@@ -1,5 +1,7 @@
 //! Makes a body tear.
 
+use super::BodyError;
+use super::check::{Check, Host, positive};
 use crate::math::{CrackTip, Orthotropic};
 use std::f64::consts::FRAC_PI_2;
 
@@ -120,5 +122,19 @@ impl Tearing {
             along: CrackTip::new(law, 0.0).toughness(self.strength_transverse, self.radius),
             across: CrackTip::new(law, FRAC_PI_2).toughness(self.strength_fibre, self.radius),
         }
+    }
+}
+
+impl Check for Tearing {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        let numbers = [
+            ("strength_fibre", self.strength_fibre),
+            ("strength_transverse", self.strength_transverse),
+            ("exponent", self.exponent),
+            ("cone", self.cone),
+            ("radius", self.radius),
+            ("max_tear_speed", self.max_tear_speed),
+        ];
+        numbers.into_iter().try_for_each(|(what, value)| positive("Tearing", what, value))
     }
 }

@@ -23,12 +23,21 @@ impl Recording {
     /// The recording as bytes.
     ///
     /// # Errors
-    /// None is known.
+    /// Where [`from_bytes`](Self::from_bytes) would refuse it: for a state at its start, or gone back to in it, that contradicts itself.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SnapshotError> {
+        self.start.judge()?;
+        for input in &self.inputs {
+            match input {
+                Input::Spawn(spawned) => _ = check_spawned(&spawned.0)?,
+                Input::Restore(snapshot) => snapshot.judge()?,
+                _ => {}
+            }
+        }
         pack(Kind::Recording, self)
     }
 
-    /// The recording that these bytes are.
+    /// The recording that these bytes are. Its states are judged here, and its calls where they are repeated: those that a host would
+    /// be refused are refused again.
     ///
     /// # Errors
     /// As for a [`Snapshot`]: bytes from anywhere may be given.
@@ -36,7 +45,7 @@ impl Recording {
         let mut recording: Self = unpack(Kind::Recording, bytes)?;
         for input in &mut recording.inputs {
             if let Input::Spawn(spawned) = input {
-                check_spawned(&mut spawned.0)?;
+                spawned.0.topology = Some(check_spawned(&spawned.0)?);
             }
         }
         Ok(recording)
@@ -45,7 +54,7 @@ impl Recording {
     /// Writes the recording to a file, whole or not at all.
     ///
     /// # Errors
-    /// Where the file cannot be written.
+    /// As [`to_bytes`](Self::to_bytes), and where the file cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SnapshotError> {
         replace(path.as_ref(), &self.to_bytes()?)
     }

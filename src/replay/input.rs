@@ -1,7 +1,7 @@
 //! The calls of a host that change a simulation. A new one is a variant here and an arm of `Simulation::repeat`.
 
-use super::Parameters;
 use crate::components::{Jaws, Obstacle, Path, Pose, Shape};
+use crate::registry::Parameters;
 use crate::settings::Settings;
 use crate::simulation::Grasp;
 use crate::snapshot::{Saved, Snapshot};
@@ -170,6 +170,24 @@ pub enum Input {
     },
     /// Back to a snapshot.
     Restore(Snapshot),
+    /// A component was set or taken off.
+    Set {
+        /// Of this body, obstacle or tool.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        entity: Entity,
+        /// That one.
+        to: Changes,
+    },
+    /// A vertex was pushed.
+    ApplyForce {
+        /// Of this body.
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        body: Entity,
+        /// This one.
+        vertex: VertexKey,
+        /// \[N\].
+        force: DVec3,
+    },
 }
 
 /// A body as it was put into the world.

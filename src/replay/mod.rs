@@ -9,11 +9,10 @@
 #[cfg(feature = "snapshot")]
 mod bytes;
 mod input;
-mod parameters;
 
 pub use input::{Changes, Input, Spawned};
-pub(crate) use parameters::Parameters;
 
+use crate::registry::Parameters;
 use crate::simulation::Simulation;
 use crate::snapshot::{Snapshot, SnapshotError, StateHash};
 use hecs::Entity;

@@ -142,10 +142,11 @@ impl Scene {
         }
         for (i, obstacle) in self.file.obstacles.iter().enumerate() {
             let shape = Obstacle { shape: shape(obstacle, &format!("obstacles.{i}"))? };
-            match &obstacle.path {
+            let spawned = match &obstacle.path {
                 Some(path) => simulation.spawn_moving_obstacle(shape, path.0.clone()),
                 None => simulation.spawn_obstacle(shape),
             };
+            spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
         }
         Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), step: 0, has_torn: false })
     }

@@ -1,6 +1,7 @@
 //! The systems of one simulation: those of [`STEP`], and the caller's own between them.
 
 use super::{STEP, Stage};
+use crate::registry::{Refused, judge_all};
 use crate::report::SystemReport;
 use crate::systems::StepContext;
 use hecs::World;
@@ -50,13 +51,15 @@ struct Entry {
 /// The systems of a simulation in their order.
 pub struct Schedule {
     entries: Vec<Entry>,
+    /// What a system of the caller's has written that is refused, and whether the step had begun to move by then.
+    refused: Option<(Refused, bool)>,
 }
 
 impl Default for Schedule {
     /// [`STEP`].
     fn default() -> Self {
         let entry = |s: &super::System| Entry { name: s.name, stage: s.stage, run: Run::Engines(s.run) };
-        Self { entries: STEP.iter().map(entry).collect() }
+        Self { entries: STEP.iter().map(entry).collect(), refused: None }
     }
 }
 
@@ -114,13 +117,37 @@ impl Schedule {
         self.entries.iter().any(|entry| is_late(entry.stage) && matches!(entry.run, Run::Callers(_)))
     }
 
+    /// Whether there are systems of the caller's.
+    pub(crate) fn has_callers(&self) -> bool {
+        self.entries.len() > STEP.len()
+    }
+
+    /// Whether one of them has written what is refused: no system runs any more until it was taken.
+    pub(crate) fn has_refused(&self) -> bool {
+        self.refused.is_some()
+    }
+
+    /// What is refused, and whether the step had begun to move by then.
+    pub(crate) fn take_refused(&mut self) -> Option<(Refused, bool)> {
+        self.refused.take()
+    }
+
     /// Runs the systems of one stage in order and adds their times and counts to `reports`, which has one entry per system.
     pub fn run_stage(&mut self, world: &mut World, step: &StepContext, stage: Stage, reports: &mut [SystemReport]) {
+        let mut has_begun = stage != Stage::Begin;
         for (entry, report) in self.entries.iter_mut().zip(reports).filter(|(entry, _)| entry.stage == stage) {
+            if self.refused.is_some() {
+                return;
+            }
             let start = Instant::now();
+            has_begun |= entry.name == "hold";
             let bodies = match &mut entry.run {
                 Run::Engines(run) => run(world, step),
-                Run::Callers(run) => run(world, step),
+                Run::Callers(run) => {
+                    let bodies = run(world, step);
+                    self.refused = judge_all(world).err().map(|refused| (refused, has_begun));
+                    bodies
+                }
             };
             if bodies > 0 {
                 report.bodies += bodies;

@@ -53,6 +53,11 @@ impl Running<'_> {
         self.spare.pop().unwrap_or_default()
     }
 
+    /// Whether there are sound bodies to go on with; see [`has_sound`].
+    fn may_go_on(&self, world: &mut World, failed: &mut Aside) -> bool {
+        !self.schedule.has_refused() && has_sound(world, failed)
+    }
+
     /// Gives the bodies of a list back what their solvers remember, and keeps the list.
     fn give_back(&mut self, world: &mut World, mut list: Aside) {
         for (body, scratch) in list.drain(..) {
@@ -73,6 +78,10 @@ pub(super) fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64
     let mut failed = running.list();
     let held_back = held_back(world);
     solve_and_tear(world, &step, settings.resumes, running, &mut failed);
+    if running.schedule.has_refused() {
+        running.give_back(world, failed);
+        return 0.0;
+    }
     if failed.is_empty() {
         running.spare.push(failed);
         return dt;
@@ -147,6 +156,9 @@ impl Retried<'_, '_> {
         solve_and_tear(self.world, &step, self.settings.resumes, self.running, &mut failed);
         let is_sound = failed.is_empty();
         self.running.give_back(self.world, failed);
+        if self.running.schedule.has_refused() {
+            return 0.0;
+        }
         if is_sound {
             return dt;
         }
@@ -176,7 +188,7 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
     for resumed in 0..=resumes {
         let step = StepContext { is_resumed: resumed > 0, ..*step };
         iterate(world, &step, running, failed);
-        if !has_sound(world, failed) {
+        if !running.may_go_on(world, failed) {
             return;
         }
         for round in 0..=CONTACT_ROUNDS {
@@ -185,13 +197,13 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
             }
             if round == CONTACT_ROUNDS {
                 contact::put_outside(world, &step);
-                if !has_sound(world, failed) {
+                if !running.may_go_on(world, failed) {
                     return;
                 }
                 break;
             }
             run_iteration(world, &step, running);
-            if !has_sound(world, failed) {
+            if !running.may_go_on(world, failed) {
                 return;
             }
         }
@@ -199,7 +211,7 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
         running.stage(world, &step, Stage::Decide);
         if step.newton_iterations == 1 && take_up_again_for_tears(world, &step) {
             run_iteration(world, &decisive(step), running);
-            if !has_sound(world, failed) {
+            if !running.may_go_on(world, failed) {
                 return;
             }
             contact::keep_sides(world, &step);
@@ -207,7 +219,7 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
         }
         running.stage(world, &step, Stage::Account);
         running.stage(world, &step, Stage::Tear);
-        if running.schedule.has_late_callers() && !has_sound(world, failed) {
+        if running.schedule.has_late_callers() && !running.may_go_on(world, failed) {
             return;
         }
         let mut decisions = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
@@ -240,7 +252,7 @@ fn iterate(world: &mut World, step: &StepContext, running: &mut Running, failed:
         running.stage(world, &start, Stage::Evaluate);
         running.stage(world, &start, Stage::Start);
         solve_stage(world, &first, running);
-        if !has_sound(world, failed) {
+        if !running.may_go_on(world, failed) {
             return;
         }
         running.stage(world, step, Stage::SecondStage);

@@ -15,6 +15,7 @@ impl Simulation {
     /// If the surface is farther away than `length`, if the direction is normal to it, and why the slit could not be cut; the body
     /// is as it was.
     pub fn puncture(&mut self, body: Entity, point: DVec3, direction: DVec3, length: f64) -> Result<Cut, CutError> {
+        self.admit()?;
         let hit = self.nearest(body, point, length).ok_or(CutError::NothingThere)?;
         let along = self.rest_direction(body, &hit, direction).ok_or(CutError::NothingThere)?;
         let half = along * (0.5 * length);
@@ -43,6 +44,7 @@ impl Simulation {
     /// If there is no such blade, and why the cut was not made: the body is as it was, and a longer stroke may pass.
     pub fn draw_blade(&mut self, blade: Entity, body: Entity, edge: DVec3) -> Result<Option<Cut>, CutError> {
         self.note(|| Input::DrawBlade { blade, body, edge });
+        self.admit()?;
         let tool = self.world.query_one_mut::<&Blade>(blade).map_err(|_| CutError::NoSuchBlade)?.clone();
         let Some(hit) = self.nearest(body, edge, tool.reach) else {
             self.set_blade(blade, Blade { body: None, tip: None, ..tool });

@@ -123,13 +123,15 @@ impl Simulation {
         }
         for pinch in grips.filter(|_| which.grips).into_iter().flat_map(|grips| &grips.pinches) {
             for (row, target) in pinch.targets(time) {
-                push(DebugKind::Grip, vertices.position[row as usize], target);
+                let Some(&at) = vertices.position.get(row as usize) else { continue };
+                push(DebugKind::Grip, at, target);
             }
         }
         for hold in holds.filter(|_| which.grips).into_iter().flat_map(|holds| &holds.groups) {
             let held = DVec3::from_array(hold.axes.map(|a| f64::from(u8::from(a))));
             for (&row, &offset) in hold.members.rows().iter().zip(hold.members.values()) {
-                let (at, rest) = (vertices.position[row as usize], vertices.rest_position[row as usize]);
+                let v = row as usize;
+                let Some((&at, &rest)) = vertices.position.get(v).zip(vertices.rest_position.get(v)) else { continue };
                 push(DebugKind::Hold, at, at + (rest + offset * hold.curve.at(time) - at) * held);
             }
         }

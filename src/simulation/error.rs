@@ -1,5 +1,6 @@
 //! Why a simulation could not be made or could not go on, and what is judged at its door.
 
+use crate::registry::Refused;
 use crate::settings::Settings;
 
 /// More threads than any machine that this runs on has cores for; each takes a stack of its own.
@@ -27,6 +28,9 @@ pub enum SimulationError {
     /// There is no such body.
     #[error("there is no such body")]
     NoSuchBody,
+    /// Something that was written past the calls, or an obstacle's shape, is refused; the last good state stands.
+    #[error(transparent)]
+    Written(#[from] Refused),
     /// A dynamic step of a body whose energy is audited, by another formula than the audit's.
     #[error(
         "body `{body}` has an energy audit, whose terms are those of backward Euler: \

@@ -17,11 +17,8 @@ impl Simulation {
     /// The state of all bodies now. Costs one evaluation of every stress and, at each tip, of the criterion.
     pub fn frame(&mut self) -> Frame {
         let bodies = self.bodies();
-        for &body in &bodies {
-            // A body from the list exists.
-            let _ = self.refresh(body);
-        }
-        let frames = bodies.iter().filter_map(|&body| self.body_frame(body)).collect();
+        let shown: Vec<Entity> = bodies.into_iter().filter(|&body| self.refresh(body).is_ok()).collect();
+        let frames = shown.into_iter().filter_map(|body| self.body_frame(body)).collect();
         Frame { step: self.report.step, time: self.report.time, bodies: frames }
     }
 

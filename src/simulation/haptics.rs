@@ -16,6 +16,7 @@ use crate::components::{
     StiffeningFibres,
 };
 use crate::math::Sym3;
+use crate::registry::Refused;
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
@@ -81,6 +82,9 @@ pub enum HapticError {
     /// The answer is not finite.
     #[error("the tissue gives no finite answer: {0}")]
     NoAnswer(String),
+    /// Something that was written past the calls is refused.
+    #[error(transparent)]
+    Written(#[from] Refused),
 }
 
 /// Makes linear models of one tool on one body; keeps what the next model can use, and its memory.
@@ -132,6 +136,7 @@ impl Haptics {
                 Option<(&'a Bending, &'a Folds)>,
             ),
         );
+        simulation.admit()?;
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
         let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, fibres, damping, bending)) =
             found;
@@ -299,7 +304,8 @@ impl Simulation {
             let pins = targets.map(|(row, vertex, place)| Pin { vertex, rest_position: rest(row), place }).collect();
             return Ok(Coupling::Pins { pins, force: pinch.force });
         };
-        let total: f64 = pinch.held.rows().iter().map(|&row| topology.vertex_area(triangles, row)).sum();
+        let there = pinch.held.rows().iter().filter(|&&row| vertices.key(row).is_some());
+        let total: f64 = there.map(|&row| topology.vertex_area(triangles, row)).sum();
         let spring = |(row, vertex, point)| {
             let stiffness = stiffness * (topology.vertex_area(triangles, row) / total);
             ToolSpring { vertex, point, stiffness }

@@ -1,6 +1,7 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
 mod advance;
+mod apply_force;
 mod blade;
 mod debug_lines;
 mod error;
@@ -8,6 +9,8 @@ mod fixed_step;
 mod frame;
 mod haptic_feed;
 mod haptics;
+mod lent;
+mod measure;
 mod motion;
 mod obstacles;
 mod pin;
@@ -15,6 +18,7 @@ mod query;
 mod record;
 mod reorder;
 mod reporting;
+mod set;
 mod sleep;
 mod snapshot;
 mod systems;
@@ -23,6 +27,8 @@ mod tools;
 mod view;
 
 pub use crate::components::Energies;
+pub use crate::registry::{Parameter, Refused};
+pub use apply_force::ForceError;
 pub use debug_lines::{DebugKind, DebugLine, DebugLines};
 pub use error::SimulationError;
 #[cfg(feature = "snapshot")]
@@ -33,27 +39,23 @@ pub use haptics::{Coupling, HapticError, Haptics, ToolSpring};
 pub use motion::MotionError;
 pub use pin::{Pin, PinError};
 pub use query::Hit;
+pub use set::SetError;
 pub use tear::{Cut, CutError};
 pub use tools::{Grasp, ToolError};
 pub use view::{BodyView, normals};
 
-use crate::components::{
-    Bending, Body, EnergyAudit, EnergyBalance, Frames, Holds, Planar, PreStretch, Reactions, StiffeningFibres,
-};
+use crate::components::{Body, EnergyAudit};
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::replay::{Input, Recorder};
 use crate::report::{Fault, Report};
 use crate::schedule::Schedule;
 use crate::settings::{Integrator, Precision, Settings, Tangent};
-use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::kernels::membrane;
-use crate::systems::linear::Folds;
 use crate::systems::parallel::Pool;
-use crate::systems::{Formula, StepContext, corotation};
+use crate::systems::{Formula, StepContext};
 use advance::{Aside, Running, advance, is_finite, iterate_and_account};
-use glam::DVec3;
 use hecs::{Entity, World};
+use lent::Lent;
 use reporting::order;
 
 /// Bodies, obstacles and time.
@@ -66,6 +68,7 @@ pub struct Simulation {
     events: Vec<Event>,
     next_order: u32,
     recorder: Option<Recorder>,
+    lent: Lent,
     /// See [`Running`].
     spare: Vec<Aside>,
 }
@@ -79,8 +82,8 @@ impl Simulation {
         error::check_settings(&settings)?;
         let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SimulationError::Threads)?;
         let (world, report, events) = (World::new(), Report::default(), Vec::new());
-        let schedule = Schedule::default();
-        Ok(Self { world, settings, pool, schedule, report, events, next_order: 0, recorder: None, spare: Vec::new() })
+        let (schedule, lent, spare) = (Schedule::default(), Lent::default(), Vec::new());
+        Ok(Self { world, settings, pool, schedule, report, events, next_order: 0, recorder: None, lent, spare })
     }
 
     /// Puts a body into the world.
@@ -178,6 +181,7 @@ impl Simulation {
         {
             return Err(SimulationError::AuditOfAnotherIntegrator { body: body.name.clone() });
         }
+        self.admit()?;
         // As many as in the step before.
         let rows = self.report.bodies.iter().filter(|body| !body.is_asleep).map(|body| body.triangle_count).sum();
         self.begin_report();
@@ -185,11 +189,14 @@ impl Simulation {
         let Self { world, settings, pool, schedule, report, spare, .. } = self;
         let (time, mut running) = (report.time, Running { schedule, report, spare });
         let done = pool.run_step(rows, || advance(world, settings, time, dt, &mut running));
+        let step = StepContext::of_step(&self.settings, dt, self.report.time + dt);
+        self.check_callers(&step)?;
         self.report.time += done;
         self.finish_report();
         self.report.has_failed = self.report.bodies.iter().any(|body| body.fault.is_some());
         self.note_stops();
         self.rest_obstacles();
+        self.use_forces_up();
         self.note_unfinished_tears();
         self.collect_events();
         if self.report.has_failed {
@@ -216,7 +223,9 @@ impl Simulation {
     /// before, and time has not moved.
     pub fn settle(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
         self.note(|| Input::Settle { dt, tolerance });
-        self.find_equilibrium(dt, tolerance)
+        self.find_equilibrium(dt, tolerance)?;
+        self.use_forces_up();
+        Ok(&self.report)
     }
 
     fn find_equilibrium(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
@@ -224,6 +233,7 @@ impl Simulation {
             return Err(SimulationError::TimeStep(dt));
         }
         error::check_tolerance("the tolerance", tolerance)?;
+        self.admit()?;
         self.begin_report();
         let iterations = self.settings.static_iterations.max(2);
         let (time, preconditioner) = (self.report.time + dt, self.settings.preconditioner);
@@ -231,6 +241,7 @@ impl Simulation {
         let Self { world, pool, schedule, report, spare, .. } = self;
         let mut running = Running { schedule, report, spare };
         pool.run(|| iterate_and_account(world, &step, &mut running));
+        self.check_callers(&step)?;
         self.finish_report();
         let is_finite = is_finite(&mut self.world) && self.have_finite_energies();
         let failed = self.report.bodies.iter().filter(|b| !(b.is_converged && is_finite));
@@ -257,6 +268,7 @@ impl Simulation {
         if !(dt >= 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
+        self.admit()?;
         self.begin_report();
         let linear = crate::settings::LinearParams::by_residual(1e-13, 50_000);
         let step = StepContext {
@@ -276,6 +288,7 @@ impl Simulation {
         let Self { world, pool, schedule, report, spare, .. } = self;
         let mut running = Running { schedule, report, spare };
         pool.run(|| iterate_and_account(world, &step, &mut running));
+        self.check_callers(&step)?;
         self.finish_report();
         let residual = self.report.bodies.iter().map(|b| b.residual).max_by(f64::total_cmp).unwrap_or(0.0);
         let has_failed = residual.is_nan() || residual > linear.tolerance;
@@ -284,32 +297,8 @@ impl Simulation {
             return Err(SimulationError::NoLinearAnswer { time: step.time, residual });
         }
         self.report.time = step.time;
+        self.use_forces_up();
         Ok(&self.report)
-    }
-
-    /// Energies of a body now.
-    ///
-    /// # Errors
-    /// If there is no such body.
-    pub fn energies(&mut self, body: Entity) -> Result<Energies, SimulationError> {
-        self.refresh(body)?;
-        type Query<'a> = (
-            (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
-            (Option<&'a Bending>, Option<&'a Folds>),
-        );
-        let mut query = self.world.query_one::<Query>(body);
-        let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
-            query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let law = (frames.is_planar(), PreStretch::unstretched(pre_stretch), fibres);
-        let elastic = frames.states().enumerate().map(|(t, state)| {
-            let twice = membrane::twice_energy(&state, &triangles.stiffness[t], law);
-            0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
-        });
-        let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
-        let body = (vertices, triangles, topology);
-        let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, folds, &vertices.position));
-        Ok(Energies { elastic: elastic.sum::<f64>() + bent, kinetic: kinetic.sum() })
     }
 
     /// Whether the energies of all bodies, and what their audits have put in, are numbers.
@@ -319,41 +308,5 @@ impl Simulation {
             let balance = self.energy_balance(body).ok().flatten();
             is_stored && balance.is_none_or(|balance| balance.terms().iter().all(|(_, term)| term.is_finite()))
         })
-    }
-
-    /// The energy balance of a body since its first step; `None` for one without an [`EnergyAudit`].
-    ///
-    /// # Errors
-    /// If there is no such body.
-    pub fn energy_balance(&mut self, body: Entity) -> Result<Option<EnergyBalance>, SimulationError> {
-        let energies = self.energies(body)?;
-        Ok(self.world.get::<&EnergyAudit>(body).ok().map(|audit| audit.balance(energies)))
-    }
-
-    /// Sum of the forces \[N\] that a body's holds exert on it, one per hold, from the last step; zero before the first.
-    ///
-    /// # Errors
-    /// If there is no such body.
-    pub fn reactions(&self, body: Entity) -> Result<Vec<(String, DVec3)>, SimulationError> {
-        let mut query = self.world.query_one::<(&Body, Option<(&Holds, &Reactions)>)>(body);
-        let (_, held) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let Some((holds, reactions)) = held else { return Ok(Vec::new()) };
-        let sum = |group: usize| reactions.groups.get(group).map_or(DVec3::ZERO, |forces| forces.iter().sum());
-        Ok(holds.groups.iter().enumerate().map(|(group, hold)| (hold.name.clone(), sum(group))).collect())
-    }
-
-    /// Brings [`Frames`] up to the current positions: stresses for whoever looks between steps.
-    ///
-    /// # Errors
-    /// If there is no such body.
-    pub fn refresh(&mut self, body: Entity) -> Result<(), SimulationError> {
-        type Query<'a> = (
-            (&'a Vertices, &'a Triangles, &'a mut Frames),
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
-        );
-        let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
-        let ((vertices, triangles, frames), (planar, pre_stretch, fibres)) = found;
-        self.pool.run(|| corotation::evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres));
-        Ok(())
     }
 }

@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::components::{EnergyAudit, Hold, Holds, Increment, Planar};
 use crate::event::WokenBy;
+use crate::registry::Refused;
 use crate::replay::Input;
 use crate::storage::Vertices;
 use glam::{DQuat, DVec3};
@@ -23,6 +24,9 @@ pub enum MotionError {
     /// A planar body stays in a plane z = const.
     #[error("a planar body turns about z only, and moves in its plane")]
     OutOfPlane,
+    /// Something that was written past the calls is refused.
+    #[error(transparent)]
+    Written(#[from] Refused),
 }
 
 impl Simulation {
@@ -37,6 +41,7 @@ impl Simulation {
             (Option<&'a Planar>, Option<&'a mut EnergyAudit>),
         );
         self.note(|| Input::Teleport { body, rotation, shift });
+        self.admit()?;
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| MotionError::NoSuchBody)?;
         let ((vertices, increment, mut holds), (planar, audit)) = found;
         if !(rotation.is_finite() && rotation.length_squared() > 0.0 && shift.is_finite()) {
@@ -82,7 +87,8 @@ impl Simulation {
     /// For a velocity that is not finite, or whose energy is not; `velocity` is asked twice for each vertex.
     pub fn set_velocity(&mut self, body: Entity, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), MotionError> {
         self.note(|| Input::Wake(body));
-        self.lend(Some(body));
+        self.admit()?;
+        self.keep_lent(Some(body));
         let before = self.audited_energies(body);
         let (vertices, planar) =
             self.world.query_one_mut::<(&mut Vertices, Option<&Planar>)>(body).map_err(|_| MotionError::NoSuchBody)?;

@@ -1,7 +1,9 @@
 //! Obstacles: put into the world, moved, and asked for their forces.
 
 use super::{Simulation, SimulationError};
-use crate::components::{Body, Contact, Obstacle, ObstaclePath, Path, Shape, Swept};
+use crate::components::check::{Check, Host};
+use crate::components::{Body, BodyError, Contact, Obstacle, ObstaclePath, Path, Shape, Swept};
+use crate::registry::Refused;
 use crate::replay::Input;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::contact;
@@ -10,25 +12,40 @@ use hecs::Entity;
 
 impl Simulation {
     /// Puts an obstacle into the world; bodies that carry [`Contact`] feel it.
-    pub fn spawn_obstacle(&mut self, obstacle: Obstacle) -> Entity {
+    ///
+    /// # Errors
+    /// For a shape with a number that is not finite, a radius or half axis that is not positive, or a normal that is no unit vector.
+    pub fn spawn_obstacle(&mut self, obstacle: Obstacle) -> Result<Entity, BodyError> {
         self.note(|| Input::SpawnObstacle(obstacle));
-        self.world.spawn((obstacle,))
+        obstacle.check(&Host::default())?;
+        Ok(self.world.spawn((obstacle,)))
     }
 
     /// Puts an obstacle into the world that is displaced along a path over time.
-    pub fn spawn_moving_obstacle(&mut self, obstacle: Obstacle, path: Path) -> Entity {
+    ///
+    /// # Errors
+    /// As [`spawn_obstacle`](Self::spawn_obstacle), and for a path whose numbers are not finite or whose times do not ascend.
+    pub fn spawn_moving_obstacle(&mut self, obstacle: Obstacle, path: Path) -> Result<Entity, BodyError> {
         self.note(|| Input::SpawnMovingObstacle(obstacle, path.clone()));
         let origin = obstacle.shape;
-        self.world.spawn((obstacle, ObstaclePath { origin, path }, Swept { from: origin }))
+        let path = ObstaclePath { origin, path };
+        obstacle.check(&Host::default())?;
+        path.check(&Host::default())?;
+        Ok(self.world.spawn((obstacle, path, Swept { from: origin })))
     }
 
     /// Moves an obstacle during the next step: it begins where it is and ends as `shape`. What it meets on a straight way is taken
     /// along; a turn, or another shape, is only looked at in its end. A path that it followed is forgotten.
     ///
     /// # Errors
-    /// If there is no such obstacle.
+    /// If there is no such obstacle, and for a shape as [`spawn_obstacle`](Self::spawn_obstacle).
     pub fn move_obstacle(&mut self, obstacle: Entity, shape: Shape) -> Result<(), SimulationError> {
         self.note(|| Input::MoveObstacle { obstacle, shape });
+        if !self.world.satisfies::<&Obstacle>(obstacle) {
+            return Err(SimulationError::NoSuchBody);
+        }
+        let refused = |source| Refused { entity: obstacle, owner: format!("obstacle {}", obstacle.id()), source };
+        shape.check("Obstacle").map_err(refused)?;
         let found = self.world.query_one_mut::<&mut Obstacle>(obstacle).map_err(|_| SimulationError::NoSuchBody)?;
         let from = std::mem::replace(&mut found.shape, shape);
         // Moved twice before a step: from where it was at its start.

@@ -1,8 +1,9 @@
 //! Vertices held and let go while the simulation runs.
 
 use super::Simulation;
-use crate::components::{Body, Curve, Hold, Holds, Reactions};
+use crate::components::{Body, Curve, Hold, Holds};
 use crate::event::WokenBy;
+use crate::registry::{Refused, complete_in};
 use crate::replay::Input;
 use crate::storage::{Attached, VertexKey, Vertices};
 use glam::DVec3;
@@ -42,6 +43,9 @@ pub enum PinError {
         /// The place.
         place: DVec3,
     },
+    /// Something that was written past the calls is refused.
+    #[error(transparent)]
+    Written(#[from] Refused),
 }
 
 /// A pinned vertex.
@@ -70,12 +74,14 @@ impl Simulation {
     /// For a vertex that there is not or that is held, and for the name of a hold that is no pin.
     pub fn pin(&mut self, body: Entity, name: &str, vertices: &[VertexKey]) -> Result<(), PinError> {
         self.note(|| Input::Pin { body, name: name.to_owned(), vertices: vertices.to_vec() });
+        self.admit()?;
         if !self.world.satisfies::<&Body>(body) {
             return Err(PinError::NoSuchBody);
         }
-        if !self.world.satisfies::<(&Holds, &Reactions)>(body) {
+        if !self.world.satisfies::<&Holds>(body) {
             // The body exists.
-            let _ = self.world.insert(body, (Holds::default(), Reactions::default()));
+            let _ = self.world.insert_one(body, Holds::default());
+            complete_in(&mut self.world, body);
         }
         let found = self.world.query_one_mut::<(&Vertices, &mut Holds)>(body);
         let (table, holds) = found.map_err(|_| PinError::NoSuchBody)?;
@@ -111,6 +117,7 @@ impl Simulation {
     /// For a vertex that there is not or that nothing holds.
     pub fn unpin(&mut self, body: Entity, vertices: &[VertexKey]) -> Result<(), PinError> {
         self.note(|| Input::Unpin { body, vertices: vertices.to_vec() });
+        self.admit()?;
         let found = self.world.query_one_mut::<(&Vertices, Option<&mut Holds>)>(body);
         let (table, mut holds) = found.map_err(|_| PinError::NoSuchBody)?;
         for &vertex in vertices {
@@ -135,6 +142,7 @@ impl Simulation {
     /// For a name that no hold has, and for that of a hold that is no pin.
     pub fn unpin_all(&mut self, body: Entity, name: &str) -> Result<(), PinError> {
         self.note(|| Input::UnpinAll { body, name: name.to_owned() });
+        self.admit()?;
         let (_, hold) = pins(&mut self.world, body, name)?;
         hold.members.clear();
         self.wake_by(body, WokenBy::Caller);
@@ -148,7 +156,8 @@ impl Simulation {
     /// For a name that no hold has, for that of a hold that is no pin, and for a place that is not finite.
     pub fn move_pins(&mut self, body: Entity, name: &str, place: impl Fn(Pin) -> DVec3) -> Result<(), PinError> {
         self.note(|| Input::Wake(body));
-        self.lend(Some(body));
+        self.admit()?;
+        self.keep_lent(Some(body));
         let (table, hold) = pins(&mut self.world, body, name)?;
         let pin = |row: u32, offset: DVec3| {
             let rest_position = table.rest_position[row as usize];
@@ -176,6 +185,7 @@ impl Simulation {
     /// # Errors
     /// For a name that no hold has, and for that of a hold that is no pin.
     pub fn pins(&mut self, body: Entity, name: &str) -> Result<Vec<Pin>, PinError> {
+        self.admit()?;
         let (table, hold) = pins(&mut self.world, body, name)?;
         let members = hold.members.rows().iter().zip(hold.members.values());
         let pin = |(&row, &offset): (&u32, &DVec3)| {

@@ -2,7 +2,8 @@
 
 use super::{Simulation, order};
 use crate::components::{Body, SolverScratch};
-use crate::replay::{Input, Parameters, Recorder, Recording, Spawned};
+use crate::registry::Parameters;
+use crate::replay::{Input, Recorder, Recording, Spawned};
 use crate::snapshot::Saved;
 use hecs::Entity;
 
@@ -34,6 +35,12 @@ impl Simulation {
 
     /// Before an entity, or all of them, is handed out to be changed.
     pub(super) fn lend(&mut self, entity: Option<Entity>) {
+        self.lent.note(entity);
+        self.keep_lent(entity);
+    }
+
+    /// Keeps what an entity, or all of them, is before it is changed.
+    pub(super) fn keep_lent(&mut self, entity: Option<Entity>) {
         let Self { world, recorder: Some(recorder), .. } = self else { return };
         match entity {
             Some(entity) => recorder.lend(entity, Parameters::of(world, entity)),
@@ -114,8 +121,13 @@ impl Simulation {
             Input::WakeAll => _ = self.world_mut(),
             Input::Reorder(body) => _ = self.reorder(*body),
             Input::SetSettings(settings) => _ = self.set_settings(*settings),
-            Input::Change { entity, to } => to.0.give(&mut self.world, *entity),
+            Input::Change { entity, to } => {
+                self.lent.note(Some(*entity));
+                to.0.give(&mut self.world, *entity);
+            }
             Input::Restore(snapshot) => _ = self.restore(snapshot),
+            Input::Set { entity, to } => self.set_again(*entity, &to.0),
+            Input::ApplyForce { body, vertex, force } => _ = self.apply_force(*body, *vertex, *force),
         }
     }
 }

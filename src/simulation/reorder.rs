@@ -2,7 +2,8 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{
-    Changes, EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs, TearDecisions,
+    Changes, EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs, StepForces,
+    TearDecisions,
 };
 use crate::replay::Input;
 use crate::storage::{Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
@@ -28,16 +29,22 @@ impl Simulation {
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology),
             (&'a mut Increment, &'a mut Frames, &'a mut Factor, Option<&'a mut EnergyAudit>),
             (Option<&'a mut Holds>, Option<&'a mut Reactions>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Changes>),
+            (
+                Option<&'a mut PointLoads>,
+                Option<&'a mut EdgeLoads>,
+                Option<&'a mut StepForces>,
+                Option<&'a mut Changes>,
+            ),
             (Option<&'a mut Tips>, Option<&'a mut TearDecisions>, Option<&'a mut TipMemory>),
         );
         self.note(|| Input::Reorder(body));
+        self.admit()?;
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
         let (
             (vertices, triangles, topology),
             (increment, frames, factor, audit),
             (holds, reactions, springs, grips),
-            (point_loads, edge_loads, changes),
+            (point_loads, edge_loads, step_forces, changes),
             (tips, decisions, memory),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
@@ -63,6 +70,7 @@ impl Simulation {
         }
 
         let row = |old: u32| order.vertex(old);
+        let count = mesh.vertices.len();
         if let Some(holds) = holds {
             let mut forces = reactions.map(|reactions| reactions.groups.iter_mut()).into_iter().flatten();
             for group in &mut holds.groups {
@@ -84,11 +92,15 @@ impl Simulation {
         for load in edge_loads.into_iter().flat_map(|loads| &mut loads.groups) {
             load.edges.as_flattened_mut().iter_mut().for_each(|vertex| *vertex = row(*vertex));
         }
+        for (vertex, _) in step_forces.into_iter().flat_map(|forces| &mut forces.list) {
+            *vertex = row(*vertex);
+        }
         if let Some(tips) = tips {
             tips.vertex.iter_mut().for_each(|vertex| *vertex = row(*vertex));
         }
         if let Some(decisions) = decisions {
-            decisions.tips.iter_mut().flatten().for_each(|decision| decision.row = row(decision.row));
+            let there = decisions.tips.iter_mut().flatten().filter(|decision| (decision.row as usize) < count);
+            there.for_each(|decision| decision.row = row(decision.row));
             decisions.start = None;
         }
         Ok(())

@@ -71,8 +71,10 @@ impl Simulation {
         self.schedule.reset_reports(&mut self.report.systems);
         self.events.clone_from(&contents.events);
         self.next_order = contents.next_order;
+        // One that was taken of what is not yet judged is not judged.
+        self.lent.note(None);
         for body in snapshot.bodies() {
-            // A body of the snapshot is there.
+            // A body of the snapshot is there, with tables or not.
             let _ = self.refresh(body);
         }
         Ok(())
@@ -91,7 +93,10 @@ impl Simulation {
     /// Puts a body back under its handle that was spawned when a recording was made.
     pub(super) fn put_back(&mut self, saved: &Saved) {
         // A body that has just been spawned has no solver yet that could not be made.
-        if let (Ok(solvers), Some(Body { order, .. })) = (solvers(saved), &saved.body) {
+        // Where something stands in its place it would be two things in one.
+        if let (Ok(solvers), Some(Body { order, .. }), false) =
+            (solvers(saved), &saved.body, self.world.contains(saved.entity))
+        {
             put(&mut self.world, saved, solvers);
             self.next_order = self.next_order.max(order + 1);
         }

@@ -4,9 +4,10 @@ use super::advance::Running;
 use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{
     Body, Changes, DecidedBy, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs,
-    TearDecisions, TearLog,
+    StepForces, TearDecisions, TearLog,
 };
 use crate::event::{Course, Event, EventKind, WokenBy};
+use crate::registry::Refused;
 use crate::replay::Input;
 use crate::report::Report;
 use crate::schedule::Stage;
@@ -58,6 +59,9 @@ pub enum CutError {
     /// The mesh refused it.
     #[error("the cut was refused: {0}")]
     Refused(#[from] TearRefusal),
+    /// Something that was written past the calls is refused.
+    #[error(transparent)]
+    Written(#[from] Refused),
 }
 
 impl Simulation {
@@ -78,8 +82,10 @@ impl Simulation {
             (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut TipMemory>),
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut Refined>, Option<&'a mut Changes>),
+            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
+            (Option<&'a mut Refined>, Option<&'a mut Changes>),
         );
+        self.admit()?;
         self.wake_by(body, WokenBy::Cut);
         let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
@@ -87,11 +93,23 @@ impl Simulation {
             (vertices, triangles, topology, increment, factor),
             (mut tips, log, scratch, memory),
             (holds, springs, grips),
-            (point_loads, edge_loads, refined, changes),
+            (point_loads, edge_loads, step_forces),
+            (refined, changes),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers =
-            Followers { increment, factor, memory, holds, springs, grips, point_loads, edge_loads, refined, changes };
+        let mut followers = Followers {
+            increment,
+            factor,
+            memory,
+            holds,
+            springs,
+            grips,
+            point_loads,
+            edge_loads,
+            step_forces,
+            refined,
+            changes,
+        };
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);
@@ -162,12 +180,15 @@ impl Simulation {
                 running.stage(world, &step, Stage::Decide);
                 running.stage(world, &step, Stage::Tear);
             });
+            self.check_callers(&step)?;
             self.collect_events();
             if !self.may_tear_further() {
+                self.use_forces_up();
                 return Ok(&self.report);
             }
             self.find_equilibrium(0.0, tolerance)?;
         }
+        self.use_forces_up();
         self.note_unfinished_tears();
         Ok(&self.report)
     }

@@ -1,8 +1,9 @@
 //! Forceps while the simulation runs: the host sets their pose, closes and opens them, and reads what they feel.
 
 use super::Simulation;
-use crate::components::{Body, ExternalStiffness, Forceps, Grips, Jaws, Motion, Pinch, Pose};
+use crate::components::{Body, Forceps, Grips, Jaws, Motion, Pinch, Pose};
 use crate::event::WokenBy;
+use crate::registry::{Refused, complete_in};
 use crate::replay::Input;
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::grip::Taken;
@@ -80,6 +81,9 @@ pub enum ToolError {
         /// What it must be.
         must: &'static str,
     },
+    /// Something that was written past the calls is refused.
+    #[error(transparent)]
+    Written(#[from] Refused),
 }
 
 impl Simulation {
@@ -129,6 +133,7 @@ impl Simulation {
     /// If there are no such forceps or body, if they are closed already, and if there is nothing to take.
     pub fn close_forceps(&mut self, forceps: Entity, body: Entity, grasp: &Grasp) -> Result<usize, ToolError> {
         self.note(|| Input::CloseForceps { forceps, body, grasp: grasp.clone() });
+        self.admit()?;
         let now = self.report.time;
         let tool = self.world.query_one_mut::<&Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
         let Forceps { name, jaws, motion, .. } = tool.clone();
@@ -143,9 +148,7 @@ impl Simulation {
         // A body may be gripped that was not made for it.
         if !self.world.satisfies::<&Grips>(body) {
             let _ = self.world.insert_one(body, Grips::default());
-        }
-        if !self.world.satisfies::<&ExternalStiffness>(body) {
-            let _ = self.world.insert_one(body, ExternalStiffness::default());
+            complete_in(&mut self.world, body);
         }
         self.wake_by(body, WokenBy::Drive);
         let found = self.world.query_one_mut::<(&mut Grips, &Vertices)>(body);

@@ -156,8 +156,10 @@ impl Snapshot {
     /// The snapshot as bytes.
     ///
     /// # Errors
-    /// None is known.
+    /// For a state that [`from_bytes`](Self::from_bytes) would refuse, taken while something written past the calls was not yet judged:
+    /// the error says where.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SnapshotError> {
+        self.judge()?;
         pack(Kind::Snapshot, &*self.0)
     }
 
@@ -177,10 +179,15 @@ impl Snapshot {
         Ok(Self(Arc::new(contents)))
     }
 
+    /// Judges it as one that was read.
+    pub(crate) fn judge(&self) -> Result<(), SnapshotError> {
+        check::judge(&self.0).map(|_| ())
+    }
+
     /// Writes the snapshot to a file, whole or not at all.
     ///
     /// # Errors
-    /// Where the file cannot be written.
+    /// As [`to_bytes`](Self::to_bytes), and where the file cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SnapshotError> {
         replace(path.as_ref(), &self.to_bytes()?)
     }

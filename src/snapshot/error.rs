@@ -2,7 +2,6 @@
 
 use crate::membrane::BodyError;
 use crate::simulation::SimulationError;
-use crate::storage::Broken;
 
 /// Why a snapshot or a recording is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -34,19 +33,19 @@ pub enum SnapshotError {
     /// The bytes cannot be read.
     #[error("the bytes cannot be read: {0}")]
     Unreadable(String),
-    /// A body's mesh.
-    #[error("body `{body}`: {source}")]
-    Mesh {
-        /// Its name.
-        body: String,
-        /// What is wrong.
-        source: Broken,
-    },
-    /// A body's parameters.
+    /// A body's mesh or components.
     #[error("body `{body}`: {source}")]
     Body {
         /// Its name.
         body: String,
+        /// What is wrong.
+        source: BodyError,
+    },
+    /// The components of an obstacle or a tool.
+    #[error("{owner}: {source}")]
+    Component {
+        /// Which of both.
+        owner: String,
         /// What is wrong.
         source: BodyError,
     },

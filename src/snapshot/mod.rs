@@ -7,7 +7,7 @@
 //! only what the rest does not tell: a Cholesky factor is made anew from its matrix, multigrid's levels from the mesh,
 //! the choice of their nodes and the numbers of the finest one; charts and discs at tips follow from the rest shape.
 //!
-//! What there is to keep is one list, in `saved.rs`. Your own components are not in it: on entities that live on they stay as
+//! What there is to keep is one list, in `src/registry.rs`. Your own components are not in it: on entities that live on they stay as
 //! they are, in bytes they are not.
 
 #[cfg(feature = "snapshot")]

@@ -1,17 +1,37 @@
-//! One entity as a snapshot keeps it: the one list of what there is to keep.
+//! One entity as a snapshot keeps it: what the registry says is saved, and what solvers remember.
 
+#[cfg(feature = "snapshot")]
+use crate::components::check::{Check, Host};
 use crate::components::*;
 use crate::membrane::make_room;
+#[cfg(feature = "snapshot")]
+use crate::registry::check_rules;
+use crate::registry::{Look, components};
 use crate::storage::{Mesh, Tips, Topology, Triangles, Vertices};
 use crate::systems::linear::{Factor, FactorState, Folds, InnerSolver, InnerState};
 use crate::systems::tearing::{TearScratch, TipMemory};
-use hecs::{Entity, EntityBuilder, EntityRef, World};
-use std::any::TypeId;
+use hecs::{Component, Entity, EntityBuilder, EntityRef, World};
+use std::any::{Any, TypeId};
 
 /// Declares [`Saved`]. `kept` components are cloned; of `derived` ones it is kept whether they are there, and an empty one takes
 /// their place: a step fills them.
 macro_rules! saved {
-    (kept { $($name:ident: $kept:ty,)* } derived { $($flag:ident: $derived:ty,)* }) => {
+    (
+        parameter, saved, recorded { $($a:ident: $p:ty,)* }
+        state, saved, recorded { $($b:ident: $q:ty,)* }
+        parameter, saved { $($c:ident: $r:ty,)* }
+        state, saved { $($d:ident: $s:ty,)* }
+        derived, saved { $($e:ident: $t:ty,)* }
+        derived { $($derived:tt)* }
+        saved in part { $($part:ident: $other:ty,)* }
+    ) => {
+        saved! {
+            kept { $($a: $p,)* $($b: $q,)* $($c: $r,)* $($d: $s,)* $($e: $t,)* }
+            derived { $($derived)* }
+            in part { $($other,)* }
+        }
+    };
+    (kept { $($name:ident: $kept:ty,)* } derived { $($flag:ident: $derived:ty,)* } in part { $($part:ty,)* }) => {
         /// A body, an obstacle or a tool with all its components.
         #[derive(Clone)]
         #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -47,6 +67,15 @@ macro_rules! saved {
                 })
             }
 
+            /// Judges every component, and what must hold between them.
+            #[cfg(feature = "snapshot")]
+            pub fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
+                $( if let Some(component) = &self.$name {
+                    Check::check(component, host)?;
+                } )*
+                check_rules(self)
+            }
+
             /// Its components, but for the solvers.
             pub fn into_components(mut self) -> EntityBuilder {
                 if let Self {
@@ -68,12 +97,23 @@ macro_rules! saved {
             }
         }
 
+        impl Look for Saved {
+            fn look<C: Component, T>(&self, look: impl FnOnce(&C) -> T) -> Option<T> {
+                $( if let Some(component) = &self.$name
+                    && let Some(component) = (component as &dyn Any).downcast_ref::<C>()
+                {
+                    return Some(look(component));
+                } )*
+                None
+            }
+        }
+
         /// Whether components of this type belong to the engine.
         fn is_known(id: TypeId) -> bool {
             let known = [
                 $( TypeId::of::<$kept>(), )*
                 $( TypeId::of::<$derived>(), )*
-                TypeId::of::<Topology>(), TypeId::of::<SolverScratch>(), TypeId::of::<Factor>(), TypeId::of::<InnerSolver>(),
+                $( TypeId::of::<$part>(), )*
             ];
             known.contains(&id)
         }
@@ -86,10 +126,7 @@ macro_rules! saved {
             }
             $( let _ = world.remove_one::<$kept>(entity); )*
             $( let _ = world.remove_one::<$derived>(entity); )*
-            let _ = world.remove_one::<Topology>(entity);
-            let _ = world.remove_one::<SolverScratch>(entity);
-            let _ = world.remove_one::<Factor>(entity);
-            let _ = world.remove_one::<InnerSolver>(entity);
+            $( let _ = world.remove_one::<$part>(entity); )*
             true
         }
     };
@@ -100,50 +137,5 @@ pub(crate) fn is_ours(entity: EntityRef<'_>) -> bool {
     entity.has::<Body>() || entity.has::<Obstacle>() || entity.has::<Forceps>() || entity.has::<Blade>()
 }
 
-// The order is that of the bytes: a change of it, or of what one of them holds, is a new version of the format.
-saved! {
-    kept {
-        body: Body,
-        planar: Planar,
-        vertices: Vertices,
-        triangles: Triangles,
-        tips: Tips,
-        increment: Increment,
-        reactions: Reactions,
-        holds: Holds,
-        springs: Springs,
-        grips: Grips,
-        point_loads: PointLoads,
-        edge_loads: EdgeLoads,
-        damping: Damping,
-        gravity: Gravity,
-        pressure: Pressure,
-        drag: Drag,
-        pre_stretch: PreStretch,
-        stiffening_fibres: StiffeningFibres,
-        contact: Contact,
-        bending: Bending,
-        obstacle: Obstacle,
-        obstacle_path: ObstaclePath,
-        swept: Swept,
-        forceps: Forceps,
-        blade: Blade,
-        tearing: Tearing,
-        energy_criterion: EnergyCriterion,
-        refinement: Refinement,
-        refined: Refined,
-        tear_decisions: TearDecisions,
-        tear_log: TearLog,
-        energy_audit: EnergyAudit,
-        sleeping: Sleeping,
-    }
-    derived {
-        has_frames: Frames,
-        has_forces: Forces,
-        has_external_stiffness: ExternalStiffness,
-        has_tear_scratch: TearScratch,
-        has_tip_memory: TipMemory,
-        has_folds: Folds,
-        has_changes: Changes,
-    }
-}
+// The order of the registry is that of the bytes.
+components!(saved);

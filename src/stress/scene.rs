@@ -58,7 +58,7 @@ pub(super) fn scene(dice: &mut Dice, threads: usize) -> Result<Scene, String> {
     let mut obstacles = Vec::new();
     for _ in 0..if is_free { 0 } else { dice.below(3) } {
         let shape = shape(dice, size);
-        obstacles.push(simulation.spawn_obstacle(Obstacle { shape }));
+        obstacles.push(simulation.spawn_obstacle(Obstacle { shape }).map_err(|error| error.to_string())?);
     }
     Ok(Scene { simulation, bodies, obstacles, is_free, size })
 }

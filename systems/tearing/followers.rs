@@ -1,7 +1,9 @@
 //! Components that refer to vertices and follow what edits do to them.
 
 use super::TipMemory;
-use crate::components::{Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs};
+use crate::components::{
+    Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, StepForces,
+};
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 use crate::systems::linear::Factor;
 
@@ -24,6 +26,8 @@ pub struct Followers<'a> {
     pub point_loads: Option<&'a mut PointLoads>,
     /// Loads along edges.
     pub edge_loads: Option<&'a mut EdgeLoads>,
+    /// Forces of one step.
+    pub step_forces: Option<&'a mut StepForces>,
     /// The list of what has been added to the mesh.
     pub refined: Option<&'a mut Refined>,
     /// The list of changes that somebody has asked for.
@@ -48,11 +52,13 @@ impl Followers<'_> {
     pub fn can_spare(&self, vertex: u32) -> bool {
         let is_loaded =
             self.point_loads.as_ref().is_some_and(|loads| loads.groups.iter().any(|load| load.rows.contains(&vertex)));
+        let is_pushed =
+            self.step_forces.as_ref().is_some_and(|forces| forces.list.iter().any(|(row, _)| *row == vertex));
         let ends_loaded_rim = self.edge_loads.as_ref().is_some_and(|loads| {
             let ends = |load: &EdgeLoad| load.edges.iter().filter(|edge| edge.contains(&vertex)).count();
             loads.groups.iter().any(|load| ends(load) == 1)
         });
-        self.leave_free(vertex) && !is_loaded && !ends_loaded_rim
+        self.leave_free(vertex) && !is_loaded && !is_pushed && !ends_loaded_rim
     }
 
     /// Follows the edits that were done to the mesh, in their order, and closes the books on them: the records are gone, and
@@ -91,6 +97,9 @@ impl Followers<'_> {
             }
             if let Some(loads) = &mut self.edge_loads {
                 loads.follow(record);
+            }
+            if let Some(forces) = &mut self.step_forces {
+                forces.follow(record);
             }
             if let Some(refined) = &mut self.refined {
                 refined.follow(record, tables);

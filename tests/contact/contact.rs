@@ -45,7 +45,7 @@ fn an_obstacle_pushed_through_at_a_metre_per_second_never_leaves_the_membrane_on
             let mut simulation = Simulation::new(Settings::default()).unwrap();
             let body = simulation.spawn(drum(5.0, 2700, 0.08, Contact::default())).unwrap();
             let path = Path { points: vec![(0.0, DVec3::ZERO), (4.0, DVec3::Z * 4.0)] };
-            let obstacle = simulation.spawn_moving_obstacle(Obstacle { shape }, path);
+            let obstacle = simulation.spawn_moving_obstacle(Obstacle { shape }, path).unwrap();
             let (mut moved, mut worst) = (shape, 0.0_f64);
             while simulation.time() < 4.0 {
                 simulation.step(dt).unwrap();
@@ -89,7 +89,7 @@ fn a_taut_membrane_lowered_on_a_ball_takes_the_shape_of_a_catenoid() {
     let body = simulation.spawn(drum(DRUM, 6000, strain, Contact::default())).unwrap();
     let rise = -height(DRUM);
     let ball = |by: f64| Shape::Sphere { centre: DVec3::Z * (by - BALL), radius: BALL };
-    let obstacle = simulation.spawn_obstacle(Obstacle { shape: ball(0.0) });
+    let obstacle = simulation.spawn_obstacle(Obstacle { shape: ball(0.0) }).unwrap();
     for step in 1..=5 {
         simulation.move_obstacle(obstacle, ball(rise * f64::from(step) / 5.0)).unwrap();
         simulation.settle(1.0, 1e-8).unwrap();
@@ -145,7 +145,7 @@ fn an_obstacle_as_small_as_an_edge_takes_the_membrane_along_as_far_as_it_goes() 
             let mut simulation = Simulation::new(Settings::default()).unwrap();
             let body = simulation.spawn(drum(5.0, triangles, 0.08, Contact::default())).unwrap();
             let path = Path { points: vec![(0.0, DVec3::ZERO), (10.0 / speed, DVec3::Z * 10.0)] };
-            simulation.spawn_moving_obstacle(Obstacle { shape }, path);
+            simulation.spawn_moving_obstacle(Obstacle { shape }, path).unwrap();
             let mut worst = f64::NEG_INFINITY;
             while simulation.time() < 10.0 / speed + 2.0 * dt {
                 let failed = simulation.step(dt).unwrap().has_failed;
@@ -181,7 +181,9 @@ fn friction_holds_a_sheet_in_a_static_solve() {
         let strip = strip.with(Gravity { acceleration: DVec3::NEG_Z * 100.0 });
         let mut simulation = Simulation::new(Settings::default()).unwrap();
         let body = simulation.spawn(strip.with(Contact { stiffness: None, friction })).unwrap();
-        simulation.spawn_obstacle(Obstacle { shape: Shape::Plane { point: DVec3::Z * 1e-6, normal: DVec3::Z } });
+        simulation
+            .spawn_obstacle(Obstacle { shape: Shape::Plane { point: DVec3::Z * 1e-6, normal: DVec3::Z } })
+            .unwrap();
         // Down first, then the pull.
         simulation.settle(1e-9, 1e-8).unwrap();
         let report = simulation.settle(1.0, 1e-7).unwrap();
@@ -209,7 +211,7 @@ fn friction_holds_a_sheet_on_a_slope_up_to_its_coefficient() {
         let mut simulation = Simulation::new(Settings::default()).unwrap();
         let body = simulation.spawn(sheet).unwrap();
         let shape = Shape::Plane { point: DVec3::NEG_Z * 1e-6, normal: DVec3::Z };
-        simulation.spawn_obstacle(Obstacle { shape });
+        simulation.spawn_obstacle(Obstacle { shape }).unwrap();
         for _ in 0..100 {
             simulation.step(1.0).unwrap();
         }

@@ -86,9 +86,9 @@ fn nothing_passes(settings: &Settings, triangles: usize, motions: &[(f64, f64)],
             let body = simulation.spawn(drum(triangles, fall, end)).unwrap();
             if is_obstacle_moved {
                 let path = Path { points: vec![(0.0, DVec3::ZERO), (end, DVec3::Z * rise)] };
-                simulation.spawn_moving_obstacle(Obstacle { shape }, path);
+                simulation.spawn_moving_obstacle(Obstacle { shape }, path).unwrap();
             } else {
-                simulation.spawn_obstacle(Obstacle { shape });
+                simulation.spawn_obstacle(Obstacle { shape }).unwrap();
             }
             let mut rolled_back = 0;
             while simulation.time() < end + 20.0 * dt {

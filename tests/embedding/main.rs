@@ -1,10 +1,14 @@
 //! What a host relies on: its hold on a simulation, equal bits, going back, sleep, and bad calls and bodies contained.
 
 mod absence;
+mod absurd;
 mod determinism;
+mod doors;
 mod embed;
 mod examples;
+mod forces;
 mod hostile_calls;
+mod obstacles;
 mod one_bad_body;
 mod reorder;
 mod replay;

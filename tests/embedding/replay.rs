@@ -40,7 +40,7 @@ fn every_call_is_repeated() {
     let second = s.spawn(square.hanging()).unwrap();
     s.cut(first, &common::NOTCH).unwrap();
     let ball = Obstacle { shape: Shape::Sphere { centre: DVec3::NEG_Z * 40.0, radius: 1.0 } };
-    let (obstacle, gone) = (s.spawn_obstacle(ball), s.spawn_obstacle(ball));
+    let (obstacle, gone) = (s.spawn_obstacle(ball).unwrap(), s.spawn_obstacle(ball).unwrap());
     (0..5).for_each(|_| _ = s.step(5.0));
     s.despawn(gone).unwrap();
     assert!(s.despawn(gone).is_err() && s.step(f64::NAN).is_err() && s.cut(first, &[]).is_err());
@@ -79,8 +79,8 @@ fn tools_are_repeated_and_restored() {
     s.record();
     let ball = |x: f64| Shape::Sphere { centre: DVec3::new(x, 8.0, -2.1), radius: 2.0 };
     let path = Path { points: vec![(0.0, DVec3::ZERO), (300.0, DVec3::Z)] };
-    s.spawn_moving_obstacle(Obstacle { shape: ball(12.0) }, path);
-    let pushed = s.spawn_obstacle(Obstacle { shape: ball(5.0) });
+    s.spawn_moving_obstacle(Obstacle { shape: ball(12.0) }, path).unwrap();
+    let pushed = s.spawn_obstacle(Obstacle { shape: ball(5.0) }).unwrap();
     let middle = DVec3::new(8.0, 4.0, 0.0);
     let jaws = Jaws { radius: 1.5, stiffness: Some(0.5), force_limit: Some(0.02), slip: Slip::Slide };
     let soft = s.spawn_forceps("soft", jaws, Pose::at(middle)).unwrap();

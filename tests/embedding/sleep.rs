@@ -108,7 +108,7 @@ fn whatever_acts_on_a_body_wakes_it() {
         .spawn(sheet.with(Contact { stiffness: Some(0.01), friction: 0.0 }).with(Sleeping::default()))
         .unwrap();
     let far = DVec3::new(15.0, 15.0, 100.0);
-    let ball = simulation.spawn_obstacle(Obstacle { shape: Shape::Sphere { centre: far, radius: 2.0 } });
+    let ball = simulation.spawn_obstacle(Obstacle { shape: Shape::Sphere { centre: far, radius: 2.0 } }).unwrap();
 
     until_asleep(&mut simulation, body);
     simulation.wake(body).unwrap();

@@ -143,8 +143,8 @@ fn bodies_that_sleep_and_obstacles_that_come_and_go() {
             .unwrap();
     }
     let ball = |x| Obstacle { shape: Shape::Sphere { centre: DVec3::new(x, 0.0, -50.0), radius: 1.0 } };
-    let gone = simulation.spawn_obstacle(ball(0.0));
-    simulation.spawn_obstacle(ball(1.0));
+    let gone = simulation.spawn_obstacle(ball(0.0)).unwrap();
+    simulation.spawn_obstacle(ball(1.0)).unwrap();
     simulation.despawn(gone).unwrap();
     let run = goes_on_alike("sleep", simulation, &[5, 60, 150, 205], 220, |s| _ = s.step(10.0));
     let mut run = run;

@@ -77,7 +77,7 @@ fn simulate(settings: Settings, sheet: Membrane) -> (Simulation, Entity) {
     let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
     let body = simulation.spawn(sheet).unwrap();
     let shape = Shape::Sphere { centre: DVec3::new(10.0, 8.0, 3.2), radius: 3.0 };
-    simulation.spawn_obstacle(Obstacle { shape });
+    simulation.spawn_obstacle(Obstacle { shape }).unwrap();
     (simulation, body)
 }
 

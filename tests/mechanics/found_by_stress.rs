@@ -134,7 +134,7 @@ fn a_triangle_beside_held_corners_is_put_outside_an_obstacle_by_no_more_than_twi
             let sheet = sheet.hold(hold).with(Contact { stiffness: Some(0.1), friction: 1.0 });
             let (mut simulation, body) = spawn(Settings::default(), sheet);
             let sphere = |centre| Shape::Sphere { centre, radius: 3.0 };
-            let obstacle = simulation.spawn_obstacle(Obstacle { shape: sphere(DVec3::Z * 50.0) });
+            let obstacle = simulation.spawn_obstacle(Obstacle { shape: sphere(DVec3::Z * 50.0) }).unwrap();
             for i in 0..6 {
                 let by = noises(i, seed);
                 let centre = DVec3::new(5.0 + 4.0 * by.x, 5.0 + 4.0 * by.y, height);

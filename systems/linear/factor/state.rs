@@ -139,9 +139,13 @@ impl FactorState {
                 && warp.vertex_count() == if bridge.is_empty() { free.len() } else { 0 }
         };
         self.current.iter().all(|current| are_sound(&current.equations, &current.bridge, &current.warp))
-            && self.pending.iter().all(|coming| {
-                let Coming { origin: Origin::Equations(equations), bridge, warp, left } = coming else { return false };
-                *left > 0 && are_sound(equations, bridge, warp)
+            && self.pending.iter().all(|Coming { origin, bridge, warp, left }| {
+                *left > 0
+                    && match origin {
+                        Origin::Equations(equations) => are_sound(equations, bridge, warp),
+                        // Of a body here, not of bytes.
+                        Origin::Operator(_) => true,
+                    }
             })
     }
 }

@@ -1,17 +1,34 @@
 //! What a host may change of a body or an obstacle between two calls: its parameters, and where its vertices are.
 
+use super::{Parameter, components, sealed};
 use crate::components::*;
 use crate::storage::Vertices;
 use glam::DVec3;
 use hecs::{Entity, World};
 
+/// Somebody who is told of changes one by one.
+pub trait Told {
+    /// A component has another value.
+    fn set<C: Parameter>(&mut self, to: &C);
+
+    /// A component is gone.
+    fn unset<C: Parameter>(&mut self);
+}
+
 /// Declares [`Parameters`].
 macro_rules! parameters {
+    (
+        parameter, saved, recorded { $($p:ident: $parameter:ty,)* }
+        state, saved, recorded { $($t:ident: $tool:ty,)* }
+        $($rest:tt)*
+    ) => {
+        parameters! { $($p: $parameter,)* $($t: $tool,)* }
+    };
     ($($name:ident: $component:ty,)*) => {
         /// The parameters of an entity, or those of them that have changed: outer `None` where one has not, inner where it is gone.
         #[derive(Clone, Default)]
         #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-        pub(crate) struct Parameters {
+        pub struct Parameters {
             $( $name: Option<Option<$component>>, )*
             /// Positions and velocities.
             motion: Option<(Vec<DVec3>, Vec<DVec3>)>,
@@ -35,6 +52,15 @@ macro_rules! parameters {
                 is_any.then_some(self)
             }
 
+            /// Tells of each.
+            pub fn tell(&self, told: &mut impl Told) {
+                $( match &self.$name {
+                    Some(Some(component)) => told.set(component),
+                    Some(None) => told.unset::<$component>(),
+                    None => {}
+                } )*
+            }
+
             /// Gives them to an entity. An entity that is gone has none.
             pub fn give(&self, world: &mut World, entity: Entity) {
                 $( match &self.$name {
@@ -50,29 +76,18 @@ macro_rules! parameters {
                 }
             }
         }
+
+        $(
+            impl sealed::Listed for $component {
+                fn change(to: Option<Self>) -> Parameters {
+                    Parameters { $name: Some(to), ..Parameters::default() }
+                }
+            }
+
+            impl Parameter for $component {
+                const NAME: &'static str = stringify!($component);
+            }
+        )*
     };
 }
-
-parameters! {
-    holds: Holds,
-    springs: Springs,
-    grips: Grips,
-    point_loads: PointLoads,
-    edge_loads: EdgeLoads,
-    damping: Damping,
-    gravity: Gravity,
-    pressure: Pressure,
-    drag: Drag,
-    pre_stretch: PreStretch,
-    stiffening_fibres: StiffeningFibres,
-    contact: Contact,
-    bending: Bending,
-    obstacle: Obstacle,
-    obstacle_path: ObstaclePath,
-    forceps: Forceps,
-    blade: Blade,
-    tearing: Tearing,
-    energy_criterion: EnergyCriterion,
-    refinement: Refinement,
-    sleeping: Sleeping,
-}
+components!(parameters);

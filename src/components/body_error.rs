@@ -1,0 +1,103 @@
+//! Why a body is refused, or a component of it.
+
+use crate::math::InadmissibleMaterial;
+use crate::storage::{Broken, MeshError};
+
+/// Why a body is refused, or a component of a body, an obstacle or a tool.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BodyError {
+    /// The mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The mesh, found while its topology was built.
+    #[error("the mesh is not an oriented surface: {0}")]
+    Topology(#[from] Broken),
+    /// The material of a triangle.
+    #[error("triangle {triangle}: {source}")]
+    Material {
+        /// The triangle's index.
+        triangle: usize,
+        /// What is wrong.
+        source: InadmissibleMaterial,
+    },
+    /// A number outside its range.
+    #[error("{component}: {what}{} is {value:?}: {must}", at(*row))]
+    OutOfRange {
+        /// Of which component.
+        component: &'static str,
+        /// Which number.
+        what: &'static str,
+        /// At which vertex, where it belongs to one.
+        row: Option<u32>,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        must: &'static str,
+    },
+    /// Refinement around the tips of a body that has none.
+    #[error("refinement goes with tear tips and their averaging radius: let the body tear, or leave refinement out")]
+    RefinementWithoutTearing,
+    /// A criterion on energy for a body that does not tear.
+    #[error("the energy criterion decides at tear tips: let the body tear, or leave it out")]
+    EnergyCriterionWithoutTearing,
+    /// A criterion on energy for fibres that stiffen.
+    #[error("the energy criterion reads the fields of a linear law: leave it or the stiffening of the fibres out")]
+    EnergyCriterionOfStiffeningFibres,
+    /// Bending of a body that stays in its plane.
+    #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
+    BendingInPlane,
+    /// A fibre list of the wrong length.
+    #[error("{given} fibre directions for {needed} triangles: give one per triangle, in the mesh's order")]
+    FibreCount {
+        /// Directions given.
+        given: usize,
+        /// Triangles.
+        needed: usize,
+    },
+    /// A vertex row that does not exist.
+    #[error("{component}: {what} names vertex {row}, but the mesh has {count} vertices")]
+    NoSuchVertex {
+        /// Of which component.
+        component: &'static str,
+        /// Who names it.
+        what: String,
+        /// The row.
+        row: u32,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// An edge that does not exist, or lies inside the surface.
+    #[error("{component}: {what} names the edge from vertex {} to {}: it must be one of the boundary", edge[0], edge[1])]
+    NoSuchEdge {
+        /// Of which component.
+        component: &'static str,
+        /// Who names it.
+        what: String,
+        /// Rows of its ends.
+        edge: [u32; 2],
+    },
+    /// Two holds prescribe the same axis of the same vertex.
+    #[error("holds `{first}` and `{second}` both prescribe axis {axis} of vertex {row}: let one of them go")]
+    ContradictoryHolds {
+        /// Name of the first hold.
+        first: String,
+        /// Name of the second hold.
+        second: String,
+        /// x, y or z.
+        axis: char,
+        /// The vertex.
+        row: u32,
+    },
+    /// Parts that do not fit together.
+    #[error("{component}: {what}")]
+    Contradiction {
+        /// Of which component.
+        component: &'static str,
+        /// What is wrong, and how to mend it.
+        what: &'static str,
+    },
+}
+
+fn at(row: Option<u32>) -> String {
+    row.map_or(String::new(), |row| format!(" at vertex {row}"))
+}

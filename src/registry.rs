@@ -1,0 +1,106 @@
+//! The registry of components: each is named once, with its kind, and all that is done with every one of them is made from that list:
+//! judging what comes in, snapshots, recordings, [`Simulation::set`](crate::simulation::Simulation::set).
+//!
+//! Its check stands in the component's own file. A new component is its own file, its system and a line here; a line that is saved or
+//! moved is a new version of the bytes (`snapshot::bytes::VERSION`).
+
+mod check;
+mod companions;
+mod parameters;
+
+pub use check::Refused;
+pub(crate) use check::{
+    Changed, Look, check_changed, check_rules, judge, judge_all, judge_tables, owner_of, with_host,
+};
+pub(crate) use companions::{complete, complete_in};
+pub(crate) use parameters::{Parameters, Told};
+
+use crate::components::check::Check;
+
+/// Hands the list to a macro. What is *saved* is in snapshots; what is *recorded* hosts may change between two calls.
+macro_rules! components {
+    ($made:ident) => {
+        $made! {
+            parameter, saved, recorded {
+                holds: Holds,
+                springs: Springs,
+                grips: Grips,
+                point_loads: PointLoads,
+                edge_loads: EdgeLoads,
+                damping: Damping,
+                gravity: Gravity,
+                pressure: Pressure,
+                drag: Drag,
+                pre_stretch: PreStretch,
+                stiffening_fibres: StiffeningFibres,
+                contact: Contact,
+                bending: Bending,
+                tearing: Tearing,
+                energy_criterion: EnergyCriterion,
+                refinement: Refinement,
+                sleeping: Sleeping,
+                obstacle: Obstacle,
+                obstacle_path: ObstaclePath,
+            }
+            state, saved, recorded {
+                forceps: Forceps,
+                blade: Blade,
+            }
+            parameter, saved {
+                body: Body,
+                planar: Planar,
+            }
+            state, saved {
+                vertices: Vertices,
+                triangles: Triangles,
+                tips: Tips,
+                increment: Increment,
+                step_forces: StepForces,
+                refined: Refined,
+                tear_log: TearLog,
+                energy_audit: EnergyAudit,
+            }
+            derived, saved {
+                reactions: Reactions,
+                swept: Swept,
+                tear_decisions: TearDecisions,
+            }
+            derived {
+                has_frames: Frames,
+                has_forces: Forces,
+                has_external_stiffness: ExternalStiffness,
+                has_tear_scratch: TearScratch,
+                has_tip_memory: TipMemory,
+                has_folds: Folds,
+                has_changes: Changes,
+            }
+            saved in part {
+                topology: Topology,
+                scratch: SolverScratch,
+                factor: Factor,
+                inner: InnerSolver,
+            }
+        }
+    };
+}
+pub(crate) use components;
+
+/// What only components of the list are.
+pub(crate) mod sealed {
+    use super::{Check, Parameters};
+
+    /// A recorded component.
+    pub trait Listed: Check {
+        /// The list of changes that has this one alone: what it becomes, or that it goes.
+        fn change(to: Option<Self>) -> Parameters
+        where
+            Self: Sized;
+    }
+}
+
+/// A component that hosts may change while a simulation runs, by [`Simulation::set`](crate::simulation::Simulation::set): the recorded
+/// ones of the engine, and no others.
+pub trait Parameter: hecs::Component + Clone + PartialEq + sealed::Listed {
+    /// Its name in errors.
+    const NAME: &'static str;
+}

@@ -1,0 +1,141 @@
+//! The judgement of entities: every component by its own check, then what must hold between them.
+
+use super::components;
+use crate::components::check::{Check, Host};
+use crate::components::*;
+use crate::storage::{Tips, Topology, Triangles, Vertices};
+use hecs::{Component, Entity, EntityBuilder, EntityRef, World};
+use std::any::{Any, TypeId};
+
+/// Why something that was written into the world, or is to be, is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{owner}: {source}")]
+pub struct Refused {
+    /// The body, obstacle or tool.
+    pub entity: Entity,
+    /// What it is, and its name where it has one.
+    pub owner: String,
+    /// The component, what of it, and what it must be.
+    pub source: BodyError,
+}
+
+/// Something whose components can be looked at.
+pub(crate) trait Look {
+    /// Looks at a component, if it is there.
+    fn look<C: Component, T>(&self, look: impl FnOnce(&C) -> T) -> Option<T>;
+
+    /// Whether it is.
+    fn has<C: Component>(&self) -> bool {
+        self.look::<C, _>(|_| ()).is_some()
+    }
+}
+
+impl Look for EntityBuilder {
+    fn look<C: Component, T>(&self, look: impl FnOnce(&C) -> T) -> Option<T> {
+        self.get::<&C>().map(look)
+    }
+}
+
+impl Look for EntityRef<'_> {
+    fn look<C: Component, T>(&self, look: impl FnOnce(&C) -> T) -> Option<T> {
+        self.get::<&C>().map(|component| look(&component))
+    }
+}
+
+/// An entity as it would be with another value of one component, or without it.
+pub(crate) struct Changed<'a, P> {
+    pub entity: EntityRef<'a>,
+    pub to: Option<&'a P>,
+}
+
+impl<P: Component> Look for Changed<'_, P> {
+    fn look<C: Component, T>(&self, look: impl FnOnce(&C) -> T) -> Option<T> {
+        if TypeId::of::<C>() != TypeId::of::<P>() {
+            return self.entity.look(look);
+        }
+        self.to.and_then(|to| (to as &dyn Any).downcast_ref::<C>()).map(look)
+    }
+}
+
+/// Declares the walk over what hosts may change.
+macro_rules! walk {
+    (
+        parameter, saved, recorded { $($p:ident: $parameter:ty,)* }
+        state, saved, recorded { $($t:ident: $tool:ty,)* }
+        $($rest:tt)*
+    ) => {
+        /// Judges all that hosts may change, and what must hold between components.
+        pub(crate) fn check_changed(entity: &impl Look, host: &Host<'_>) -> Result<(), BodyError> {
+            $( entity.look(|component: &$parameter| Check::check(component, host)).transpose()?; )*
+            $( entity.look(|component: &$tool| Check::check(component, host)).transpose()?; )*
+            check_rules(entity)
+        }
+    };
+}
+components!(walk);
+
+/// What must hold between the components of a body.
+pub(crate) fn check_rules(body: &impl Look) -> Result<(), BodyError> {
+    let rules = [
+        (body.has::<Refinement>() && !body.has::<Tearing>(), BodyError::RefinementWithoutTearing),
+        (body.has::<EnergyCriterion>() && !body.has::<Tearing>(), BodyError::EnergyCriterionWithoutTearing),
+        (body.has::<EnergyCriterion>() && body.has::<StiffeningFibres>(), BodyError::EnergyCriterionOfStiffeningFibres),
+        (body.has::<Bending>() && body.has::<Planar>(), BodyError::BendingInPlane),
+    ];
+    rules.into_iter().find(|(is_broken, _)| *is_broken).map_or(Ok(()), |(_, error)| Err(error))
+}
+
+/// Judges all of an entity that may have been written past the calls. What is gone, or none of the engine's, is right.
+pub(crate) fn judge(world: &World, entity: Entity) -> Result<(), Refused> {
+    let Ok(found) = world.entity(entity) else { return Ok(()) };
+    with_host(found, |host| {
+        check_tables(&found, host)?;
+        found.look(|tips: &Tips| tips.check(host)).transpose()?;
+        found.look(|forces: &StepForces| forces.check(host)).transpose()?;
+        found.look(|swept: &Swept| swept.check(host)).transpose()?;
+        check_changed(&found, host)
+    })
+    .map_err(|source| Refused { entity, owner: owner_of(found), source })
+}
+
+/// Judges all that hosts may change of every entity, and the rows that it names.
+pub(crate) fn judge_all(world: &World) -> Result<(), Refused> {
+    world.iter().try_for_each(|found| {
+        with_host(found, |host| check_changed(&found, host)).map_err(|source| {
+            let entity = found.entity();
+            Refused { entity, owner: owner_of(found), source }
+        })
+    })
+}
+
+/// Judges the tables of a body alone: whether its triangles and their surroundings name rows that are there.
+pub(crate) fn judge_tables(world: &World, entity: Entity) -> Result<(), Refused> {
+    let Ok(found) = world.entity(entity) else { return Ok(()) };
+    with_host(found, |host| check_tables(&found, host)).map_err(|source| Refused {
+        entity,
+        owner: owner_of(found),
+        source,
+    })
+}
+
+/// Tells of the mesh that an entity has.
+pub(crate) fn with_host<T>(entity: EntityRef<'_>, judge: impl FnOnce(&Host<'_>) -> T) -> T {
+    let (vertices, triangles) = (entity.get::<&Vertices>(), entity.get::<&Triangles>());
+    let topology = entity.get::<&Topology>();
+    judge(&Host::new(vertices.as_deref(), triangles.as_deref().zip(topology.as_deref())))
+}
+
+fn check_tables(entity: &impl Look, host: &Host<'_>) -> Result<(), BodyError> {
+    entity.look(|vertices: &Vertices| vertices.check(host)).transpose()?;
+    entity.look(|triangles: &Triangles| triangles.check(host)).transpose()?;
+    entity.look(|topology: &Topology| topology.check(host)).transpose().map(|_| ())
+}
+
+/// What an entity is, for errors.
+pub(crate) fn owner_of(entity: EntityRef<'_>) -> String {
+    let body = || entity.look(|body: &Body| format!("body `{}`", body.name));
+    let forceps = || entity.look(|forceps: &Forceps| format!("forceps `{}`", forceps.name));
+    let blade = || entity.has::<Blade>().then(|| format!("blade {}", entity.entity().id()));
+    let other = || format!("obstacle {}", entity.entity().id());
+    body().or_else(forceps).or_else(blade).unwrap_or_else(other)
+}

@@ -1,0 +1,90 @@
+//! What a component needs beside it: one rule for spawning, for setting, and for what was written past the calls.
+
+use super::Look;
+use crate::components::*;
+use crate::storage::{Tips, Triangles};
+use crate::systems::linear::{Factor, Folds, InnerSolver};
+use crate::systems::tearing::{TearScratch, TipMemory};
+use hecs::{Component, Entity, EntityBuilder, World};
+
+/// Something that can be given components.
+pub(crate) trait Give: Look {
+    /// Gives one, in place of any of its type.
+    fn give<C: Component>(&mut self, component: C);
+
+    /// Gives an empty one, unless there is one.
+    fn ensure<C: Component + Default>(&mut self) {
+        if !self.has::<C>() {
+            self.give(C::default());
+        }
+    }
+}
+
+impl Give for EntityBuilder {
+    fn give<C: Component>(&mut self, component: C) {
+        self.add(component);
+    }
+}
+
+/// An entity of a world.
+struct Inside<'a> {
+    world: &'a mut World,
+    entity: Entity,
+}
+
+impl Look for Inside<'_> {
+    fn look<C: Component, T>(&self, look: impl FnOnce(&C) -> T) -> Option<T> {
+        self.world.get::<&C>(self.entity).ok().map(|component| look(&component))
+    }
+}
+
+impl Give for Inside<'_> {
+    fn give<C: Component>(&mut self, component: C) {
+        // One that is gone needs nothing.
+        let _ = self.world.insert_one(self.entity, component);
+    }
+}
+
+/// Completes an entity of a world.
+pub(crate) fn complete_in(world: &mut World, entity: Entity) {
+    complete(&mut Inside { world, entity });
+}
+
+/// Adds what the components of a body or an obstacle need beside them.
+pub(crate) fn complete(entity: &mut impl Give) {
+    if entity.has::<ObstaclePath>()
+        && !entity.has::<Swept>()
+        && let Some(from) = entity.look(|obstacle: &Obstacle| obstacle.shape)
+    {
+        entity.give(Swept { from });
+    }
+    if !entity.has::<Body>() {
+        return;
+    }
+    entity.ensure::<Frames>();
+    entity.ensure::<Forces>();
+    entity.ensure::<Increment>();
+    entity.ensure::<SolverScratch>();
+    entity.ensure::<Factor>();
+    entity.ensure::<InnerSolver>();
+    entity.ensure::<TearLog>();
+    entity.ensure::<TearScratch>();
+    if entity.has::<Holds>() {
+        entity.ensure::<Reactions>();
+    }
+    if entity.has::<Tearing>() {
+        entity.ensure::<Tips>();
+        entity.ensure::<TearDecisions>();
+        entity.ensure::<TipMemory>();
+    }
+    if entity.has::<Refinement>() && !entity.has::<Refined>() {
+        let start_count = entity.look(Triangles::len).unwrap_or(0);
+        entity.give(Refined { start_count, ..Refined::default() });
+    }
+    if entity.has::<Bending>() {
+        entity.ensure::<Folds>();
+    }
+    if entity.has::<Springs>() || entity.has::<Grips>() || entity.has::<Drag>() || entity.has::<Contact>() {
+        entity.ensure::<ExternalStiffness>();
+    }
+}

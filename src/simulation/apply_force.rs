@@ -1,0 +1,68 @@
+//! A push on one vertex, for one step.
+
+use super::Simulation;
+use crate::components::StepForces;
+use crate::event::WokenBy;
+use crate::registry::Refused;
+use crate::replay::Input;
+use crate::storage::{VertexKey, Vertices};
+use glam::DVec3;
+use hecs::Entity;
+
+/// Why a force was not applied; nothing has changed then.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ForceError {
+    /// There is no such body.
+    #[error("there is no such body")]
+    NoSuchBody,
+    /// A key of a vertex that does not live, or of another body.
+    #[error("the body has no vertex {0:?}: it was removed, or belongs to another body")]
+    NoSuchVertex(VertexKey),
+    /// A force that is none.
+    #[error("the force on vertex {vertex:?} is {force}: its parts, and the sum of all forces there, must be finite")]
+    NotFinite {
+        /// The vertex.
+        vertex: VertexKey,
+        /// The force \[N\].
+        force: DVec3,
+    },
+    /// Something that was written past the calls is refused.
+    #[error(transparent)]
+    Written(#[from] Refused),
+}
+
+impl Simulation {
+    /// Pushes a vertex with a force \[N\] during the next step: constant in space through all of it, retries and tears included. Forces
+    /// on one vertex add up. The next step uses them up, a failed one too; so does the next [`settle`](Self::settle),
+    /// [`settle_and_tear`](Self::settle_and_tear) or [`linear_response`](Self::linear_response) that finds an answer. Until then
+    /// they follow cuts, and go to snapshots. A held axis takes the force into its reaction.
+    ///
+    /// # Errors
+    /// For a body or a vertex that there is not, and for a force that is not finite.
+    pub fn apply_force(&mut self, body: Entity, vertex: VertexKey, force: DVec3) -> Result<(), ForceError> {
+        self.note(|| Input::ApplyForce { body, vertex, force });
+        self.admit()?;
+        let found = self.world.query_one_mut::<(&Vertices, Option<&StepForces>)>(body);
+        let (vertices, forces) = found.map_err(|_| ForceError::NoSuchBody)?;
+        let row = vertices.row(vertex).ok_or(ForceError::NoSuchVertex(vertex))?;
+        let there = forces.into_iter().flat_map(|forces| &forces.list).filter(|(other, _)| *other == row);
+        let sum: DVec3 = there.map(|(_, force)| *force).sum::<DVec3>() + force;
+        if !sum.is_finite() {
+            return Err(ForceError::NotFinite { vertex, force });
+        }
+        if forces.is_none() {
+            // The body is there.
+            let _ = self.world.insert_one(body, StepForces::default());
+        }
+        if let Ok(forces) = self.world.query_one_mut::<&mut StepForces>(body) {
+            forces.list.push((row, force));
+        }
+        self.wake_by(body, WokenBy::Caller);
+        Ok(())
+    }
+
+    /// After a step.
+    pub(super) fn use_forces_up(&mut self) {
+        self.world.query_mut::<&mut StepForces>().into_iter().for_each(|forces| forces.list.clear());
+    }
+}

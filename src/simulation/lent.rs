@@ -1,0 +1,82 @@
+//! What was handed out to be written, judged before anything relies on it.
+
+use super::Simulation;
+use crate::registry::{Refused, complete_in, judge, judge_tables};
+use crate::systems::StepContext;
+use hecs::Entity;
+
+/// From so many entities on all are judged.
+const MANY: usize = 64;
+
+/// Entities that may have been written past the calls since they were judged last.
+#[derive(Default)]
+pub(super) struct Lent {
+    are_all: bool,
+    list: Vec<Entity>,
+    /// Scratch that keeps its memory: systems of the caller's have every step completed.
+    all: Vec<Entity>,
+}
+
+impl Lent {
+    /// Notes one, or all.
+    pub fn note(&mut self, entity: Option<Entity>) {
+        match entity {
+            Some(entity) if !self.are_all && self.list.len() < MANY => {
+                if !self.list.contains(&entity) {
+                    self.list.push(entity);
+                }
+            }
+            _ => self.are_all = true,
+        }
+    }
+
+    fn has(&self, entity: Entity) -> bool {
+        self.are_all || self.list.contains(&entity)
+    }
+}
+
+impl Simulation {
+    /// Judges what was handed out, and gives it what it needs beside; nothing is looked at where nothing was.
+    pub(super) fn admit(&mut self) -> Result<(), Refused> {
+        if self.schedule.has_callers() {
+            self.complete_all();
+        }
+        if !self.lent.are_all && self.lent.list.is_empty() {
+            return Ok(());
+        }
+        let world = &self.world;
+        if self.lent.are_all {
+            world.iter().try_for_each(|entity| judge(world, entity.entity()))?;
+            self.complete_all();
+        } else {
+            self.lent.list.iter().try_for_each(|&entity| judge(world, entity))?;
+            self.lent.list.iter().for_each(|&entity| complete_in(&mut self.world, entity));
+        }
+        self.lent.are_all = false;
+        self.lent.list.clear();
+        Ok(())
+    }
+
+    /// Judges the tables of a body that was handed out: what looks at it reads no others.
+    pub(super) fn admit_tables(&self, body: Entity) -> Result<(), Refused> {
+        if self.lent.has(body) { judge_tables(&self.world, body) } else { Ok(()) }
+    }
+
+    fn complete_all(&mut self) {
+        let Self { world, lent: Lent { all, .. }, .. } = self;
+        all.clear();
+        all.extend(world.iter().map(|entity| entity.entity()));
+        all.iter().for_each(|&entity| complete_in(world, entity));
+    }
+
+    /// After the systems of a step: an error where one of the caller's has written what is refused, with the step taken back.
+    pub(super) fn check_callers(&mut self, step: &StepContext) -> Result<(), Refused> {
+        let Some((refused, has_begun)) = self.schedule.take_refused() else { return Ok(()) };
+        if has_begun {
+            super::advance::restore(&mut self.world, step, self.report.time);
+        }
+        self.report.has_failed = true;
+        self.lent.note(None);
+        Err(refused)
+    }
+}

@@ -1,0 +1,77 @@
+//! What is read of a body between steps: energies, reactions, stresses.
+
+use super::{Simulation, SimulationError};
+use crate::components::{
+    Bending, Body, Energies, EnergyAudit, EnergyBalance, Frames, Holds, Planar, PreStretch, Reactions, StiffeningFibres,
+};
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::corotation;
+use crate::systems::kernels::membrane;
+use crate::systems::linear::Folds;
+use glam::DVec3;
+use hecs::Entity;
+
+impl Simulation {
+    /// Energies of a body now.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn energies(&mut self, body: Entity) -> Result<Energies, SimulationError> {
+        self.admit()?;
+        self.refresh(body)?;
+        type Query<'a> = (
+            (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Bending>, Option<&'a Folds>),
+        );
+        let mut query = self.world.query_one::<Query>(body);
+        let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
+            query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let law = (frames.is_planar(), PreStretch::unstretched(pre_stretch), fibres);
+        let elastic = frames.states().enumerate().map(|(t, state)| {
+            let twice = membrane::twice_energy(&state, &triangles.stiffness[t], law);
+            0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
+        });
+        let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
+        let body = (vertices, triangles, topology);
+        let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, folds, &vertices.position));
+        Ok(Energies { elastic: elastic.sum::<f64>() + bent, kinetic: kinetic.sum() })
+    }
+
+    /// The energy balance of a body since its first step; `None` for one without an [`EnergyAudit`].
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn energy_balance(&mut self, body: Entity) -> Result<Option<EnergyBalance>, SimulationError> {
+        let energies = self.energies(body)?;
+        Ok(self.world.get::<&EnergyAudit>(body).ok().map(|audit| audit.balance(energies)))
+    }
+
+    /// Sum of the forces \[N\] that a body's holds exert on it, one per hold, from the last step; zero before the first.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn reactions(&self, body: Entity) -> Result<Vec<(String, DVec3)>, SimulationError> {
+        let mut query = self.world.query_one::<(&Body, Option<(&Holds, &Reactions)>)>(body);
+        let (_, held) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let Some((holds, reactions)) = held else { return Ok(Vec::new()) };
+        let sum = |group: usize| reactions.groups.get(group).map_or(DVec3::ZERO, |forces| forces.iter().sum());
+        Ok(holds.groups.iter().enumerate().map(|(group, hold)| (hold.name.clone(), sum(group))).collect())
+    }
+
+    /// Brings [`Frames`] up to the current positions: stresses for whoever looks between steps.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn refresh(&mut self, body: Entity) -> Result<(), SimulationError> {
+        type Query<'a> = (
+            (&'a Vertices, &'a Triangles, &'a mut Frames),
+            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+        );
+        self.admit_tables(body)?;
+        let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
+        let ((vertices, triangles, frames), (planar, pre_stretch, fibres)) = found;
+        self.pool.run(|| corotation::evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres));
+        Ok(())
+    }
+}

@@ -1,0 +1,134 @@
+//! Parameters given to what is in the world, and taken off it: the one validated way.
+
+use super::Simulation;
+use crate::components::check::Owner;
+use crate::components::{Blade, Body, Forceps, Obstacle};
+use crate::event::WokenBy;
+use crate::registry::{Changed, Parameter, Parameters, Refused, Told, check_rules, complete_in, owner_of, with_host};
+use crate::replay::Input;
+use hecs::{Entity, EntityRef};
+
+/// Why a component was not set or taken off; nothing has changed then.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SetError {
+    /// The entity is gone.
+    #[error("there is no such body, obstacle or tool")]
+    NoSuchEntity,
+    /// The component belongs to another kind of entity.
+    #[error("{owner}: {component} belongs to {needs}")]
+    AnotherOwner {
+        /// What the entity is.
+        owner: String,
+        /// The component.
+        component: &'static str,
+        /// What it belongs to.
+        needs: &'static str,
+    },
+    /// Without it the entity would be nothing.
+    #[error("{owner}: {component} stays as long as the entity does: despawn it instead")]
+    Irremovable {
+        /// What the entity is.
+        owner: String,
+        /// The component.
+        component: &'static str,
+    },
+    /// Its numbers or rows, or what it would contradict.
+    #[error(transparent)]
+    Refused(#[from] Refused),
+}
+
+impl Simulation {
+    /// Gives a body, an obstacle or a tool a component, in place of the one that it has: loads, springs, material laws beside the
+    /// tissue's own, a criterion, a shape. What it needs beside it comes with it, and a body that sleeps is woken.
+    ///
+    /// ```
+    /// use rhexis::components::{Gravity, Material, PointLoad, PointLoads, Curve};
+    /// use rhexis::{membrane::Membrane, settings::Settings, simulation::Simulation, storage::TriangleMesh};
+    /// use glam::DVec3;
+    /// let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
+    /// let mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2]], ..TriangleMesh::default() };
+    /// let mut simulation = Simulation::new(Settings::default())?;
+    /// let body = simulation.spawn(Membrane::new("sheet", mesh, Material::figure_2()))?;
+    /// simulation.set(body, Gravity { acceleration: DVec3::NEG_Z * 9.81e-3 })?;
+    /// let load = PointLoad { rows: vec![7], force: DVec3::Z, curve: Curve::constant(1.0) };
+    /// let error = simulation.set(body, PointLoads { groups: vec![load] }).unwrap_err();
+    /// assert_eq!(error.to_string(), "body `sheet`: PointLoads: load 0 names vertex 7, but the mesh has 3 vertices");
+    /// simulation.unset::<Gravity>(body)?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// For an entity that is gone or of another kind, a number out of range, a row or edge that is not there, and what contradicts
+    /// another component; nothing has changed then.
+    pub fn set<C: Parameter>(&mut self, entity: Entity, component: C) -> Result<(), SetError> {
+        self.note(|| Input::Set { entity, to: C::change(Some(component.clone())).into() });
+        let found = self.owner::<C>(entity)?;
+        let judged = with_host(found, |host| {
+            component.check(host).and_then(|()| check_rules(&Changed { entity: found, to: Some(&component) }))
+        });
+        judged.map_err(|source| Refused { entity, owner: owner_of(found), source })?;
+        let before = self.audited_energies(entity);
+        // It is there.
+        let _ = self.world.insert_one(entity, component);
+        complete_in(&mut self.world, entity);
+        self.note_edited_energies(entity, before);
+        self.wake_by(entity, WokenBy::Caller);
+        Ok(())
+    }
+
+    /// Takes a component off a body or an obstacle; whether it was there. A body that sleeps is woken.
+    ///
+    /// # Errors
+    /// For an entity that is gone or of another kind, for what makes an obstacle or a tool one, and for what another component
+    /// needs; nothing has changed then.
+    pub fn unset<C: Parameter>(&mut self, entity: Entity) -> Result<bool, SetError> {
+        self.note(|| Input::Set { entity, to: C::change(None).into() });
+        let found = self.owner::<C>(entity)?;
+        let without = Changed::<C> { entity: found, to: None };
+        check_rules(&without).map_err(|source| Refused { entity, owner: owner_of(found), source })?;
+        let is_itself = C::OWNER != Owner::Body && C::NAME != "ObstaclePath";
+        if is_itself {
+            return Err(SetError::Irremovable { owner: owner_of(found), component: C::NAME });
+        }
+        let before = self.audited_energies(entity);
+        let was_there = self.world.remove_one::<C>(entity).is_ok();
+        self.note_edited_energies(entity, before);
+        self.wake_by(entity, WokenBy::Caller);
+        Ok(was_there)
+    }
+
+    /// The entity, if it is one that carries such components.
+    fn owner<C: Parameter>(&self, entity: Entity) -> Result<EntityRef<'_>, SetError> {
+        let found = self.world.entity(entity).map_err(|_| SetError::NoSuchEntity)?;
+        let (is_right, needs) = match C::OWNER {
+            Owner::Body => (found.has::<Body>(), "a body"),
+            Owner::Obstacle => (found.has::<Obstacle>(), "an obstacle"),
+            Owner::Forceps => (found.has::<Forceps>(), "forceps"),
+            Owner::Blade => (found.has::<Blade>(), "a blade"),
+        };
+        let other = || SetError::AnotherOwner { owner: owner_of(found), component: C::NAME, needs };
+        is_right.then_some(found).ok_or_else(other)
+    }
+
+    /// Sets once more what was recorded.
+    pub(super) fn set_again(&mut self, entity: Entity, to: &Parameters) {
+        to.tell(&mut Again { simulation: self, entity });
+    }
+}
+
+/// An entity whose changes are repeated.
+struct Again<'a> {
+    simulation: &'a mut Simulation,
+    entity: Entity,
+}
+
+impl Told for Again<'_> {
+    fn set<C: Parameter>(&mut self, to: &C) {
+        // What was refused is refused again.
+        let _ = self.simulation.set(self.entity, to.clone());
+    }
+
+    fn unset<C: Parameter>(&mut self) {
+        let _ = self.simulation.unset::<C>(self.entity);
+    }
+}
