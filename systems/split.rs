@@ -171,7 +171,7 @@ impl Tearer<'_> {
         let wanted = if self.tearing.mode == TearMode::Edge { Course::Edge } else { Course::Exact };
         self.log.detour_count += u32::from(advance.course != wanted);
         self.log.ambiguous_count += u32::from(decision.is_ambiguous);
-        self.log.stress_instead_count += u32::from(matches!(decision.by, DecidedBy::StressFor(_)));
+        self.log.material_force_count += u32::from(matches!(decision.by, DecidedBy::MaterialForce(_)));
         self.log.note_angle(advance.smallest_angle);
         self.log.pending.push(EventKind::Advanced {
             tip: key,

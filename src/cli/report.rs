@@ -297,7 +297,7 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         advances: log.advance_count,
         detours: log.detour_count,
         ambiguous: log.ambiguous_count,
-        by_stress_instead: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.stress_instead_count),
+        by_stress_instead: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.material_force_count),
         ended: log.end_count,
         pieces_freed: log.piece_count,
         held_shut: log.held_shut_count,

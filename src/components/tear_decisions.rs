@@ -34,8 +34,8 @@ pub enum DecidedBy {
     Stress,
     /// The energy that a kink releases ([`EnergyCriterion`](super::EnergyCriterion)).
     Energy,
-    /// The stress, because the ring around the tip has no energy to tell of.
-    StressFor(RingFault),
+    /// The energy that an advance releases by the material force, because the ring around the tip has no field of a plane crack.
+    MaterialForce(RingFault),
     /// None: a blade led the tip.
     Blade,
 }
@@ -70,7 +70,7 @@ impl fmt::Display for DecidedBy {
             Self::Stress => f.write_str("stress"),
             Self::Energy => f.write_str("energy"),
             Self::Blade => f.write_str("blade"),
-            Self::StressFor(fault) => write!(f, "stress: {fault}"),
+            Self::MaterialForce(fault) => write!(f, "energy by the material force: {fault}"),
         }
     }
 }

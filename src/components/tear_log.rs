@@ -17,7 +17,7 @@ pub struct TearLog {
     /// Starts and advances whose margin to the runner-up was under 5 %.
     pub ambiguous_count: u32,
     /// Advances that the stress decided on a body that would have energy decide.
-    pub stress_instead_count: u32,
+    pub material_force_count: u32,
     /// Tips that ended at a boundary, or because a tear or cut went through them.
     pub end_count: u32,
     /// Pieces that came free.

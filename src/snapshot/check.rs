@@ -115,7 +115,7 @@ fn check_body(saved: &mut Saved) -> Result<(), SnapshotError> {
         log.advance_count,
         log.detour_count,
         log.ambiguous_count,
-        log.stress_instead_count,
+        log.material_force_count,
         log.end_count,
         log.piece_count,
         log.refusal_count,

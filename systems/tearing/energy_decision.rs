@@ -1,15 +1,16 @@
-//! The criterion on energy at a tip, from the ring around it; that on stress where the ring tells nothing.
+//! The criterion on energy at a tip: from the field in the ring around it where that is a plane crack's, by the material force where
+//! it is not.
 
-use super::tip_decision::{admissible, decision_in_fan, in_fan};
-use super::{Contour, Surface, TipMemory, strength};
+use super::tip_decision::{admissible, decision_in_fan};
+use super::{Contour, MaterialForce, Surface, TipMemory, strength};
 use crate::components::{DecidedBy, EnergyCriterion, RingFault, TearDecision, Tearing};
-use crate::systems::kernels::failure::{Strength, evaluate_release};
+use crate::systems::kernels::failure::{Strength, evaluate_pull, evaluate_release};
 use glam::DVec3;
 
 /// What a body's tips decide by.
 #[derive(Clone, Copy, Debug)]
 pub struct EnergyTerms<'a> {
-    /// Cone, exponent, R, and the strengths for where there is no energy to tell of.
+    /// Cone, exponent and R.
     pub tearing: &'a Tearing,
     /// Toughness and ring.
     pub energy: &'a EnergyCriterion,
@@ -22,12 +23,28 @@ impl EnergyTerms<'_> {
         Strength { fibre: toughness.across, transverse: toughness.along, exponent: self.tearing.exponent }
     }
 
+    /// R and the radius of the ring \[mm\].
+    fn radii(&self) -> (f64, f64) {
+        (self.tearing.radius, self.energy.ring * self.tearing.radius)
+    }
+
     /// The field in the ring at the `tip`th tip of a body, at `vertex`, and J \[N/mm\]: the energy released per area of a crack
-    /// that goes straight on. `None` where the stress decides.
-    pub fn contour(&self, surface: &Surface, (tip, vertex): (usize, u32), memory: &mut TipMemory) -> Option<Contour> {
-        let radii = (self.tearing.radius, self.energy.ring * self.tearing.radius);
-        let (.., ring) = memory.at_tip_with_ring(surface, (tip, vertex), strength(self.tearing), radii)?;
+    /// that goes straight on. `None` where the ring has no such field.
+    pub fn contour(&self, surface: &Surface, at: (usize, u32), memory: &mut TipMemory) -> Option<Contour> {
+        let (.., ring) = memory.at_tip_with_ring(surface, at, strength(self.tearing), self.radii())?;
         ring.contour(surface).ok()
+    }
+
+    /// The material force at the `tip`th tip of a body, at `vertex`, in the rest shape. `None` where the tip has no fan.
+    pub fn material_force(
+        &self,
+        surface: &Surface,
+        at: (usize, u32),
+        memory: &mut TipMemory,
+    ) -> Option<(DVec3, MaterialForce)> {
+        let (chart, force) = memory.material_force(surface, at, strength(self.tearing), self.radii())?;
+        let [x, y] = chart.axes();
+        Some((x * force.release.x + y * force.release.y, force))
     }
 }
 
@@ -39,19 +56,21 @@ pub fn energy_decision(
     (vertex, previous): (u32, DVec3),
     memory: &mut TipMemory,
 ) -> Option<TearDecision> {
-    let EnergyTerms { tearing, energy } = terms;
-    let radii = (tearing.radius, energy.ring * tearing.radius);
-    let (chart, search, average, ring) = memory.at_tip_with_ring(surface, (tip, vertex), strength(tearing), radii)?;
-    let released = ring.contour(surface).and_then(|contour| {
-        let (cone, sector) = admissible(tearing, previous, chart);
-        let answer = evaluate_release(&contour.field, &terms.toughness(), cone, sector);
-        answer.filter(|answer| answer.best.value > 0.0).ok_or(RingFault::NoRelease)
-    });
-    match released {
-        Ok(answer) => Some(TearDecision { by: DecidedBy::Energy, ..decision_in_fan(vertex, &answer, chart, &average) }),
-        Err(fault) => {
-            let decision = in_fan(tearing, (vertex, previous), chart, search, &average)?;
-            Some(TearDecision { by: DecidedBy::StressFor(fault), ..decision })
-        }
-    }
+    let tearing = terms.tearing;
+    let (chart, average, ring) =
+        memory.at_tip_with_ring(surface, (tip, vertex), strength(tearing), terms.radii())?;
+    let (cone, sector) = admissible(tearing, previous, chart);
+    let fault = match ring.contour(surface) {
+        Err(fault) => fault,
+        Ok(contour) => match evaluate_release(&contour.field, &terms.toughness(), cone, sector) {
+            Some(answer) if answer.best.value > 0.0 => {
+                let decision = decision_in_fan(vertex, &answer, chart, &average);
+                return Some(TearDecision { by: DecidedBy::Energy, ..decision });
+            }
+            _ => RingFault::NoRelease,
+        },
+    };
+    let (chart, force) = memory.material_force(surface, (tip, vertex), strength(tearing), terms.radii())?;
+    let answer = evaluate_pull(force.release, average.fibre, &terms.toughness(), cone, sector)?;
+    Some(TearDecision { by: DecidedBy::MaterialForce(fault), ..decision_in_fan(vertex, &answer, chart, &average) })
 }

@@ -6,7 +6,7 @@
 use super::tip::fan_chart;
 use super::tip_disc::{Disc, Walk};
 use crate::components::StiffeningFibres;
-use crate::math::Sym2;
+use crate::math::{ElementState, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::{fan::FanChart, membrane};
 use glam::{DVec2, DVec3};
@@ -62,11 +62,25 @@ impl Surface<'_> {
 
     /// Biot stress of a triangle at the current positions, in its frame (fibre, transverse).
     pub fn stress(&self, triangle: usize) -> Sym2 {
+        self.state(triangle).stress
+    }
+
+    /// The state of a triangle at the current positions.
+    pub fn state(&self, triangle: usize) -> ElementState {
         let (vertices, triangles) = (self.vertices, self.triangles);
         let x = triangles.corners[triangle].map(|v| vertices.position[v as usize]);
         let (rest, stiffness) = (&triangles.rest[triangle], &triangles.stiffness[triangle]);
         let state = membrane::state(x, rest, stiffness, self.is_planar, self.unstretched);
-        StiffeningFibres::stiffen(self.fibres, state.polar.stretch, self.unstretched, state.stress)
+        let stress = StiffeningFibres::stiffen(self.fibres, state.polar.stretch, self.unstretched, state.stress);
+        ElementState { stress, ..state }
+    }
+
+    /// Energy stored in a triangle at a state \[mJ\].
+    pub fn energy(&self, triangle: usize, state: &ElementState) -> f64 {
+        let triangles = self.triangles;
+        let law = (self.is_planar, self.unstretched, self.fibres);
+        let twice = membrane::twice_energy(state, &triangles.stiffness[triangle], law);
+        0.5 * twice * triangles.rest[triangle].area * triangles.thickness[triangle]
     }
 }
 

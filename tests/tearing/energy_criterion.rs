@@ -144,10 +144,10 @@ fn where_the_ring_is_not_whole_the_stress_decides_and_it_is_said() {
     let notch = |a: f64| plate([DVec2::new(0.0, middle), DVec2::new(a, middle)], 0.0, tough);
     assert_eq!(only(notch(0.5)).by, DecidedBy::Energy);
     // The ring of 0.2 mm meets the rim.
-    assert_eq!(only(notch(0.15)).by, DecidedBy::StressFor(RingFault::OtherBoundary));
+    assert_eq!(only(notch(0.15)).by, DecidedBy::MaterialForce(RingFault::OtherBoundary));
     // A slit of 0.2 mm: each tip has the other one in its ring.
     let slit = plate([DVec2::new(middle - 0.1, middle), DVec2::new(middle + 0.1, middle)], 0.0, tough);
-    assert_eq!(only(slit).by, DecidedBy::StressFor(RingFault::NoCrack));
+    assert_eq!(only(slit).by, DecidedBy::MaterialForce(RingFault::NoCrack));
 
     let (simulation, body) = notch(0.5);
     let world = simulation.world();
@@ -162,14 +162,14 @@ fn where_the_ring_is_not_whole_the_stress_decides_and_it_is_said() {
     };
     // On the cylinder the normals of the ring turn by up to 0.2 mm over its radius: 2.3° and 23°.
     assert_eq!(rolled(5.0), DecidedBy::Energy);
-    assert_eq!(rolled(0.5), DecidedBy::StressFor(RingFault::Bent));
+    assert_eq!(rolled(0.5), DecidedBy::MaterialForce(RingFault::Bent));
 
     // One edge per R: two per ring.
     let coarse = Square { tearing: Tearing { radius: 0.9, ..Tearing::default() }, ..Square::isotropic([30, 30]) };
     let mut simulation = Simulation::new(Settings::default()).unwrap();
     let body = simulation.spawn(coarse.membrane().with(EnergyCriterion::new(tough))).unwrap();
     simulation.cut(body, &[DVec3::new(15.0, 30.0, 0.0), DVec3::new(15.0, 21.0, 0.0)]).unwrap();
-    assert_eq!(decisions(&simulation, body, None)[0].by, DecidedBy::StressFor(RingFault::Coarse));
+    assert_eq!(decisions(&simulation, body, None)[0].by, DecidedBy::MaterialForce(RingFault::Coarse));
 }
 
 /// A square of `fig2-tear` whose tips decide by energy, torn through.
@@ -188,8 +188,8 @@ fn torn(mut square: Square, toughness: Toughness) -> (common::Run, Vec<DecidedBy
     let by =
         run.events.iter().filter_map(|e| if let EventKind::Advanced { by, .. } = e.kind { Some(by) } else { None });
     let by: Vec<DecidedBy> = by.collect();
-    let instead = by.iter().filter(|by| matches!(by, DecidedBy::StressFor(_))).count();
-    assert_eq!(run.log().stress_instead_count as usize, instead);
+    let instead = by.iter().filter(|by| matches!(by, DecidedBy::MaterialForce(_))).count();
+    assert_eq!(run.log().material_force_count as usize, instead);
     (run, by)
 }
 
