@@ -148,7 +148,7 @@ fn energy_at_rest(bencher: Bencher, edges_per_radius: f64) {
         let energy = &EnergyCriterion::new(Toughness { along: 0.02, across: 0.5 });
         let (terms, mut memory) = (EnergyTerms { tearing, energy }, TipMemory::default());
         let mut decide = || energy_decision(surface, terms, 0, (tip, DVec3::NEG_Y), &mut memory);
-        assert!(decide().is_some_and(|decision| decision.by == DecidedBy::Energy));
+        assert!(decide().is_some_and(|(decision, _)| decision.by == DecidedBy::Energy));
         bencher.bench_local(decide);
     });
 }

@@ -47,9 +47,6 @@ pub enum BodyError {
     /// A criterion on energy for a body that does not tear.
     #[error("the energy criterion decides at tear tips: let the body tear, or leave it out")]
     EnergyCriterionWithoutTearing,
-    /// A criterion on energy for fibres that stiffen.
-    #[error("the energy criterion reads the fields of a linear law: leave it or the stiffening of the fibres out")]
-    EnergyCriterionOfStiffeningFibres,
     /// Bending of a body that stays in its plane.
     #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
     BendingInPlane,
@@ -274,9 +271,6 @@ impl Membrane {
         if let Some(e) = self.components.get::<&EnergyCriterion>() {
             if !self.components.has::<Tearing>() {
                 return Err(BodyError::EnergyCriterionWithoutTearing);
-            }
-            if self.components.has::<StiffeningFibres>() {
-                return Err(BodyError::EnergyCriterionOfStiffeningFibres);
             }
             positive("toughness along the fibres", e.toughness.along)?;
             positive("toughness across the fibres", e.toughness.across)?;

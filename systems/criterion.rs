@@ -54,7 +54,8 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             for tip in 0..tips.len() {
                 let place = (tips.vertex[tip], tips.previous[tip]);
                 let decision = match energy {
-                    Some(energy) => energy_decision(&surface, EnergyTerms { tearing, energy }, tip, place, memory),
+                    Some(energy) => energy_decision(&surface, EnergyTerms { tearing, energy }, tip, place, memory)
+                        .map(|found| found.0),
                     None => tip_decision(&surface, tearing, tip, place, memory),
                 };
                 tips.criterion[tip] = decision.map_or(0.0, |d| d.value);

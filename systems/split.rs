@@ -182,6 +182,7 @@ impl Tearer<'_> {
             margin: decision.margin,
             is_ambiguous: decision.is_ambiguous,
             by: decision.by,
+            release: decision.release,
             course: advance.course,
         });
         self.finish_cut(advance.end.and_then(|End { freed }| freed));

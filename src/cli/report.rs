@@ -116,8 +116,8 @@ pub(super) struct TearFigures {
     pub detours: u32,
     /// Starts and advances.
     pub ambiguous: u32,
-    /// Advances that the stress decided although the body has an energy criterion; absent for a body without.
-    pub by_stress_instead: Option<u32>,
+    /// Advances by the material force, off the plane crack's field; absent for a body without energy criterion.
+    pub by_material_force: Option<u32>,
     pub ended: u32,
     pub pieces_freed: u32,
     /// Parted vertices that a hold or grip keeps shut.
@@ -165,6 +165,10 @@ pub(super) struct TipFigures {
     /// In the rest shape.
     pub at_mm: [f64; 3],
     pub criterion: f64,
+    /// Energy released per area of tear in the last direction, by the material force.
+    pub release_n_per_mm: f64,
+    /// Angle from the last direction to the material force, counter-clockwise.
+    pub force_turn_deg: f64,
 }
 
 /// What the solver did over the run.
@@ -289,7 +293,14 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
     let at = |row: u32| vertices.rest_position.get(row as usize).map_or([f64::NAN; 3], |p| p.to_array());
     let tips = world.get::<&Tips>(body).map_or(Vec::new(), |tips| {
         let alive = tips.vertex.iter().zip(&tips.criterion);
-        alive.map(|(&row, &criterion)| TipFigures { at_mm: at(row), criterion }).collect()
+        let forces = instance.simulation.material_forces(body).unwrap_or_default();
+        let figures = alive.zip(forces).map(|((&row, &criterion), force)| TipFigures {
+            at_mm: at(row),
+            criterion,
+            release_n_per_mm: force.along,
+            force_turn_deg: force.turn.to_degrees(),
+        });
+        figures.collect()
     });
     Some(TearFigures {
         length_mm: log.length,
@@ -297,7 +308,7 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         advances: log.advance_count,
         detours: log.detour_count,
         ambiguous: log.ambiguous_count,
-        by_stress_instead: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.material_force_count),
+        by_material_force: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.material_force_count),
         ended: log.end_count,
         pieces_freed: log.piece_count,
         held_shut: log.held_shut_count,
@@ -357,10 +368,6 @@ fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         if tear.ambiguous > 0 {
             let what = "had a runner-up within 5 %: another run could have gone the other way (`ambiguous` lists them)";
             list.push(format!("{}: {} start(s) or advance(s) {what}", body.name, tear.ambiguous));
-        }
-        if let Some(count) = tear.by_stress_instead.filter(|&count| count > 0) {
-            let what = "advance(s) by stress, where the ring tells no energy (events.jsonl says why)";
-            list.push(format!("{}: {count} {what}", body.name));
         }
         if tear.held_shut > 0 {
             let what = "torn vertices are kept shut by a hold or grip that has hold of both lips";

@@ -91,6 +91,8 @@ pub struct TearDecision {
     pub is_ambiguous: bool,
     /// Which criterion this is.
     pub by: DecidedBy,
+    /// Energy that an advance in this direction releases per area of tear \[N/mm\], where the criterion is on energy.
+    pub release: Option<f64>,
     /// Mean Biot stress over the averaging disc \[MPa\], in `axes`.
     pub stress: Sym2,
     /// Mean fibre over the disc.

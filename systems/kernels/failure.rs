@@ -19,7 +19,7 @@ mod region;
 mod release;
 mod table;
 
-pub use release::{TipField, evaluate_pull, evaluate_release, release_value};
+pub use release::{TipField, evaluate_pull, evaluate_release, pull_value, release_value};
 
 use crate::math::Sym2;
 use curve::{Curve, Peak};

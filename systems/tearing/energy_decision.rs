@@ -4,8 +4,8 @@
 use super::tip_decision::{admissible, decision_in_fan};
 use super::{Contour, MaterialForce, Surface, TipMemory, strength};
 use crate::components::{DecidedBy, EnergyCriterion, RingFault, TearDecision, Tearing};
-use crate::systems::kernels::failure::{Strength, evaluate_pull, evaluate_release};
-use glam::DVec3;
+use crate::systems::kernels::failure::{self, Strength, TipField, evaluate_pull, evaluate_release};
+use glam::{DVec2, DVec3};
 
 /// What a body's tips decide by.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +14,39 @@ pub struct EnergyTerms<'a> {
     pub tearing: &'a Tearing,
     /// Toughness and ring.
     pub energy: &'a EnergyCriterion,
+}
+
+/// What was read at a tip: how much energy an advance releases, by direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EnergyReading {
+    /// The field of a plane crack, which knows how a kink unloads its surroundings.
+    Field(TipField),
+    /// The material force, right for advances that do not turn far.
+    Pull {
+        /// Energy released per area of tear \[N/mm\].
+        release: DVec2,
+        /// Unit direction of the fibre.
+        fibre: DVec2,
+        /// Why there is no field.
+        fault: RingFault,
+    },
+}
+
+impl EnergyReading {
+    /// √(G/G_c) of a unit direction.
+    pub fn value(&self, toughness: &Strength, direction: DVec2) -> f64 {
+        match self {
+            Self::Field(field) => failure::release_value(field, toughness, direction),
+            Self::Pull { release, fibre, .. } => failure::pull_value(*release, *fibre, toughness, direction),
+        }
+    }
+
+    fn by(&self) -> DecidedBy {
+        match self {
+            Self::Field(_) => DecidedBy::Energy,
+            Self::Pull { fault, .. } => DecidedBy::MaterialForce(*fault),
+        }
+    }
 }
 
 impl EnergyTerms<'_> {
@@ -35,42 +68,46 @@ impl EnergyTerms<'_> {
         ring.contour(surface).ok()
     }
 
-    /// The material force at the `tip`th tip of a body, at `vertex`, in the rest shape. `None` where the tip has no fan.
+    /// The material force at the `tip`th tip of a body, at `vertex`, in its tangent plane. `None` where the tip has no fan.
     pub fn material_force(
         &self,
         surface: &Surface,
         at: (usize, u32),
         memory: &mut TipMemory,
-    ) -> Option<(DVec3, MaterialForce)> {
+    ) -> Option<([DVec3; 2], MaterialForce)> {
         let (chart, force) = memory.material_force(surface, at, strength(self.tearing), self.radii())?;
-        let [x, y] = chart.axes();
-        Some((x * force.release.x + y * force.release.y, force))
+        Some((chart.axes(), force))
     }
 }
 
-/// As [`tip_decision`](super::tip_decision), by energy.
+/// As [`tip_decision`](super::tip_decision), by energy; with what was read.
 pub fn energy_decision(
     surface: &Surface,
     terms: EnergyTerms<'_>,
     tip: usize,
     (vertex, previous): (u32, DVec3),
     memory: &mut TipMemory,
-) -> Option<TearDecision> {
-    let tearing = terms.tearing;
-    let (chart, average, ring) =
-        memory.at_tip_with_ring(surface, (tip, vertex), strength(tearing), terms.radii())?;
+) -> Option<(TearDecision, EnergyReading)> {
+    let (tearing, toughness) = (terms.tearing, terms.toughness());
+    let (chart, average, ring) = memory.at_tip_with_ring(surface, (tip, vertex), strength(tearing), terms.radii())?;
     let (cone, sector) = admissible(tearing, previous, chart);
-    let fault = match ring.contour(surface) {
-        Err(fault) => fault,
-        Ok(contour) => match evaluate_release(&contour.field, &terms.toughness(), cone, sector) {
-            Some(answer) if answer.best.value > 0.0 => {
-                let decision = decision_in_fan(vertex, &answer, chart, &average);
-                return Some(TearDecision { by: DecidedBy::Energy, ..decision });
-            }
-            _ => RingFault::NoRelease,
-        },
+    let field = ring.contour(surface).map(|contour| contour.field).and_then(|field| {
+        let answer = evaluate_release(&field, &toughness, cone, sector);
+        let answer = answer.filter(|answer| answer.best.value > 0.0).ok_or(RingFault::NoRelease)?;
+        Ok((EnergyReading::Field(field), answer))
+    });
+    let (reading, answer) = match field {
+        Ok(found) => found,
+        Err(fault) => {
+            let (_, force) = memory.material_force(surface, (tip, vertex), strength(tearing), terms.radii())?;
+            let (release, fibre) = (force.release, average.fibre);
+            let answer = evaluate_pull(release, fibre, &toughness, cone, sector)?;
+            (EnergyReading::Pull { release, fibre, fault }, answer)
+        }
     };
-    let (chart, force) = memory.material_force(surface, (tip, vertex), strength(tearing), terms.radii())?;
-    let answer = evaluate_pull(force.release, average.fibre, &terms.toughness(), cone, sector)?;
-    Some(TearDecision { by: DecidedBy::MaterialForce(fault), ..decision_in_fan(vertex, &answer, chart, &average) })
+    let decision = decision_in_fan(vertex, &answer, &surface.chart(vertex)?, &average);
+    let (fibre, d) = (average.fibre, answer.best.direction);
+    let delta = fibre.perp_dot(d).abs().atan2(fibre.dot(d).abs());
+    let release = Some(answer.best.value.powi(2) * toughness.threshold(delta));
+    Some((TearDecision { by: reading.by(), release, ..decision }, reading))
 }

@@ -31,7 +31,7 @@ mod tip_stress;
 pub use bisect::size;
 pub use blade::CutOutcome;
 pub use edge::{EdgeAdvance, EdgePlan, plan_edge};
-pub use energy_decision::{EnergyTerms, energy_decision};
+pub use energy_decision::{EnergyReading, EnergyTerms, energy_decision};
 pub use followers::Followers;
 pub use free::{Way, Ways, plan_free};
 pub use held_shut::{field_tip, lay_at_tip};

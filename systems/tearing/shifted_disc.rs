@@ -3,12 +3,13 @@
 //! It is laid out in the rest shape and stays as it is until an edit touches its triangles; only what is in them changes from step
 //! to step.
 
-use super::tip_disc::{TangentPlane, Walk};
 use super::Surface;
+use super::tip_disc::{TangentPlane, Walk};
 use crate::storage::NONE;
 use crate::systems::kernels::material_force::{Strained, pulled_back};
 use crate::systems::kernels::membrane;
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 
 /// The weight is 1 up to this part of the radius and falls to 0 at the radius: the triangles at the tip, whose field elements can
 /// least follow, then do not enter.
@@ -19,6 +20,9 @@ const LEAST_EDGES: f64 = 3.0;
 /// Most edges to the radius: what is ahead is the same for all discs, what is across for small ones alone, which bent lips, jaws and
 /// other tears hardly reach.
 const MOST_EDGES: f64 = 6.0;
+
+/// cos 60°: a boundary that turns from a lip's first edge by more is no lip any more.
+const COS_TURNED_OFF: f64 = 0.5;
 
 /// Vertices of no weight have no row among the disc's own.
 const OUTSIDE: u32 = u32::MAX;
@@ -31,6 +35,8 @@ pub struct ShiftedDisc {
     rim: Vec<u32>,
     /// Vertices of some weight.
     nodes: Vec<Node>,
+    /// Edges of boundaries in it.
+    lips: Vec<[u32; 2]>,
     /// Mean thickness at its centre \[mm\].
     thickness: f64,
 }
@@ -74,45 +80,84 @@ impl ShiftedDisc {
         wanted.clamp(LEAST_EDGES * edge, MOST_EDGES * edge)
     }
 
-    /// Lays the disc of `radius` \[mm\] about `centre` (rest shape), whose tangent plane has the orthonormal `axes`, starting from
-    /// the triangles `start` around its centre.
+    /// Lays the disc of `radius` \[mm\] about a vertex, whose tangent plane has the orthonormal `axes`, starting from the triangles
+    /// `start` around it. Boundaries other than the two lips that lead to the vertex stay where they are.
     pub fn lay(
         &mut self,
         surface: &Surface,
-        (centre, axes, radius): (DVec3, [DVec3; 2], f64),
+        (vertex, axes, radius): (u32, [DVec3; 2], f64),
         start: impl IntoIterator<Item = u32>,
         walk: &mut Walk,
     ) {
         let Surface { vertices, triangles, topology, .. } = *surface;
-        let plane = TangentPlane::new(centre, axes);
+        let centre = vertices.rest_position[vertex as usize];
+        let weight = |x: DVec3| ((1.0 - x.distance(centre) / radius) / (1.0 - CORE)).clamp(0.0, 1.0);
         self.members.clear();
         self.rim.clear();
         self.nodes.clear();
+        self.lips.clear();
         walk.begin(triangles.len());
         start.into_iter().for_each(|t| walk.visit(t));
-        let (mut next, mut area, mut volume) = (0, 0.0, 0.0);
+        let mut next = 0;
         while let Some(triangle) = walk.at(next) {
             next += 1;
             let t = triangle as usize;
             let corners = triangles.corners[t];
+            if corners.iter().all(|&v| weight(vertices.rest_position[v as usize]) == 0.0) {
+                continue;
+            }
+            for (edge, &neighbour) in topology.neighbours[t].iter().enumerate() {
+                if neighbour == NONE {
+                    self.lips.push([corners[edge], corners[(edge + 1) % 3]]);
+                } else {
+                    walk.visit(neighbour);
+                }
+            }
+        }
+        let still = self.still(surface, vertex);
+        let plane = TangentPlane::new(centre, axes);
+        let (mut area, mut volume) = (0.0, 0.0);
+        for triangle in (0..next).filter_map(|place| walk.at(place)) {
+            let t = triangle as usize;
+            let corners = triangles.corners[t];
             let x = corners.map(|v| vertices.rest_position[v as usize]);
-            let weights = x.map(|x| ((1.0 - x.distance(centre) / radius) / (1.0 - CORE)).clamp(0.0, 1.0));
+            let weights = [0, 1, 2].map(|i| if still.contains(&corners[i]) { 0.0 } else { weight(x[i]) });
             if weights == [0.0; 3] {
                 self.rim.push(triangle);
                 continue;
             }
-            topology.neighbours[t].iter().filter(|&&n| n != NONE).for_each(|&n| walk.visit(n));
             let is_flat = plane.place(x).1;
             let fibre = plane.direction(triangles.fibre[t], x, is_flat);
             let rest = &triangles.rest[t];
             let fall: DVec2 = rest.all_gradients().into_iter().zip(weights).map(|(own, weight)| own * weight).sum();
-            let centred = rest.area * weights.iter().sum::<f64>();
-            area += centred;
-            volume += centred * triangles.thickness[t];
+            let weighted = rest.area * weights.iter().sum::<f64>();
+            area += weighted;
+            volume += weighted * triangles.thickness[t];
             let nodes = [0, 1, 2].map(|i| self.node(corners[i], weights[i]));
             self.members.push(Member { triangle, fibre, weights, fall: fibre.rotate(fall), nodes });
         }
         self.thickness = volume / area;
+    }
+
+    /// The vertices of boundaries in the disc that are no lips of the tear that leads to `vertex`: a lip goes on along the boundary
+    /// until that turns off.
+    fn still(&self, surface: &Surface, vertex: u32) -> SmallVec<[u32; 16]> {
+        let at = |v: u32| surface.vertices.rest_position[v as usize];
+        let mut lips: SmallVec<[u32; 32]> = SmallVec::new();
+        lips.push(vertex);
+        for side in 0..2 {
+            let (mut from, mut first) = (vertex, None);
+            while let Some(&edge) = self.lips.iter().find(|edge| edge[side] == from) {
+                let to = edge[1 - side];
+                let way = (at(to) - at(from)).normalize_or_zero();
+                if way.dot(*first.get_or_insert(way)) < COS_TURNED_OFF || lips.contains(&to) {
+                    break;
+                }
+                lips.push(to);
+                from = to;
+            }
+        }
+        self.lips.iter().flatten().copied().filter(|v| !lips.contains(v)).collect()
     }
 
     /// The row of a vertex among the nodes.

@@ -147,9 +147,8 @@ impl TipMemory {
         let radius = ShiftedDisc::radius(wanted, radius / place.disc.edges_per_radius);
         let kept = Kept::at(&mut self.shifted, tip);
         if kept.is_due(vertex, radius, (self.edits, &self.touched)) {
-            let at = surface.vertices.rest_position[vertex as usize];
             let start = triangles_around(surface, vertex);
-            kept.laid.lay(surface, (at, place.chart.axes(), radius), start, &mut self.walk);
+            kept.laid.lay(surface, (vertex, place.chart.axes(), radius), start, &mut self.walk);
         }
         Some((&place.chart, kept.laid.force(surface)?))
     }

@@ -1,5 +1,5 @@
-//! Tips that decide by energy: value and direction where they are known, the same in any position in space, and by stress
-//! where the ring tells nothing.
+//! Tips that decide by energy: value and direction where they are known, the same in any position in space, and by the material
+//! force where the ring has no field of a straight crack.
 
 use crate::common::{self, Square, off_line};
 use glam::{DQuat, DVec2, DVec3};
@@ -79,7 +79,7 @@ fn decisions_on(
     let surface = Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY, fibres: None };
     let (terms, mut memory) = (EnergyTerms { tearing: &tearing, energy: &energy }, TipMemory::default());
     let place = |tip: usize| (tips.vertex[tip], tips.previous[tip]);
-    (0..tips.len()).map(|tip| energy_decision(&surface, terms, tip, place(tip), &mut memory).unwrap()).collect()
+    (0..tips.len()).map(|tip| energy_decision(&surface, terms, tip, place(tip), &mut memory).unwrap().0).collect()
 }
 
 /// G_c as large as the energy that the stress intensity `factor`·σ√(πa) releases in the plate.
@@ -137,7 +137,7 @@ fn slanted_cracks_kink_to_the_largest_hoop_stress_however_the_sheet_lies_in_spac
 }
 
 #[test]
-fn where_the_ring_is_not_whole_the_stress_decides_and_it_is_said() {
+fn where_the_ring_is_not_whole_the_material_force_decides_and_it_is_said() {
     let middle = 0.5 * SIDE;
     let tough = even(1.0, 1.0);
     let only = |(simulation, body): (Simulation, Entity)| decisions(&simulation, body, None)[0];
@@ -214,7 +214,7 @@ fn a_strongly_anisotropic_toughness_makes_the_tear_follow_the_fibre() {
         let off = run.advances().iter().map(|a| line(a.to)).fold(0.0, f64::max);
         println!("{degrees}°: {} advances, {by_energy} by energy, {off} mm off the fibre", by.len());
         assert_eq!(by[0], DecidedBy::Energy);
-        // A bent crack leaves its ring to the stress until the bend lies behind.
+        // A bent crack leaves the decision to the material force until the bend lies behind its ring.
         assert!(by_energy * 2 > by.len(), "{by_energy} of {}", by.len());
         assert!(off < 0.6, "{off}: an edge");
     }

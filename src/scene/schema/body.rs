@@ -180,6 +180,16 @@ pub enum TearModeSpec {
     Edge,
 }
 
+/// What tips decide by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CriterionSpec {
+    /// The energy that an advance releases, against the toughness.
+    Energy,
+    /// The stress averaged over the disc of `radius`, against the strength (the paper's criterion).
+    Stress,
+}
+
 /// `tearing`: the criterion of Allard, Marchal and Cotin 2009, eq. 2–6, corrected.
 ///
 /// Either strengths or toughnesses: strengths where the stress at failure was measured and `radius` is a length of the tissue,
@@ -197,6 +207,8 @@ pub struct TearingSpec {
     pub toughness_along: Option<f64>,
     /// Toughness G_c \[N/mm\], > 0, of a crack straight across the fibres.
     pub toughness_across: Option<f64>,
+    /// `"energy"` or `"stress"`: what tips decide by. Default `"energy"` where toughnesses are given, `"stress"` where strengths are.
+    pub criterion: Option<CriterionSpec>,
     /// Exponent α of the threshold between them, > 0. Default 0.5.
     #[serde(default = "exponent")]
     pub exponent: f64,
@@ -216,9 +228,10 @@ pub struct TearingSpec {
     pub may_initiate: bool,
 }
 
-/// `energy_criterion`: tips of a body with `tearing` advance where a small kink would release more energy than its toughness,
-/// and where that exceeds it most. Where the ring around a tip does not have the field of one straight crack, and for starts,
-/// the strengths of `tearing` decide; `events.jsonl` says which it was. To fit, give the same toughnesses there.
+/// `energy_criterion`: tips of a body with `tearing` advance where more energy would be released than their toughness, and where that
+/// exceeds it most: as the field in a ring around the tip tells it, and by the material force where the ring does not have the field
+/// of one straight crack in a plane. `events.jsonl` says which it was. Starts are decided by the strengths of `tearing`. This table is
+/// for toughnesses beside strengths, and for another ring; toughnesses in `tearing` do without.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnergyCriterionSpec {

@@ -11,8 +11,8 @@ mod mesh;
 mod number;
 
 pub use body::{
-    BendingSpec, BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec,
-    MaterialSpec, RefinementSpec, SleepSpec, StiffeningFibresSpec, TearModeSpec, TearingSpec,
+    BendingSpec, BodySpec, ContactSpec, CriterionSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
+    InitialSpec, MaterialSpec, RefinementSpec, SleepSpec, StiffeningFibresSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,

@@ -226,7 +226,7 @@ impl Cracked {
             let (vertex, previous) = (tips.vertex[tip], tips.previous[tip]);
             let decision = tip_decision(&surface, tearing, tip, (vertex, previous), &mut memory)?;
             let terms = EnergyTerms { tearing, energy: &energy };
-            let by_energy = energy_decision(&surface, terms, tip, (vertex, previous), &mut memory)?;
+            let (by_energy, _) = energy_decision(&surface, terms, tip, (vertex, previous), &mut memory)?;
             let contour = terms.contour(&surface, (tip, vertex), &mut memory);
             let release = contour.map_or(f64::NAN, |contour| contour.release);
             let at = vertices.rest_position[vertex as usize];

@@ -53,7 +53,8 @@ pub(super) fn best_direction<W: Worth>(
         [(fibre, 0.0), (fibre.perp(), 0.5 * PI), (-fibre, 0.0), (-fibre.perp(), 0.5 * PI)].map(|(d, delta)| {
             let theta = ahead.angle_to(d);
             let value = if worth.is_defined(theta) { worth.value_at(theta, delta) } else { 0.0 };
-            let rises = [DIFFERENCE, -DIFFERENCE].map(|step| worth.is_defined(theta) && worth.value(theta + step) > value);
+            let rises =
+                [DIFFERENCE, -DIFFERENCE].map(|step| worth.is_defined(theta) && worth.value(theta + step) > value);
             ranking.offer(d, value, Origin::Kink, rises);
             theta
         });

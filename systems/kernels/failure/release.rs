@@ -104,6 +104,12 @@ impl Worth for Pull<'_> {
     }
 }
 
+/// √(g·d/G_c) of one direction: what [`evaluate_pull`] searches.
+pub fn pull_value(release: DVec2, fibre: DVec2, toughness: &Strength, d: DVec2) -> f64 {
+    let pull = Pull { fibre_to_ahead: release.angle_to(fibre), size: release.length(), toughness };
+    pull.value(release.angle_to(d))
+}
+
 /// The admissible direction of the largest √(g·d/G_c) for a material force `release` \[N/mm\], as [`evaluate_release`] gives that of
 /// a crack's field: Griffith's criterion with the energy that an advance along d releases to first order.
 pub fn evaluate_pull(
@@ -113,7 +119,9 @@ pub fn evaluate_pull(
     cone: Option<Cone>,
     sector: Option<Sector>,
 ) -> Option<Decision> {
-    let (fibre, ahead) = (unit(fibre)?, unit(release)?);
+    let fibre = unit(fibre)?;
+    // No force at all is worth nothing in every direction.
+    let ahead = unit(release).or(cone.map(|cone| cone.previous)).unwrap_or(fibre);
     let pull = Pull { fibre_to_ahead: ahead.angle_to(fibre), size: release.length(), toughness };
     best_direction(&pull, (fibre, ahead), cone, sector)
 }
