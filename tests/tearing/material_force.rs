@@ -123,7 +123,7 @@ const CRACK: f64 = 4.0;
 const TENSION: f64 = 1e-3;
 
 /// A plate with an edge crack under tension, whose rest shape is `placed`, with forces on its vertices beside.
-fn plate(placed: impl Fn(DVec3) -> DVec3, force: f64) -> Torn {
+fn plate(placed: impl Fn(DVec3) -> DVec3, tension: f64, force: f64) -> Torn {
     let material = Material::isotropic(3.0, 0.3, 0.1);
     let mut mesh = generate::grid(SIDE, SIDE, 56, 56).unwrap();
     let flat = mesh.positions.clone();
@@ -137,7 +137,7 @@ fn plate(placed: impl Fn(DVec3) -> DVec3, force: f64) -> Torn {
         let mut rows = rows(&|p| p.y == y);
         rows.sort_by(|a, b| flat[*a as usize].x.total_cmp(&flat[*b as usize].x));
         let edges = rows.windows(2).map(|w| [w[0], w[1]]).collect();
-        EdgeLoad { edges, traction: way * (TENSION * material.thickness), curve: Curve::constant(1.0) }
+        EdgeLoad { edges, traction: way * (tension * material.thickness), curve: Curve::constant(1.0) }
     });
     let pull = [(DVec3::Y, 1.0), (DVec3::NEG_Y, -1.0)].map(|(way, side)| PointLoad {
         rows: rows(&|p| side * (p.y - 0.5 * SIDE) > 0.1 && (p.y - 0.5 * SIDE).abs() < 3.0),
@@ -160,14 +160,14 @@ fn plate(placed: impl Fn(DVec3) -> DVec3, force: f64) -> Torn {
     let body = simulation.spawn(sheet).unwrap();
     let middle = 0.5 * SIDE;
     let line = [DVec3::new(0.0, middle, 0.0), DVec3::new(CRACK, middle, 0.0)].map(&placed);
-    println!("{:?}", simulation.cut(body, &line).unwrap().path);
+    simulation.cut(body, &line).unwrap();
     simulation.settle(1.0, 1e-10).unwrap();
     Torn { simulation, body, unstretched: Sym2::IDENTITY, fibres: None }
 }
 
 #[test]
 fn is_the_j_of_a_plane_crack_on_any_disc() {
-    let torn = plate(|p| p, 0.0);
+    let torn = plate(|p| p, TENSION, 0.0);
     // The ring's J is met by it to 1 % (`rhexis verify tear-load`).
     let world = torn.simulation.world();
     let (vertices, triangles, topology) = (
@@ -203,7 +203,7 @@ fn is_the_j_of_a_plane_crack_on_any_disc() {
 #[test]
 fn loads_on_the_disc_are_carried_with_it() {
     // Forces that open the crack, on all vertices of the disc: about as much again as the tension does.
-    let torn = plate(|p| p, 4e-6);
+    let torn = plate(|p| p, TENSION, 4e-6);
     let [small, large] = [0.8, 3.0].map(|radius| torn.force(radius, |p| p).1);
     println!("released {} and {}, stored alone {} and {}", small.release, large.release, small.stored, large.stored);
     // The same on any disc, as far as elements go; stored energy by itself tells another on each.
@@ -213,22 +213,17 @@ fn loads_on_the_disc_are_carried_with_it() {
 
 #[test]
 fn a_curved_rest_shape_releases_what_the_flat_one_does() {
-    let flat = plate(|p| p, 0.0).release(1.0);
-    // Rolled about y, at rest and under the same tension along its axis; vertices move along y alone.
+    // Rolled about y, at rest and under the same tension along its axis; vertices move along y alone. Their holds push with the
+    // stress itself, of which the bend of the disc takes a thousandth: beside strains of some percent that is little.
+    let tension = 100.0 * TENSION;
     let rolled = |p: DVec3| {
         let angle = (p.x - CRACK) / 6.0;
         DVec3::new(6.0 * angle.sin(), p.y, 6.0 * angle.cos() - 6.0)
     };
-    let stiff = plate(rolled, 0.0).release(1.0);
-    // Motion across the tension is held in both: let the flat one be held so as well.
-    let held = plate(|p| DVec3::new(p.x, p.y, 1e-300 * (p.x - CRACK)), 0.0).release(1.0);
-    for r in [0.8, 1.0, 2.0] {
-        let a = plate(rolled, 0.0);
-        let b = plate(|p| DVec3::new(p.x, p.y, 1e-300 * (p.x - CRACK)), 0.0);
-        println!("{r} rolled {:?} {}", a.force(r, |p| p).1, a.simulation.energies(a.body).unwrap().elastic);
-        println!("{r} held {:?} {}", b.force(r, |p| p).1, b.simulation.energies(b.body).unwrap().elastic);
-    }
-    println!("{flat}, held {held}, rolled {stiff}");
+    let rolled = plate(rolled, tension, 0.0).release(1.0);
+    // The flat one is held in the same way: it is no more than rounding off its plane.
+    let flat = plate(|p| DVec3::new(p.x, p.y, 1e-300 * (p.x - CRACK)), tension, 0.0).release(1.0);
+    println!("flat {flat}, rolled {rolled}");
     // Chords in place of arcs: edges of 0.25 mm on 6 mm, and a disc that bends by 10°.
-    assert!((stiff - held).length() < 0.01 * held.length(), "{stiff} {held}");
+    assert!((rolled - flat).length() < 0.01 * flat.length(), "{rolled} {flat}");
 }
