@@ -159,6 +159,7 @@ pub const CASES: &[Case] = &[
     tear("tear-release", "the energy that a crack releases, against its length", tear::release::run),
     tear("tear-load", "the load at which edge and centre cracks tear", tear::load::run),
     tear("tear-kink", "where slanted cracks turn", tear::kink::run),
+    tear("tear-trouser", "the pull that tears trousers, and where they tear", tear::trouser::run),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;
