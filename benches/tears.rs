@@ -100,7 +100,15 @@ fn at_tip(edges_per_radius: f64, f: impl FnOnce(&Surface, u32, f64)) {
     let triangles = &*world.get::<&Triangles>(body).expect("a body");
     let topology = &*world.get::<&Topology>(body).expect("a body");
     let tip = world.get::<&Tips>(body).expect("a body that tears").vertex[0];
-    let surface = Surface { vertices, triangles, topology, is_planar: true, unstretched: Sym2::IDENTITY, fibres: None };
+    let surface = Surface {
+        vertices,
+        triangles,
+        topology,
+        is_planar: true,
+        unstretched: Sym2::IDENTITY,
+        fibres: None,
+        bending: None,
+    };
     f(&surface, tip, edges_per_radius * 30.0 / LARGE[0] as f64);
 }
 

@@ -6,8 +6,8 @@ use super::tearing::{
 };
 use super::{StepContext, parallel};
 use crate::components::{
-    EnergyCriterion, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, StiffeningFibres, TearDecision,
-    TearDecisions, TearSite, Tearing,
+    Bending, EnergyCriterion, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, StiffeningFibres,
+    TearDecision, TearDecisions, TearSite, Tearing,
 };
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
@@ -34,7 +34,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>),
         (
             (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
-            (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
+            (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
         ),
     );
     parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
@@ -48,9 +48,10 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         },
         |((vertices, triangles, topology, tearing), (tips, decisions, memory, _), about)| {
-            let ((planar, pre_stretch, fibres), (holds, grips, energy)) = about;
+            let ((planar, pre_stretch, fibres), (holds, grips, energy, bending)) = about;
             let unstretched = PreStretch::unstretched(pre_stretch);
-            let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres };
+            let surface =
+                Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
             for tip in 0..tips.len() {
                 let place = (tips.vertex[tip], tips.previous[tip]);
                 let decision = match energy {

@@ -240,6 +240,7 @@ impl Refiner<'_> {
             is_planar: self.is_planar,
             unstretched: self.unstretched,
             fibres: self.fibres,
+            bending: None,
         };
         let strength = self.tearing.strength_transverse.min(self.tearing.strength_fibre);
         plan_thin_out(&surface, row, strength, &is_wanted)

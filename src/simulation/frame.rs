@@ -2,7 +2,9 @@
 
 use super::Simulation;
 use super::material_force::material_force;
-use crate::components::{Body, EnergyCriterion, Frames, Planar, PreStretch, StiffeningFibres, TearDecision, Tearing};
+use crate::components::{
+    Bending, Body, EnergyCriterion, Frames, Planar, PreStretch, StiffeningFibres, TearDecision, Tearing,
+};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -32,13 +34,14 @@ impl Simulation {
         type Query<'a> = (
             (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
             (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
-            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>),
+            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
         );
         let mut query = self.world.query_one::<Query>(body);
-        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, fibres), (tearing, energy)) =
+        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, fibres), (tearing, energy, bending)) =
             query.get().ok()?;
         let unstretched = PreStretch::unstretched(pre_stretch);
-        let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres };
+        let surface =
+            Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
         let principal = |state: ElementState| DVec2::from(state.stress.principal_values());
         let mut frame = BodyFrame {
             name: about.name.clone(),

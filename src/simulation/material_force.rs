@@ -1,7 +1,7 @@
 //! The material force at tear tips.
 
 use super::{Simulation, SimulationError};
-use crate::components::{EnergyCriterion, Planar, PreStretch, StiffeningFibres, Tearing, Toughness};
+use crate::components::{Bending, EnergyCriterion, Planar, PreStretch, StiffeningFibres, Tearing, Toughness};
 use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::tearing::{EnergyTerms, Surface, TipMemory};
 use glam::DVec3;
@@ -48,14 +48,15 @@ impl Simulation {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
-            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>),
+            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
         );
         let mut query = self.world.query_one::<Query>(body);
-        let ((vertices, triangles, topology), (planar, pre_stretch, fibres), (tearing, energy)) =
+        let ((vertices, triangles, topology), (planar, pre_stretch, fibres), (tearing, energy, bending)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some((tearing, tips)) = tearing else { return Ok(Vec::new()) };
         let unstretched = PreStretch::unstretched(pre_stretch);
-        let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres };
+        let surface =
+            Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
         let mut memory = TipMemory::default();
         let forces = (0..tips.len()).filter_map(|tip| {
             let vertex = tips.vertex[tip];

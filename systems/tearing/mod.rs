@@ -20,6 +20,7 @@ mod reach;
 mod relax;
 mod ring;
 mod shifted_disc;
+mod shifted_folds;
 mod start;
 mod thin_out;
 mod tip;

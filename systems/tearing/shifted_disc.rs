@@ -4,6 +4,7 @@
 //! to step.
 
 use super::Surface;
+use super::shifted_folds::ShiftedFolds;
 use super::tip_disc::{TangentPlane, Walk};
 use crate::storage::NONE;
 use crate::systems::kernels::material_force::{Strained, pulled_back};
@@ -35,6 +36,8 @@ pub struct ShiftedDisc {
     rim: Vec<u32>,
     /// Vertices of some weight.
     nodes: Vec<Node>,
+    /// Where the body bends.
+    folds: ShiftedFolds,
     /// Edges of boundaries in it.
     lips: Vec<[u32; 2]>,
     /// Mean thickness at its centre \[mm\].
@@ -137,6 +140,11 @@ impl ShiftedDisc {
             self.members.push(Member { triangle, fibre, weights, fall: fibre.rotate(fall), nodes });
         }
         self.thickness = volume / area;
+        if let Some(bending) = surface.bending {
+            let plain = self.rim.iter().map(|&triangle| (triangle, DVec2::ZERO, DVec2::X));
+            let listed = self.members.iter().map(|m| (m.triangle, m.fall, m.fibre)).chain(plain);
+            self.folds.lay(surface, bending, listed);
+        }
     }
 
     /// The vertices of boundaries in the disc that are no lips of the tear that leads to `vertex`: a lip goes on along the boundary
@@ -180,18 +188,20 @@ impl ShiftedDisc {
 
     /// The material force at the current positions; `None` where it is not finite.
     pub fn force(&mut self, surface: &Surface) -> Option<MaterialForce> {
-        let Self { members, nodes, thickness, .. } = self;
+        let Self { members, nodes, thickness, folds, .. } = self;
         for node in &mut *nodes {
             (node.area, node.gradient, node.force) = (0.0, [DVec3::ZERO; 2], DVec3::ZERO);
         }
-        let mut stored = DVec2::ZERO;
+        let bends = surface.bending.is_some();
+        let mut stored = if bends { folds.release(surface) } else { DVec2::ZERO };
         for member in members {
             let strained = member.strained(surface);
             let area = surface.triangles.rest[member.triangle as usize].area;
-            for (&node, force) in member.nodes.iter().zip(strained.forces) {
+            let bent = if bends { folds.forces(member.triangle) } else { [DVec3::ZERO; 3] };
+            for (corner, &node) in member.nodes.iter().enumerate() {
                 let Some(node) = nodes.get_mut(node as usize) else { continue };
                 node.area += area;
-                node.force += force;
+                node.force += strained.forces[corner] + bent[corner];
                 for (sum, column) in node.gradient.iter_mut().zip(strained.gradient) {
                     *sum += column * area;
                 }

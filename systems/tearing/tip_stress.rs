@@ -5,7 +5,7 @@
 
 use super::tip::fan_chart;
 use super::tip_disc::{Disc, Walk};
-use crate::components::StiffeningFibres;
+use crate::components::{Bending, StiffeningFibres};
 use crate::math::{ElementState, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::{fan::FanChart, membrane};
@@ -26,6 +26,8 @@ pub struct Surface<'a> {
     pub unstretched: Sym2,
     /// Fibres that stiffen, if they do.
     pub fibres: Option<&'a StiffeningFibres>,
+    /// Resistance to bending, if there is any.
+    pub bending: Option<&'a Bending>,
 }
 
 /// The averages over a disc, in its axes.

@@ -76,7 +76,8 @@ fn decisions_on(
     let world = simulation.world();
     let (tips, tearing) = (world.get::<&Tips>(body).unwrap(), world.get::<&Tearing>(body).unwrap());
     let energy = world.get::<&EnergyCriterion>(body).unwrap();
-    let surface = Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY, fibres: None };
+    let surface =
+        Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY, fibres: None, bending: None };
     let (terms, mut memory) = (EnergyTerms { tearing: &tearing, energy: &energy }, TipMemory::default());
     let place = |tip: usize| (tips.vertex[tip], tips.previous[tip]);
     (0..tips.len()).map(|tip| energy_decision(&surface, terms, tip, place(tip), &mut memory).unwrap().0).collect()

@@ -4,7 +4,7 @@
 use glam::{DQuat, DVec2, DVec3};
 use hecs::Entity;
 use rhexis::components::{
-    Curve, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Hold, Material, PointLoad, PointLoads, PreStretch,
+    Bending, Curve, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Hold, Material, PointLoad, PointLoads, PreStretch,
     StiffeningFibres, Tearing, Toughness,
 };
 use rhexis::math::Sym2;
@@ -23,6 +23,7 @@ struct Torn {
     body: Entity,
     unstretched: Sym2,
     fibres: Option<StiffeningFibres>,
+    bending: Option<Bending>,
 }
 
 impl Torn {
@@ -39,6 +40,7 @@ impl Torn {
             is_planar: false,
             unstretched: self.unstretched,
             fibres: self.fibres.as_ref(),
+            bending: self.bending.as_ref(),
         };
         let vertex = world.get::<&Tips>(self.body).unwrap().vertex[0];
         let axes = surface.chart(vertex).unwrap().axes();
@@ -63,32 +65,28 @@ fn crumpled(mesh: &TriangleMesh, fibres: &[DVec3]) -> Membrane {
         .with(PreStretch { strain: Sym2::new(0.05, 0.02, 0.01) })
 }
 
-#[test]
-fn is_the_derivative_of_the_discrete_energy_at_fixed_positions() {
-    let (centre, radius) = (DVec3::new(4.0, 5.0, 0.0), 2.5);
+/// A notched sheet brought to `placed` positions, and −∂E/∂a per thickness for shifts of the disc along its axes, by differences of
+/// the energies of sheets whose rest positions are shifted.
+fn notched(
+    sheet: impl Fn(&TriangleMesh, &[DVec3]) -> Membrane,
+    placed: impl Fn(usize, DVec3) -> DVec3,
+    (law, bending): ((Sym2, Option<StiffeningFibres>), Option<Bending>),
+    radius: f64,
+) -> (Torn, [f64; 2]) {
+    let centre = DVec3::new(4.0, 5.0, 0.0);
     let mesh = generate::jittered(8.0, 8.0, 16, 16, 3).unwrap();
     let fibre = DVec3::new(0.8, 0.6, 0.0);
-    let spawn = || {
-        let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
-        let body = simulation.spawn(crumpled(&mesh, &vec![fibre; mesh.triangles.len()])).unwrap();
-        simulation.cut(body, &[DVec3::new(4.0, 8.0, 0.0), centre]).unwrap();
-        (simulation, body)
-    };
-    let (mut simulation, body) = spawn();
-    let noise = |i: usize| (i as f64 * 12.9898).sin() * 0.05;
-    let crumple = |i: usize, p: DVec3| {
-        let angle = 0.35 * (p.x - 4.0) * (p.y - 1.0) / 4.0;
-        DVec3::new(1.2 * p.x + 0.2 * p.y + noise(i), 1.1 * p.y * angle.cos(), 1.1 * p.y * angle.sin() + noise(i + 7))
-    };
+    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
+    let body = simulation.spawn(sheet(&mesh, &vec![fibre; mesh.triangles.len()])).unwrap();
+    simulation.cut(body, &[DVec3::new(4.0, 8.0, 0.0), centre]).unwrap();
     let positions: Vec<DVec3> = {
         let vertices = simulation.entity_mut::<&mut Vertices>(body).unwrap();
         let rest = vertices.rest_position.clone();
-        vertices.position.iter_mut().zip(&rest).enumerate().for_each(|(i, (x, p))| *x = crumple(i, *p));
+        vertices.position.iter_mut().zip(&rest).enumerate().for_each(|(i, (x, p))| *x = placed(i, *p));
         vertices.position.clone()
     };
-    let torn = Torn { simulation, body, unstretched: Sym2::new(0.95, 0.98, -0.01), fibres: Some(FIBRES) };
-    let (axes, force) = torn.force(radius, |p| p);
-
+    let torn = Torn { simulation, body, unstretched: law.0, fibres: law.1, bending };
+    let (axes, _) = torn.force(radius, |p| p);
     // The torn mesh as a mesh of its own, its rest positions shifted by q·d·da.
     let world = torn.simulation.world();
     let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
@@ -98,16 +96,32 @@ fn is_the_derivative_of_the_discrete_energy_at_fixed_positions() {
         let mesh = TriangleMesh { positions: positions_at_rest, triangles: triangles.corners.clone(), fibres: None };
         let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
         let fibres: Vec<DVec3> = (0..triangles.len()).map(|t| triangles.fibre[t]).collect();
-        let body = simulation.spawn(crumpled(&mesh, &fibres)).unwrap();
+        let body = simulation.spawn(sheet(&mesh, &fibres)).unwrap();
         simulation.entity_mut::<&mut Vertices>(body).unwrap().position.copy_from_slice(&positions);
         simulation.energies(body).unwrap().elastic
     };
-    let thickness = Material::figure_2().thickness;
-    for (axis, found) in axes.into_iter().zip(force.stored.to_array()) {
-        // Fourth order in 1e-3 of an edge: 1e-12 of the energy's higher derivatives, beside 1e-13 of rounding over 5e-4 mm.
-        let h = 5e-4;
-        let wanted = -(8.0 * (energy(axis, h) - energy(axis, -h)) - (energy(axis, 2.0 * h) - energy(axis, -2.0 * h)))
-            / (12.0 * h * thickness);
+    // Fourth order in 1e-3 of an edge: 1e-12 of the energy's higher derivatives, beside 1e-13 of rounding over 5e-4 mm.
+    let h = 5e-4;
+    let wanted = axes.map(|axis| {
+        let [near, far] = [h, 2.0 * h].map(|h| energy(axis, h) - energy(axis, -h));
+        -(8.0 * near - far) / (12.0 * h * Material::figure_2().thickness)
+    });
+    drop((vertices, triangles));
+    (torn, wanted)
+}
+
+#[test]
+fn is_the_derivative_of_the_discrete_energy_at_fixed_positions() {
+    let radius = 2.5;
+    let noise = |i: usize| (i as f64 * 12.9898).sin() * 0.05;
+    let crumple = |i: usize, p: DVec3| {
+        let angle = 0.35 * (p.x - 4.0) * (p.y - 1.0) / 4.0;
+        DVec3::new(1.2 * p.x + 0.2 * p.y + noise(i), 1.1 * p.y * angle.cos(), 1.1 * p.y * angle.sin() + noise(i + 7))
+    };
+    let law = ((Sym2::new(0.95, 0.98, -0.01), Some(FIBRES)), None);
+    let (torn, wanted) = notched(crumpled, crumple, law, radius);
+    let (_, force) = torn.force(radius, |p| p);
+    for (found, wanted) in force.stored.to_array().into_iter().zip(wanted) {
         println!("{found} for {wanted}");
         assert!((found / wanted - 1.0).abs() < 1e-8, "{found} instead of {wanted}");
     }
@@ -115,6 +129,30 @@ fn is_the_derivative_of_the_discrete_energy_at_fixed_positions() {
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, -2.0, 0.5).normalize(), 2.2);
     let (_, moved) = torn.force(radius, |p| turn * p + DVec3::new(3.0, -40.0, 7.0));
     assert!((moved.release - force.release).length() < 1e-10 * force.release.length());
+}
+
+#[test]
+fn bending_has_its_part_in_it() {
+    let radius = 2.5;
+    let stiff = Bending { stiffness: Some(0.02) };
+    let sheet = |mesh: &TriangleMesh, fibres: &[DVec3]| {
+        let sheet = Membrane::new("sheet", mesh.clone(), Material::figure_2()).with(Tearing::default()).with(stiff);
+        sheet.fibres(Fibres::PerTriangle(fibres.to_vec()))
+    };
+    // Rolled tighter and tighter along the tear, without strain but that of chords.
+    let rolled = |_: usize, p: DVec3| {
+        let angle = 0.02 * p.y * p.y;
+        let along: DVec2 = (0..100).map(|i| DVec2::from_angle(angle * (f64::from(i) + 0.5).powi(2) / 1e4)).sum();
+        DVec3::new(p.x, along.x * 0.01 * p.y, along.y * 0.01 * p.y)
+    };
+    let (torn, wanted) = notched(sheet, rolled, ((Sym2::IDENTITY, None), Some(stiff)), radius);
+    let (_, whole) = torn.force(radius, |p| p);
+    let plain = Torn { bending: None, ..torn }.force(radius, |p| p).1;
+    println!("{} of which {} without bending, for {wanted:?}", whole.stored, plain.stored);
+    let wanted = DVec2::from(wanted);
+    assert!((wanted - plain.stored).length() > 0.5 * wanted.length(), "bending is most of it");
+    // Exact but for rounding of the differences: 1e-13 of the energy over 5e-4 mm.
+    assert!((whole.stored - wanted).length() < 1e-7 * wanted.length(), "{} for {wanted}", whole.stored);
 }
 
 /// Side of the plates \[mm\], length of their edge crack \[mm\] and tension along y \[MPa\].
@@ -162,7 +200,7 @@ fn plate(placed: impl Fn(DVec3) -> DVec3, tension: f64, force: f64) -> Torn {
     let line = [DVec3::new(0.0, middle, 0.0), DVec3::new(CRACK, middle, 0.0)].map(&placed);
     simulation.cut(body, &line).unwrap();
     simulation.settle(1.0, 1e-10).unwrap();
-    Torn { simulation, body, unstretched: Sym2::IDENTITY, fibres: None }
+    Torn { simulation, body, unstretched: Sym2::IDENTITY, fibres: None, bending: None }
 }
 
 #[test]
@@ -182,6 +220,7 @@ fn is_the_j_of_a_plane_crack_on_any_disc() {
         is_planar: false,
         unstretched: Sym2::IDENTITY,
         fibres: None,
+        bending: None,
     };
     let tearing = Tearing { radius: 0.5, ..Tearing::default() };
     let energy = EnergyCriterion { ring: 4.0, ..EnergyCriterion::new(Toughness { along: 1.0, across: 1.0 }) };

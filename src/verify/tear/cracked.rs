@@ -219,8 +219,15 @@ impl Cracked {
         let mut query = self.simulation.world().query_one::<Query>(self.body);
         let ((vertices, triangles, topology), (tips, tearing)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let surface =
-            Surface { vertices, triangles, topology, is_planar: true, unstretched: Sym2::IDENTITY, fibres: None };
+        let surface = Surface {
+            vertices,
+            triangles,
+            topology,
+            is_planar: true,
+            unstretched: Sym2::IDENTITY,
+            fibres: None,
+            bending: None,
+        };
         let (energy, mut memory) = (EnergyCriterion::new(toughness), TipMemory::default());
         let seen = (0..tips.len()).filter_map(|tip| {
             let (vertex, previous) = (tips.vertex[tip], tips.previous[tip]);

@@ -167,8 +167,8 @@ impl Trouser {
         };
         let way = last - first;
         let (predicted, wanted) = self.predicted(way.length());
-        // What an advance by a third of a millimetre overshoots in a step of this length.
-        rows.relative(format!("{name}: pull before an advance, median"), median, wanted, 0.1);
+        // What the pull rises by in the step before an advance, and what a disc of three edges leaves out.
+        rows.relative(format!("{name}: pull before an advance, median"), median, wanted, 0.06);
         let off = way.x.atan2(-way.y).abs() - predicted.x.atan2(predicted.y);
         rows.add(format!("{name}: direction off that of the largest release"), off.abs().to_degrees(), 3.0, "°");
         if self.fibres.is_none() {
