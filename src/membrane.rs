@@ -2,8 +2,8 @@
 
 use crate::components::{
     Bending, Body, Contact, Drag, EnergyCriterion, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds,
-    Increment, Material, Planar, Reactions, Refined, Refinement, Sleeping, SolverScratch, Springs, StiffeningFibres,
-    TearDecisions, TearLog, Tearing,
+    HolzapfelGasserOgden, Increment, Material, Planar, PreStretch, Reactions, Refined, Refinement, Sleeping,
+    SolverScratch, Springs, StiffeningFibres, TearDecisions, TearLog, Tearing,
 };
 use crate::math::{InadmissibleMaterial, RestTriangle};
 use crate::storage::{
@@ -47,9 +47,21 @@ pub enum BodyError {
     /// A criterion on energy for a body that does not tear.
     #[error("the energy criterion decides at tear tips: let the body tear, or leave it out")]
     EnergyCriterionWithoutTearing,
-    /// A criterion on energy for fibres that stiffen.
-    #[error("the energy criterion reads the fields of a linear law: leave it or the stiffening of the fibres out")]
+    /// A criterion on energy for fibres that stiffen, or any law that is not linear.
+    #[error("the energy criterion reads the fields of a linear law: leave it or the law of the fibres out")]
     EnergyCriterionOfStiffeningFibres,
+    /// Two laws of the fibres.
+    #[error("fibres have one law: leave `StiffeningFibres` or `HolzapfelGasserOgden` out")]
+    TwoFibreLaws,
+    /// A neo-Hookean matrix with elastic constants of another law.
+    #[error(
+        "triangle {triangle}: a neo-Hookean matrix is isotropic with Poisson's ratio 0.5, and this material is not: \
+         take `Material::neo_hookean`, with the shear modulus of the matrix"
+    )]
+    NotNeoHookean {
+        /// The triangle's index.
+        triangle: usize,
+    },
     /// Bending of a body that stays in its plane.
     #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
     BendingInPlane,
@@ -160,6 +172,10 @@ impl Membrane {
         check_holds(&self.holds, self.mesh.positions.len())?;
         self.check_components()?;
         let mut triangles = self.triangle_rows()?;
+        if self.components.get::<&HolzapfelGasserOgden>().is_some_and(HolzapfelGasserOgden::replaces_linear) {
+            let other = triangles.stiffness.iter().position(|law| !law.is_neo_hookean());
+            other.map_or(Ok(()), |triangle| Err(BodyError::NotNeoHookean { triangle }))?;
+        }
         let [vertex_room, triangle_room] = self.room();
         let mut vertices = Vertices::default();
         vertices.reserve(self.mesh.positions.len() + vertex_room);
@@ -275,7 +291,7 @@ impl Membrane {
             if !self.components.has::<Tearing>() {
                 return Err(BodyError::EnergyCriterionWithoutTearing);
             }
-            if self.components.has::<StiffeningFibres>() {
+            if self.components.has::<StiffeningFibres>() || self.components.has::<HolzapfelGasserOgden>() {
                 return Err(BodyError::EnergyCriterionOfStiffeningFibres);
             }
             positive("toughness along the fibres", e.toughness.along)?;
@@ -284,6 +300,17 @@ impl Membrane {
         }
         if let Some(fibres) = self.components.get::<&StiffeningFibres>() {
             fibres.check().map_err(|(what, value, must)| BodyError::OutOfRange { what, value, must })?;
+        }
+        if let Some(law) = self.components.get::<&HolzapfelGasserOgden>() {
+            if self.components.has::<StiffeningFibres>() {
+                return Err(BodyError::TwoFibreLaws);
+            }
+            law.check().map_err(|(what, value, must)| BodyError::OutOfRange { what, value, must })?;
+            let strain = self.components.get::<&PreStretch>().map_or(0.0, |p| p.strain.principal_values().0);
+            let must =
+                "it must be at most 0.9 beside the law of Holzapfel, Gasser and Ogden, which divides by what is left";
+            let is_right = strain <= MOST_PRE_STRETCH;
+            is_right.then_some(()).ok_or(BodyError::OutOfRange { what: "pre-stretch", value: strain, must })?;
         }
         if let Some(b) = self.components.get::<&Bending>() {
             if self.components.has::<Planar>() {
@@ -316,6 +343,9 @@ impl Membrane {
         Ok(())
     }
 }
+
+/// Largest principal strain of a pre-stretch beside a law that multiplies stretches.
+const MOST_PRE_STRETCH: f64 = 0.9;
 
 /// Least mass of a triangle \[g\]: sums and fractions of it keep all their digits.
 const LEAST_MASS: f64 = 1e-290;

@@ -1,7 +1,9 @@
 //! What an observer sees: the state of every body as plain arrays.
 
 use super::Simulation;
-use crate::components::{Body, EnergyCriterion, Frames, Planar, PreStretch, StiffeningFibres, TearDecision, Tearing};
+use crate::components::{
+    Body, EnergyCriterion, FibreLaws, Frames, Planar, PreStretch, TearDecision, Tearing, fibre_law,
+};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -28,13 +30,14 @@ impl Simulation {
     fn body_frame(&self, body: Entity) -> Option<BodyFrame> {
         type Query<'a> = (
             (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>),
         );
         let mut query = self.world.query_one::<Query>(body);
         let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, fibres), (tearing, energy)) =
             query.get().ok()?;
         let unstretched = PreStretch::unstretched(pre_stretch);
+        let fibres = fibre_law(fibres, pre_stretch);
         let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres };
         let principal = |state: ElementState| DVec2::from(state.stress.principal_values());
         let mut frame = BodyFrame {

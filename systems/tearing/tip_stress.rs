@@ -5,8 +5,7 @@
 
 use super::tip::fan_chart;
 use super::tip_disc::{Disc, Walk};
-use crate::components::StiffeningFibres;
-use crate::math::Sym2;
+use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::{fan::FanChart, membrane};
 use glam::{DVec2, DVec3};
@@ -24,8 +23,8 @@ pub struct Surface<'a> {
     pub is_planar: bool,
     /// The stretch that is free of stress.
     pub unstretched: Sym2,
-    /// Fibres that stiffen, if they do.
-    pub fibres: Option<&'a StiffeningFibres>,
+    /// Law of the fibres, if the body has one.
+    pub fibres: Option<FibreLaw>,
 }
 
 /// The averages over a disc, in its axes.
@@ -66,7 +65,8 @@ impl Surface<'_> {
         let x = triangles.corners[triangle].map(|v| vertices.position[v as usize]);
         let (rest, stiffness) = (&triangles.rest[triangle], &triangles.stiffness[triangle]);
         let state = membrane::state(x, rest, stiffness, self.is_planar, self.unstretched);
-        StiffeningFibres::stiffen(self.fibres, state.polar.stretch, self.unstretched, state.stress)
+        let linear = (state.stress, stiffness);
+        FibreLaw::stress(self.fibres.as_ref(), state.polar.stretch, self.unstretched, linear)
     }
 }
 

@@ -5,7 +5,7 @@ use crate::common::{self, Square};
 use glam::{DVec2, DVec3};
 use hecs::Entity;
 use rhexis::components::*;
-use rhexis::math::Sym2;
+use rhexis::math::{FibreLaw, Sym2};
 use rhexis::membrane::{BodyError, Membrane};
 use rhexis::scene::{Document, generate};
 use rhexis::settings::{LinearParams, Settings, Tangent};
@@ -54,7 +54,8 @@ fn a_patch_under_uniform_stretch_has_the_stress_of_the_law() {
         let topology = &*world.get::<&Topology>(body).unwrap();
         let pre_stretch = world.get::<&PreStretch>(body).ok();
         let unstretched = PreStretch::unstretched(pre_stretch.as_deref());
-        let surface = Surface { vertices, triangles, topology, is_planar: false, unstretched, fibres: Some(&FIBRES) };
+        let fibres = Some(FibreLaw::Stiffening(FIBRES));
+        let surface = Surface { vertices, triangles, topology, is_planar: false, unstretched, fibres };
         for (t, state) in world.get::<&Frames>(body).unwrap().states().enumerate() {
             // The criterion's own way to the stress, and the solver's.
             for found in [surface.stress(t), state.stress] {
