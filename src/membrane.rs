@@ -5,7 +5,7 @@ use crate::components::{
     HolzapfelGasserOgden, Increment, Material, Planar, PreStretch, Reactions, Refined, Refinement, Sleeping,
     SolverScratch, Springs, StiffeningFibres, TearDecisions, TearLog, Tearing,
 };
-use crate::math::{InadmissibleMaterial, RestTriangle};
+use crate::math::{InadmissibleMaterial, RestTriangle, Sym2};
 use crate::storage::{
     Broken, Mesh, MeshError, Tips, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
 };
@@ -54,10 +54,7 @@ pub enum BodyError {
     #[error("fibres have one law: leave `StiffeningFibres` or `HolzapfelGasserOgden` out")]
     TwoFibreLaws,
     /// A neo-Hookean matrix with elastic constants of another law.
-    #[error(
-        "triangle {triangle}: a neo-Hookean matrix is isotropic with Poisson's ratio 0.5, and this material is not: \
-         take `Material::neo_hookean`, with the shear modulus of the matrix"
-    )]
+    #[error("triangle {triangle}: a neo-Hookean matrix goes with the material that `Material::neo_hookean` gives")]
     NotNeoHookean {
         /// The triangle's index.
         triangle: usize,
@@ -305,12 +302,8 @@ impl Membrane {
             if self.components.has::<StiffeningFibres>() {
                 return Err(BodyError::TwoFibreLaws);
             }
-            law.check().map_err(|(what, value, must)| BodyError::OutOfRange { what, value, must })?;
-            let strain = self.components.get::<&PreStretch>().map_or(0.0, |p| p.strain.principal_values().0);
-            let must =
-                "it must be at most 0.9 beside the law of Holzapfel, Gasser and Ogden, which divides by what is left";
-            let is_right = strain <= MOST_PRE_STRETCH;
-            is_right.then_some(()).ok_or(BodyError::OutOfRange { what: "pre-stretch", value: strain, must })?;
+            let held = self.components.get::<&PreStretch>().map_or(Sym2::ZERO, |p| p.strain);
+            law.check(held).map_err(|(what, value, must)| BodyError::OutOfRange { what, value, must })?;
         }
         if let Some(b) = self.components.get::<&Bending>() {
             if self.components.has::<Planar>() {
@@ -343,9 +336,6 @@ impl Membrane {
         Ok(())
     }
 }
-
-/// Largest principal strain of a pre-stretch beside a law that multiplies stretches.
-const MOST_PRE_STRETCH: f64 = 0.9;
 
 /// Least mass of a triangle \[g\]: sums and fractions of it keep all their digits.
 const LEAST_MASS: f64 = 1e-290;

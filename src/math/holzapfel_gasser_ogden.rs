@@ -12,6 +12,9 @@ const MOST_EXPONENT: f64 = 9.0;
 /// Area ratio below which 1/D² goes on along its second-order expansion, so that a crushed or mirrored triangle has a finite energy.
 const LEAST_AREA: f64 = 0.2;
 
+/// Largest principal strain of a pre-stretch, by which the law divides.
+const MOST_PRE_STRETCH: f64 = 0.9;
+
 /// One family of fibres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -72,9 +75,16 @@ impl HolzapfelGasserOgden {
         Self { families: vec![family(degrees), family(-degrees)], matrix: Matrix::NeoHookean }
     }
 
-    /// What is out of range, if anything: its name, its value, and what it must be.
-    pub(crate) fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
-        let count = self.families.len();
+    /// What is out of range, if anything, in a body with the pre-stretch `held`: its name, its value, and what it must be.
+    pub(crate) fn check(&self, held: Sym2) -> Result<(), (&'static str, f64, &'static str)> {
+        let (count, strain) = (self.families.len(), held.principal_values().0);
+        if !(strain <= MOST_PRE_STRETCH) {
+            return Err((
+                "the pre-stretch",
+                strain,
+                "it must be at most 0.9, as this law divides by what is left of 1",
+            ));
+        }
         if count > MOST_FAMILIES {
             return Err(("the number of fibre families", count as f64, "it must be at most 4"));
         }

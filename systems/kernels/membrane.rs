@@ -89,6 +89,12 @@ fn first_piola(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
     [stress.xx, stress.xy + spin, stress.xy - spin, stress.yy]
 }
 
+/// Π \[MPa\] of a state, `[11, 12, 21, 22]`: the first Piola–Kirchhoff stress is R·Π, and the derivative of the energy per rest volume.
+#[inline]
+pub fn first_piola_stress(state: &ElementState) -> [f64; 4] {
+    first_piola(state.stress, state.polar.stretch, inverse_trace(state.polar.stretch))
+}
+
 /// Forces on the three corners \[N\], −V·R·Π·∇N_i, of a triangle with rest volume V = A·h \[mm³\] under the stress `stress`.
 #[inline]
 pub fn nodal_forces(polar: &Polar, stress: Sym2, rest: &RestTriangle, volume: f64) -> [DVec3; 3] {
