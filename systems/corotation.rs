@@ -102,19 +102,25 @@ fn stiffen(
         return;
     }
     stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0, q26: 0.0 }));
-    parallel::for_rows(stiffened, |t, stiffened| {
-        let stretch = solid.get(t).map_or_else(|| flat[t].stretch, |state| state.polar.stretch);
+    let answer = |t: usize, stretch: Sym2, stress: &mut Sym2, stiffened: &mut CoupledStiffness| {
         if let Some(faded) = Faded::at(stretch, is_planar) {
             stiffened.law = faded.majorant(&stiffened.law, stretch, unstretched);
         }
         if let Some(fibres) = fibres {
-            *stiffened = fibres.stiffness(stretch, unstretched, &stiffened.law, &material[t]);
+            let linear = (*stress, &stiffened.law);
+            (*stress, *stiffened) = fibres.answer(stretch, unstretched, linear, &material[t]);
         }
-    });
-    if fibres.is_some() {
-        let stress = |t: usize, stretch, linear| FibreLaw::stress(fibres, stretch, unstretched, (linear, &material[t]));
-        parallel::for_rows(solid, |t, state| state.stress = stress(t, state.polar.stretch, state.stress));
-        parallel::for_rows(flat, |t, state| state.stress = stress(t, state.stretch, state.stress));
+    };
+    if is_planar {
+        parallel::for_pairs(stiffened, flat, |first, stiffened, flat| {
+            let rows = stiffened.iter_mut().zip(flat).enumerate();
+            rows.for_each(|(i, (own, state))| answer(first + i, state.stretch, &mut state.stress, own));
+        });
+    } else {
+        parallel::for_pairs(stiffened, solid, |first, stiffened, solid| {
+            let rows = stiffened.iter_mut().zip(solid).enumerate();
+            rows.for_each(|(i, (own, state))| answer(first + i, state.polar.stretch, &mut state.stress, own));
+        });
     }
 }
 

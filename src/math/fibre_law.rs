@@ -59,7 +59,7 @@ impl FibreLaw {
         if law.replaces_linear() { own } else { linear + own }
     }
 
-    /// Twice the energy per volume \[MPa\] of a triangle at a stretch, from the whole stress there.
+    /// Twice the energy per volume \[MPa\] of a triangle at a stretch; without a law from the `stress` there.
     #[inline]
     pub fn twice_energy(
         this: Option<&Self>,
@@ -70,23 +70,26 @@ impl FibreLaw {
         let strain = stretch - unstretched;
         let Some(law) = this else { return stress.contract(strain) };
         let own = 2.0 * law.energy(stretch, unstretched, material);
-        if law.replaces_linear() {
-            return own;
-        }
-        (stress - law.own_stress(stretch, unstretched, material)).contract(strain) + own
+        if law.replaces_linear() { own } else { own + material.stress(strain).contract(strain) }
     }
 
-    /// The stiffness ∂²W/∂U² of a triangle at a stretch, from that of its `linear` law there and its `material`: positive semidefinite.
-    pub fn stiffness(
+    /// Biot stress \[MPa\] of a triangle at a stretch, from that of its `linear` law, and the stiffness ∂²W/∂U² there, from that of the
+    /// linear law: positive semidefinite.
+    pub fn answer(
         &self,
         stretch: Sym2,
         unstretched: Sym2,
-        linear: &Orthotropic,
+        (linear, stiffness): (Sym2, &Orthotropic),
         material: &Orthotropic,
-    ) -> CoupledStiffness {
+    ) -> (Sym2, CoupledStiffness) {
         match self {
-            Self::Stiffening(fibres) => fibres.stiffness(stretch, unstretched, linear),
-            Self::Published(law) => law.stiffness(stretch, linear, material.q66),
+            Self::Stiffening(fibres) => {
+                (linear + fibres.biot(stretch, unstretched), fibres.stiffness(stretch, unstretched, stiffness))
+            }
+            Self::Published(law) => {
+                let (own, stiffness) = law.answer(stretch, stiffness, material.q66);
+                (if law.replaces_linear() { own } else { linear + own }, stiffness)
+            }
         }
     }
 }

@@ -210,9 +210,9 @@ impl PreparedLaw {
         anticommutator(stretch, along) + adjugate(stretch) * (across * thickening.slope)
     }
 
-    /// The stiffness ∂²W/∂U² beside that of `linear`, or in its place where the matrix is neo-Hookean: positive semidefinite, and
-    /// exact but for triangles with less than a fifth of their area, where it is no less.
-    pub fn stiffness(&self, stretch: Sym2, linear: &Orthotropic, mu: f64) -> CoupledStiffness {
+    /// The stress and the stiffness ∂²W/∂U² beside that of `linear`, or in its place where the matrix is neo-Hookean: positive
+    /// semidefinite, and exact but for triangles with less than a fifth of their area, where it is no less.
+    pub fn answer(&self, stretch: Sym2, linear: &Orthotropic, mu: f64) -> (Sym2, CoupledStiffness) {
         let (gradient, change) = self.change(stretch);
         let thickening = self.thickening(stretch, gradient);
         let flat = adjugate(stretch);
@@ -239,7 +239,9 @@ impl PreparedLaw {
             sum.law.q12 += pressure;
         }
         sum.law.q66 -= 0.5 * pressure;
-        sum
+        let is_at_rest = stretch == self.unstretched;
+        let stress = if is_at_rest { Sym2::ZERO } else { anticommutator(stretch, along) + flat * pressure };
+        (stress, sum)
     }
 
     /// H = (U − U₀)·V by rows, the elastic gradient less the identity, and H + Hᵀ + Hᵀ·H: twice the Green strain, without cancellation.
