@@ -125,9 +125,9 @@ impl Exponential {
         }
         let inside = e.min(self.limit);
         let exponent = self.k2 * inside * inside;
-        let grown = self.k1 * exponent.exp();
-        let stiffness = (1.0 + 2.0 * exponent) * grown;
-        (inside * grown + stiffness * (e - inside), stiffness)
+        let grown = exponent.exp();
+        let stiffness = self.k1 * (1.0 + 2.0 * exponent) * grown;
+        (self.k1 * inside * grown + stiffness * (e - inside), stiffness)
     }
 
     /// W \[mJ/mm³\].
