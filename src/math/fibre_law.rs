@@ -3,6 +3,7 @@
 use super::{Orthotropic, PreparedLaw, StiffeningFibres, Sym2};
 
 /// Law of a triangle beside the linear one, or in its place.
+#[expect(clippy::large_enum_variant, reason = "there is one per body and step, which its triangles borrow")]
 #[derive(Clone, Copy, Debug)]
 pub enum FibreLaw {
     /// Fibres that stiffen by their stretch, beside it.
