@@ -53,12 +53,9 @@ pub enum BodyError {
     /// Two laws of the fibres.
     #[error("fibres have one law: leave `StiffeningFibres` or `HolzapfelGasserOgden` out")]
     TwoFibreLaws,
-    /// A neo-Hookean matrix with elastic constants of another law.
-    #[error("triangle {triangle}: a neo-Hookean matrix goes with the material that `Material::neo_hookean` gives")]
-    NotNeoHookean {
-        /// The triangle's index.
-        triangle: usize,
-    },
+    /// A neo-Hookean matrix with elastic constants of another law, in the triangle with this index.
+    #[error("triangle {0}: a neo-Hookean matrix goes with the material that `Material::neo_hookean` gives")]
+    NotNeoHookean(usize),
     /// Bending of a body that stays in its plane.
     #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
     BendingInPlane,
@@ -171,7 +168,7 @@ impl Membrane {
         let mut triangles = self.triangle_rows()?;
         if self.components.get::<&HolzapfelGasserOgden>().is_some_and(HolzapfelGasserOgden::replaces_linear) {
             let other = triangles.stiffness.iter().position(|law| !law.is_neo_hookean());
-            other.map_or(Ok(()), |triangle| Err(BodyError::NotNeoHookean { triangle }))?;
+            other.map_or(Ok(()), |triangle| Err(BodyError::NotNeoHookean(triangle)))?;
         }
         let [vertex_room, triangle_room] = self.room();
         let mut vertices = Vertices::default();

@@ -28,7 +28,7 @@ mod tear_decisions;
 mod tear_log;
 mod tearing;
 
-pub use crate::math::{FibreFamily, HolzapfelGasserOgden, Matrix, StiffeningFibres};
+pub use crate::math::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, StiffeningFibres};
 pub use bending::Bending;
 pub use blade::Blade;
 pub use body::{Body, Planar};

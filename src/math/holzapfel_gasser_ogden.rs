@@ -32,7 +32,7 @@ pub struct FibreFamily {
 /// The substance around the fibres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub enum Matrix {
+pub enum GroundSubstance {
     /// The linear law of the body's material.
     #[default]
     Linear,
@@ -53,10 +53,10 @@ pub enum Matrix {
 /// [`StiffeningFibres`](super::StiffeningFibres); not with an [`EnergyCriterion`](crate::components::EnergyCriterion).
 ///
 /// ```
-/// use rhexis::components::{HolzapfelGasserOgden, Material, Matrix};
+/// use rhexis::components::{HolzapfelGasserOgden, Material, GroundSubstance};
 /// // The adventitia of an iliac artery (Gasser et al. 2006): c = 7.64 kPa, k₁ = 996.6 kPa, k₂ = 524.6, ±49.98°, κ = 0.226.
 /// let law = HolzapfelGasserOgden::symmetric(0.9966, 524.6, 49.98, 0.226);
-/// assert_eq!((law.families.len(), law.matrix), (2, Matrix::NeoHookean));
+/// assert_eq!((law.families.len(), law.matrix), (2, GroundSubstance::NeoHookean));
 /// let material = Material::neo_hookean(7.64e-3, 0.4);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -65,14 +65,14 @@ pub struct HolzapfelGasserOgden {
     /// Up to four families; none leaves the matrix alone.
     pub families: Vec<FibreFamily>,
     /// What is around them.
-    pub matrix: Matrix,
+    pub matrix: GroundSubstance,
 }
 
 impl HolzapfelGasserOgden {
     /// Two families at ±`degrees` from the fibre direction in a neo-Hookean matrix.
     pub fn symmetric(k1: f64, k2: f64, degrees: f64, kappa: f64) -> Self {
         let family = |degrees| FibreFamily { k1, k2, degrees, kappa };
-        Self { families: vec![family(degrees), family(-degrees)], matrix: Matrix::NeoHookean }
+        Self { families: vec![family(degrees), family(-degrees)], matrix: GroundSubstance::NeoHookean }
     }
 
     /// What is out of range, if anything, in a body with the pre-stretch `held`: its name, its value, and what it must be.
@@ -107,7 +107,7 @@ impl HolzapfelGasserOgden {
 
     /// Whether the law holds in place of the linear one.
     pub fn replaces_linear(&self) -> bool {
-        self.matrix == Matrix::NeoHookean
+        self.matrix == GroundSubstance::NeoHookean
     }
 }
 

@@ -19,7 +19,7 @@ pub use element::{ElementState, FlatState, GeometricStiffness, Polar};
 pub use faded::{FADES_FROM, Faded};
 pub use fibre_law::{CoupledStiffness, FibreLaw};
 pub use fracture::{CrackTip, Modes, Slopes};
-pub use holzapfel_gasser_ogden::{FibreFamily, HolzapfelGasserOgden, Matrix, PreparedLaw};
+pub use holzapfel_gasser_ogden::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, PreparedLaw};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 pub use per_row::PerRow;
 pub use stiffening_fibres::{FibreResponse, StiffeningFibres};

@@ -2,7 +2,7 @@
 
 use super::error::{Fault, positive};
 use super::schema::{BodySpec, FibreFamilySpec, MaterialModelSpec, MaterialSpec, StiffeningFibresSpec};
-use crate::components::{FibreFamily, HolzapfelGasserOgden, Material, Matrix, StiffeningFibres};
+use crate::components::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, Material, StiffeningFibres};
 use crate::math::Sym2;
 use crate::membrane::Membrane;
 
@@ -48,8 +48,10 @@ pub(super) fn fibre_law(mut membrane: Membrane, spec: &BodySpec, key: &str) -> R
         return Ok(membrane);
     }
     let families = spec.holzapfel_gasser_ogden.iter().flat_map(|law| &law.0).flat_map(families).collect();
-    let law =
-        HolzapfelGasserOgden { families, matrix: if is_neo_hookean { Matrix::NeoHookean } else { Matrix::Linear } };
+    let law = HolzapfelGasserOgden {
+        families,
+        matrix: if is_neo_hookean { GroundSubstance::NeoHookean } else { GroundSubstance::Linear },
+    };
     if let Err((what, value, must)) = law.check(spec.pre_stretch.map_or(Sym2::ZERO, |strain| strain.0)) {
         return Err(Fault::new(at(place), format!("{what} is {value}"), must));
     }

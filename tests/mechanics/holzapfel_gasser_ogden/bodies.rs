@@ -152,7 +152,10 @@ fn drawn_out_a_hundredfold_and_crushed_nothing_is_lost() {
 
 #[test]
 fn a_tear_goes_on_through_a_snapshot() {
-    let law = HolzapfelGasserOgden { matrix: Matrix::Linear, ..HolzapfelGasserOgden::symmetric(2.0, 20.0, 30.0, 0.1) };
+    let law = HolzapfelGasserOgden {
+        matrix: GroundSubstance::Linear,
+        ..HolzapfelGasserOgden::symmetric(2.0, 20.0, 30.0, 0.1)
+    };
     let membrane = common::Square::new([12, 10], 60.0).membrane().with(law.clone());
     let (mut simulation, body) = simulate(Settings::default(), membrane);
     simulation.cut(body, &common::NOTCH).unwrap();
@@ -195,7 +198,7 @@ fn what_is_not_a_law_or_does_not_go_with_it_is_refused_by_name() {
     assert_eq!(simulation.spawn(both).unwrap_err(), BodyError::TwoFibreLaws);
     let mesh = generate::grid(6.0, 5.0, 6, 5).unwrap();
     let linear = Membrane::new("sheet", mesh, Material::figure_2()).with(adventitia());
-    assert_eq!(simulation.spawn(linear).unwrap_err(), BodyError::NotNeoHookean { triangle: 0 });
+    assert_eq!(simulation.spawn(linear).unwrap_err(), BodyError::NotNeoHookean(0));
     let strained = sheet(0.0).with(PreStretch { strain: Sym2::new(0.95, 0.0, 0.0) });
     assert!(simulation.spawn(strained).unwrap_err().to_string().contains("pre-stretch"));
     let toughness = Toughness { along: 0.02, across: 0.5 };

@@ -1,6 +1,6 @@
 //! The law at a stretch: derivatives of its energy, symmetries, limits.
 
-use rhexis::components::{FibreFamily, HolzapfelGasserOgden, Material, Matrix};
+use rhexis::components::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, Material};
 use rhexis::math::{CoupledStiffness, Orthotropic, PreparedLaw, Sym2};
 
 const MU: f64 = 0.7;
@@ -14,14 +14,16 @@ fn numbers() -> impl FnMut() -> f64 {
     }
 }
 
-fn law(kappa: f64, degrees: &[f64], matrix: Matrix) -> HolzapfelGasserOgden {
+fn law(kappa: f64, degrees: &[f64], matrix: GroundSubstance) -> HolzapfelGasserOgden {
     let family = |&degrees: &f64| FibreFamily { k1: 0.3, k2: 1.5, degrees, kappa };
     HolzapfelGasserOgden { families: degrees.iter().map(family).collect(), matrix }
 }
 
 fn laws() -> Vec<HolzapfelGasserOgden> {
     let angles: [&[f64]; 4] = [&[], &[20.0], &[35.0, -35.0], &[0.0, 90.0, 41.0, -43.0]];
-    let of = |angles: &[f64], kappa| [law(kappa, angles, Matrix::NeoHookean), law(kappa, angles, Matrix::Linear)];
+    let of = |angles: &[f64], kappa| {
+        [law(kappa, angles, GroundSubstance::NeoHookean), law(kappa, angles, GroundSubstance::Linear)]
+    };
     angles.iter().flat_map(|angles| [0.0, 0.15, 1.0 / 3.0].into_iter().flat_map(|kappa| of(angles, kappa))).collect()
 }
 
@@ -85,7 +87,7 @@ fn the_energy_is_that_of_the_papers_to_the_last_digits_of_small_strains() {
     let mut next = numbers();
     for kappa in [0.0, 0.15, 1.0 / 3.0] {
         let angles = [35.0, -35.0];
-        let law = PreparedLaw::new(&law(kappa, &angles, Matrix::NeoHookean), Sym2::IDENTITY);
+        let law = PreparedLaw::new(&law(kappa, &angles, GroundSubstance::NeoHookean), Sym2::IDENTITY);
         for _ in 0..100 {
             let u = stretch(&mut next);
             let (found, wanted) = (law.energy(u, MU), plain(u, kappa, &angles));
@@ -115,8 +117,8 @@ fn the_energy_is_that_of_the_papers_to_the_last_digits_of_small_strains() {
 #[test]
 fn a_full_dispersion_is_isotropic_and_symmetric_families_are_mirrored() {
     let mut next = numbers();
-    let isotropic = PreparedLaw::new(&law(1.0 / 3.0, &[20.0, -65.0], Matrix::NeoHookean), Sym2::IDENTITY);
-    let mirrored = PreparedLaw::new(&law(0.15, &[35.0, -35.0], Matrix::NeoHookean), Sym2::IDENTITY);
+    let isotropic = PreparedLaw::new(&law(1.0 / 3.0, &[20.0, -65.0], GroundSubstance::NeoHookean), Sym2::IDENTITY);
+    let mirrored = PreparedLaw::new(&law(0.15, &[35.0, -35.0], GroundSubstance::NeoHookean), Sym2::IDENTITY);
     for _ in 0..50 {
         let (u, turn) = (stretch(&mut next), 3.0 * next());
         let (stress, turned) = (isotropic.stress(u, MU), isotropic.stress(u.in_axes_turned_by(turn), MU));
@@ -131,15 +133,15 @@ fn a_full_dispersion_is_isotropic_and_symmetric_families_are_mirrored() {
 
 #[test]
 fn families_act_in_tension_alone_and_the_rest_state_is_linear() {
-    let fibres = PreparedLaw::new(&law(0.0, &[0.0], Matrix::Linear), Sym2::IDENTITY);
+    let fibres = PreparedLaw::new(&law(0.0, &[0.0], GroundSubstance::Linear), Sym2::IDENTITY);
     assert_eq!(fibres.stress(Sym2::new(0.9, 1.3, 0.0), MU), Sym2::ZERO);
     assert!(fibres.stress(Sym2::new(1.1, 0.7, 0.0), MU).xx > 0.0);
     for unstretched in [Sym2::IDENTITY, Sym2::new(0.9, 0.95, 0.02)] {
-        let law = PreparedLaw::new(&law(0.1, &[30.0, -30.0], Matrix::NeoHookean), unstretched);
+        let law = PreparedLaw::new(&law(0.1, &[30.0, -30.0], GroundSubstance::NeoHookean), unstretched);
         assert_eq!(law.stress(unstretched, MU), Sym2::ZERO);
         assert_eq!(law.energy(unstretched, MU), 0.0);
     }
-    let matrix = PreparedLaw::new(&law(0.0, &[], Matrix::NeoHookean), Sym2::IDENTITY);
+    let matrix = PreparedLaw::new(&law(0.0, &[], GroundSubstance::NeoHookean), Sym2::IDENTITY);
     let c = matrix.answer(Sym2::IDENTITY, &NONE, MU).1;
     assert!((c.law.q11 - 4.0 * MU).abs() + (c.law.q12 - 2.0 * MU).abs() + (c.law.q66 - MU).abs() < 1e-14, "{c:?}");
     assert_eq!([c.q16, c.q26], [0.0; 2]);
@@ -149,7 +151,7 @@ fn families_act_in_tension_alone_and_the_rest_state_is_linear() {
 fn crushed_and_drawn_out_without_end_it_stays_finite_continuous_and_semidefinite() {
     let mut next = numbers();
     let h = 1e-6;
-    let law = PreparedLaw::new(&law(0.15, &[35.0, -35.0], Matrix::NeoHookean), Sym2::IDENTITY);
+    let law = PreparedLaw::new(&law(0.15, &[35.0, -35.0], GroundSubstance::NeoHookean), Sym2::IDENTITY);
     for size_of in [1e-12, 1e-3, 0.05, 0.2, 0.4, 1.0, 3.0, 1e3, 1e9] {
         for _ in 0..40 {
             // Mirrored ones too, as bodies in a plane have them.

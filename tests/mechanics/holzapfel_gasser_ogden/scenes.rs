@@ -1,6 +1,6 @@
 //! The law as scene files write it.
 
-use rhexis::components::{FibreFamily, HolzapfelGasserOgden, Matrix};
+use rhexis::components::{FibreFamily, GroundSubstance, HolzapfelGasserOgden};
 use rhexis::scene::Document;
 use rhexis::simulation::Simulation;
 
@@ -30,11 +30,11 @@ const MATRIX: &str = "model = \"neo_hookean\", mu = 0.00764";
 fn numbers_of_papers_can_be_put_in() {
     let table = "holzapfel_gasser_ogden = { k1 = 0.9966, k2 = 524.6, degrees = [49.98, -49.98], kappa = 0.226 }";
     assert_eq!(law(MATRIX, table), HolzapfelGasserOgden::symmetric(0.9966, 524.6, 49.98, 0.226));
-    assert_eq!(law(SOFT, table).matrix, Matrix::Linear);
+    assert_eq!(law(SOFT, table).matrix, GroundSubstance::Linear);
     let list = "holzapfel_gasser_ogden = [{ k1 = 1, k2 = 10, degrees = 40 }, { k1 = 2, k2 = 20 }]";
     let family = |k1, k2, degrees| FibreFamily { k1, k2, degrees, kappa: 0.0 };
     assert_eq!(law(SOFT, list).families, [family(1.0, 10.0, 40.0), family(2.0, 20.0, 0.0)]);
-    assert_eq!(law(MATRIX, ""), HolzapfelGasserOgden { families: Vec::new(), matrix: Matrix::NeoHookean });
+    assert_eq!(law(MATRIX, ""), HolzapfelGasserOgden { families: Vec::new(), matrix: GroundSubstance::NeoHookean });
 }
 
 #[test]

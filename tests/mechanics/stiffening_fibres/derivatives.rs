@@ -3,7 +3,9 @@
 use super::{FIBRES, sheet, simulate};
 use glam::{DMat3, DQuat, DVec3};
 use rhexis::components::{Forces, Frames};
-use rhexis::math::{FibreLaw, FibreResponse, HolzapfelGasserOgden, Matrix, PreparedLaw, StiffeningFibres, Sym2};
+use rhexis::math::{
+    FibreLaw, FibreResponse, GroundSubstance, HolzapfelGasserOgden, PreparedLaw, StiffeningFibres, Sym2,
+};
 use rhexis::settings::{Settings, Tangent};
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::linear::Operator;
@@ -33,7 +35,7 @@ fn laws() -> [FibreLaw; 3] {
         let law = HolzapfelGasserOgden { matrix, ..HolzapfelGasserOgden::symmetric(0.3, 1.5, 35.0, 0.15) };
         FibreLaw::Published(PreparedLaw::new(&law, Sym2::IDENTITY))
     };
-    [FibreLaw::Stiffening(FIBRES), published(Matrix::Linear), published(Matrix::NeoHookean)]
+    [FibreLaw::Stiffening(FIBRES), published(GroundSubstance::Linear), published(GroundSubstance::NeoHookean)]
 }
 
 /// Energy per volume of the law of [`laws`], in plain formulas of C.
