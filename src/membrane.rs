@@ -2,10 +2,10 @@
 
 use crate::components::{
     Bending, Body, Contact, Drag, EnergyCriterion, ExternalStiffness, Fibres, Forces, Frames, Grips, Hold, Holds,
-    Increment, Material, Planar, Reactions, Refined, Refinement, Sleeping, SolverScratch, Springs, StiffeningFibres,
-    TearDecisions, TearLog, Tearing,
+    HolzapfelGasserOgden, Increment, Material, Planar, PreStretch, Reactions, Refined, Refinement, Sleeping,
+    SolverScratch, Springs, StiffeningFibres, TearDecisions, TearLog, Tearing,
 };
-use crate::math::{InadmissibleMaterial, RestTriangle};
+use crate::math::{InadmissibleMaterial, RestTriangle, Sym2};
 use crate::storage::{
     Broken, Mesh, MeshError, Tips, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure,
 };
@@ -47,6 +47,12 @@ pub enum BodyError {
     /// A criterion on energy for a body that does not tear.
     #[error("the energy criterion decides at tear tips: let the body tear, or leave it out")]
     EnergyCriterionWithoutTearing,
+    /// Two laws of the fibres.
+    #[error("fibres have one law: leave `StiffeningFibres` or `HolzapfelGasserOgden` out")]
+    TwoFibreLaws,
+    /// A neo-Hookean matrix with elastic constants of another law, in the triangle with this index.
+    #[error("triangle {0}: a neo-Hookean matrix goes with the material that `Material::neo_hookean` gives")]
+    NotNeoHookean(usize),
     /// Bending of a body that stays in its plane.
     #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
     BendingInPlane,
@@ -157,6 +163,10 @@ impl Membrane {
         check_holds(&self.holds, self.mesh.positions.len())?;
         self.check_components()?;
         let mut triangles = self.triangle_rows()?;
+        if self.components.get::<&HolzapfelGasserOgden>().is_some_and(HolzapfelGasserOgden::replaces_linear) {
+            let other = triangles.stiffness.iter().position(|law| !law.is_neo_hookean());
+            other.map_or(Ok(()), |triangle| Err(BodyError::NotNeoHookean(triangle)))?;
+        }
         let [vertex_room, triangle_room] = self.room();
         let mut vertices = Vertices::default();
         vertices.reserve(self.mesh.positions.len() + vertex_room);
@@ -278,6 +288,13 @@ impl Membrane {
         }
         if let Some(fibres) = self.components.get::<&StiffeningFibres>() {
             fibres.check().map_err(|(what, value, must)| BodyError::OutOfRange { what, value, must })?;
+        }
+        if let Some(law) = self.components.get::<&HolzapfelGasserOgden>() {
+            if self.components.has::<StiffeningFibres>() {
+                return Err(BodyError::TwoFibreLaws);
+            }
+            let held = self.components.get::<&PreStretch>().map_or(Sym2::ZERO, |p| p.strain);
+            law.check(held).map_err(|(what, value, must)| BodyError::OutOfRange { what, value, must })?;
         }
         if let Some(b) = self.components.get::<&Bending>() {
             if self.components.has::<Planar>() {

@@ -6,8 +6,8 @@ use super::tearing::{
 };
 use super::{StepContext, parallel};
 use crate::components::{
-    Bending, EnergyCriterion, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, StiffeningFibres,
-    TearDecision, TearDecisions, TearSite, Tearing,
+    Bending, EnergyCriterion, FibreLaws, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, TearDecision,
+    TearDecisions, TearSite, Tearing, fibre_law,
 };
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
@@ -33,7 +33,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
         (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>),
         (
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
         ),
     );
@@ -50,6 +50,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         |((vertices, triangles, topology, tearing), (tips, decisions, memory, _), about)| {
             let ((planar, pre_stretch, fibres), (holds, grips, energy, bending)) = about;
             let unstretched = PreStretch::unstretched(pre_stretch);
+            let fibres = fibre_law(fibres, pre_stretch);
             let surface =
                 Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
             for tip in 0..tips.len() {

@@ -75,4 +75,5 @@ parameters! {
     energy_criterion: EnergyCriterion,
     refinement: Refinement,
     sleeping: Sleeping,
+    holzapfel_gasser_ogden: HolzapfelGasserOgden,
 }

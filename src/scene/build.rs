@@ -1,16 +1,16 @@
 //! From `[[bodies]]` to a membrane with its components.
 
 use super::error::{Fault, not_negative, positive};
+use super::fibre_law::{fibre_law, neo_hookean};
 use super::region::Surface;
 use super::schema::{
     BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
-    StiffeningFibresSpec, TearModeSpec, TearingSpec,
+    TearModeSpec, TearingSpec,
 };
 use super::{grasp, mesh_file, shape};
 use crate::components::{
     Anchor, Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold,
-    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, StiffeningFibres, TearMode,
-    Tearing, Toughness,
+    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -59,6 +59,9 @@ fn material(spec: &MaterialSpec, key: &str) -> Result<Material, Fault> {
     let at = |name: &str| format!("{key}.{name}");
     let thickness = positive(at("thickness"), spec.thickness, "mm")?;
     let density = positive(at("density"), spec.density, "g/mm³")?;
+    if let Some(material) = neo_hookean(spec, key)? {
+        return Ok(material);
+    }
     let MaterialSpec { young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus, .. } = *spec;
     let named = |values: [(&str, Option<f64>, &str); 4]| {
         values.into_iter().try_for_each(|(name, value, unit)| match value {
@@ -152,13 +155,7 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     if let Some(strain) = spec.pre_stretch {
         membrane = membrane.with(PreStretch { strain: strain.0 });
     }
-    if let Some(StiffeningFibresSpec { k1, k2 }) = spec.stiffening_fibres {
-        let fibres = StiffeningFibres { k1, k2 };
-        if let Err((what, value, must)) = fibres.check() {
-            return Err(Fault::new(at("stiffening_fibres"), format!("{what} is {value}"), must));
-        }
-        membrane = membrane.with(fibres);
-    }
+    membrane = fibre_law(membrane, spec, key)?;
     if let Some(time) = spec.damping {
         membrane = membrane.with(Damping { time: not_negative(at("damping"), time, "ms")? });
     }

@@ -3,7 +3,7 @@
 use super::Simulation;
 use super::material_force::material_force;
 use crate::components::{
-    Bending, Body, EnergyCriterion, Frames, Planar, PreStretch, StiffeningFibres, TearDecision, Tearing,
+    Bending, Body, EnergyCriterion, FibreLaws, Frames, Planar, PreStretch, TearDecision, Tearing, fibre_law,
 };
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2};
@@ -33,13 +33,14 @@ impl Simulation {
     fn body_frame(&self, body: Entity) -> Option<BodyFrame> {
         type Query<'a> = (
             (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
         );
         let mut query = self.world.query_one::<Query>(body);
         let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, fibres), (tearing, energy, bending)) =
             query.get().ok()?;
         let unstretched = PreStretch::unstretched(pre_stretch);
+        let fibres = fibre_law(fibres, pre_stretch);
         let surface =
             Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
         let principal = |state: ElementState| DVec2::from(state.stress.principal_values());

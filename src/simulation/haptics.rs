@@ -12,8 +12,8 @@
 use super::haptic_feed::HapticModel;
 use super::{Pin, PinError, Simulation};
 use crate::components::{
-    Damping, ExternalStiffness, Forceps, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
-    StiffeningFibres,
+    Damping, ExternalStiffness, FibreLaws, Forceps, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
+    fibre_law,
 };
 use crate::math::Sym3;
 use crate::settings::{LinearParams, Tangent};
@@ -124,7 +124,7 @@ impl Haptics {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
-            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>, Option<&'a Damping>, Option<&'a Folds>),
+            (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<&'a Folds>),
         );
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
         let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, fibres, damping, folds)) = found;
@@ -138,7 +138,8 @@ impl Haptics {
         let Self { horizon, factor, inner, frames, external, scratch, corner, answers, forces, springs, pinned } = self;
         let rate = 1.0 / *horizon;
         let solved = simulation.pool.run(|| {
-            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres);
+            let fibres = fibre_law(fibres, pre_stretch);
+            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres.as_ref());
             let tangent = Tangent::Projected;
             geometric_stiffness(frames, triangles, tangent, StepContext::RESERVE_OF_EULER);
             let operator = Operator {

@@ -1,7 +1,7 @@
 //! The material force at tear tips.
 
 use super::{Simulation, SimulationError};
-use crate::components::{Bending, EnergyCriterion, Planar, PreStretch, StiffeningFibres, Tearing, Toughness};
+use crate::components::{Bending, EnergyCriterion, FibreLaws, Planar, PreStretch, Tearing, Toughness, fibre_law};
 use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::tearing::{EnergyTerms, Surface, TipMemory};
 use glam::DVec3;
@@ -47,7 +47,7 @@ impl Simulation {
     pub fn material_forces(&self, body: Entity) -> Result<Vec<TipForce>, SimulationError> {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
         );
         let mut query = self.world.query_one::<Query>(body);
@@ -55,6 +55,7 @@ impl Simulation {
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some((tearing, tips)) = tearing else { return Ok(Vec::new()) };
         let unstretched = PreStretch::unstretched(pre_stretch);
+        let fibres = fibre_law(fibres, pre_stretch);
         let surface =
             Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
         let mut memory = TipMemory::default();

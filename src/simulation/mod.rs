@@ -39,8 +39,8 @@ pub use tools::{Grasp, ToolError};
 pub use view::{BodyView, normals};
 
 use crate::components::{
-    Bending, Body, EnergyAudit, EnergyBalance, Frames, Holds, Planar, PreStretch, Reactions, Sleeping, SolverScratch,
-    StiffeningFibres,
+    Bending, Body, EnergyAudit, EnergyBalance, FibreLaws, Frames, Holds, Planar, PreStretch, Reactions, Sleeping,
+    SolverScratch, fibre_law,
 };
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
@@ -293,13 +293,14 @@ impl Simulation {
         self.refresh(body)?;
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<&'a Bending>, Option<&'a Folds>),
         );
         let mut query = self.world.query_one::<Query>(body);
         let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let law = (frames.is_planar(), PreStretch::unstretched(pre_stretch), fibres);
+        let fibres = fibre_law(fibres, pre_stretch);
+        let law = (frames.is_planar(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
         let elastic = frames.states().enumerate().map(|(t, state)| {
             let twice = membrane::twice_energy(&state, &triangles.stiffness[t], law);
             0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
@@ -338,11 +339,13 @@ impl Simulation {
     pub fn refresh(&mut self, body: Entity) -> Result<(), SimulationError> {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a mut Frames),
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
         );
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
         let ((vertices, triangles, frames), (planar, pre_stretch, fibres)) = found;
-        self.pool.run(|| corotation::evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres));
+        let (is_planar, fibres) = (planar.is_some(), fibre_law(fibres, pre_stretch));
+        let fibres = fibres.as_ref();
+        self.pool.run(|| corotation::evaluate(vertices, triangles, frames, is_planar, pre_stretch, fibres));
         Ok(())
     }
 

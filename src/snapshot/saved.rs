@@ -135,6 +135,7 @@ saved! {
         tear_log: TearLog,
         energy_audit: EnergyAudit,
         sleeping: Sleeping,
+        holzapfel_gasser_ogden: HolzapfelGasserOgden,
     }
     derived {
         has_frames: Frames,

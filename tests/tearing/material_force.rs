@@ -7,7 +7,7 @@ use rhexis::components::{
     Bending, Curve, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Hold, Material, PointLoad, PointLoads, PreStretch,
     StiffeningFibres, Tearing, Toughness,
 };
-use rhexis::math::Sym2;
+use rhexis::math::{FibreLaw, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::scene::generate;
 use rhexis::settings::Settings;
@@ -39,7 +39,7 @@ impl Torn {
             topology: &topology,
             is_planar: false,
             unstretched: self.unstretched,
-            fibres: self.fibres.as_ref(),
+            fibres: self.fibres.map(FibreLaw::Stiffening),
             bending: self.bending.as_ref(),
         };
         let vertex = world.get::<&Tips>(self.body).unwrap().vertex[0];

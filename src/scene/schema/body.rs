@@ -1,7 +1,7 @@
 //! `[[bodies]]`: a membrane and what it carries.
 
 use super::constraint::{EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, SpringSpec};
-use super::{Exactly, MeshSpec, Point, Strain, TimeCurve};
+use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Point, StiffeningFibresSpec, Strain, TimeCurve};
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -29,6 +29,8 @@ pub struct BodySpec {
     pub pre_stretch: Option<Strain>,
     /// Fibres that stiffen as they are drawn out.
     pub stiffening_fibres: Option<StiffeningFibresSpec>,
+    /// Law of its fibres by the invariants of Holzapfel, Gasser and Ogden.
+    pub holzapfel_gasser_ogden: Option<HolzapfelGasserOgdenSpec>,
     /// Strain-rate damping β \[ms\], ≥ 0: the stress gains β · C : dU/dt.
     pub damping: Option<f64>,
     /// Acceleration \[mm/ms²\]; the earth's is `[0, 0, -9.81e-3]`.
@@ -72,10 +74,15 @@ pub struct BodySpec {
 }
 
 /// `material`: either `young` and `poisson`, or `young_fibre`, `young_transverse`, `poisson_major` and, if known,
-/// `shear_modulus`.
+/// `shear_modulus`; or `model = "neo_hookean"` and `mu`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialSpec {
+    /// `"linear"` (default) or `"neo_hookean"`.
+    #[serde(default)]
+    pub model: MaterialModelSpec,
+    /// Shear modulus μ \[MPa\] of a neo-Hookean material, > 0.
+    pub mu: Option<f64>,
     /// Isotropic Young's modulus \[MPa\].
     pub young: Option<f64>,
     /// Isotropic Poisson ratio, −1 to 1.
@@ -93,6 +100,17 @@ pub struct MaterialSpec {
     /// Density \[g/mm³\]. Default 1e-3.
     #[serde(default = "density")]
     pub density: f64,
+}
+
+/// Law of a material without its fibres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MaterialModelSpec {
+    /// Linear in the Biot strain, with any orthotropic constants.
+    #[default]
+    Linear,
+    /// μ/2·(I₁ − 3), incompressible. Not with `grading` or `energy_criterion`.
+    NeoHookean,
 }
 
 /// `grading`: E_F is multiplied and E_T divided by √g, so that √(E_F·E_T) stays; g grows linearly with the distance from the
@@ -136,17 +154,6 @@ pub struct ConcentricSpec {
     /// Direction of the axis. Default z.
     #[serde(default = "along_z")]
     pub axis: Point,
-}
-
-/// `stiffening_fibres`: adds k₁·e·exp(k₂·e²) to the stress along the fibres in tension, e their strain; from 2/√k₂ on the stress
-/// goes on along its tangent. Not with `energy_criterion`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StiffeningFibresSpec {
-    /// k₁ \[MPa\], > 0 and at most 1e12.
-    pub k1: f64,
-    /// k₂, from 1e-9 to 1e9.
-    pub k2: f64,
 }
 
 /// `bending`: `bending = {}` takes the stiffness that follows from the material and the thickness, E·h³/(12·(1 − ν²)) of an

@@ -5,7 +5,7 @@ use crate::common::{self, Square};
 use glam::{DVec2, DVec3};
 use hecs::Entity;
 use rhexis::components::*;
-use rhexis::math::Sym2;
+use rhexis::math::{FibreLaw, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::scene::{Document, generate};
 use rhexis::settings::{LinearParams, Settings, Tangent};
@@ -60,7 +60,7 @@ fn a_patch_under_uniform_stretch_has_the_stress_of_the_law() {
             topology,
             is_planar: false,
             unstretched,
-            fibres: Some(&FIBRES),
+            fibres: Some(FibreLaw::Stiffening(FIBRES)),
             bending: None,
         };
         for (t, state) in world.get::<&Frames>(body).unwrap().states().enumerate() {
