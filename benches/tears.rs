@@ -100,7 +100,15 @@ fn at_tip(edges_per_radius: f64, f: impl FnOnce(&Surface, u32, f64)) {
     let triangles = &*world.get::<&Triangles>(body).expect("a body");
     let topology = &*world.get::<&Topology>(body).expect("a body");
     let tip = world.get::<&Tips>(body).expect("a body that tears").vertex[0];
-    let surface = Surface { vertices, triangles, topology, is_planar: true, unstretched: Sym2::IDENTITY, fibres: None };
+    let surface = Surface {
+        vertices,
+        triangles,
+        topology,
+        is_planar: true,
+        unstretched: Sym2::IDENTITY,
+        fibres: None,
+        bending: None,
+    };
     f(&surface, tip, edges_per_radius * 30.0 / LARGE[0] as f64);
 }
 
@@ -148,7 +156,7 @@ fn energy_at_rest(bencher: Bencher, edges_per_radius: f64) {
         let energy = &EnergyCriterion::new(Toughness { along: 0.02, across: 0.5 });
         let (terms, mut memory) = (EnergyTerms { tearing, energy }, TipMemory::default());
         let mut decide = || energy_decision(surface, terms, 0, (tip, DVec3::NEG_Y), &mut memory);
-        assert!(decide().is_some_and(|decision| decision.by == DecidedBy::Energy));
+        assert!(decide().is_some_and(|(decision, _)| decision.by == DecidedBy::Energy));
         bencher.bench_local(decide);
     });
 }

@@ -123,6 +123,8 @@ pub enum EventKind {
         is_ambiguous: bool,
         /// Which criterion that is.
         by: DecidedBy,
+        /// Energy that the advance was to release per area of tear \[N/mm\], where the criterion is on energy.
+        release: Option<f64>,
         /// Whether it went there, or which other way.
         course: Course,
     },

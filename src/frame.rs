@@ -49,6 +49,8 @@ pub struct TipFrame {
     pub value: f64,
     /// The criterion's polar curve over the admissible directions: (unit direction, c).
     pub curve: Vec<(DVec3, f64)>,
+    /// Material force \[N/mm\]: the energy released per area of tear by an advance along d is its product with d.
+    pub material_force: DVec3,
     /// Averaging radius R \[mm\].
     pub radius: f64,
 }

@@ -2,7 +2,9 @@
 
 pub use crate::components::BodyError;
 use crate::components::check::{Host, number, positive};
-use crate::components::{Bending, Body, Fibres, Hold, Holds, Material, Planar, Refinement, Tearing};
+use crate::components::{
+    Bending, Body, Fibres, Hold, Holds, HolzapfelGasserOgden, Material, Planar, Refinement, Tearing,
+};
 use crate::math::RestTriangle;
 use crate::registry::{check_changed, complete};
 use crate::storage::{Broken, Mesh, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure};
@@ -82,6 +84,10 @@ impl Membrane {
     pub(crate) fn build(mut self, order: u32) -> Result<EntityBuilder, BodyError> {
         self.mesh.check()?;
         let mut triangles = self.triangle_rows()?;
+        if self.components.get::<&HolzapfelGasserOgden>().is_some_and(HolzapfelGasserOgden::replaces_linear) {
+            let other = triangles.stiffness.iter().position(|law| !law.is_neo_hookean());
+            other.map_or(Ok(()), |triangle| Err(BodyError::NotNeoHookean(triangle)))?;
+        }
         let [vertex_room, triangle_room] = self.room();
         let mut vertices = Vertices::default();
         vertices.reserve(self.mesh.positions.len() + vertex_room);

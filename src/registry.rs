@@ -33,6 +33,7 @@ macro_rules! components {
                 drag: Drag,
                 pre_stretch: PreStretch,
                 stiffening_fibres: StiffeningFibres,
+                holzapfel_gasser_ogden: HolzapfelGasserOgden,
                 contact: Contact,
                 bending: Bending,
                 tearing: Tearing,

@@ -34,9 +34,9 @@ use super::kernels::path_work::Element;
 use super::linear::{Folds, Operator, reactions};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
-    Damping, Drag, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, StiffeningFibres, Tautness,
+    Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
 };
-use crate::math::{ElementState, Faded, Orthotropic, Sym2};
+use crate::math::{ElementState, Faded, FibreLaw, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DVec2, DVec3};
@@ -71,7 +71,7 @@ type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>),
     (Option<&'a Damping>, Option<&'a Drag>),
-    (Option<&'a PreStretch>, Option<&'a Planar>, Option<&'a StiffeningFibres>),
+    (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
 
 /// Adds up what the last solve leaves over, and marks the bodies where that is too much. Where no shorter step is left to be tried, such
@@ -99,7 +99,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
             let operator =
                 Operator { vertices, triangles, topology, frames, external: None, folds, inertia, viscosity, tangent };
-            let unstretched = PreStretch::unstretched(pre_stretch);
+            let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let SolverScratch { free, partials, pairs, left_over, unseen, .. } = &mut *scratch;
@@ -110,7 +110,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 increment,
                 free,
                 unstretched,
-                fibres,
+                fibres: fibres.as_ref(),
                 is_planar,
                 is_counted,
                 is_damped_before,
@@ -228,7 +228,7 @@ struct Solved<'a> {
     increment: &'a Increment,
     free: &'a FreeAxes,
     unstretched: Sym2,
-    fibres: Option<&'a StiffeningFibres>,
+    fibres: Option<&'a FibreLaw>,
     is_planar: bool,
     /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
     is_counted: bool,

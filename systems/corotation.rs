@@ -5,8 +5,8 @@ use super::kernels::membrane;
 use super::kernels::membrane_lanes::{Geometric, States};
 use super::kernels::simd::{self, Kernel};
 use super::{Formula, StepContext, parallel};
-use crate::components::{Frames, Planar, PreStretch, SolverScratch, StiffeningFibres};
-use crate::math::{CoupledStiffness, Faded, GeometricStiffness, Orthotropic, Sym2};
+use crate::components::{FibreLaws, Frames, Planar, PreStretch, SolverScratch, fibre_law};
+use crate::math::{CoupledStiffness, Faded, FibreLaw, GeometricStiffness, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Alike, Triangles, Vertices};
 use std::sync::atomic::AtomicBool;
@@ -15,7 +15,7 @@ use std::sync::atomic::AtomicBool;
 pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a mut Frames, &'a SolverScratch),
-        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+        (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
     );
     parallel::for_bodies::<Query>(
         world,
@@ -27,7 +27,8 @@ pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
                 let unstretched = PreStretch::unstretched(pre_stretch);
                 return evaluate_rotated(vertices, triangles, frames, is_planar, unstretched, step.reserve());
             }
-            evaluate(vertices, triangles, frames, is_planar, pre_stretch, fibres);
+            let fibres = fibre_law(fibres, pre_stretch);
+            evaluate(vertices, triangles, frames, is_planar, pre_stretch, fibres.as_ref());
             // Nothing is solved for at the start of a step of two stages.
             if step.formula != Formula::Start {
                 geometric_stiffness(frames, triangles, tangent, step.reserve());
@@ -36,7 +37,7 @@ pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// State and geometric stiffness of the rotated tangent at the vertices' positions, where no fibres stiffen: [`evaluate`] and
+/// State and geometric stiffness of the rotated tangent at the vertices' positions, by the linear law: [`evaluate`] and
 /// [`geometric_stiffness`] in one pass.
 fn evaluate_rotated(
     vertices: &Vertices,
@@ -73,7 +74,7 @@ pub fn evaluate(
     frames: &mut Frames,
     is_planar: bool,
     pre_stretch: Option<&PreStretch>,
-    fibres: Option<&StiffeningFibres>,
+    fibres: Option<&FibreLaw>,
 ) {
     let unstretched = PreStretch::unstretched(pre_stretch);
     frames.resize(triangles.len(), triangles.corners.capacity(), is_planar);
@@ -92,7 +93,7 @@ fn stiffen(
     material: &Alike<Orthotropic>,
     unstretched: Sym2,
     has_faded: bool,
-    fibres: Option<&StiffeningFibres>,
+    fibres: Option<&FibreLaw>,
 ) {
     let is_planar = frames.is_planar();
     let Frames { solid, flat, stiffened, .. } = frames;
@@ -100,20 +101,26 @@ fn stiffen(
     if fibres.is_none() && !has_faded {
         return;
     }
-    stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0 }));
-    parallel::for_rows(stiffened, |t, stiffened| {
-        let stretch = solid.get(t).map_or_else(|| flat[t].stretch, |state| state.polar.stretch);
+    stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0, q26: 0.0 }));
+    let answer = |t: usize, stretch: Sym2, stress: &mut Sym2, stiffened: &mut CoupledStiffness| {
         if let Some(faded) = Faded::at(stretch, is_planar) {
             stiffened.law = faded.majorant(&stiffened.law, stretch, unstretched);
         }
         if let Some(fibres) = fibres {
-            *stiffened = fibres.stiffness(stretch, unstretched, &stiffened.law);
+            let linear = (*stress, &stiffened.law);
+            (*stress, *stiffened) = fibres.answer(stretch, unstretched, linear, &material[t]);
         }
-    });
-    if fibres.is_some() {
-        let stress = |stretch, stress| StiffeningFibres::stiffen(fibres, stretch, unstretched, stress);
-        parallel::for_rows(solid, |_, state| state.stress = stress(state.polar.stretch, state.stress));
-        parallel::for_rows(flat, |_, state| state.stress = stress(state.stretch, state.stress));
+    };
+    if is_planar {
+        parallel::for_pairs(stiffened, flat, |first, stiffened, flat| {
+            let rows = stiffened.iter_mut().zip(flat).enumerate();
+            rows.for_each(|(i, (own, state))| answer(first + i, state.stretch, &mut state.stress, own));
+        });
+    } else {
+        parallel::for_pairs(stiffened, solid, |first, stiffened, solid| {
+            let rows = stiffened.iter_mut().zip(solid).enumerate();
+            rows.for_each(|(i, (own, state))| answer(first + i, state.polar.stretch, &mut state.stress, own));
+        });
     }
 }
 
@@ -126,9 +133,9 @@ pub fn geometric_stiffness(frames: &mut Frames, triangles: &Triangles, tangent: 
         return parallel::for_chunks(geometric, &Geometric { state: solid, start: 0, stiffness, reserve });
     }
     let majorant = |t: usize, stress, stretch| match (tangent, stiffened.get(t)) {
-        (Tangent::Projected, None) => membrane::spin_majorant(stress, stretch, &triangles.stiffness[t], 0.0),
-        (Tangent::Projected, Some(CoupledStiffness { law, q16 })) => {
-            membrane::spin_majorant(stress, stretch, law, *q16)
+        (Tangent::Projected, None) => membrane::spin_majorant(stress, stretch, &triangles.stiffness[t], [0.0; 2]),
+        (Tangent::Projected, Some(CoupledStiffness { law, q16, q26 })) => {
+            membrane::spin_majorant(stress, stretch, law, [*q16, *q26])
         }
         _ => 0.0,
     };

@@ -6,8 +6,8 @@ use super::tearing::{
 };
 use super::{StepContext, parallel};
 use crate::components::{
-    EnergyCriterion, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, StiffeningFibres, TearDecision,
-    TearDecisions, TearSite, Tearing,
+    Bending, EnergyCriterion, FibreLaws, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, TearDecision,
+    TearDecisions, TearSite, Tearing, fibre_law,
 };
 use crate::math::elementary;
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -34,8 +34,8 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
         (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>),
         (
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
-            (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
+            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
+            (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
         ),
     );
     parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
@@ -49,13 +49,16 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         },
         |((vertices, triangles, topology, tearing), (tips, decisions, memory, _), about)| {
-            let ((planar, pre_stretch, fibres), (holds, grips, energy)) = about;
+            let ((planar, pre_stretch, fibres), (holds, grips, energy, bending)) = about;
             let unstretched = PreStretch::unstretched(pre_stretch);
-            let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres };
+            let fibres = fibre_law(fibres, pre_stretch);
+            let surface =
+                Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
             for tip in 0..tips.len() {
                 let place = (tips.vertex[tip], tips.previous[tip]);
                 let decision = match energy {
-                    Some(energy) => energy_decision(&surface, EnergyTerms { tearing, energy }, tip, place, memory),
+                    Some(energy) => energy_decision(&surface, EnergyTerms { tearing, energy }, tip, place, memory)
+                        .map(|found| found.0),
                     None => tip_decision(&surface, tearing, tip, place, memory),
                 };
                 tips.criterion[tip] = decision.map_or(0.0, |d| d.value);

@@ -17,10 +17,11 @@ use super::kernels::path_work::Element;
 use super::linear::Folds;
 use super::{StepContext, parallel};
 use crate::components::{
-    Bending, Damping, Drag, Energies, EnergyAudit, Equilibrium, ExternalStiffness, Forces, Frames, Grips, Holds,
-    Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, StiffeningFibres, TearDecisions, TearLog,
+    Bending, Damping, Drag, Energies, EnergyAudit, Equilibrium, ExternalStiffness, FibreLaws, Forces, Frames, Grips,
+    Holds, Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog, fibre_law,
 };
 use crate::event::EventKind;
+use crate::math::FibreLaw;
 use crate::storage::room::copy;
 use crate::storage::{Topology, Triangles, Vertices};
 use carried::Carried;
@@ -33,15 +34,16 @@ pub struct Sheet<'a> {
     bending: Option<(&'a Bending, &'a Vertices, &'a Topology)>,
     is_planar: bool,
     pre_stretch: Option<&'a PreStretch>,
-    fibres: Option<&'a StiffeningFibres>,
+    fibres: Option<FibreLaw>,
 }
 
 /// The components, beside bending, that the energy of the triangles depends on.
-type Strained<'a> = (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>);
+type Strained<'a> = (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>);
 
 impl<'a> Sheet<'a> {
     /// The triangles of a body with the components that their energy depends on.
     pub fn new(triangles: &'a Triangles, (planar, pre_stretch, fibres): Strained<'a>) -> Self {
+        let fibres = fibre_law(fibres, pre_stretch);
         Self { triangles, bending: None, is_planar: planar.is_some(), pre_stretch, fibres }
     }
 
@@ -50,7 +52,7 @@ impl<'a> Sheet<'a> {
         Self { bending: bending.map(|bending| (bending, vertices, topology)), ..self }
     }
 
-    fn element(&self, t: usize) -> Element<'a> {
+    fn element(&self, t: usize) -> Element<'_> {
         let rest = &self.triangles.rest[t];
         Element {
             rest,
@@ -58,7 +60,7 @@ impl<'a> Sheet<'a> {
             volume: rest.area * self.triangles.thickness[t],
             is_planar: self.is_planar,
             unstretched: PreStretch::unstretched(self.pre_stretch),
-            fibres: self.fibres,
+            fibres: self.fibres.as_ref(),
         }
     }
 

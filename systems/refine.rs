@@ -7,10 +7,10 @@ use super::tearing::{
     Cutter, Followers, Quality, Surface, TearScratch, ThinOut, TipMemory, distance_to_triangle, plan_thin_out, size,
 };
 use crate::components::{
-    Changes, EdgeLoads, EnergyAudit, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined, Refinement,
-    SolverScratch, Springs, StepForces, StiffeningFibres, TearDecisions, Tearing,
+    Changes, EdgeLoads, EnergyAudit, FibreLaws, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined,
+    Refinement, SolverScratch, Springs, StepForces, TearDecisions, Tearing, fibre_law,
 };
-use crate::math::Sym2;
+use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
 use glam::DVec3;
 
@@ -34,7 +34,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>, Option<&'a mut Changes>),
-        (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+        (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
     );
     for (
         (vertices, triangles, topology, increment, factor),
@@ -56,7 +56,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         count += 1;
         let is_planar = planar.is_some();
-        let unstretched = PreStretch::unstretched(pre_stretch);
+        let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
         let memory = Some(memory);
         let followers = Followers {
             increment,
@@ -116,7 +116,7 @@ struct Refiner<'a> {
     scratch: &'a mut TearScratch,
     is_planar: bool,
     unstretched: Sym2,
-    fibres: Option<&'a StiffeningFibres>,
+    fibres: Option<FibreLaw>,
 }
 
 impl Refiner<'_> {
@@ -241,6 +241,7 @@ impl Refiner<'_> {
             is_planar: self.is_planar,
             unstretched: self.unstretched,
             fibres: self.fibres,
+            bending: None,
         };
         let strength = self.tearing.strength_transverse.min(self.tearing.strength_fibre);
         plan_thin_out(&surface, row, strength, &is_wanted)

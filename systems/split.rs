@@ -193,7 +193,7 @@ impl Tearer<'_> {
         let wanted = if self.tearing.mode == TearMode::Edge { Course::Edge } else { Course::Exact };
         self.log.detour_count += u32::from(advance.course != wanted);
         self.log.ambiguous_count += u32::from(decision.is_ambiguous);
-        self.log.stress_instead_count += u32::from(matches!(decision.by, DecidedBy::StressFor(_)));
+        self.log.material_force_count += u32::from(matches!(decision.by, DecidedBy::MaterialForce(_)));
         self.log.note_angle(advance.smallest_angle);
         self.log.pending.push(EventKind::Advanced {
             tip: key,
@@ -204,6 +204,7 @@ impl Tearer<'_> {
             margin: decision.margin,
             is_ambiguous: decision.is_ambiguous,
             by: decision.by,
+            release: decision.release,
             course: advance.course,
         });
         self.finish_cut(advance.end.and_then(|End { freed }| freed));

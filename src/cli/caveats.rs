@@ -52,19 +52,6 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
                 body.name, tear.held_back_steps, tear.held_back_criterion
             ));
         }
-        if let Some(decisions) = &tear.decisions
-            && !decisions.by_stress.is_empty()
-        {
-            let by_stress = decisions.by_stress.values().sum::<u64>();
-            let reasons: Vec<String> =
-                decisions.by_stress.iter().map(|(why, count)| format!("{why}: {count}")).collect();
-            list.push(format!(
-                "{}: the stress decided {by_stress} of {} times at tips although there is an energy criterion ({})",
-                body.name,
-                by_stress + decisions.by_energy,
-                reasons.join("; ")
-            ));
-        }
         if tear.refusals > 0 {
             list.push(format!(
                 "{}: {} advance(s) were refused by the mesh (events.jsonl says why)",
@@ -74,10 +61,6 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         if tear.ambiguous > 0 {
             let what = "had a runner-up within 5 %: another run could have gone the other way (`ambiguous` lists them)";
             list.push(format!("{}: {} start(s) or advance(s) {what}", body.name, tear.ambiguous));
-        }
-        if let Some(count) = tear.by_stress_instead.filter(|&count| count > 0) {
-            let what = "advance(s) by stress, where the ring tells no energy (events.jsonl says why)";
-            list.push(format!("{}: {count} {what}", body.name));
         }
         if tear.held_shut > 0 {
             let what = "torn vertices are kept shut by a hold or grip that has hold of both lips";

@@ -274,11 +274,13 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
             "kind": "started", "tip": key(tip), "at_mm": point(at),
             "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
         }),
-        EventKind::Advanced { tip, from, to, direction, criterion, margin, is_ambiguous, by, course } => json!({
-            "kind": "advanced", "tip": key(tip), "from_mm": point(from), "to_mm": point(to),
-            "direction": point(direction), "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
-            "decided_by": by.to_string(), "course": course.to_string(),
-        }),
+        EventKind::Advanced { tip, from, to, direction, criterion, margin, is_ambiguous, by, release, course } => {
+            json!({
+                "kind": "advanced", "tip": key(tip), "from_mm": point(from), "to_mm": point(to),
+                "direction": point(direction), "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
+                "decided_by": by.to_string(), "release_n_per_mm": release, "course": course.to_string(),
+            })
+        }
         EventKind::Released { energy, length } => {
             json!({ "kind": "released", "energy_mj": energy, "length_mm": length })
         }

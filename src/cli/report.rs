@@ -121,8 +121,8 @@ pub(super) struct TearFigures {
     pub detours: u32,
     /// Starts and advances.
     pub ambiguous: u32,
-    /// Advances that the stress decided although the body has an energy criterion; absent for a body without.
-    pub by_stress_instead: Option<u32>,
+    /// Advances by the material force, off the plane crack's field; absent for a body without energy criterion.
+    pub by_material_force: Option<u32>,
     /// What decided at tips, one decision per tip and step; absent for a body without an energy criterion.
     pub decisions: Option<DecisionFigures>,
     /// Steps in which `max_tear_speed` held a tear back that was to advance, and the largest criterion meanwhile.
@@ -147,9 +147,9 @@ pub(super) struct TearFigures {
 /// Decisions at tips of a body with an energy criterion.
 #[derive(Serialize)]
 pub(super) struct DecisionFigures {
-    pub by_energy: u64,
-    /// By stress, with the reason why the ring told no energy.
-    pub by_stress: BTreeMap<String, u64>,
+    pub by_ring: u64,
+    /// By the material force, with the reason why the ring had no field of a plane crack.
+    pub by_material_force: BTreeMap<String, u64>,
 }
 
 /// What refinement and coarsening did to the mesh.
@@ -183,6 +183,10 @@ pub(super) struct TipFigures {
     /// In the rest shape.
     pub at_mm: [f64; 3],
     pub criterion: f64,
+    /// Energy released per area of tear in the last direction, by the material force.
+    pub release_n_per_mm: f64,
+    /// Angle from the last direction to the material force, counter-clockwise.
+    pub force_turn_deg: f64,
 }
 
 /// What the solver did over the run.
@@ -321,7 +325,14 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
     let at = |row: u32| vertices.rest_position.get(row as usize).map_or([f64::NAN; 3], |p| p.to_array());
     let tips = world.get::<&Tips>(body).map_or(Vec::new(), |tips| {
         let alive = tips.vertex.iter().zip(&tips.criterion);
-        alive.map(|(&row, &criterion)| TipFigures { at_mm: at(row), criterion }).collect()
+        let forces = instance.simulation.material_forces(body).unwrap_or_default();
+        let figures = alive.zip(forces).map(|((&row, &criterion), force)| TipFigures {
+            at_mm: at(row),
+            criterion,
+            release_n_per_mm: force.along,
+            force_turn_deg: force.turn.to_degrees(),
+        });
+        figures.collect()
     });
     Some(TearFigures {
         length_mm: log.length,
@@ -329,7 +340,7 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         advances: log.advance_count,
         detours: log.detour_count,
         ambiguous: log.ambiguous_count,
-        by_stress_instead: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.stress_instead_count),
+        by_material_force: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.material_force_count),
         decisions: world.get::<&EnergyCriterion>(body).is_ok().then(|| decision_figures(&log)),
         held_back_steps: log.held_back_count,
         held_back_criterion: log.held_back_criterion,
@@ -352,9 +363,9 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
 }
 
 fn decision_figures(log: &TearLog) -> DecisionFigures {
-    let reasons = RingFault::ALL.iter().zip(log.stress_decision_counts).filter(|(_, count)| *count > 0);
-    let by_stress = reasons.map(|(fault, count)| (fault.to_string(), count)).collect();
-    DecisionFigures { by_energy: log.energy_decision_count, by_stress }
+    let reasons = RingFault::ALL.iter().zip(log.force_decision_counts).filter(|(_, count)| *count > 0);
+    let by_material_force = reasons.map(|(fault, count)| (fault.to_string(), count)).collect();
+    DecisionFigures { by_ring: log.energy_decision_count, by_material_force }
 }
 
 fn refinement_figures(instance: &Instance, body: Entity) -> Option<RefinementFigures> {

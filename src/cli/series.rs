@@ -29,6 +29,8 @@ pub(super) struct Observation {
     pub tips: usize,
     /// Largest criterion value at a tip.
     pub criterion: f64,
+    /// Largest energy released per area of tear at a tip, in its last direction, by the material force \[N/mm\].
+    pub release: f64,
     /// Sums of the bodies' energy balances, where they are kept.
     pub balance: Option<EnergyBalance>,
     /// Force of every hold on its body \[N\].
@@ -80,6 +82,8 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
             o.tips += tips.len();
             o.criterion = tips.criterion.iter().copied().fold(o.criterion, f64::max);
         }
+        let forces = instance.simulation.material_forces(body).unwrap_or_default();
+        o.release = forces.iter().map(|force| force.along).fold(o.release, f64::max);
     }
     o
 }
@@ -98,6 +102,7 @@ impl Observation {
             "tear_length_mm",
             "tips",
             "max_criterion",
+            "max_release_N_per_mm",
         ];
         let mut header: Vec<String> = fixed.map(str::to_owned).to_vec();
         let balance = self.balance.iter().flat_map(EnergyBalance::terms);
@@ -121,6 +126,7 @@ impl Observation {
             self.torn.to_string(),
             self.tips.to_string(),
             self.criterion.to_string(),
+            format!("{:e}", self.release),
         ];
         row.extend(self.balance.iter().flat_map(EnergyBalance::terms).map(|(_, term)| format!("{term:e}")));
         for (_, force) in self.reactions.iter().chain(&self.grips) {

@@ -2,6 +2,7 @@
 
 use super::BodyError;
 use super::check::{Check, Host, positive};
+use crate::math::Orthotropic;
 
 /// Resistance to a change of curvature, so that a slack flap folds over and lies down instead of crumpling. For bodies in space:
 /// one that is kept in its plane does not bend. *Parameter.*
@@ -16,5 +17,12 @@ pub struct Bending {
 impl Check for Bending {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         self.stiffness.map_or(Ok(()), |d| positive("Bending", "bending stiffness", d))
+    }
+}
+
+impl Bending {
+    /// What a law \[MPa\] of tissue of a thickness \[mm\] is multiplied by to give that of bending \[mm³\].
+    pub(crate) fn scale(&self, law: &Orthotropic, thickness: f64) -> f64 {
+        self.stiffness.map_or_else(|| thickness * thickness * thickness / 12.0, |d| d / (law.q11 * law.q22).sqrt())
     }
 }

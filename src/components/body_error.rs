@@ -40,9 +40,12 @@ pub enum BodyError {
     /// A criterion on energy for a body that does not tear.
     #[error("the energy criterion decides at tear tips: let the body tear, or leave it out")]
     EnergyCriterionWithoutTearing,
-    /// A criterion on energy for fibres that stiffen.
-    #[error("the energy criterion reads the fields of a linear law: leave it or the stiffening of the fibres out")]
-    EnergyCriterionOfStiffeningFibres,
+    /// Two laws of the fibres.
+    #[error("fibres have one law: leave `StiffeningFibres` or `HolzapfelGasserOgden` out")]
+    TwoFibreLaws,
+    /// A neo-Hookean matrix with elastic constants of another law, in the triangle with this index.
+    #[error("triangle {0}: a neo-Hookean matrix goes with the material that `Material::neo_hookean` gives")]
+    NotNeoHookean(usize),
     /// Bending of a body that stays in its plane.
     #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
     BendingInPlane,

@@ -137,7 +137,7 @@ impl Check for TearLog {
             self.advance_count,
             self.detour_count,
             self.ambiguous_count,
-            self.stress_instead_count,
+            self.material_force_count,
             self.end_count,
             self.piece_count,
             self.refusal_count,

@@ -19,7 +19,7 @@ pub struct Frames {
     pub geometric: Vec<GeometricStiffness>,
     /// That of planar bodies, which have none out of the plane \[MPa\].
     pub in_plane: Vec<f64>,
-    /// Stiffness \[MPa\] there of a body with [`StiffeningFibres`](crate::math::StiffeningFibres); empty without them.
+    /// Stiffness \[MPa\] there of a body with a [`FibreLaw`](crate::math::FibreLaw); empty without one.
     pub stiffened: Vec<CoupledStiffness>,
 }
 
@@ -79,10 +79,10 @@ impl Frames {
         self.stiffened.get(t).map_or_else(|| &triangles.stiffness[t], |stiffened| &stiffened.law)
     }
 
-    /// What couples strain along the fibre and shear there \[MPa\].
+    /// Q16 and Q26 \[MPa\] there, which couple strain along and across the fibre with shear.
     #[inline(always)]
-    pub fn coupling(&self, t: usize) -> f64 {
-        self.stiffened.get(t).map_or(0.0, |stiffened| stiffened.q16)
+    pub fn coupling(&self, t: usize) -> [f64; 2] {
+        self.stiffened.get(t).map_or([0.0; 2], |stiffened| [stiffened.q16, stiffened.q26])
     }
 }
 

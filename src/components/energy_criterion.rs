@@ -4,7 +4,7 @@ use super::BodyError;
 use super::Toughness;
 use super::check::{Check, Host, number, positive};
 
-/// Decides at tips by the energy that a small kink would release, against a toughness that depends on its direction. Needs
+/// Decides at tips by the energy that an advance would release, against a toughness that depends on its direction. Needs
 /// [`Tearing`](super::Tearing), of which it takes the cone, the exponent and R. *Parameter.* A body without it spends nothing on it.
 ///
 /// The stress intensities K_I, K_II come from a ring around the tip in the rest shape; the energy release rate G(θ) of a
@@ -12,8 +12,9 @@ use super::check::{Check, Host, number, positive};
 /// and fibre is G_c(δ) = G_along + (G_across − G_along)·(2δ/π)^α with the exponent α of `Tearing`, as for the strengths. The criterion
 /// is √(G/G_c), which grows with the load as that of stress does.
 ///
-/// Starts have no crack, and some rings no field of one: see [`RingFault`](super::RingFault). There the strengths of `Tearing`
-/// decide, so give both to fit: [`Tearing::of_toughness`](super::Tearing::of_toughness) does.
+/// Where the ring does not have the field of one straight crack in a plane ([`RingFault`](super::RingFault)), the material force takes its
+/// place: the derivative of the energy by the place of the tip, right on folds, in any law, beside jaws and contact. Starts have no crack:
+/// there the strengths of `Tearing` decide, so give both to fit: [`Tearing::of_toughness`](super::Tearing::of_toughness) does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyCriterion {

@@ -3,7 +3,7 @@
 use super::BodyError;
 use super::Curve;
 use super::check::{Check, Host, finite, not_negative};
-use crate::math::{StiffeningFibres, Sym2};
+use crate::math::{HolzapfelGasserOgden, StiffeningFibres, Sym2};
 use glam::DVec3;
 
 /// Damping of strain rates: the stress C:(U − I) becomes C:(U − I + β·dU/dt). Rigid motion is not braked. *Parameter.*
@@ -81,6 +81,21 @@ impl Check for Drag {
 impl Check for PreStretch {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         finite("PreStretch", "strain", [self.strain.xx, self.strain.yy, self.strain.xy])
+    }
+}
+
+impl HolzapfelGasserOgden {
+    /// Judges it under a held pre-stretch.
+    pub(crate) fn check_under(&self, held: Sym2) -> Result<(), BodyError> {
+        let component = "HolzapfelGasserOgden";
+        let wrong = |(what, value, must)| BodyError::OutOfRange { component, what, row: None, value, must };
+        Self::check(self, held).map_err(wrong)
+    }
+}
+
+impl Check for HolzapfelGasserOgden {
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        self.check_under(Sym2::ZERO)
     }
 }
 

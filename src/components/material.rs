@@ -33,6 +33,12 @@ impl Material {
         }
     }
 
+    /// An incompressible substance with the shear modulus `mu` \[MPa\], c of the papers: E = 3μ, ν = 0.5; thickness in mm, density 1e-3 g/mm³.
+    /// The matrix of a [`HolzapfelGasserOgden`](super::HolzapfelGasserOgden) that is neo-Hookean.
+    pub fn neo_hookean(mu: f64, thickness: f64) -> Self {
+        Self { shear_modulus: Some(mu), ..Self::isotropic(3.0 * mu, 0.5, thickness) }
+    }
+
     /// The material of Figure 2 of Allard, Marchal and Cotin 2009: E_F 10, E_T 1, G 0.5 MPa, ν_F 0.3, 0.1 mm thick.
     pub fn figure_2() -> Self {
         Self {

@@ -34,8 +34,8 @@ pub enum DecidedBy {
     Stress,
     /// The energy that a kink releases ([`EnergyCriterion`](super::EnergyCriterion)).
     Energy,
-    /// The stress, because the ring around the tip has no energy to tell of.
-    StressFor(RingFault),
+    /// The energy that an advance releases by the material force, because the ring around the tip has no field of a plane crack.
+    MaterialForce(RingFault),
     /// None: a blade led the tip.
     Blade,
 }
@@ -76,7 +76,7 @@ impl fmt::Display for DecidedBy {
             Self::Stress => f.write_str("stress"),
             Self::Energy => f.write_str("energy"),
             Self::Blade => f.write_str("blade"),
-            Self::StressFor(fault) => write!(f, "stress: {fault}"),
+            Self::MaterialForce(fault) => write!(f, "energy by the material force: {fault}"),
         }
     }
 }
@@ -97,6 +97,8 @@ pub struct TearDecision {
     pub is_ambiguous: bool,
     /// Which criterion this is.
     pub by: DecidedBy,
+    /// Energy that an advance in this direction releases per area of tear \[N/mm\], where the criterion is on energy.
+    pub release: Option<f64>,
     /// Mean Biot stress over the averaging disc \[MPa\], in `axes`.
     pub stress: Sym2,
     /// Mean fibre over the disc.

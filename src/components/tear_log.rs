@@ -18,11 +18,11 @@ pub struct TearLog {
     /// Starts and advances whose margin to the runner-up was under 5 %.
     pub ambiguous_count: u32,
     /// Advances that the stress decided on a body that would have energy decide.
-    pub stress_instead_count: u32,
-    /// Decisions at tips that the energy took, one per tip and step.
+    pub material_force_count: u32,
+    /// Decisions at tips by the field of a plane crack, one per tip and step.
     pub energy_decision_count: u64,
-    /// Decisions at tips that the stress took in its place, one per tip and step, by the reason in the order of [`RingFault::ALL`].
-    pub stress_decision_counts: [u64; RingFault::ALL.len()],
+    /// Decisions at tips by the material force, one per tip and step, by the reason in the order of [`RingFault::ALL`].
+    pub force_decision_counts: [u64; RingFault::ALL.len()],
     /// Steps in which a tip that was to advance had to wait, because `max_tear_speed` let it go no further.
     pub held_back_count: u32,
     /// Largest criterion at a tip that had to wait.
@@ -49,7 +49,7 @@ impl TearLog {
         for decision in tips.iter().flatten() {
             let count = match decision.by {
                 DecidedBy::Energy => &mut self.energy_decision_count,
-                DecidedBy::StressFor(fault) => &mut self.stress_decision_counts[fault as usize],
+                DecidedBy::MaterialForce(fault) => &mut self.force_decision_counts[fault as usize],
                 DecidedBy::Stress | DecidedBy::Blade => continue,
             };
             *count = count.saturating_add(1);

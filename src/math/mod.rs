@@ -6,7 +6,9 @@
 mod element;
 pub mod elementary;
 mod faded;
+mod fibre_law;
 mod fracture;
+mod holzapfel_gasser_ogden;
 mod orthotropic;
 mod per_row;
 mod stiffening_fibres;
@@ -16,10 +18,12 @@ mod triangle;
 
 pub use element::{ElementState, FlatState, GeometricStiffness, Polar};
 pub use faded::{FADES_FROM, Faded};
+pub use fibre_law::{CoupledStiffness, FibreLaw};
 pub use fracture::{CrackTip, Modes, Slopes};
+pub use holzapfel_gasser_ogden::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, PreparedLaw};
 pub use orthotropic::{InadmissibleMaterial, Orthotropic};
 pub use per_row::PerRow;
-pub use stiffening_fibres::{CoupledStiffness, FibreResponse, StiffeningFibres};
+pub use stiffening_fibres::{FibreResponse, StiffeningFibres};
 pub use sym2::Sym2;
 pub use sym3::Sym3;
 pub use triangle::{RestTriangle, SmallestAngle, smallest_angle};

@@ -85,6 +85,14 @@ impl Orthotropic {
         (young_fibre * young_transverse).sqrt() / (2.0 * (1.0 + mean_poisson))
     }
 
+    /// Whether this is the law of an incompressible neo-Hookean substance at small strain: 4μ, 2μ, 4μ and μ.
+    pub fn is_neo_hookean(&self) -> bool {
+        let mu = self.q66;
+        let wanted = [(self.q11, 4.0 * mu), (self.q12, 2.0 * mu), (self.q22, 4.0 * mu)];
+        // Roundings of engineering constants.
+        wanted.into_iter().all(|(found, wanted)| (found - wanted).abs() <= 1e-9 * wanted)
+    }
+
     /// Stress \[MPa\] in the fibre's axes from a strain there (tensor shear).
     #[inline]
     pub fn stress(&self, strain: Sym2) -> Sym2 {
@@ -102,13 +110,14 @@ impl Orthotropic {
         Self { q11: area + shear, q12: area - shear, q22: area + shear, q66: shear }
     }
 
-    /// The same with `q16` \[MPa\] beside, which couples strain along the fibre and engineering shear.
+    /// The same with Q16 and Q26 \[MPa\] beside, which couple strain along and across the fibre with engineering shear.
     #[inline(always)]
-    pub fn coupled_stress(&self, q16: f64, strain: Sym2) -> Sym2 {
+    pub fn coupled_stress(&self, [q16, q26]: [f64; 2], strain: Sym2) -> Sym2 {
         let mut stress = self.stress(strain);
-        if q16 != 0.0 {
+        if q16 != 0.0 || q26 != 0.0 {
             stress.xx += 2.0 * q16 * strain.xy;
-            stress.xy += q16 * strain.xx;
+            stress.yy += 2.0 * q26 * strain.xy;
+            stress.xy += q16 * strain.xx + q26 * strain.yy;
         }
         stress
     }

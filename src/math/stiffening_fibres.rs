@@ -1,6 +1,6 @@
 //! Fibres that stiffen as they are drawn out.
 
-use super::{Orthotropic, Sym2, elementary};
+use super::{CoupledStiffness, Orthotropic, Sym2, elementary};
 
 /// k₂·e² from which on the stress goes along its tangent.
 const MOST_EXPONENT: f64 = 4.0;
@@ -14,7 +14,7 @@ const MOST_EXPONENT: f64 = 4.0;
 /// strain λ − λ₀ in place of their λ² − 1). λ₀ is 1, or what a held pre-stretch leaves of it. Small strains have Young's modulus
 /// E_F + k₁ along the fibre in tension and E_F in compression. From e = 2/√k₂ on, where the stiffness is 491·k₁, the stress goes on
 /// along its tangent: no strain overflows. What converts toughness into strength is the linear law at no strain. *Parameter*, of
-/// the whole body; not with an [`EnergyCriterion`](crate::components::EnergyCriterion), whose fields are those of a linear law.
+/// the whole body.
 ///
 /// ```
 /// use rhexis::components::StiffeningFibres;
@@ -57,22 +57,18 @@ impl StiffeningFibres {
 
     /// The answer to the strain `e` along the fibre.
     pub fn response(&self, e: f64) -> FibreResponse {
-        let Self { k1, k2 } = *self;
-        if e <= 0.0 {
-            return FibreResponse::default();
-        }
-        let limit = (MOST_EXPONENT / k2).sqrt();
-        let inside = e.min(limit);
-        let exponent = k2 * inside * inside;
-        let grown = elementary::exp(exponent);
-        let stiffness = k1 * (1.0 + 2.0 * exponent) * grown;
-        let stress = k1 * inside * grown;
-        let beyond = e - inside;
-        FibreResponse {
-            energy: 0.5 * k1 / k2 * elementary::exp_m1(exponent) + beyond * (stress + 0.5 * stiffness * beyond),
-            stress: stress + stiffness * beyond,
-            stiffness,
-        }
+        let (stress, stiffness) = self.curve().slopes(e);
+        FibreResponse { energy: self.curve().energy(e), stress, stiffness }
+    }
+
+    #[inline]
+    fn curve(&self) -> Exponential {
+        Exponential::new(self.k1, self.k2, MOST_EXPONENT)
+    }
+
+    /// W \[mJ/mm³\] at a stretch.
+    pub fn energy(&self, stretch: Sym2, unstretched: Sym2) -> f64 {
+        self.curve().energy(Self::strain(stretch, unstretched))
     }
 
     /// e, from the stretch and that which is free of stress.
@@ -81,38 +77,24 @@ impl StiffeningFibres {
         length(stretch) - length(unstretched)
     }
 
-    /// Biot stress \[MPa\] of a body at a stretch in the fibre's axes, from that of its linear law: W′·λ̂ with the unit vector
+    /// Biot stress \[MPa\] beside that of the linear law, at a stretch in the fibre's axes: W′·λ̂ with the unit vector
     /// λ̂ = (U₁₁, U₁₂)/λ is the force of the fibres in the frame, and its symmetric part the stress.
-    #[inline]
-    pub fn stiffen(this: Option<&Self>, stretch: Sym2, unstretched: Sym2, linear: Sym2) -> Sym2 {
-        this.map_or(linear, |fibres| linear + fibres.biot(stretch, unstretched))
-    }
-
-    fn biot(&self, stretch: Sym2, unstretched: Sym2) -> Sym2 {
-        let strain = Self::strain(stretch, unstretched);
-        let pull = self.response(strain).stress / length(stretch).max(f64::MIN_POSITIVE);
+    pub fn biot(&self, stretch: Sym2, unstretched: Sym2) -> Sym2 {
+        let (stress, _) = self.curve().slopes(Self::strain(stretch, unstretched));
+        let pull = stress / length(stretch).max(f64::MIN_POSITIVE);
         Sym2::new(pull * stretch.xx, 0.0, 0.5 * pull * stretch.xy)
-    }
-
-    /// Twice the energy per volume \[MPa\] of a body at a stretch and the whole stress there.
-    #[inline]
-    pub fn twice_energy(this: Option<&Self>, stretch: Sym2, unstretched: Sym2, stress: Sym2) -> f64 {
-        let strain = stretch - unstretched;
-        let Some(fibres) = this else { return stress.contract(strain) };
-        let own = fibres.response(Self::strain(stretch, unstretched)).energy;
-        (stress - fibres.biot(stretch, unstretched)).contract(strain) + 2.0 * own
     }
 
     /// The stiffness of a body at a stretch, from that of its linear law: with λ̂ = (c, s) the second derivative of W by the
     /// stretch is W″·(c·dU₁₁ + s·dU₁₂)² + W′/λ·(c·dU₁₂ − s·dU₁₁)².
     pub fn stiffness(&self, stretch: Sym2, unstretched: Sym2, linear: &Orthotropic) -> CoupledStiffness {
-        let FibreResponse { stress, stiffness, .. } = self.response(Self::strain(stretch, unstretched));
+        let (stress, stiffness) = self.curve().slopes(Self::strain(stretch, unstretched));
         let length = length(stretch).max(f64::MIN_POSITIVE);
         let (c, s, turn) = (stretch.xx / length, stretch.xy / length, stress / length);
         let mut law = *linear;
         law.q11 += stiffness * c * c + turn * s * s;
         law.q66 += 0.25 * (stiffness * s * s + turn * c * c);
-        CoupledStiffness { law, q16: 0.5 * (stiffness - turn) * c * s }
+        CoupledStiffness { law, q16: 0.5 * (stiffness - turn) * c * s, q26: 0.0 }
     }
 }
 
@@ -121,11 +103,41 @@ fn length(stretch: Sym2) -> f64 {
     elementary::hypot(stretch.xx, stretch.xy)
 }
 
-/// Stiffness that couples strain along the fibre and shear.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CoupledStiffness {
-    /// Its orthotropic part.
-    pub law: Orthotropic,
-    /// The coupling \[MPa\]: stress along the fibre per engineering shear.
-    pub q16: f64,
+/// The energy k₁/(2·k₂)·(exp(k₂·e²) − 1) of fibres at the strain e > 0, whose derivative goes along its tangent from the strain `limit` on.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Exponential {
+    pub k1: f64,
+    pub k2: f64,
+    pub limit: f64,
+}
+
+impl Exponential {
+    /// With the exponent `most` at the limit.
+    pub fn new(k1: f64, k2: f64, most: f64) -> Self {
+        Self { k1, k2, limit: (most / k2).sqrt() }
+    }
+
+    /// W′ and W″ \[MPa\].
+    #[inline]
+    pub fn slopes(&self, e: f64) -> (f64, f64) {
+        if e <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let inside = e.min(self.limit);
+        let exponent = self.k2 * inside * inside;
+        let grown = elementary::exp(exponent);
+        let stiffness = self.k1 * (1.0 + 2.0 * exponent) * grown;
+        (self.k1 * inside * grown + stiffness * (e - inside), stiffness)
+    }
+
+    /// W \[mJ/mm³\].
+    pub fn energy(&self, e: f64) -> f64 {
+        if e <= 0.0 {
+            return 0.0;
+        }
+        let (inside, beyond) = (e.min(self.limit), e - e.min(self.limit));
+        let (stress, stiffness) = self.slopes(inside);
+        0.5 * self.k1 / self.k2 * elementary::exp_m1(self.k2 * inside * inside)
+            + beyond * (stress + 0.5 * stiffness * beyond)
+    }
 }

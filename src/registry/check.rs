@@ -3,6 +3,7 @@
 use super::components;
 use crate::components::check::{Check, Host};
 use crate::components::*;
+use crate::math::Sym2;
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use hecs::{Component, Entity, EntityBuilder, EntityRef, World};
 use std::any::{Any, TypeId};
@@ -79,10 +80,12 @@ pub(crate) fn check_rules(body: &impl Look) -> Result<(), BodyError> {
     let rules = [
         (body.has::<Refinement>() && !body.has::<Tearing>(), BodyError::RefinementWithoutTearing),
         (body.has::<EnergyCriterion>() && !body.has::<Tearing>(), BodyError::EnergyCriterionWithoutTearing),
-        (body.has::<EnergyCriterion>() && body.has::<StiffeningFibres>(), BodyError::EnergyCriterionOfStiffeningFibres),
+        (body.has::<HolzapfelGasserOgden>() && body.has::<StiffeningFibres>(), BodyError::TwoFibreLaws),
         (body.has::<Bending>() && body.has::<Planar>(), BodyError::BendingInPlane),
     ];
-    rules.into_iter().find(|(is_broken, _)| *is_broken).map_or(Ok(()), |(_, error)| Err(error))
+    rules.into_iter().find(|(is_broken, _)| *is_broken).map_or(Ok(()), |(_, error)| Err(error))?;
+    let held = body.look(|held: &PreStretch| held.strain).unwrap_or(Sym2::ZERO);
+    body.look(|law: &HolzapfelGasserOgden| law.check_under(held)).unwrap_or(Ok(()))
 }
 
 /// Judges all of an entity that may have been written past the calls. What is gone, or none of the engine's, is right.

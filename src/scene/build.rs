@@ -1,16 +1,16 @@
 //! From `[[bodies]]` to a membrane with its components.
 
 use super::error::{Fault, not_negative, positive};
+use super::fibre_law::{fibre_law, neo_hookean};
 use super::region::Surface;
 use super::schema::{
-    BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
-    StiffeningFibresSpec, TearModeSpec, TearingSpec,
+    BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
+    TearModeSpec, TearingSpec,
 };
 use super::{grasp, mesh_file, shape};
 use crate::components::{
     Anchor, Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold,
-    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, StiffeningFibres, TearMode,
-    Tearing, Toughness,
+    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -40,13 +40,8 @@ pub(super) fn membrane(spec: &BodySpec, folder: &Path, key: &str) -> Result<Memb
     if let Some(spec) = &spec.tearing {
         membrane = membrane.with(tearing(spec, &material, &format!("{key}.tearing"))?);
     }
-    if let Some(energy) = &spec.energy_criterion {
-        let key = format!("{key}.energy_criterion");
-        if spec.tearing.is_none() {
-            let what = "the criterion on energy decides at tear tips, and this body has none";
-            return Err(Fault::new(key, what, "add a `tearing` table, or remove this one"));
-        }
-        membrane = membrane.with(energy_criterion(energy, &key)?);
+    if let Some(criterion) = tip_criterion(spec, &material, key)? {
+        membrane = membrane.with(criterion);
     }
     if let Some(refinement) = &spec.refinement {
         let key = format!("{key}.refinement");
@@ -64,6 +59,9 @@ fn material(spec: &MaterialSpec, key: &str) -> Result<Material, Fault> {
     let at = |name: &str| format!("{key}.{name}");
     let thickness = positive(at("thickness"), spec.thickness, "mm")?;
     let density = positive(at("density"), spec.density, "g/mm³")?;
+    if let Some(material) = neo_hookean(spec, key)? {
+        return Ok(material);
+    }
     let MaterialSpec { young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus, .. } = *spec;
     let named = |values: [(&str, Option<f64>, &str); 4]| {
         values.into_iter().try_for_each(|(name, value, unit)| match value {
@@ -157,17 +155,7 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     if let Some(strain) = spec.pre_stretch {
         membrane = membrane.with(PreStretch { strain: strain.0 });
     }
-    if let Some(StiffeningFibresSpec { k1, k2 }) = spec.stiffening_fibres {
-        let fibres = StiffeningFibres { k1, k2 };
-        if let Err((what, value, must)) = fibres.check() {
-            return Err(Fault::new(at("stiffening_fibres"), format!("{what} is {value}"), must));
-        }
-        if spec.energy_criterion.is_some() {
-            let what = "the energy criterion reads the fields of a linear law, and these fibres stiffen";
-            return Err(Fault::new(at("stiffening_fibres"), what, "remove one of the two"));
-        }
-        membrane = membrane.with(fibres);
-    }
+    membrane = fibre_law(membrane, spec, key)?;
     if let Some(time) = spec.damping {
         membrane = membrane.with(Damping { time: not_negative(at("damping"), time, "ms")? });
     }
@@ -254,6 +242,37 @@ fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -
                         `toughness_along` and `toughness_across` [N/mm]; one kind follows from the other through `radius`";
             Err(Fault::new(key, "strengths and toughnesses are incomplete or mixed", hint))
         }
+    }
+}
+
+/// What tips decide by, where that is energy.
+fn tip_criterion(spec: &BodySpec, material: &Material, key: &str) -> Result<Option<EnergyCriterion>, Fault> {
+    let at = format!("{key}.energy_criterion");
+    match (&spec.energy_criterion, &spec.tearing) {
+        (Some(_), None) => {
+            let what = "the criterion on energy decides at tear tips, and this body has none";
+            Err(Fault::new(at, what, "add a `tearing` table, or remove this one"))
+        }
+        (Some(_), Some(TearingSpec { criterion: Some(CriterionSpec::Stress), .. })) => {
+            let what = "`tearing` lets the stress decide, and this table the energy";
+            Err(Fault::new(at, what, "remove this table, or `criterion` in `tearing`"))
+        }
+        (Some(energy), Some(_)) => energy_criterion(energy, &at).map(Some),
+        (None, Some(tearing)) => {
+            let is_tough = tearing.toughness_along.is_some();
+            if tearing.criterion.map_or(!is_tough, |criterion| criterion == CriterionSpec::Stress) {
+                return Ok(None);
+            }
+            let key = format!("{key}.tearing");
+            let thresholds = thresholds(tearing, material, tearing.radius, &key)?;
+            let given = tearing.toughness_along.zip(tearing.toughness_across);
+            let toughness = match given {
+                Some((along, across)) => Toughness { along, across },
+                None => thresholds.toughness(&material.stiffness().map_err(|error| inadmissible(&key, &error))?),
+            };
+            Ok(Some(EnergyCriterion::new(toughness)))
+        }
+        (None, None) => Ok(None),
     }
 }
 

@@ -33,6 +33,7 @@ pub const CATALOG: &[Entry] = entries![
     "hole",
     "cook",
     "cook-fibre",
+    "artery-strip",
     "drum",
     "free-triangle",
     "many",

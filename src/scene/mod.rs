@@ -38,6 +38,7 @@ pub mod catalog;
 mod copies;
 mod document;
 mod error;
+mod fibre_law;
 pub mod generate;
 mod grasp;
 mod instance;

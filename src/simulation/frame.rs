@@ -1,12 +1,17 @@
 //! What an observer sees: the state of every body as plain arrays.
 
 use super::Simulation;
-use crate::components::{Body, EnergyCriterion, Frames, Planar, PreStretch, StiffeningFibres, TearDecision, Tearing};
+use super::material_force::material_force;
+use crate::components::{
+    Bending, Body, EnergyCriterion, FibreLaws, Frames, Planar, PreStretch, TearDecision, Tearing, fibre_law,
+};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use crate::systems::kernels::failure::{self, Search, Strength, TipField};
-use crate::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, strength, tip_decision};
+use crate::systems::kernels::failure::{self, Search, Strength};
+use crate::systems::tearing::{
+    EnergyReading, EnergyTerms, Surface, TipMemory, energy_decision, strength, tip_decision,
+};
 use glam::{DMat3, DVec2, DVec3};
 use hecs::Entity;
 
@@ -25,14 +30,16 @@ impl Simulation {
     fn body_frame(&self, body: Entity) -> Option<BodyFrame> {
         type Query<'a> = (
             (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
-            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>),
+            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
+            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
         );
         let mut query = self.world.query_one::<Query>(body);
-        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, fibres), (tearing, energy)) =
+        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, fibres), (tearing, energy, bending)) =
             query.get().ok()?;
         let unstretched = PreStretch::unstretched(pre_stretch);
-        let surface = Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres };
+        let fibres = fibre_law(fibres, pre_stretch);
+        let surface =
+            Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
         let principal = |state: ElementState| DVec2::from(state.stress.principal_values());
         let mut frame = BodyFrame {
             name: about.name.clone(),
@@ -53,14 +60,14 @@ impl Simulation {
                 .filter_map(|tip| {
                     let (vertex, previous) = (tips.vertex[tip], tips.previous[tip]);
                     let place = (vertex, previous);
+                    let at_rest = material_force(&surface, (tearing, energy), (tip, vertex), &mut memory);
                     let Some(terms) = energy.map(|energy| EnergyTerms { tearing, energy }) else {
                         let decision = tip_decision(&surface, tearing, tip, place, &mut memory)?;
-                        return Some(tip_frame(&surface, frames, tearing, previous, &decision, None));
+                        return Some(tip_frame(&surface, frames, (tearing, previous, at_rest), &decision, None));
                     };
-                    let decision = energy_decision(&surface, terms, tip, place, &mut memory)?;
-                    let contour = terms.contour(&surface, (tip, vertex), &mut memory);
-                    let energy = contour.map(|contour| (contour.field, terms.toughness()));
-                    Some(tip_frame(&surface, frames, tearing, previous, &decision, energy))
+                    let (decision, reading) = energy_decision(&surface, terms, tip, place, &mut memory)?;
+                    let energy = Some((reading, terms.toughness()));
+                    Some(tip_frame(&surface, frames, (tearing, previous, at_rest), &decision, energy))
                 })
                 .collect();
         }
@@ -84,10 +91,9 @@ fn own_criterion(stress: Sym2, search: &Search) -> f64 {
 fn tip_frame(
     surface: &Surface,
     frames: &Frames,
-    tearing: &Tearing,
-    previous: DVec3,
+    (tearing, previous, material_force): (&Tearing, DVec3, DVec3),
     decision: &TearDecision,
-    energy: Option<(TipField, Strength)>,
+    energy: Option<(EnergyReading, Strength)>,
 ) -> TipFrame {
     let [e1, e2] = decision.axes;
     let fibre = DVec2::new(decision.fibre.dot(e1), decision.fibre.dot(e2));
@@ -103,7 +109,7 @@ fn tip_frame(
             let flat = elementary::unit_at(std::f64::consts::TAU * i as f64 / CURVE_POINTS as f64);
             let rest = e1 * flat.x + e2 * flat.y;
             let value = match &energy {
-                Some((field, toughness)) => failure::release_value(field, toughness, flat),
+                Some((reading, toughness)) => reading.value(toughness, flat),
                 None => failure::direction_value(decision.stress, fibre, &strength, flat),
             };
             is_admissible(rest, flat).then(|| (turn.apply(rest), value))
@@ -115,6 +121,7 @@ fn tip_frame(
         direction: turn.apply(decision.direction),
         value: decision.value,
         curve,
+        material_force: turn.apply(material_force),
         radius: tearing.radius,
     }
 }

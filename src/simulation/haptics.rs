@@ -12,8 +12,8 @@
 use super::haptic_feed::HapticModel;
 use super::{Pin, PinError, Simulation};
 use crate::components::{
-    Bending, Damping, ExternalStiffness, Forceps, Frames, Grips, Holds, Planar, PreStretch, Reactions, SolverScratch,
-    StiffeningFibres,
+    Bending, Damping, ExternalStiffness, FibreLaws, Forceps, Frames, Grips, Holds, Planar, PreStretch, Reactions,
+    SolverScratch, fibre_law,
 };
 use crate::math::Sym3;
 use crate::registry::Refused;
@@ -129,12 +129,7 @@ impl Haptics {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
-            (
-                Option<&'a PreStretch>,
-                Option<&'a StiffeningFibres>,
-                Option<&'a Damping>,
-                Option<(&'a Bending, &'a Folds)>,
-            ),
+            (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<(&'a Bending, &'a Folds)>),
         );
         simulation.admit()?;
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
@@ -152,7 +147,8 @@ impl Haptics {
         let rate = 1.0 / *horizon;
         let viscosity = damping.map_or(0.0, |d| d.time) * rate;
         let solved = simulation.pool.run(|| {
-            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres);
+            let fibres = fibre_law(fibres, pre_stretch);
+            evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres.as_ref());
             let tangent = Tangent::Projected;
             geometric_stiffness(frames, triangles, tangent, StepContext::RESERVE_OF_EULER);
             // The body's own angles are those of its last step, on the mesh that it had then; before the first there are none.

@@ -2,7 +2,8 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{
-    Bending, Body, Energies, EnergyAudit, EnergyBalance, Frames, Holds, Planar, PreStretch, Reactions, StiffeningFibres,
+    Bending, Body, Energies, EnergyAudit, EnergyBalance, FibreLaws, Frames, Holds, Planar, PreStretch, Reactions,
+    fibre_law,
 };
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::corotation;
@@ -21,13 +22,14 @@ impl Simulation {
         self.refresh(body)?;
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<&'a Bending>, Option<&'a Folds>),
         );
         let mut query = self.world.query_one::<Query>(body);
         let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let law = (frames.is_planar(), PreStretch::unstretched(pre_stretch), fibres);
+        let fibres = fibre_law(fibres, pre_stretch);
+        let law = (frames.is_planar(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
         let elastic = frames.states().enumerate().map(|(t, state)| {
             let twice = membrane::twice_energy(&state, &triangles.stiffness[t], law);
             0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
@@ -66,12 +68,14 @@ impl Simulation {
     pub fn refresh(&mut self, body: Entity) -> Result<(), SimulationError> {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a mut Frames),
-            (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
         );
         self.admit_tables(body)?;
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
         let ((vertices, triangles, frames), (planar, pre_stretch, fibres)) = found;
-        self.pool.run(|| corotation::evaluate(vertices, triangles, frames, planar.is_some(), pre_stretch, fibres));
+        let (is_planar, fibres) = (planar.is_some(), fibre_law(fibres, pre_stretch));
+        let fibres = fibres.as_ref();
+        self.pool.run(|| corotation::evaluate(vertices, triangles, frames, is_planar, pre_stretch, fibres));
         Ok(())
     }
 }

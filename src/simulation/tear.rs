@@ -238,6 +238,7 @@ fn lead_tip(tips: &mut Tips, outcome: &CutOutcome, log: &mut TearLog) -> Option<
         margin: f64::INFINITY,
         is_ambiguous: false,
         by: DecidedBy::Blade,
+        release: None,
         course: Course::Exact,
     }));
     Some(key)

@@ -1,7 +1,7 @@
-//! The law against two independent derivations in 40 digits.
+//! The linear law against two independent derivations in 40 digits, and the published one of fibres against its formulas.
 
 use super::reference::{csv, file};
-use super::{Artifacts, Row, Rows, VerifyError, largest};
+use super::{Artifacts, Row, Rows, VerifyError, largest, published_law};
 use crate::math::Orthotropic;
 use glam::DMat3;
 
@@ -15,6 +15,7 @@ pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     }
     isotropy(&mut rows)?;
     admissibility(&mut rows);
+    published_law::rows(&mut rows)?;
     rows.finish()
 }
 

@@ -17,6 +17,7 @@ mod modes;
 mod motion;
 mod patch;
 mod plane;
+mod published_law;
 mod reference;
 mod stability;
 pub mod tear;
@@ -133,7 +134,7 @@ pub struct Case {
 
 /// All cases.
 pub const CASES: &[Case] = &[
-    mechanics("constitutive", "the orthotropic law at any fibre angle", constitutive::run),
+    mechanics("constitutive", "the orthotropic law at any fibre angle, strips of an artery", constitutive::run),
     mechanics("patch", "constant strain, small and under a large rotation", patch::run),
     mechanics("free-triangle", "energy and angular momentum of a free triangle", free_triangle::run),
     mechanics("cook", "Cook's membrane on the same meshes", plane::cook),
@@ -159,6 +160,7 @@ pub const CASES: &[Case] = &[
     tear("tear-release", "the energy that a crack releases, against its length", tear::release::run),
     tear("tear-load", "the load at which edge and centre cracks tear", tear::load::run),
     tear("tear-kink", "where slanted cracks turn", tear::kink::run),
+    tear("tear-trouser", "the pull that tears trousers, and where they tear", tear::trouser::run),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;

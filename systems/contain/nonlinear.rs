@@ -22,7 +22,7 @@
 
 use super::{SHARE, slack_energy};
 use crate::components::{
-    Bending, Damping, Forces, Frames, Increment, Planar, PreStretch, Sleeping, SolverScratch, StiffeningFibres,
+    Bending, Damping, FibreLaws, Forces, Frames, Increment, Planar, PreStretch, Sleeping, SolverScratch, fibre_law,
 };
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::context::MIDDLE;
@@ -36,7 +36,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 /// What the energy of a body depends on.
 type Elastic<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (Option<&'a Planar>, Option<&'a PreStretch>, Option<&'a StiffeningFibres>),
+    (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
     Option<(&'a Bending, &'a Folds)>,
 );
 
@@ -178,7 +178,8 @@ fn evaluated_energy(
     ((vertices, triangles, _, frames), (planar, pre_stretch, fibres), bending): Elastic<'_>,
     partials: &mut Vec<f64>,
 ) -> f64 {
-    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres);
+    let fibres = fibre_law(fibres, pre_stretch);
+    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
     let stored = parallel::sum(triangles.len(), partials, |t| {
         let twice = membrane::twice_energy(&frames.state(t), &triangles.stiffness[t], law);
         0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
@@ -192,6 +193,8 @@ fn energy(
     partials: &mut Vec<f64>,
 ) -> f64 {
     let (unstretched, is_planar) = (PreStretch::unstretched(pre_stretch), planar.is_some());
+    let fibres = fibre_law(fibres, pre_stretch);
+    let fibres = fibres.as_ref();
     let stored = parallel::sum(triangles.len(), partials, |t| {
         let (rest, stiffness) = (&triangles.rest[t], &triangles.stiffness[t]);
         let volume = rest.area * triangles.thickness[t];

@@ -8,16 +8,18 @@
 //! `region` lists the limits of the admissible set; with the kinks d = ±f, ±f⊥ these are all the candidates there can be,
 //! and `ranking` chooses.
 //!
-//! `release` is the other criterion, on energy: it shares the admissible set and the choice.
+//! `release` is the other criterion, on energy, from a crack's field or a material force: it shares the admissible set and the
+//! choice, and searches by `directions`.
 
 mod bends;
 mod curve;
+mod directions;
 mod ranking;
 mod region;
 mod release;
 mod table;
 
-pub use release::{TipField, evaluate_release, release_value};
+pub use release::{TipField, evaluate_pull, evaluate_release, pull_value, release_value};
 
 use crate::math::{Sym2, elementary};
 use curve::{Curve, Peak};

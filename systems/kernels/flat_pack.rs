@@ -26,13 +26,13 @@ impl FlatPack {
     #[inline(always)]
     pub fn new<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
         let mut f = [[0.0_f32; LANES]; 12];
-        let (mut turning, mut coupling) = ([[0.0_f32; LANES]; 5], [[0.0_f32; LANES]]);
+        let (mut turning, mut coupling) = ([[0.0_f32; LANES]; 5], [[0.0_f32; LANES]; 2]);
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
             if is_exact {
                 put_turning(&e, lane, &mut turning);
             }
-            coupling[0][lane] = (e.coupling * e.elastic) as f32;
+            coupling.iter_mut().zip(e.coupling).for_each(|(row, q)| row[lane] = (q * e.elastic) as f32);
             let r1 = e.state.polar.fibre_axis;
             let [q, s] = e.skew();
             // In an exact tangent this resists spin, and is part of ℓ.
@@ -58,7 +58,7 @@ impl FlatPack {
             g: [[g1x, g1y], [g2x, g2y]],
             b: [strain_rates(g1x, g1y, q, s, one), strain_rates(g2x, g2y, q, s, one)],
             law: [c11, c12, c22, c66],
-            coupling: (coupling != [[0.0; LANES]]).then(|| singles(lanes, &coupling)[0]),
+            coupling: (coupling != [[0.0; LANES]; 2]).then(|| singles(lanes, &coupling)),
             turning: is_exact.then(|| singles(lanes, &turning)),
         };
         let k12 = turned(in_plane.block(0, 1), c, sine);
@@ -151,7 +151,7 @@ mod tests {
                     state: states[lane],
                     rest: &rest,
                     stiffness: &law,
-                    coupling: 0.1 * lane as f64,
+                    coupling: [0.1 * lane as f64, 0.05 * lane as f64],
                     normal: Sym2::ZERO,
                     in_plane: 0.2 * lane as f64,
                     elastic: 0.3,

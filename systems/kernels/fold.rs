@@ -5,7 +5,11 @@
 //! linear in what the corners move along the normal.
 
 use crate::math::{Orthotropic, RestTriangle, Sym2, elementary};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+
+/// The part ω of a single mid-edge normal's own way to balance by which all are turned at once (2/3 would be best for a triangle by
+/// itself, whose modes lie between 0 and 3).
+pub const TURN: f64 = 0.65;
 
 /// A triangle squeezed to less than this part of its rest area has no meaningful normal, and is left out.
 const LEAST_AREA: f64 = 1e-3;
@@ -142,6 +146,33 @@ pub fn law(rest: &RestTriangle, stiffness: &Orthotropic, scale: f64) -> OverEdge
     });
     let moment = curvature.map(|k| stiffness.stress(k) * (scale * rest.area));
     [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(e, f)| moment[e].contract(curvature[f]))
+}
+
+/// How Q changes \[N\] when the rest shape is shifted by q·d, d a unit vector, where the weight q has the gradient `fall` \[1/mm\]: the
+/// gradients of shape functions then change by −∇q·(d·∇N) and the area by the part d·∇q.
+pub fn law_under_shift(
+    rest: &RestTriangle,
+    stiffness: &Orthotropic,
+    scale: f64,
+    (fall, d): (DVec2, DVec2),
+) -> OverEdges {
+    let gradients = rest.all_gradients();
+    let curvature = [2, 0, 1].map(|opposite: usize| {
+        let g = gradients[opposite];
+        let (size, change) = (g.length(), fall * -d.dot(g));
+        let longer = g.dot(change) / (size * size);
+        let square = Sym2::new(g.x * g.x, g.y * g.y, g.x * g.y) * (2.0 / size);
+        let mixed = Sym2::new(2.0 * g.x * change.x, 2.0 * g.y * change.y, g.x * change.y + g.y * change.x);
+        (square, mixed * (2.0 / size) - square * longer)
+    });
+    let factor = scale * rest.area;
+    let of = |k: Sym2| stiffness.stress(k) * factor;
+    let [moment, change] = [curvature.map(|(k, _)| of(k)), curvature.map(|(_, k)| of(k))];
+    let wider = d.dot(fall);
+    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(e, f)| {
+        let own = moment[e].contract(curvature[f].0) * wider;
+        own + change[e].contract(curvature[f].0) + moment[e].contract(curvature[f].1)
+    })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 //! it is then no gradient of any energy, and an anisotropic triangle spins by itself.
 
 use super::polar;
-use crate::math::{ElementState, Faded, Orthotropic, Polar, RestTriangle, StiffeningFibres, Sym2};
+use crate::math::{ElementState, Faded, FibreLaw, Orthotropic, Polar, RestTriangle, Sym2};
 use glam::{DMat3, DVec2, DVec3};
 
 /// In-plane 2×2 matrix `[m11, m12, m21, m22]`.
@@ -57,14 +57,15 @@ pub fn state(
 pub fn twice_energy(
     ElementState { polar, stress }: &ElementState,
     stiffness: &Orthotropic,
-    (is_planar, unstretched, fibres): (bool, Sym2, Option<&StiffeningFibres>),
+    (is_planar, unstretched, fibres): (bool, Sym2, Option<&FibreLaw>),
 ) -> f64 {
-    match Faded::at(polar.stretch, is_planar) {
-        None => StiffeningFibres::twice_energy(fibres, polar.stretch, unstretched, *stress),
-        Some(faded) => {
-            let own = fibres.map_or(0.0, |f| f.response(StiffeningFibres::strain(polar.stretch, unstretched)).energy);
-            faded.twice_energy(stiffness, polar.stretch, unstretched) + 2.0 * own
+    let stretch = polar.stretch;
+    match Faded::at(stretch, is_planar) {
+        Some(faded) if !fibres.is_some_and(FibreLaw::replaces_linear) => {
+            let own = fibres.map_or(0.0, |law| law.energy(stretch, unstretched, stiffness));
+            faded.twice_energy(stiffness, stretch, unstretched) + 2.0 * own
         }
+        _ => FibreLaw::twice_energy(fibres, stretch, unstretched, (*stress, stiffness)),
     }
 }
 
@@ -86,6 +87,12 @@ fn spin_stress(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> f64 {
 fn first_piola(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
     let spin = spin_stress(stress, stretch, inverse_trace);
     [stress.xx, stress.xy + spin, stress.xy - spin, stress.yy]
+}
+
+/// Π \[MPa\] of a state, `[11, 12, 21, 22]`: the first Piola–Kirchhoff stress is R·Π, and the derivative of the energy per rest volume.
+#[inline]
+pub fn first_piola_stress(state: &ElementState) -> [f64; 4] {
+    first_piola(state.stress, state.polar.stretch, inverse_trace(state.polar.stretch))
 }
 
 /// Forces on the three corners \[N\], −V·R·Π·∇N_i, of a triangle with rest volume V = A·h \[mm³\] under the stress `stress`.
@@ -160,9 +167,9 @@ fn turning(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
 /// With the stretch rate dU and the spin ω as unknowns the Hessian is dU:C:dU + ω·(l:dU) + k·ω². C is positive definite, so that
 /// only one direction can be negative, and it is where the Schur complement k − ¼·l:C⁻¹:l is: p is what that lacks. Where
 /// nothing lacks the Hessian stays as it is. Clamping the negative eigenvalue instead takes an iteration for four axes, and
-/// stiffens strains where this stiffens the turn alone. `q16` \[MPa\] belongs to C and couples strain along the fibre and shear.
+/// stiffens strains where this stiffens the turn alone. Q16 and Q26 \[MPa\] belong to C and couple strains and shear.
 #[inline]
-pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, q16: f64) -> f64 {
+pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, [q16, q26]: [f64; 2]) -> f64 {
     let inverse = inverse_trace(stretch);
     let l = turning(stress, stretch, inverse);
     // The gradient change of a unit of spin that strains nothing.
@@ -171,8 +178,10 @@ pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, q16: f64) -
     let own: f64 = l.iter().zip(turn).map(|(l, turn)| l * turn).sum();
     let shear = l[1] + l[2];
     // The shear eliminated first.
-    let (xx, yy, q11) = (l[0] - 0.5 * shear * (q16 / law.q66), l[3], law.q11 - q16 * (q16 / law.q66));
-    let direct = (law.q22 * xx * xx - 2.0 * law.q12 * xx * yy + q11 * yy * yy) / (q11 * law.q22 - law.q12 * law.q12);
+    let (along, across) = (q16 / law.q66, q26 / law.q66);
+    let (xx, yy) = (l[0] - 0.5 * shear * along, l[3] - 0.5 * shear * across);
+    let (q11, q12, q22) = (law.q11 - q16 * along, law.q12 - q16 * across, law.q22 - q26 * across);
+    let direct = (q22 * xx * xx - 2.0 * q12 * xx * yy + q11 * yy * yy) / (q11 * q22 - q12 * q12);
     (0.25 * (direct + shear * shear / (4.0 * law.q66)) - own).max(0.0)
 }
 
@@ -207,8 +216,8 @@ pub struct ElementTangent<'a, S = ElementState> {
     pub rest: &'a RestTriangle,
     /// Elastic constants.
     pub stiffness: &'a Orthotropic,
-    /// What couples strain along the fibre and engineering shear beside them \[MPa\].
-    pub coupling: f64,
+    /// Q16 and Q26 beside them \[MPa\]: what couples strain along and across the fibre with engineering shear.
+    pub coupling: [f64; 2],
     /// Out-of-plane stiffness \[MPa\]: S for the exact tangent, S⁺ for the others.
     pub normal: Sym2,
     /// In-plane stiffness \[MPa\]: what [`shear_majorant`] gives for the rotated tangent, what [`spin_majorant`] gives for the

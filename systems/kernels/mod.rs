@@ -13,6 +13,7 @@ pub mod fold_lanes;
 pub mod fold_pack;
 pub mod gather;
 pub mod lanes;
+pub mod material_force;
 pub mod membrane;
 pub mod membrane_lanes;
 pub mod pack;

@@ -47,13 +47,13 @@ impl Pack {
     #[inline(always)]
     pub fn new<'a, L: Lanes>(lanes: L, is_exact: bool, element: impl Fn(usize) -> Option<ElementTangent<'a>>) -> Self {
         let mut f = [[0.0_f32; LANES]; 21];
-        let (mut turning, mut coupling) = ([[0.0_f32; LANES]; 5], [[0.0_f32; LANES]]);
+        let (mut turning, mut coupling) = ([[0.0_f32; LANES]; 5], [[0.0_f32; LANES]; 2]);
         for lane in 0..LANES {
             let Some(e) = element(lane) else { continue };
             if is_exact {
                 put_turning(&e, lane, &mut turning);
             }
-            coupling[0][lane] = (e.coupling * e.elastic) as f32;
+            coupling.iter_mut().zip(e.coupling).for_each(|(row, q)| row[lane] = (q * e.elastic) as f32);
             let (polar, rest) = (&e.state.polar, e.rest);
             let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
             let [q, s] = e.skew();
@@ -84,7 +84,7 @@ impl Pack {
             g: [[f[8], f[9]], [f[10], f[11]]],
             b: [strain_rates(f[8], f[9], f[6], f[7], one), strain_rates(f[10], f[11], f[6], f[7], one)],
             law: [f[14], f[15], f[16], f[17]],
-            coupling: (coupling != [[0.0; LANES]]).then(|| singles(lanes, &coupling)[0]),
+            coupling: (coupling != [[0.0; LANES]; 2]).then(|| singles(lanes, &coupling)),
             turning: is_exact.then(|| singles(lanes, &turning)),
         };
         let element = Element { axes: [r1, r2, n], in_plane, normal: [f[18], f[19], f[20]] };
@@ -225,8 +225,8 @@ pub(super) struct InPlane<L: Lanes> {
     pub b: [[[Singles<L>; 3]; 2]; 2],
     /// Stiffness 11, 12, 22, 66.
     pub law: [Singles<L>; 4],
-    /// Stiffness 16, where there is any.
-    pub coupling: Option<Singles<L>>,
+    /// Stiffness 16 and 26, where there is any.
+    pub coupling: Option<[Singles<L>; 2]>,
     /// ½·ℓ and 1/tr U of an exact tangent.
     pub turning: Option<[Singles<L>; 5]>,
 }
@@ -239,10 +239,11 @@ impl<L: Lanes> InPlane<L> {
         let (gi, gj, bi, bj) = (self.g[i], self.g[j], self.b[i], self.b[j]);
         let mut t0 = [c11 * bj[0][0] + c12 * bj[0][1], c12 * bj[0][0] + c22 * bj[0][1], c66 * bj[0][2]];
         let mut t1 = [c11 * bj[1][0] + c12 * bj[1][1], c12 * bj[1][0] + c22 * bj[1][1], c66 * bj[1][2]];
-        if let Some(c16) = self.coupling {
+        if let Some([c16, c26]) = self.coupling {
             for (t, b) in [(&mut t0, bj[0]), (&mut t1, bj[1])] {
                 t[0] = t[0] + c16 * b[2];
-                t[2] = t[2] + c16 * b[0];
+                t[1] = t[1] + c26 * b[2];
+                t[2] = t[2] + c16 * b[0] + c26 * b[1];
             }
         }
         let mut a = [[dot(bi[0], t0), dot(bi[0], t1)], [dot(bi[1], t0), dot(bi[1], t1)]];
@@ -312,7 +313,7 @@ mod tests {
         law: Orthotropic,
         normal: Sym2,
         in_plane: f64,
-        coupling: f64,
+        coupling: [f64; 2],
     }
 
     impl Triangle {
@@ -333,7 +334,7 @@ mod tests {
                 law,
                 normal: stress.positive_part(),
                 in_plane: next().abs(),
-                coupling: 0.6 * next(),
+                coupling: [0.6 * next(), 0.3 * next()],
             }
         }
 

@@ -2,7 +2,7 @@
 //! true force, by Gauss's rule with five points (exact to the ninth degree).
 
 use super::membrane;
-use crate::math::{ElementState, Orthotropic, RestTriangle, StiffeningFibres, Sym2};
+use crate::math::{ElementState, FibreLaw, Orthotropic, RestTriangle, Sym2};
 use glam::DVec3;
 
 /// Points and weights of Gauss's rule on \[0, 1\] (Abramowitz and Stegun 1964, table 25.4).
@@ -34,21 +34,27 @@ pub struct Element<'a> {
     pub is_planar: bool,
     /// Stretch that is free of stress.
     pub unstretched: Sym2,
-    /// Fibres that stiffen, if they do.
-    pub fibres: Option<&'a StiffeningFibres>,
+    /// Law of the fibres, if the body has one.
+    pub fibres: Option<&'a FibreLaw>,
 }
 
 impl Element<'_> {
-    fn state(&self, x: [DVec3; 3]) -> ElementState {
+    /// Rotation, stretch and the whole stress with corners at `x`.
+    pub fn state(&self, x: [DVec3; 3]) -> ElementState {
         let state = membrane::state(x, self.rest, self.stiffness, self.is_planar, self.unstretched);
-        let stress = StiffeningFibres::stiffen(self.fibres, state.polar.stretch, self.unstretched, state.stress);
-        ElementState { stress, ..state }
+        let (fibres, stretch, linear) = (self.fibres, state.polar.stretch, (state.stress, self.stiffness));
+        ElementState { stress: FibreLaw::stress(fibres, stretch, self.unstretched, linear), ..state }
     }
 
     /// Elastic energy with corners at `x` \[mJ\].
     pub fn energy(&self, x: [DVec3; 3]) -> f64 {
+        self.volume * self.density(&self.state(x))
+    }
+
+    /// Energy per volume of the rest shape W \[mJ/mm³\] in a state of this triangle, whose stress T is ∂W/∂U.
+    pub fn density(&self, state: &ElementState) -> f64 {
         let law = (self.is_planar, self.unstretched, self.fibres);
-        0.5 * self.volume * membrane::twice_energy(&self.state(x), self.stiffness, law)
+        0.5 * membrane::twice_energy(state, self.stiffness, law)
     }
 
     /// −force · `u` with corners at `x` \[mJ\]: the derivative of the energy along `u`.
@@ -80,6 +86,7 @@ impl Element<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::StiffeningFibres;
 
     #[test]
     fn work_along_a_path_is_the_change_of_energy() {
@@ -88,7 +95,7 @@ mod tests {
         let stiffness = Orthotropic::new(10.0, 1.0, 0.3, 0.5).unwrap();
         let unstretched = Sym2::IDENTITY - Sym2::new(0.05, 0.02, 0.01);
         let u = [DVec3::new(0.05, -0.1, 0.2), DVec3::new(0.3, 0.1, 0.0), DVec3::new(-0.1, 0.2, 0.1)];
-        let stiffening = StiffeningFibres { k1: 5.0, k2: 8.0 };
+        let stiffening = FibreLaw::Stiffening(StiffeningFibres { k1: 5.0, k2: 8.0 });
         for fibres in [None, Some(&stiffening)] {
             let element =
                 Element { rest: &rest, stiffness: &stiffness, volume: 0.1, is_planar: false, unstretched, fibres };

@@ -24,13 +24,13 @@ pub fn apply<L: Lanes, S: Stored>(
         state[lane] = e.state;
         gradients[lane] = gradients_of(lanes, e.rest);
         law[lane] = law_of(lanes, e.stiffness);
-        stiff[0][lane] = Doubles::new(lanes, [e.coupling, e.in_plane, e.elastic, e.geometric]);
-        stiff[1][lane] = Doubles::new(lanes, [e.normal.xx, e.normal.yy, e.normal.xy, 0.0]);
+        stiff[0][lane] = Doubles::new(lanes, [e.coupling[0], e.in_plane, e.elastic, e.geometric]);
+        stiff[1][lane] = Doubles::new(lanes, [e.normal.xx, e.normal.yy, e.normal.xy, e.coupling[1]]);
     }
     let StateLanes { axes: [r1, r2], stretch: [uxx, uyy, uxy], .. } = S::lanes(lanes, state);
     let ([g1x, g1y, g2x, g2y], [q11, q12, q22, q66]) = (Doubles::transpose(gradients), Doubles::transpose(law));
-    let [coupling, in_plane, elastic, geometric] = Doubles::transpose(stiff[0]);
-    let [nxx, nyy, nxy, _] = Doubles::transpose(stiff[1]);
+    let [q16, in_plane, elastic, geometric] = Doubles::transpose(stiff[0]);
+    let [nxx, nyy, nxy, q26] = Doubles::transpose(stiff[1]);
     let (a, b) = (components(edges[0]), components(edges[1]));
     let (d1, d2) = (combine(a, g1x, b, g2x), combine(a, g1y, b, g2y));
     let n = cross(r1, r2);
@@ -40,13 +40,13 @@ pub fn apply<L: Lanes, S: Stored>(
     let spin = (a21 - a12) * inverse_trace;
     let (xx, yy) = (a11 + spin * uxy, a22 - spin * uxy);
     let xy = Doubles::splat(lanes, 0.5) * (a12 + spin * uyy + a21 - spin * uxx);
-    let coupled = coupling * xy;
+    let (along, across) = (q16 * xy, q26 * xy);
     let deviator = in_plane * geometric * (xx - yy);
     let shear = in_plane * geometric * (xy + xy);
     let stress = [
-        (q11 * xx + q12 * yy + (coupled + coupled)) * elastic + deviator,
-        (q12 * xx + q22 * yy) * elastic - deviator,
-        ((q66 + q66) * xy + coupling * xx) * elastic + shear,
+        (q11 * xx + q12 * yy + (along + along)) * elastic + deviator,
+        (q12 * xx + q22 * yy + (across + across)) * elastic - deviator,
+        ((q66 + q66) * xy + (q16 * xx + q26 * yy)) * elastic + shear,
     ];
     let pi = first_piola(stress, [uxx, uyy, uxy], inverse_trace);
     let (n1, n2) = (dot(n, d1), dot(n, d2));
@@ -82,7 +82,7 @@ mod tests {
             state,
             rest,
             stiffness,
-            coupling: lane,
+            coupling: [lane, 0.5 * lane],
             normal: Sym2::new(0.3 + 0.3 * lane, 0.2, 0.1),
             in_plane: 0.5 + 0.5 * lane,
             elastic: 1.2 + lane,

@@ -31,10 +31,6 @@ pub use hinge::Hinge;
 use std::sync::{Mutex, PoisonError};
 use taut::Part;
 
-/// The part ω of a single mid-edge normal's own way to balance by which all are turned at once (2/3 would be best for a triangle by
-/// itself, whose modes lie between 0 and 3).
-const TURN: f64 = 0.65;
-
 /// What the rest data of a triangle are made of: besides, its neighbours and the factor of its law.
 type MadeOf = (RestTriangle, [u32; 3], Orthotropic, f64);
 
@@ -88,10 +84,7 @@ impl Folds {
     /// followed edits has the same bits as what is made anew.
     pub fn refresh(&mut self, vertices: &Vertices, triangles: &Triangles, topology: &Topology, bending: &Bending) {
         let count = triangles.len();
-        let scale = |t: usize| {
-            let (stiffness, h) = (&triangles.stiffness[t], triangles.thickness[t]);
-            bending.stiffness.map_or_else(|| h * h * h / 12.0, |d| d / (stiffness.q11 * stiffness.q22).sqrt())
-        };
+        let scale = |t: usize| bending.scale(&triangles.stiffness[t], triangles.thickness[t]);
         let made_of = |t: usize| (triangles.rest[t], topology.neighbours[t], triangles.stiffness[t], scale(t));
         let is_same = |t: usize, (rest, neighbours, stiffness, factor): &MadeOf| {
             // No branches: all is the same, next to always.
@@ -145,7 +138,7 @@ impl Folds {
                 let rest = &mut self.rest[t];
                 rest.across[e] = across.map_or(NONE, |(n, f)| (3 * n + f) as u32);
                 rest.angle[e] = angle;
-                rest.turn[e] = TURN / stiffness;
+                rest.turn[e] = fold::TURN / stiffness;
             }
             self.rest[t].stiffest = self.stiffest(t, neighbours);
         }

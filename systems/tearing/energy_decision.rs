@@ -1,18 +1,53 @@
-//! The criterion on energy at a tip, from the ring around it; that on stress where the ring tells nothing.
+//! The criterion on energy at a tip: from the field in the ring around it where that is a plane crack's, by the material force where
+//! it is not.
 
-use super::tip_decision::{admissible, decision_in_fan, in_fan};
-use super::{Contour, Surface, TipMemory, strength};
+use super::tip_decision::{admissible, decision_in_fan};
+use super::{Contour, MaterialForce, Surface, TipMemory, strength};
 use crate::components::{DecidedBy, EnergyCriterion, RingFault, TearDecision, Tearing};
-use crate::systems::kernels::failure::{Strength, evaluate_release};
-use glam::DVec3;
+use crate::math::elementary;
+use crate::systems::kernels::failure::{self, Strength, TipField, evaluate_pull, evaluate_release};
+use glam::{DVec2, DVec3};
 
 /// What a body's tips decide by.
 #[derive(Clone, Copy, Debug)]
 pub struct EnergyTerms<'a> {
-    /// Cone, exponent, R, and the strengths for where there is no energy to tell of.
+    /// Cone, exponent and R.
     pub tearing: &'a Tearing,
     /// Toughness and ring.
     pub energy: &'a EnergyCriterion,
+}
+
+/// What was read at a tip: how much energy an advance releases, by direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EnergyReading {
+    /// The field of a plane crack, which knows how a kink unloads its surroundings.
+    Field(TipField),
+    /// The material force, right for advances that do not turn far.
+    Pull {
+        /// Energy released per area of tear \[N/mm\].
+        release: DVec2,
+        /// Unit direction of the fibre.
+        fibre: DVec2,
+        /// Why there is no field.
+        fault: RingFault,
+    },
+}
+
+impl EnergyReading {
+    /// √(G/G_c) of a unit direction.
+    pub fn value(&self, toughness: &Strength, direction: DVec2) -> f64 {
+        match self {
+            Self::Field(field) => failure::release_value(field, toughness, direction),
+            Self::Pull { release, fibre, .. } => failure::pull_value(*release, *fibre, toughness, direction),
+        }
+    }
+
+    fn by(&self) -> DecidedBy {
+        match self {
+            Self::Field(_) => DecidedBy::Energy,
+            Self::Pull { fault, .. } => DecidedBy::MaterialForce(*fault),
+        }
+    }
 }
 
 impl EnergyTerms<'_> {
@@ -22,36 +57,58 @@ impl EnergyTerms<'_> {
         Strength { fibre: toughness.across, transverse: toughness.along, exponent: self.tearing.exponent }
     }
 
+    /// R and the radius of the ring \[mm\].
+    fn radii(&self) -> (f64, f64) {
+        (self.tearing.radius, self.energy.ring * self.tearing.radius)
+    }
+
     /// The field in the ring at the `tip`th tip of a body, at `vertex`, and J \[N/mm\]: the energy released per area of a crack
-    /// that goes straight on. `None` where the stress decides.
-    pub fn contour(&self, surface: &Surface, (tip, vertex): (usize, u32), memory: &mut TipMemory) -> Option<Contour> {
-        let radii = (self.tearing.radius, self.energy.ring * self.tearing.radius);
-        let (.., ring) = memory.at_tip_with_ring(surface, (tip, vertex), strength(self.tearing), radii)?;
+    /// that goes straight on. `None` where the ring has no such field.
+    pub fn contour(&self, surface: &Surface, at: (usize, u32), memory: &mut TipMemory) -> Option<Contour> {
+        let (.., ring) = memory.at_tip_with_ring(surface, at, strength(self.tearing), self.radii())?;
         ring.contour(surface).ok()
+    }
+
+    /// The material force at the `tip`th tip of a body, at `vertex`, in its tangent plane. `None` where the tip has no fan.
+    pub fn material_force(
+        &self,
+        surface: &Surface,
+        at: (usize, u32),
+        memory: &mut TipMemory,
+    ) -> Option<([DVec3; 2], MaterialForce)> {
+        let (chart, force) = memory.material_force(surface, at, strength(self.tearing), self.radii())?;
+        Some((chart.axes(), force))
     }
 }
 
-/// As [`tip_decision`](super::tip_decision), by energy.
+/// As [`tip_decision`](super::tip_decision), by energy; with what was read.
 pub fn energy_decision(
     surface: &Surface,
     terms: EnergyTerms<'_>,
     tip: usize,
     (vertex, previous): (u32, DVec3),
     memory: &mut TipMemory,
-) -> Option<TearDecision> {
-    let EnergyTerms { tearing, energy } = terms;
-    let radii = (tearing.radius, energy.ring * tearing.radius);
-    let (chart, search, average, ring) = memory.at_tip_with_ring(surface, (tip, vertex), strength(tearing), radii)?;
-    let released = ring.contour(surface).and_then(|contour| {
-        let (cone, sector) = admissible(tearing, previous, chart);
-        let answer = evaluate_release(&contour.field, &terms.toughness(), cone, sector);
-        answer.filter(|answer| answer.best.value > 0.0).ok_or(RingFault::NoRelease)
+) -> Option<(TearDecision, EnergyReading)> {
+    let (tearing, toughness) = (terms.tearing, terms.toughness());
+    let (chart, average, ring) = memory.at_tip_with_ring(surface, (tip, vertex), strength(tearing), terms.radii())?;
+    let (cone, sector) = admissible(tearing, previous, chart);
+    let field = ring.contour(surface).map(|contour| contour.field).and_then(|field| {
+        let answer = evaluate_release(&field, &toughness, cone, sector);
+        let answer = answer.filter(|answer| answer.best.value > 0.0).ok_or(RingFault::NoRelease)?;
+        Ok((EnergyReading::Field(field), answer))
     });
-    match released {
-        Ok(answer) => Some(TearDecision { by: DecidedBy::Energy, ..decision_in_fan(vertex, &answer, chart, &average) }),
+    let (reading, answer) = match field {
+        Ok(found) => found,
         Err(fault) => {
-            let decision = in_fan(tearing, (vertex, previous), chart, search, &average)?;
-            Some(TearDecision { by: DecidedBy::StressFor(fault), ..decision })
+            let (_, force) = memory.material_force(surface, (tip, vertex), strength(tearing), terms.radii())?;
+            let (release, fibre) = (force.release, average.fibre);
+            let answer = evaluate_pull(release, fibre, &toughness, cone, sector)?;
+            (EnergyReading::Pull { release, fibre, fault }, answer)
         }
-    }
+    };
+    let decision = decision_in_fan(vertex, &answer, &surface.chart(vertex)?, &average);
+    let (fibre, d) = (average.fibre, answer.best.direction);
+    let delta = elementary::atan2(fibre.perp_dot(d).abs(), fibre.dot(d).abs());
+    let release = Some(answer.best.value.powi(2) * toughness.threshold(delta));
+    Some((TearDecision { by: reading.by(), release, ..decision }, reading))
 }

@@ -4,7 +4,7 @@
 //! rest surface and in space, angles stay good, and the elastic energy of the triangles changes little.
 
 use super::Surface;
-use crate::math::{RestTriangle, smallest_angle};
+use crate::math::{FibreLaw, RestTriangle, smallest_angle};
 use crate::systems::kernels::path_work::Element;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -94,13 +94,13 @@ impl Surface<'_> {
         for &(t, corner) in sectors {
             let triangle = self.triangles.at(t);
             let energy = |rest: &RestTriangle, now: [DVec3; 3]| {
-                let &Self { is_planar, unstretched, fibres, .. } = self;
+                let &Self { is_planar, unstretched, ref fibres, .. } = self;
                 let (stiffness, volume) = (&triangle.stiffness, rest.area * triangle.thickness);
-                Element { rest, stiffness, volume, is_planar, unstretched, fibres }.energy(now)
+                Element { rest, stiffness, volume, is_planar, unstretched, fibres: fibres.as_ref() }.energy(now)
             };
             before += energy(&triangle.rest, triangle.corners.map(|v| self.vertices.position[v as usize]));
             let stress = FAINT * strength;
-            let along = triangle.stiffness.q11 + self.fibres.map_or(0.0, |fibres| fibres.k1);
+            let along = triangle.stiffness.q11 + self.fibres.as_ref().map_or(0.0, FibreLaw::first_stiffness);
             let stiffness = along.max(triangle.stiffness.q22);
             faint += 0.5 * triangle.rest.area * triangle.thickness * stress * stress / stiffness;
             if !triangle.corners.contains(&into) {

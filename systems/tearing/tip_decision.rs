@@ -80,6 +80,7 @@ pub fn decision(
         margin: answer.margin(),
         is_ambiguous: answer.is_ambiguous(),
         by: DecidedBy::Stress,
+        release: None,
         stress: average.stress,
         fibre: axes[0] * average.fibre.x + axes[1] * average.fibre.y,
         axes,

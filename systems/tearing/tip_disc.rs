@@ -5,8 +5,7 @@
 //! walking from neighbour to neighbour, so a disc never reaches across a crack.
 
 use super::Surface;
-use crate::components::StiffeningFibres;
-use crate::math::{Sym2, elementary};
+use crate::math::{FibreLaw, Sym2, elementary};
 use crate::storage::NONE;
 use crate::systems::kernels::disc::disc_triangle_overlap;
 use crate::systems::kernels::membrane;
@@ -131,7 +130,7 @@ impl Disc {
 
     /// Mean Biot stress \[MPa\] at the current positions, in the disc's axes.
     pub fn stress(&self, surface: &Surface) -> Sym2 {
-        let Surface { vertices, triangles, is_planar, unstretched, fibres, .. } = *surface;
+        let &Surface { vertices, triangles, is_planar, unstretched, ref fibres, .. } = surface;
         let gradient = |member: &Member| {
             let t = member.triangle as usize;
             let x = triangles.corners[t].map(|v| vertices.position[v as usize]);
@@ -143,8 +142,8 @@ impl Disc {
             gradients.iter_mut().zip(members).for_each(|(f, member)| *f = gradient(member));
             for (member, u) in members.iter().zip(stretches(&gradients, is_planar)) {
                 let &Member { triangle, along, across, mixed } = member;
-                let s = triangles.stiffness[triangle as usize].stress(u - unstretched);
-                let s = StiffeningFibres::stiffen(fibres, u, unstretched, s);
+                let law = &triangles.stiffness[triangle as usize];
+                let s = FibreLaw::stress(fibres.as_ref(), u, unstretched, (law.stress(u - unstretched), law));
                 let twice = 2.0 * mixed * s.xy;
                 sum += Sym2::new(
                     along * s.xx + across * s.yy - twice,

@@ -3,6 +3,7 @@
 
 use super::held_shut::{field_centre, lay_at_tip, triangles_around};
 use super::ring::Ring;
+use super::shifted_disc::{MaterialForce, ShiftedDisc};
 use super::tip_disc::{Disc, Walk};
 use super::tip_stress::{DiscAverage, Surface};
 use crate::storage::EditRecord;
@@ -16,7 +17,9 @@ pub struct TipMemory {
     /// By the rows of the tips.
     places: Vec<Option<TipPlace>>,
     /// The same for bodies that decide by energy; empty otherwise.
-    rings: Vec<RingPlace>,
+    rings: Vec<Kept<Ring>>,
+    /// Discs for the material force, where it is asked for.
+    shifted: Vec<Kept<ShiftedDisc>>,
     /// Number of edits so far, and per triangle the last one that has touched it.
     edits: u32,
     touched: Vec<u32>,
@@ -37,14 +40,54 @@ struct TipPlace {
     disc: Disc,
 }
 
-/// The ring around a tip.
+/// What is laid out around a tip, and follows from the rest shape alone.
 #[derive(Clone, Debug, Default)]
-struct RingPlace {
+struct Kept<T> {
     vertex: Option<u32>,
     radius: f64,
     /// [`TipMemory::edits`] when this was last found up to date.
     edits: u32,
-    ring: Ring,
+    laid: T,
+}
+
+/// The edits of a body so far, and per triangle the last one that has touched it.
+type Edits<'a> = (u32, &'a [u32]);
+
+/// What depends on some triangles alone.
+trait Laid: Default {
+    /// Whether one of them is such.
+    fn has(&self, is_such: impl Fn(u32) -> bool) -> bool;
+}
+
+impl Laid for Ring {
+    fn has(&self, is_such: impl Fn(u32) -> bool) -> bool {
+        self.triangles().any(is_such)
+    }
+}
+
+impl Laid for ShiftedDisc {
+    fn has(&self, is_such: impl Fn(u32) -> bool) -> bool {
+        self.triangles().any(is_such)
+    }
+}
+
+impl<T: Laid> Kept<T> {
+    /// What is kept at a tip.
+    fn at(list: &mut Vec<Self>, tip: usize) -> &mut Self {
+        if list.len() <= tip {
+            list.resize_with(tip + 1, Self::default);
+        }
+        &mut list[tip]
+    }
+
+    /// Whether it has to be laid out anew; it counts as up to date from now on.
+    fn is_due(&mut self, vertex: u32, radius: f64, (edits, touched): Edits) -> bool {
+        let is_known = self.vertex == Some(vertex) && self.radius == radius;
+        let is_touched = |t: u32| touched.get(t as usize).is_none_or(|&edit| edit > self.edits);
+        let is_due = !is_known || (self.edits != edits && self.laid.has(is_touched));
+        (self.vertex, self.radius, self.edits) = (Some(vertex), radius, edits);
+        is_due
+    }
 }
 
 impl TipMemory {
@@ -75,25 +118,39 @@ impl TipMemory {
         (tip, vertex): (usize, u32),
         strength: Strength,
         (radius, ring_radius): (f64, f64),
-    ) -> Option<(&FanChart, &Search, DiscAverage, &Ring)> {
+    ) -> Option<(&FanChart, DiscAverage, &Ring)> {
         self.look(surface, (tip, vertex), strength, radius)?;
-        if self.rings.len() <= tip {
-            self.rings.resize_with(tip + 1, RingPlace::default);
-        }
         let place = self.places[tip].as_ref()?;
-        let kept = &mut self.rings[tip];
-        let is_known = kept.vertex == Some(vertex) && kept.radius == ring_radius;
-        let is_touched = |t: u32| self.touched.get(t as usize).is_none_or(|&edit| edit > kept.edits);
-        if !is_known || (kept.edits != self.edits && kept.ring.triangles().any(is_touched)) {
+        let kept = Kept::at(&mut self.rings, tip);
+        if kept.is_due(vertex, ring_radius, (self.edits, &self.touched)) {
             // About the point at which the disc lies, so that both see one field.
             let at = field_centre(surface, (vertex, radius), &place.chart).0;
             let start = triangles_around(surface, vertex);
             let frame = (at, place.chart.axes(), ring_radius);
-            kept.ring.lay(surface, frame, place.disc.fibre, start, &mut self.walk);
+            kept.laid.lay(surface, frame, place.disc.fibre, start, &mut self.walk);
         }
-        (kept.vertex, kept.radius, kept.edits) = (Some(vertex), ring_radius, self.edits);
         let average = DiscAverage::over(&place.disc, radius, surface)?;
-        Some((&place.chart, self.search.as_deref()?, average, &self.rings[tip].ring))
+        Some((&place.chart, average, &kept.laid))
+    }
+
+    /// The material force \[N/mm\] at the `tip`th tip of a body, at `vertex`, on a disc of about `wanted` \[mm\], with the chart in
+    /// whose axes it is. `None` where the fan has no area or the force is not finite.
+    pub fn material_force(
+        &mut self,
+        surface: &Surface,
+        (tip, vertex): (usize, u32),
+        strength: Strength,
+        (radius, wanted): (f64, f64),
+    ) -> Option<(&FanChart, MaterialForce)> {
+        self.look(surface, (tip, vertex), strength, radius)?;
+        let place = self.places[tip].as_ref()?;
+        let radius = ShiftedDisc::radius(wanted, radius / place.disc.edges_per_radius);
+        let kept = Kept::at(&mut self.shifted, tip);
+        if kept.is_due(vertex, radius, (self.edits, &self.touched)) {
+            let start = triangles_around(surface, vertex);
+            kept.laid.lay(surface, (vertex, place.chart.axes(), radius), start, &mut self.walk);
+        }
+        Some((&place.chart, kept.laid.force(surface)?))
     }
 
     /// Brings what is kept of a tip up to date; `None` where its fan has no area.
@@ -128,7 +185,7 @@ impl TipMemory {
     /// Follows an edit.
     pub fn follow(&mut self, record: &EditRecord) {
         if self.edits == u32::MAX {
-            (self.edits, self.places, self.rings) = (0, Vec::new(), Vec::new());
+            (self.edits, self.places, self.rings, self.shifted) = (0, Vec::new(), Vec::new(), Vec::new());
             self.touched.fill(0);
         }
         self.edits += 1;

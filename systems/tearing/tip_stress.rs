@@ -5,8 +5,8 @@
 
 use super::tip::fan_chart;
 use super::tip_disc::{Disc, Walk};
-use crate::components::StiffeningFibres;
-use crate::math::Sym2;
+use crate::components::Bending;
+use crate::math::{ElementState, FibreLaw, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::{fan::FanChart, membrane};
 use glam::{DVec2, DVec3};
@@ -24,8 +24,10 @@ pub struct Surface<'a> {
     pub is_planar: bool,
     /// The stretch that is free of stress.
     pub unstretched: Sym2,
-    /// Fibres that stiffen, if they do.
-    pub fibres: Option<&'a StiffeningFibres>,
+    /// Law of the fibres, if the body has one.
+    pub fibres: Option<FibreLaw>,
+    /// Resistance to bending, if there is any.
+    pub bending: Option<&'a Bending>,
 }
 
 /// The averages over a disc, in its axes.
@@ -62,11 +64,26 @@ impl Surface<'_> {
 
     /// Biot stress of a triangle at the current positions, in its frame (fibre, transverse).
     pub fn stress(&self, triangle: usize) -> Sym2 {
+        self.state(triangle).stress
+    }
+
+    /// The state of a triangle at the current positions.
+    pub fn state(&self, triangle: usize) -> ElementState {
         let (vertices, triangles) = (self.vertices, self.triangles);
         let x = triangles.corners[triangle].map(|v| vertices.position[v as usize]);
         let (rest, stiffness) = (&triangles.rest[triangle], &triangles.stiffness[triangle]);
         let state = membrane::state(x, rest, stiffness, self.is_planar, self.unstretched);
-        StiffeningFibres::stiffen(self.fibres, state.polar.stretch, self.unstretched, state.stress)
+        let linear = (state.stress, stiffness);
+        let stress = FibreLaw::stress(self.fibres.as_ref(), state.polar.stretch, self.unstretched, linear);
+        ElementState { stress, ..state }
+    }
+
+    /// Energy stored in a triangle at a state \[mJ\].
+    pub fn energy(&self, triangle: usize, state: &ElementState) -> f64 {
+        let triangles = self.triangles;
+        let law = (self.is_planar, self.unstretched, self.fibres.as_ref());
+        let twice = membrane::twice_energy(state, &triangles.stiffness[triangle], law);
+        0.5 * twice * triangles.rest[triangle].area * triangles.thickness[triangle]
     }
 }
 

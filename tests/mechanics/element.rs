@@ -71,7 +71,7 @@ impl Case {
             state: *state,
             rest: &self.rest,
             stiffness: &self.stiffness,
-            coupling: 0.0,
+            coupling: [0.0; 2],
             normal,
             in_plane: 0.0,
             elastic: self.rest.area,
@@ -168,7 +168,7 @@ fn the_rotated_tangent_is_semidefinite_and_exerts_no_in_plane_torque() {
             state,
             rest: &c.rest,
             stiffness: &c.stiffness,
-            coupling: 0.0,
+            coupling: [0.0; 2],
             normal,
             in_plane: shear_majorant(state.stress, state.polar.stretch, &c.stiffness, -0.5),
             elastic: c.rest.area,
@@ -228,7 +228,7 @@ fn the_projected_tangent_is_the_exact_one_where_that_is_semidefinite_and_is_so_e
         }
         let state = c.state(c.x);
         let exact = c.exact_tangent(&state);
-        let in_plane = spin_majorant(state.stress, state.polar.stretch, &c.stiffness, 0.0);
+        let in_plane = spin_majorant(state.stress, state.polar.stretch, &c.stiffness, [0.0; 2]);
         let projected = ElementTangent { normal: exact.normal.positive_part(), in_plane, ..exact };
         let (exact, projected) = (matrix(&exact), matrix(&projected));
         let values = eigenvalues(exact);

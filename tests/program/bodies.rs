@@ -34,7 +34,15 @@ fn tip(position: DVec3, frame: [DVec3; 2], stress: DMat2, fibre: f64, previous: 
         })
         .collect();
     let (direction, value) = curve.iter().copied().fold((DVec3::X, 0.0), |a, b| if b.1 > a.1 { b } else { a });
-    TipFrame { position, previous: Some(space(previous)), direction, value, curve, radius: 1.5 }
+    TipFrame {
+        position,
+        previous: Some(space(previous)),
+        direction,
+        value,
+        curve,
+        material_force: DVec3::ZERO,
+        radius: 1.5,
+    }
 }
 
 fn fill(body: &mut BodyFrame, field: impl Fn(DVec3) -> ([DVec3; 3], f64, f64, DVec3)) {

@@ -70,17 +70,15 @@ fn a_tear_that_is_held_back_by_its_speed_is_a_note() {
 }
 
 #[test]
-fn decisions_by_stress_in_place_of_energy_are_a_note_with_the_reason() {
+fn decisions_by_the_material_force_are_told_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let criterion = "bodies.0.energy_criterion={ toughness_along = 1e3, toughness_across = 1e3 }";
     let (code, printed, _) =
         run(folder.path(), &[criterion, "bodies.0.tearing.strength_transverse=1e3", "run.steps=8"]);
     assert_eq!(code, Some(0), "{printed}");
     let report = report(folder.path());
-    assert_eq!(report["bodies"][0]["tear"]["by_stress_instead"], 0);
-    assert_eq!(report["bodies"][0]["tear"]["decisions"]["by_stress"]["the ring has too few edges"], 8);
-    assert!(printed.contains("the stress decided 8 of 8 times at tips"), "{printed}");
-    assert!(printed.contains("(the ring has too few edges: 8)"), "{printed}");
+    assert_eq!(report["bodies"][0]["tear"]["by_material_force"], 0);
+    assert_eq!(report["bodies"][0]["tear"]["decisions"]["by_material_force"]["the ring has too few edges"], 8);
 }
 
 #[test]

@@ -228,7 +228,7 @@ fn the_projected_tangent_is_solved_in_single_precision_as_far() {
     for t in 0..torn.frames.len() {
         let ElementState { polar, stress } = torn.frames.state(t);
         let normal = membrane::second_piola(stress, polar.stretch).positive_part();
-        let in_plane = membrane::spin_majorant(stress, polar.stretch, &torn.triangles.stiffness[t], 0.0);
+        let in_plane = membrane::spin_majorant(stress, polar.stretch, &torn.triangles.stiffness[t], [0.0; 2]);
         torn.frames.geometric[t] = GeometricStiffness { normal, in_plane };
     }
     let projected = torn.frames.geometric.iter().filter(|g| g.in_plane > 0.0).count();

@@ -51,8 +51,15 @@ fn average(simulation: &Simulation, body: Entity) -> (Sym2, f64) {
     let (vertices, triangles) = (world.get::<&Vertices>(body).unwrap(), world.get::<&Triangles>(body).unwrap());
     let (topology, tips) = (world.get::<&Topology>(body).unwrap(), world.get::<&Tips>(body).unwrap());
     let (is_planar, unstretched, fibres) = (true, PreStretch::unstretched(None), None);
-    let surface =
-        Surface { vertices: &vertices, triangles: &triangles, topology: &topology, is_planar, unstretched, fibres };
+    let surface = Surface {
+        vertices: &vertices,
+        triangles: &triangles,
+        topology: &topology,
+        is_planar,
+        unstretched,
+        fibres,
+        bending: None,
+    };
     let strength = Strength::new(2.0, 1.0, 0.5).unwrap();
     let mut memory = TipMemory::default();
     let (chart, _, average) = memory.at_tip(&surface, (0, tips.vertex[0]), strength, RADIUS).unwrap();
@@ -96,7 +103,15 @@ fn the_average_at_a_tip_is_that_of_the_continuum() {
 
 fn surface(body: &Body) -> Surface<'_> {
     let Body { vertices, triangles, topology } = body;
-    Surface { vertices, triangles, topology, is_planar: false, unstretched: Sym2::IDENTITY, fibres: None }
+    Surface {
+        vertices,
+        triangles,
+        topology,
+        is_planar: false,
+        unstretched: Sym2::IDENTITY,
+        fibres: None,
+        bending: None,
+    }
 }
 
 /// Where the field has its tip for a disc of this radius, as offset from the vertex in space.

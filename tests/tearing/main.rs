@@ -6,6 +6,7 @@ mod energy_criterion;
 mod fig2_tear;
 mod fracture;
 mod held_shut;
+mod material_force;
 mod random_edits;
 mod random_tears;
 mod refinement;

@@ -123,6 +123,7 @@ fn decision(simulation: &Simulation, body: Entity) -> TearDecision {
         is_planar: world.get::<&Planar>(body).is_ok(),
         unstretched: PreStretch::unstretched(None),
         fibres: None,
+        bending: None,
     };
     let tip = (tips.vertex[0], tips.previous[0]);
     tip_decision(&surface, &tearing, 0, tip, &mut TipMemory::default()).unwrap()

@@ -10,7 +10,7 @@ use rhexis::systems::tearing::{DiscAverage, Surface, TipMemory};
 
 fn surface(body: &Body, is_planar: bool) -> Surface<'_> {
     let Body { vertices, triangles, topology } = body;
-    Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY, fibres: None }
+    Surface { vertices, triangles, topology, is_planar, unstretched: Sym2::IDENTITY, fibres: None, bending: None }
 }
 
 fn average(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius: f64) -> Option<DiscAverage> {

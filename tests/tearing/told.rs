@@ -32,7 +32,7 @@ fn a_tear_that_is_held_back_by_its_largest_speed_is_counted_and_told_once() {
 }
 
 #[test]
-fn decisions_that_the_stress_takes_in_place_of_the_energy_are_counted_by_reason() {
+fn decisions_by_the_material_force_are_counted_by_reason() {
     // One edge per R: two per ring; and a load too small for any advance.
     let coarse = Square { tearing: Tearing { radius: 0.9, ..Tearing::default() }, ..Square::isotropic([30, 30]) };
     let mut run = coarse.spawn(Settings { threads: 1, ..Settings::default() });
@@ -41,7 +41,7 @@ fn decisions_that_the_stress_takes_in_place_of_the_energy_are_counted_by_reason(
     run.simulation.cut(run.body, &[DVec3::new(15.0, 27.0, 0.0), DVec3::new(15.0, 21.0, 0.0)]).unwrap();
     (0..7).for_each(|_| _ = run.simulation.step(1.0).unwrap());
     let log = run.log();
-    assert_eq!((log.stress_instead_count, log.energy_decision_count), (0, 0));
-    let coarse = log.stress_decision_counts[RingFault::Coarse as usize];
-    assert_eq!((coarse, log.stress_decision_counts.iter().sum::<u64>()), (7, 7));
+    assert_eq!((log.material_force_count, log.energy_decision_count), (0, 0));
+    let coarse = log.force_decision_counts[RingFault::Coarse as usize];
+    assert_eq!((coarse, log.force_decision_counts.iter().sum::<u64>()), (7, 7));
 }

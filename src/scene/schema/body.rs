@@ -1,7 +1,7 @@
 //! `[[bodies]]`: a membrane and what it carries.
 
 use super::constraint::{EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, SpringSpec};
-use super::{Exactly, MeshSpec, Point, Strain, TimeCurve};
+use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Point, StiffeningFibresSpec, Strain, TimeCurve};
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -29,6 +29,8 @@ pub struct BodySpec {
     pub pre_stretch: Option<Strain>,
     /// Fibres that stiffen as they are drawn out.
     pub stiffening_fibres: Option<StiffeningFibresSpec>,
+    /// Law of its fibres by the invariants of Holzapfel, Gasser and Ogden.
+    pub holzapfel_gasser_ogden: Option<HolzapfelGasserOgdenSpec>,
     /// Strain-rate damping β \[ms\], ≥ 0: the stress gains β · C : dU/dt.
     pub damping: Option<f64>,
     /// Acceleration \[mm/ms²\]; the earth's is `[0, 0, -9.81e-3]`.
@@ -72,10 +74,15 @@ pub struct BodySpec {
 }
 
 /// `material`: either `young` and `poisson`, or `young_fibre`, `young_transverse`, `poisson_major` and, if known,
-/// `shear_modulus`.
+/// `shear_modulus`; or `model = "neo_hookean"` and `mu`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialSpec {
+    /// `"linear"` (default) or `"neo_hookean"`.
+    #[serde(default)]
+    pub model: MaterialModelSpec,
+    /// Shear modulus μ \[MPa\] of a neo-Hookean material, > 0.
+    pub mu: Option<f64>,
     /// Isotropic Young's modulus \[MPa\].
     pub young: Option<f64>,
     /// Isotropic Poisson ratio, −1 to 1.
@@ -93,6 +100,17 @@ pub struct MaterialSpec {
     /// Density \[g/mm³\]. Default 1e-3.
     #[serde(default = "density")]
     pub density: f64,
+}
+
+/// Law of a material without its fibres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MaterialModelSpec {
+    /// Linear in the Biot strain, with any orthotropic constants.
+    #[default]
+    Linear,
+    /// μ/2·(I₁ − 3), incompressible. Not with `grading` or `energy_criterion`.
+    NeoHookean,
 }
 
 /// `grading`: E_F is multiplied and E_T divided by √g, so that √(E_F·E_T) stays; g grows linearly with the distance from the
@@ -138,17 +156,6 @@ pub struct ConcentricSpec {
     pub axis: Point,
 }
 
-/// `stiffening_fibres`: adds k₁·e·exp(k₂·e²) to the stress along the fibres in tension, e their strain; from 2/√k₂ on the stress
-/// goes on along its tangent. Not with `energy_criterion`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StiffeningFibresSpec {
-    /// k₁ \[MPa\], > 0 and at most 1e12.
-    pub k1: f64,
-    /// k₂, from 1e-9 to 1e9.
-    pub k2: f64,
-}
-
 /// `bending`: `bending = {}` takes the stiffness that follows from the material and the thickness, E·h³/(12·(1 − ν²)) of an
 /// isotropic one. Not for planar bodies.
 #[derive(Clone, Debug, Deserialize)]
@@ -180,6 +187,16 @@ pub enum TearModeSpec {
     Edge,
 }
 
+/// What tips decide by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CriterionSpec {
+    /// The energy that an advance releases, against the toughness.
+    Energy,
+    /// The stress averaged over the disc of `radius`, against the strength (the paper's criterion).
+    Stress,
+}
+
 /// `tearing`: the criterion of Allard, Marchal and Cotin 2009, eq. 2–6, corrected.
 ///
 /// Either strengths or toughnesses: strengths where the stress at failure was measured and `radius` is a length of the tissue,
@@ -197,6 +214,8 @@ pub struct TearingSpec {
     pub toughness_along: Option<f64>,
     /// Toughness G_c \[N/mm\], > 0, of a crack straight across the fibres.
     pub toughness_across: Option<f64>,
+    /// `"energy"` or `"stress"`: what tips decide by. Default `"energy"` where toughnesses are given, `"stress"` where strengths are.
+    pub criterion: Option<CriterionSpec>,
     /// Exponent α of the threshold between them, > 0. Default 0.5.
     #[serde(default = "exponent")]
     pub exponent: f64,
@@ -216,9 +235,10 @@ pub struct TearingSpec {
     pub may_initiate: bool,
 }
 
-/// `energy_criterion`: tips of a body with `tearing` advance where a small kink would release more energy than its toughness,
-/// and where that exceeds it most. Where the ring around a tip does not have the field of one straight crack, and for starts,
-/// the strengths of `tearing` decide; `events.jsonl` says which it was. To fit, give the same toughnesses there.
+/// `energy_criterion`: tips of a body with `tearing` advance where more energy would be released than their toughness, and where that
+/// exceeds it most: as the field in a ring around the tip tells it, and by the material force where the ring does not have the field
+/// of one straight crack in a plane. `events.jsonl` says which it was. Starts are decided by the strengths of `tearing`. This table is
+/// for toughnesses beside strengths, and for another ring; toughnesses in `tearing` do without.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnergyCriterionSpec {

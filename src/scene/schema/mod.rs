@@ -6,17 +6,19 @@
 
 mod body;
 mod constraint;
+mod fibre_law;
 mod hand;
 mod mesh;
 mod number;
 
 pub use body::{
-    BendingSpec, BodySpec, ContactSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, InitialSpec,
-    MaterialSpec, RefinementSpec, SleepSpec, StiffeningFibresSpec, TearModeSpec, TearingSpec,
+    BendingSpec, BodySpec, ContactSpec, CriterionSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
+    InitialSpec, MaterialModelSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
 };
+pub use fibre_law::{Angles, FibreFamilySpec, HolzapfelGasserOgdenSpec, StiffeningFibresSpec};
 pub use hand::HandSpec;
 pub use mesh::MeshSpec;
 pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve, TimePath};

@@ -18,7 +18,7 @@ pub enum Numbers {
 }
 
 impl Numbers {
-    fn one(&self) -> Option<f64> {
+    pub(super) fn one(&self) -> Option<f64> {
         match self {
             Self::One(value) => Some(*value),
             Self::List(_) => None,
@@ -26,7 +26,7 @@ impl Numbers {
     }
 
     /// The numbers of a flat list.
-    fn flat(&self) -> Option<Vec<f64>> {
+    pub(super) fn flat(&self) -> Option<Vec<f64>> {
         match self {
             Self::One(_) => None,
             Self::List(list) => list.iter().map(Self::one).collect(),

@@ -219,14 +219,21 @@ impl Cracked {
         let mut query = self.simulation.world().query_one::<Query>(self.body);
         let ((vertices, triangles, topology), (tips, tearing)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let surface =
-            Surface { vertices, triangles, topology, is_planar: true, unstretched: Sym2::IDENTITY, fibres: None };
+        let surface = Surface {
+            vertices,
+            triangles,
+            topology,
+            is_planar: true,
+            unstretched: Sym2::IDENTITY,
+            fibres: None,
+            bending: None,
+        };
         let (energy, mut memory) = (EnergyCriterion::new(toughness), TipMemory::default());
         let seen = (0..tips.len()).filter_map(|tip| {
             let (vertex, previous) = (tips.vertex[tip], tips.previous[tip]);
             let decision = tip_decision(&surface, tearing, tip, (vertex, previous), &mut memory)?;
             let terms = EnergyTerms { tearing, energy: &energy };
-            let by_energy = energy_decision(&surface, terms, tip, (vertex, previous), &mut memory)?;
+            let (by_energy, _) = energy_decision(&surface, terms, tip, (vertex, previous), &mut memory)?;
             let contour = terms.contour(&surface, (tip, vertex), &mut memory);
             let release = contour.map_or(f64::NAN, |contour| contour.release);
             let at = vertices.rest_position[vertex as usize];

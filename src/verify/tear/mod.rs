@@ -15,3 +15,4 @@ pub(super) mod shape;
 pub(super) mod symmetry;
 pub(super) mod time_step;
 pub(super) mod tip_stress;
+pub(super) mod trouser;

@@ -5,20 +5,14 @@
 //! does at these (Sih, Paris, Irwin 1965), where faces that press on each other (k_I < 0) release by sliding alone. The
 //! value of a direction is √(G(θ)/G_c(δ)), δ its angle to the fibre: in proportion to the load.
 
-use super::ranking::Ranking;
-use super::region::Region;
-use super::{Cone, Decision, Origin, Sector, Strength, unit};
+use super::directions::{Worth, best_direction};
+use super::{Cone, Decision, Sector, Strength, unit};
 use crate::math::{CrackTip, Orthotropic, elementary};
 use glam::DVec2;
 use std::f64::consts::PI;
 
-/// Half the base of central differences \[rad\]; also how far from a kink of the toughness slopes are taken.
-const DIFFERENCE: f64 = 1e-4;
-/// Cells into which the circle is cut: of each, whether the value rises at its start and falls at its end. A cell is 3° wide; two
-/// maxima nearer than that are one decision.
-const CELLS: i32 = 120;
-/// Halvings of a cell: to 1e-14 rad, below the rounding of a difference.
-const HALVINGS: usize = 42;
+/// Lips are this near \[rad\] to the line behind the tip: the field is not asked there.
+const LIPS: f64 = 2e-4;
 
 /// The field at a crack's tip, in axes of the caller's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,8 +41,13 @@ impl<'a> Release<'a> {
         let fibre_to_crack = elementary::turn(field.ahead, field.fibre);
         Self { tip: CrackTip::new(&field.law, fibre_to_crack), fibre_to_crack, field, toughness }
     }
+}
 
-    /// √(G/G_c) of a kink at the angle `theta` \[rad\] from the crack, at the angle `delta` \[rad\] to the fibre.
+impl Worth for Release<'_> {
+    fn fibre_to_ahead(&self) -> f64 {
+        self.fibre_to_crack
+    }
+
     fn value_at(&self, theta: f64, delta: f64) -> f64 {
         let stress = self.tip.stress(theta);
         let [opening, sliding] = self.field.intensities;
@@ -58,29 +57,15 @@ impl<'a> Release<'a> {
         (release / self.toughness.threshold(delta)).max(0.0).sqrt()
     }
 
-    fn value(&self, theta: f64) -> f64 {
-        let turn = elementary::sin_cos(self.fibre_to_crack - theta);
-        self.value_at(theta, elementary::atan2(turn.0.abs(), turn.1.abs()))
-    }
-
-    fn rise(&self, theta: f64) -> f64 {
-        self.value(theta + DIFFERENCE) - self.value(theta - DIFFERENCE)
-    }
-
-    fn direction(&self, theta: f64) -> DVec2 {
-        elementary::unit_at(theta).rotate(self.field.ahead)
+    fn is_defined(&self, theta: f64) -> bool {
+        theta.abs() < PI - LIPS
     }
 }
 
 /// √(G/G_c) of one direction: what [`evaluate_release`] searches. Zero along the crack's lips.
 pub fn release_value(field: &TipField, toughness: &Strength, d: DVec2) -> f64 {
-    let theta = elementary::turn(field.ahead, d);
-    if is_off_lips(theta) { Release::new(field, toughness).value(theta) } else { 0.0 }
-}
-
-/// Whether the field can be asked at this angle \[rad\] and a little beside.
-fn is_off_lips(theta: f64) -> bool {
-    theta.abs() < PI - 2.0 * DIFFERENCE
+    let (theta, release) = (elementary::turn(field.ahead, d), Release::new(field, toughness));
+    if release.is_defined(theta) { release.value(theta) } else { 0.0 }
 }
 
 /// The admissible direction of the largest √(G/G_c), with its runner-up, as [`evaluate`](super::evaluate) gives that of the
@@ -94,53 +79,49 @@ pub fn evaluate_release(
 ) -> Option<Decision> {
     let (fibre, ahead) = (unit(field.fibre)?, unit(field.ahead)?);
     let field = &TipField { fibre, ahead, ..*field };
-    let release = Release::new(field, toughness);
-    let region = Region::new(cone, sector)?;
-    let limits = region.limits();
-    let mut ranking = Ranking::new(fibre, region);
+    best_direction(&Release::new(field, toughness), (fibre, ahead), cone, sector)
+}
 
-    let mut bends =
-        [(fibre, 0.0), (fibre.perp(), 0.5 * PI), (-fibre, 0.0), (-fibre.perp(), 0.5 * PI)].map(|(d, delta)| {
-            let theta = elementary::turn(ahead, d);
-            let value = if is_off_lips(theta) { release.value_at(theta, delta) } else { 0.0 };
-            let rises = [DIFFERENCE, -DIFFERENCE].map(|step| is_off_lips(theta) && release.value(theta + step) > value);
-            ranking.offer(d, value, Origin::Kink, rises);
-            theta
-        });
-    bends.sort_by(f64::total_cmp);
+/// What a material force is worth by direction.
+struct Pull<'a> {
+    fibre_to_ahead: f64,
+    /// Its size \[N/mm\].
+    size: f64,
+    toughness: &'a Strength,
+}
 
-    let cell = 2.0 * PI / f64::from(CELLS);
-    let mut search = |mut low: f64, mut high: f64| {
-        if high <= low || !(release.rise(low) > 0.0 && release.rise(high) <= 0.0) {
-            return;
-        }
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            *if release.rise(middle) > 0.0 { &mut low } else { &mut high } = middle;
-        }
-        ranking.offer(release.direction(high), release.value(high), Origin::Smooth, [false; 2]);
-    };
-    // Half a cell off, so that straight ahead, where symmetry puts maxima, lies inside one.
-    for i in 1 - CELLS / 2..CELLS / 2 {
-        let (mut from, to) = (cell * (f64::from(i) - 0.5), cell * (f64::from(i) + 0.5));
-        if !region.admits(release.direction(from)) && !region.admits(release.direction(to)) {
-            continue;
-        }
-        for bend in bends {
-            if from < bend && bend < to {
-                search(from, bend - DIFFERENCE);
-                from = bend + DIFFERENCE;
-            }
-        }
-        search(from, to);
+impl Worth for Pull<'_> {
+    fn fibre_to_ahead(&self) -> f64 {
+        self.fibre_to_ahead
     }
-    for d in limits.into_iter().flatten() {
-        let theta = elementary::turn(ahead, d);
-        if is_off_lips(theta) {
-            let value = release.value(theta);
-            let rises = [DIFFERENCE, -DIFFERENCE].map(|step| release.value(theta + step) > value);
-            ranking.offer(d, value, Origin::Limit, rises);
-        }
+
+    fn value_at(&self, theta: f64, delta: f64) -> f64 {
+        (self.size * elementary::cos(theta) / self.toughness.threshold(delta)).max(0.0).sqrt()
     }
-    ranking.decide(1.0)
+
+    fn is_defined(&self, _: f64) -> bool {
+        true
+    }
+}
+
+/// √(g·d/G_c) of one direction: what [`evaluate_pull`] searches.
+pub fn pull_value(release: DVec2, fibre: DVec2, toughness: &Strength, d: DVec2) -> f64 {
+    let pull = Pull { fibre_to_ahead: elementary::turn(release, fibre), size: release.length(), toughness };
+    pull.value(elementary::turn(release, d))
+}
+
+/// The admissible direction of the largest √(g·d/G_c) for a material force `release` \[N/mm\], as [`evaluate_release`] gives that of
+/// a crack's field: Griffith's criterion with the energy that an advance along d releases to first order.
+pub fn evaluate_pull(
+    release: DVec2,
+    fibre: DVec2,
+    toughness: &Strength,
+    cone: Option<Cone>,
+    sector: Option<Sector>,
+) -> Option<Decision> {
+    let fibre = unit(fibre)?;
+    // No force at all is worth nothing in every direction.
+    let ahead = unit(release).or(cone.map(|cone| cone.previous)).unwrap_or(fibre);
+    let pull = Pull { fibre_to_ahead: elementary::turn(ahead, fibre), size: release.length(), toughness };
+    best_direction(&pull, (fibre, ahead), cone, sector)
 }

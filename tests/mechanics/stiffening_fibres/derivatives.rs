@@ -1,9 +1,11 @@
-//! Forces and tangents against the energy.
+//! Forces and tangents against the energy, for both laws of fibres.
 
 use super::{FIBRES, sheet, simulate};
 use glam::{DMat3, DQuat, DVec3};
 use rhexis::components::{Forces, Frames};
-use rhexis::math::{FibreResponse, StiffeningFibres, Sym2};
+use rhexis::math::{
+    FibreLaw, FibreResponse, GroundSubstance, HolzapfelGasserOgden, PreparedLaw, StiffeningFibres, Sym2,
+};
 use rhexis::settings::{Settings, Tangent};
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::linear::Operator;
@@ -24,11 +26,34 @@ struct Tables {
     triangles: Triangles,
     topology: Topology,
     is_planar: bool,
+    law: FibreLaw,
+}
+
+/// Both laws, the published one with either matrix; the sheet's own q66 is the shear modulus of the neo-Hookean one.
+fn laws() -> [FibreLaw; 3] {
+    let published = |matrix| {
+        let law = HolzapfelGasserOgden { matrix, ..HolzapfelGasserOgden::symmetric(0.3, 1.5, 35.0, 0.15) };
+        FibreLaw::Published(PreparedLaw::new(&law, Sym2::IDENTITY))
+    };
+    [FibreLaw::Stiffening(FIBRES), published(GroundSubstance::Linear), published(GroundSubstance::NeoHookean)]
+}
+
+/// Energy per volume of the law of [`laws`], in plain formulas of C.
+fn published_energy(u: Sym2, is_neo_hookean: bool, mu: f64) -> f64 {
+    let c = [u.xx * u.xx + u.xy * u.xy, u.xx * u.xy + u.xy * u.yy, u.xy * u.xy + u.yy * u.yy];
+    let first = c[0] + c[2] + 1.0 / (c[0] * c[2] - c[1] * c[1]);
+    let (s, k) = 35_f64.to_radians().sin_cos();
+    let fibres = [s, -s].map(|s| {
+        let fourth = k * k * c[0] + 2.0 * s * k * c[1] + s * s * c[2];
+        let e = f64::max(0.15 * (first - 3.0) + 0.55 * (fourth - 1.0), 0.0);
+        0.3 / 3.0 * ((1.5 * e * e).exp() - 1.0)
+    });
+    fibres[0] + fibres[1] + if is_neo_hookean { 0.5 * mu * (first - 3.0) } else { 0.0 }
 }
 
 impl Tables {
     /// A sheet drawn out by a fifth on the average and thrown about by `noise`, in its plane or in space.
-    fn new(is_planar: bool, noise: f64) -> Self {
+    fn new(is_planar: bool, noise: f64, law: FibreLaw) -> Self {
         let (simulation, body) = simulate(Settings::default(), sheet(30.0));
         let world = simulation.world();
         let mut vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
@@ -38,12 +63,12 @@ impl Tables {
             *x = DVec3::new(1.2 * x.x, 1.1 * x.y, 0.0) + DVec3::new(noise * next(), noise * next(), depth * next());
         });
         let triangles = (*world.get::<&Triangles>(body).unwrap()).clone();
-        Self { vertices, triangles, topology: (*world.get::<&Topology>(body).unwrap()).clone(), is_planar }
+        Self { vertices, triangles, topology: (*world.get::<&Topology>(body).unwrap()).clone(), is_planar, law }
     }
 
     fn frames(&self, tangent: Tangent) -> Frames {
         let mut frames = Frames::default();
-        corotation::evaluate(&self.vertices, &self.triangles, &mut frames, self.is_planar, None, Some(&FIBRES));
+        corotation::evaluate(&self.vertices, &self.triangles, &mut frames, self.is_planar, None, Some(&self.law));
         corotation::geometric_stiffness(&mut frames, &self.triangles, tangent, -0.5);
         frames
     }
@@ -55,9 +80,13 @@ impl Tables {
             let stretch = frames.state(t).polar.stretch;
             let strain = stretch - Sym2::IDENTITY;
             let linear = 0.5 * triangles.stiffness[t].stress(strain).contract(strain);
-            triangles.rest[t].area
-                * triangles.thickness[t]
-                * (linear + FIBRES.response(stretch.xx.hypot(stretch.xy) - 1.0).energy)
+            let (mu, volume) = (triangles.stiffness[t].q66, triangles.rest[t].area * triangles.thickness[t]);
+            let is_neo_hookean = self.law.replaces_linear();
+            let own = match self.law {
+                FibreLaw::Stiffening(fibres) => fibres.response(stretch.xx.hypot(stretch.xy) - 1.0).energy,
+                FibreLaw::Published(_) => published_energy(stretch, is_neo_hookean, mu),
+            };
+            volume * (own + if is_neo_hookean { 0.0 } else { linear })
         };
         (0..triangles.len()).map(energy).sum()
     }
@@ -115,8 +144,8 @@ fn stress_and_stiffness_are_the_derivatives_of_the_energy_and_never_overflow() {
 
 #[test]
 fn forces_are_the_gradient_of_the_energy_and_the_exact_tangent_is_their_derivative() {
-    for is_planar in [true, false] {
-        let mut body = Tables::new(is_planar, 0.1);
+    for (is_planar, law) in [true, false].into_iter().flat_map(|is_planar| laws().map(|law| (is_planar, law))) {
+        let mut body = Tables::new(is_planar, 0.1, law);
         let (forces, frames) = (body.forces(), body.frames(Tangent::Exact));
         let strains: Vec<f64> = frames.states().map(|s| s.polar.stretch.xx - 1.0).collect();
         assert!(strains.iter().any(|e| *e > 0.25) && strains.iter().all(|e| e.abs() > 1e-3), "{strains:?}");
@@ -158,8 +187,8 @@ fn is_definite(mut k: [[f64; 9]; 9], shift: f64) -> bool {
 #[test]
 fn rotated_and_projected_tangents_are_semidefinite() {
     let mut indefinite_count = 0;
-    for is_planar in [true, false] {
-        let body = Tables::new(is_planar, 0.35);
+    for (is_planar, law) in [true, false].into_iter().flat_map(|is_planar| laws().map(|law| (is_planar, law))) {
+        let body = Tables::new(is_planar, 0.35, law);
         for tangent in [Tangent::Rotated, Tangent::Projected, Tangent::Exact] {
             let frames = body.frames(tangent);
             let operator = body.operator(&frames, tangent);
@@ -186,7 +215,11 @@ fn rotated_and_projected_tangents_are_semidefinite() {
 
 #[test]
 fn what_turns_keeps_its_stress_and_turns_its_forces() {
-    let mut body = Tables::new(false, 0.1);
+    laws().into_iter().for_each(keeps_its_stress);
+}
+
+fn keeps_its_stress(law: FibreLaw) {
+    let mut body = Tables::new(false, 0.1, law);
     let (frames, forces) = (body.frames(Tangent::Exact), body.forces());
     let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.0));
     body.vertices.position.iter_mut().for_each(|x| *x = turn * *x + DVec3::new(3.0, -1.0, 2.0));

@@ -1,0 +1,39 @@
+//! The material force: what a shift of the rest shape about a point releases at fixed positions (Eshelby 1951; Maugin 1993), by
+//! the domain form of virtual crack extension (Parks 1974; Li, Shih, Needleman 1985).
+//!
+//! A disc's rest positions move by q·d, with a weight q that is 1 at its centre and 0 at its rim, and all vertices stay where they
+//! are. A triangle's gradient then changes by −F·d⊗∇q and its volume by V·d·∇q, so that its energy V·W falls by g·d with
+//!
+//! g = V·(Fᵀ·P − W·1)·∇q = −Fᵀ·Σ qᵢ·fᵢ − V·W·∇q,
+//!
+//! fᵢ = −V·P·∇Nᵢ being its forces on its corners. No small strain, no flat disc and no law of its own enters: it is the derivative
+//! of the discrete energy. Whatever else acts on the vertices, by d'Alembert −Σ fᵢ of the triangles around one, moves with the
+//! material and does the work −F·q·d; so does the residual of a solve, whose rotations would else count in full.
+
+use glam::{DVec2, DVec3};
+
+/// A triangle at its present positions, in two orthonormal axes of its rest plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Strained {
+    /// Columns of F.
+    pub gradient: [DVec3; 2],
+    /// V·W: energy stored \[mJ\].
+    pub energy: f64,
+    /// Its forces on its corners \[N\].
+    pub forces: [DVec3; 3],
+}
+
+impl Strained {
+    /// g of the triangle \[N\], with the weights of its corners and their gradient ∇q \[1/mm\] in the same axes.
+    #[inline]
+    pub fn release(&self, weights: [f64; 3], fall: DVec2) -> DVec2 {
+        let [a, b, c] = self.forces;
+        -pulled_back(self.gradient, a * weights[0] + b * weights[1] + c * weights[2]) - fall * self.energy
+    }
+}
+
+/// Fᵀ·f: what a unit shift of the rest shape along either axis takes from the work of a force \[N\].
+#[inline]
+pub fn pulled_back(gradient: [DVec3; 2], force: DVec3) -> DVec2 {
+    DVec2::new(gradient[0].dot(force), gradient[1].dot(force))
+}

@@ -1,0 +1,232 @@
+//! The disc about a tip whose rest shape is shifted for the material force ([`material_force`](crate::systems::kernels::material_force)).
+//!
+//! It is laid out in the rest shape and stays as it is until an edit touches its triangles; only what is in them changes from step
+//! to step.
+
+use super::Surface;
+use super::shifted_folds::ShiftedFolds;
+use super::tip_disc::{TangentPlane, Walk};
+use crate::storage::NONE;
+use crate::systems::kernels::material_force::{Strained, pulled_back};
+use crate::systems::kernels::membrane;
+use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
+
+/// The weight is 1 up to this part of the radius and falls to 0 at the radius: the triangles at the tip, whose field elements can
+/// least follow, then do not enter.
+const CORE: f64 = 0.4;
+
+/// Fewest edges to the radius: the core is then about one of them.
+const LEAST_EDGES: f64 = 3.0;
+/// Most edges to the radius: what is ahead is the same for all discs, what is across for small ones alone, which bent lips, jaws and
+/// other tears hardly reach.
+const MOST_EDGES: f64 = 6.0;
+
+/// cos 60°: a boundary that turns from a lip's first edge by more is no lip any more.
+const COS_TURNED_OFF: f64 = 0.5;
+
+/// Vertices of no weight have no row among the disc's own.
+const OUTSIDE: u32 = u32::MAX;
+
+/// The disc.
+#[derive(Clone, Debug, Default)]
+pub struct ShiftedDisc {
+    members: Vec<Member>,
+    /// Triangles that border on it and have no part in it.
+    rim: Vec<u32>,
+    /// Vertices of some weight.
+    nodes: Vec<Node>,
+    /// Where the body bends.
+    folds: ShiftedFolds,
+    /// Edges of boundaries in it.
+    lips: Vec<[u32; 2]>,
+    /// Mean thickness at its centre \[mm\].
+    thickness: f64,
+}
+
+/// A triangle of the disc.
+#[derive(Clone, Copy, Debug)]
+struct Member {
+    triangle: u32,
+    /// Unit direction of its own first axis in the axes of the disc.
+    fibre: DVec2,
+    /// q at its corners.
+    weights: [f64; 3],
+    /// ∇q \[1/mm\] in the axes of the disc.
+    fall: DVec2,
+    /// Rows of its corners among the nodes.
+    nodes: [u32; 3],
+}
+
+/// A vertex of the disc, and what its triangles add up to.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    vertex: u32,
+    weight: f64,
+    area: f64,
+    gradient: [DVec3; 2],
+    force: DVec3,
+}
+
+/// The material force at a tip, in the axes in which its disc was laid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MaterialForce {
+    /// Energy released per area of tear and direction \[N/mm\]: G(d) = release·d.
+    pub release: DVec2,
+    /// The part of it that is the derivative of stored energy alone; the rest is what other forces on the disc carry.
+    pub stored: DVec2,
+}
+
+impl ShiftedDisc {
+    /// The radius of a disc that is wanted so large \[mm\], with edges of this size \[mm\] around the tip.
+    pub fn radius(wanted: f64, edge: f64) -> f64 {
+        wanted.clamp(LEAST_EDGES * edge, MOST_EDGES * edge)
+    }
+
+    /// Lays the disc of `radius` \[mm\] about a vertex, whose tangent plane has the orthonormal `axes`, starting from the triangles
+    /// `start` around it. Boundaries other than the two lips that lead to the vertex stay where they are.
+    pub fn lay(
+        &mut self,
+        surface: &Surface,
+        (vertex, axes, radius): (u32, [DVec3; 2], f64),
+        start: impl IntoIterator<Item = u32>,
+        walk: &mut Walk,
+    ) {
+        let Surface { vertices, triangles, topology, .. } = *surface;
+        let centre = vertices.rest_position[vertex as usize];
+        let weight = |x: DVec3| ((1.0 - x.distance(centre) / radius) / (1.0 - CORE)).clamp(0.0, 1.0);
+        self.members.clear();
+        self.rim.clear();
+        self.nodes.clear();
+        self.lips.clear();
+        walk.begin(triangles.len());
+        start.into_iter().for_each(|t| walk.visit(t));
+        let mut next = 0;
+        while let Some(triangle) = walk.at(next) {
+            next += 1;
+            let t = triangle as usize;
+            let corners = triangles.corners[t];
+            if corners.iter().all(|&v| weight(vertices.rest_position[v as usize]) == 0.0) {
+                continue;
+            }
+            for (edge, &neighbour) in topology.neighbours[t].iter().enumerate() {
+                if neighbour == NONE {
+                    self.lips.push([corners[edge], corners[(edge + 1) % 3]]);
+                } else {
+                    walk.visit(neighbour);
+                }
+            }
+        }
+        let still = self.still(surface, vertex);
+        let plane = TangentPlane::new(centre, axes);
+        let (mut area, mut volume) = (0.0, 0.0);
+        for triangle in (0..next).filter_map(|place| walk.at(place)) {
+            let t = triangle as usize;
+            let corners = triangles.corners[t];
+            let x = corners.map(|v| vertices.rest_position[v as usize]);
+            let weights = [0, 1, 2].map(|i| if still.contains(&corners[i]) { 0.0 } else { weight(x[i]) });
+            if weights == [0.0; 3] {
+                self.rim.push(triangle);
+                continue;
+            }
+            let is_flat = plane.place(x).1;
+            let fibre = plane.direction(triangles.fibre[t], x, is_flat);
+            let rest = &triangles.rest[t];
+            let fall: DVec2 = rest.all_gradients().into_iter().zip(weights).map(|(own, weight)| own * weight).sum();
+            let weighted = rest.area * weights.iter().sum::<f64>();
+            area += weighted;
+            volume += weighted * triangles.thickness[t];
+            let nodes = [0, 1, 2].map(|i| self.node(corners[i], weights[i]));
+            self.members.push(Member { triangle, fibre, weights, fall: fibre.rotate(fall), nodes });
+        }
+        self.thickness = volume / area;
+        if let Some(bending) = surface.bending {
+            let plain = self.rim.iter().map(|&triangle| (triangle, DVec2::ZERO, DVec2::X));
+            let listed = self.members.iter().map(|m| (m.triangle, m.fall, m.fibre)).chain(plain);
+            self.folds.lay(surface, bending, listed);
+        }
+    }
+
+    /// The vertices of boundaries in the disc that are no lips of the tear that leads to `vertex`: a lip goes on along the boundary
+    /// until that turns off.
+    fn still(&self, surface: &Surface, vertex: u32) -> SmallVec<[u32; 16]> {
+        let at = |v: u32| surface.vertices.rest_position[v as usize];
+        let mut lips: SmallVec<[u32; 32]> = SmallVec::new();
+        lips.push(vertex);
+        for side in 0..2 {
+            let (mut from, mut first) = (vertex, None);
+            while let Some(&edge) = self.lips.iter().find(|edge| edge[side] == from) {
+                let to = edge[1 - side];
+                let way = (at(to) - at(from)).normalize_or_zero();
+                if way.dot(*first.get_or_insert(way)) < COS_TURNED_OFF || lips.contains(&to) {
+                    break;
+                }
+                lips.push(to);
+                from = to;
+            }
+        }
+        self.lips.iter().flatten().copied().filter(|v| !lips.contains(v)).collect()
+    }
+
+    /// The row of a vertex among the nodes.
+    fn node(&mut self, vertex: u32, weight: f64) -> u32 {
+        if weight == 0.0 {
+            return OUTSIDE;
+        }
+        // The walk goes round and round: a vertex comes up again soon after it came first.
+        let known = self.nodes.iter().rposition(|node| node.vertex == vertex);
+        known.unwrap_or_else(|| {
+            self.nodes.push(Node { vertex, weight, area: 0.0, gradient: [DVec3::ZERO; 2], force: DVec3::ZERO });
+            self.nodes.len() - 1
+        }) as u32
+    }
+
+    /// The triangles on which the disc depends.
+    pub fn triangles(&self) -> impl Iterator<Item = u32> {
+        self.members.iter().map(|member| member.triangle).chain(self.rim.iter().copied())
+    }
+
+    /// The material force at the current positions; `None` where it is not finite.
+    pub fn force(&mut self, surface: &Surface) -> Option<MaterialForce> {
+        let Self { members, nodes, thickness, folds, .. } = self;
+        for node in &mut *nodes {
+            (node.area, node.gradient, node.force) = (0.0, [DVec3::ZERO; 2], DVec3::ZERO);
+        }
+        let bends = surface.bending.is_some();
+        let mut stored = if bends { folds.release(surface) } else { DVec2::ZERO };
+        for member in members {
+            let strained = member.strained(surface);
+            let area = surface.triangles.rest[member.triangle as usize].area;
+            let bent = if bends { folds.forces(member.triangle) } else { [DVec3::ZERO; 3] };
+            for (corner, &node) in member.nodes.iter().enumerate() {
+                let Some(node) = nodes.get_mut(node as usize) else { continue };
+                node.area += area;
+                node.force += strained.forces[corner] + bent[corner];
+                for (sum, column) in node.gradient.iter_mut().zip(strained.gradient) {
+                    *sum += column * area;
+                }
+            }
+            stored += strained.release(member.weights, member.fall);
+        }
+        let carried = |node: &Node| pulled_back(node.gradient, node.force) * (node.weight / node.area);
+        let carried: DVec2 = nodes.iter().map(carried).sum();
+        let [release, stored] = [stored + carried, stored].map(|force| force / *thickness);
+        (release.is_finite() && stored.is_finite()).then_some(MaterialForce { release, stored })
+    }
+}
+
+impl Member {
+    /// What is in the triangle, in the axes of the disc.
+    fn strained(&self, surface: &Surface) -> Strained {
+        let &Surface { vertices, triangles, .. } = surface;
+        let t = self.triangle as usize;
+        let x = triangles.corners[t].map(|v| vertices.position[v as usize]);
+        let rest = &triangles.rest[t];
+        let (f1, f2) = membrane::gradient(x, rest);
+        let state = surface.state(t);
+        let volume = rest.area * triangles.thickness[t];
+        let forces = membrane::nodal_forces(&state.polar, state.stress, rest, volume);
+        let DVec2 { x: c, y: s } = self.fibre;
+        Strained { gradient: [f1 * c - f2 * s, f1 * s + f2 * c], energy: surface.energy(t, &state), forces }
+    }
+}
