@@ -80,7 +80,7 @@ pub struct MaterialForce {
 impl ShiftedDisc {
     /// The radius of a disc that is wanted so large \[mm\], with edges of this size \[mm\] around the tip.
     pub fn radius(wanted: f64, edge: f64) -> f64 {
-        wanted.clamp(LEAST_EDGES * edge, MOST_EDGES * edge)
+        wanted.max(LEAST_EDGES * edge).min(MOST_EDGES * edge)
     }
 
     /// Lays the disc of `radius` \[mm\] about a vertex, whose tangent plane has the orthonormal `axes`, starting from the triangles

@@ -198,7 +198,7 @@ fn what_is_set_wrongly_changes_nothing_and_is_named() {
         &["Tearing", "strength_fibre", "-1.0"],
     );
     refused(s.set(body, Sleeping { strain: 0.0, ..Sleeping::default() }), &["Sleeping"]);
-    refused(s.set(body, rhexis::math::StiffeningFibres { k1: 1.0, k2: 1.0 }), &["energy criterion"]);
+    refused(s.set(body, rhexis::math::StiffeningFibres { k1: -1.0, k2: 1.0 }), &["k1 of the stiffening fibres"]);
     refused(s.set(body, Obstacle { shape: sphere(1.0) }), &["Obstacle", "belongs to an obstacle"]);
     let gone = s.spawn_obstacle(Obstacle { shape: sphere(1.0) }).unwrap();
     assert!(matches!(s.set(gone, Damping { time: 1.0 }), Err(SetError::AnotherOwner { .. })));

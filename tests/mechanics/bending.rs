@@ -364,5 +364,5 @@ fn what_cannot_bend_is_refused() {
     let planar = Membrane::new("sheet", mesh(), material()).planar().with(OWN);
     assert_eq!(simulation.spawn(planar).unwrap_err(), BodyError::BendingInPlane);
     let negative = Membrane::new("sheet", mesh(), material()).with(Bending { stiffness: Some(-1.0) });
-    assert!(matches!(simulation.spawn(negative), Err(BodyError::OutOfRange { what: "bending stiffness", .. })));
+    assert!(matches!(simulation.spawn(negative), Err(BodyError::OutOfRange { component: "Bending", .. })));
 }

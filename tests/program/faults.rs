@@ -126,7 +126,7 @@ fn assert_same(folder: &Path, whole: &str, other: &str) {
 #[test]
 fn a_full_disk_ends_no_run() {
     let folder = tempfile::tempdir().unwrap();
-    let steps = ["--out", "full", "--steps", "40", "--set", "output.pictures=2", "--snapshots", "10"];
+    let steps = ["--out", "full", "--steps", "40", "--set", "output.pictures=2", "--snapshots", "5"];
     let output = limited(folder.path(), 4, &with(&ENDLESS, &steps));
     let error = error_of(&output, 1);
     for name in ["series.csv", "report.json", "run.snapshot", "picture-0-000000.png"] {

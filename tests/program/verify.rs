@@ -51,4 +51,5 @@ cases! {
     tear_release "tear-release",
     tear_load "tear-load",
     tear_kink "tear-kink",
+    tear_trouser "tear-trouser",
 }
