@@ -25,6 +25,9 @@ const MOST_EDGES: f64 = 6.0;
 /// cos 60°: a boundary that turns from a lip's first edge by more is no lip any more.
 const COS_TURNED_OFF: f64 = 0.5;
 
+/// Triangles for which a disc has room from the start: with six edges to the radius there are some 260 in it.
+const USUAL: usize = 512;
+
 /// Vertices of no weight have no row among the disc's own.
 const OUTSIDE: u32 = u32::MAX;
 
@@ -81,6 +84,16 @@ impl ShiftedDisc {
     /// The radius of a disc that is wanted so large \[mm\], with edges of this size \[mm\] around the tip.
     pub fn radius(wanted: f64, edge: f64) -> f64 {
         wanted.max(LEAST_EDGES * edge).min(MOST_EDGES * edge)
+    }
+
+    /// Makes room for what a disc usually holds, so that the first one that is laid while a tear runs does not allocate.
+    pub fn make_room(&mut self) {
+        if self.members.capacity() == 0 {
+            self.members.reserve(USUAL);
+            self.nodes.reserve(USUAL);
+            self.rim.reserve(USUAL);
+            self.lips.reserve(USUAL);
+        }
     }
 
     /// Lays the disc of `radius` \[mm\] about a vertex, whose tangent plane has the orthonormal `axes`, starting from the triangles
@@ -149,9 +162,9 @@ impl ShiftedDisc {
 
     /// The vertices of boundaries in the disc that are no lips of the tear that leads to `vertex`: a lip goes on along the boundary
     /// until that turns off.
-    fn still(&self, surface: &Surface, vertex: u32) -> SmallVec<[u32; 16]> {
+    fn still(&self, surface: &Surface, vertex: u32) -> SmallVec<[u32; 64]> {
         let at = |v: u32| surface.vertices.rest_position[v as usize];
-        let mut lips: SmallVec<[u32; 32]> = SmallVec::new();
+        let mut lips: SmallVec<[u32; 64]> = SmallVec::new();
         lips.push(vertex);
         for side in 0..2 {
             let (mut from, mut first) = (vertex, None);

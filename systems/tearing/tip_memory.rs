@@ -120,6 +120,7 @@ impl TipMemory {
         (radius, ring_radius): (f64, f64),
     ) -> Option<(&FanChart, DiscAverage, &Ring)> {
         self.look(surface, (tip, vertex), strength, radius)?;
+        Kept::at(&mut self.shifted, tip).laid.make_room();
         let place = self.places[tip].as_ref()?;
         let kept = Kept::at(&mut self.rings, tip);
         if kept.is_due(vertex, ring_radius, (self.edits, &self.touched)) {
