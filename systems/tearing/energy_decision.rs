@@ -109,6 +109,6 @@ pub fn energy_decision(
     let decision = decision_in_fan(vertex, &answer, &surface.chart(vertex)?, &average);
     let (fibre, d) = (average.fibre, answer.best.direction);
     let delta = elementary::atan2(fibre.perp_dot(d).abs(), fibre.dot(d).abs());
-    let release = Some(answer.best.value.powi(2) * toughness.threshold(delta));
+    let release = Some(answer.best.value * answer.best.value * toughness.threshold(delta));
     Some((TearDecision { by: reading.by(), release, ..decision }, reading))
 }
