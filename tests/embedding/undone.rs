@@ -107,10 +107,12 @@ fn what_is_read_after_a_failure_is_what_was_there_before() {
     for (what, spoil) in SPOILS {
         let mut simulation = simulation();
         let body = simulation.spawn(sheet()).unwrap();
-        simulation.spawn_moving_obstacle(
-            Obstacle { shape: Shape::Plane { point: DVec3::NEG_Z * 0.01, normal: DVec3::Z } },
-            Path { points: vec![(0.0, DVec3::ZERO), (10.0, DVec3::Z * 0.1)] },
-        );
+        simulation
+            .spawn_moving_obstacle(
+                Obstacle { shape: Shape::Plane { point: DVec3::NEG_Z * 0.01, normal: DVec3::Z } },
+                Path { points: vec![(0.0, DVec3::ZERO), (10.0, DVec3::Z * 0.1)] },
+            )
+            .unwrap();
         (0..5).for_each(|_| _ = simulation.step(1.0).unwrap());
         let before = readings(&mut simulation, body);
         assert!(!before.contains("NaN") && simulation.contact_forces(body).unwrap().len() == 1, "{before}");

@@ -118,10 +118,9 @@ fn putting_tissue_outside_a_moving_obstacle_is_a_term_of_its_own() {
         .with(EnergyAudit::default());
     let body = simulation.spawn(skin).unwrap();
     let shape = Shape::Sphere { centre: DVec3::new(0.3, 0.1, -3.01), radius: 3.0 };
-    simulation.spawn_moving_obstacle(
-        Obstacle { shape },
-        Path { points: vec![(0.0, DVec3::ZERO), (1500.0, DVec3::Z * 20.0)] },
-    );
+    simulation
+        .spawn_moving_obstacle(Obstacle { shape }, Path { points: vec![(0.0, DVec3::ZERO), (1500.0, DVec3::Z * 20.0)] })
+        .unwrap();
     let mut is_put_outside = false;
     for _ in 0..200 {
         let report = simulation.step(5.0).unwrap();
