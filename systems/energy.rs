@@ -1,4 +1,4 @@
-//! The energy audit: every term of [`EnergyBalance`] over a step, each from its own formula.
+//! The energy audit: every term of [`EnergyBalance`](crate::components::EnergyBalance) over a step, each from its own formula.
 //!
 //! Six short systems. `begin` lets the last step stand; `refined` measures what changes the mesh before the step;
 //! `membrane` and `loads` keep the forces of the last evaluation apart; `account` sums the terms when the iterations
