@@ -2,6 +2,8 @@
 //! memory than a multiple of the bytes. Fixed seeds; `tests/fuzz` has the same properties as targets for cargo-fuzz.
 #![cfg(all(feature = "scenes", feature = "snapshot"))]
 
+#[path = "hostile/demands.rs"]
+mod demands;
 mod hostile;
 
 use proptest::prelude::*;

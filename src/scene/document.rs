@@ -5,7 +5,7 @@
 
 use super::error::{Fault, SceneError, Span, explain, position};
 use super::schema::SceneFile;
-use super::{Scene, catalog, mesh_file};
+use super::{Scene, catalog, mesh_file, source};
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -17,6 +17,12 @@ const DEEPEST: usize = 16;
 
 /// The largest number of a scene: lengths and forces are squared.
 const LARGEST: f64 = 1e150;
+
+/// The largest scene file that is read \[bytes\]; a mesh that takes more belongs into a file of its own.
+const MOST_BYTES: u64 = 16 << 20;
+
+/// Where `inf` means that the limit is not asked for.
+const MAY_BE_INFINITE: [&str; 1] = ["run.stress_tolerance"];
 
 /// The text of a scene before it is understood.
 #[derive(Clone, Debug)]
@@ -54,8 +60,9 @@ impl Document {
             );
             return Err(refuse("is a mesh, not a scene".to_owned(), &hint));
         }
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| refuse(format!("cannot be read: {e}"), "check the path; a scene file is UTF-8 text (TOML)"))?;
+        let hint = "check the path; a scene file is UTF-8 text (TOML)";
+        let bytes = source::read(path, MOST_BYTES).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
+        let text = String::from_utf8(bytes).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Ok(Self { origin, folder, text, overrides: Vec::new() })
     }
@@ -119,11 +126,28 @@ impl Document {
     /// # Errors
     /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰.
     pub fn scene(self) -> Result<Scene, SceneError> {
-        let (file, spans) = self.parse()?;
+        let (file, spans) = self.parse().map_err(|error| self.blame(error, |document| document.parse().map(|_| ())))?;
         Ok(Scene { file, document: self, spans })
     }
 
-    fn parse(&self) -> Result<(SceneFile, BTreeMap<String, Span>), SceneError> {
+    /// The error with the override to blame in place of a line of the file: the first with which `judge` finds the same fault.
+    pub(super) fn blame(&self, error: SceneError, judge: impl Fn(Self) -> Result<(), SceneError>) -> SceneError {
+        if error.position.is_none() {
+            return error;
+        }
+        let is_there = |count: &usize| {
+            let document = Self { overrides: self.overrides[..*count].to_vec(), ..self.clone() };
+            judge(document).is_err_and(|other| (&other.key, &other.what) == (&error.key, &error.what))
+        };
+        // All of them do, so that only those before need a trial.
+        let count = (0..self.overrides.len()).find(is_there).unwrap_or(self.overrides.len());
+        match self.overrides[..count].last() {
+            Some((key, value)) => SceneError { origin: format!("--set {key}={value}"), position: None, ..error },
+            None => error,
+        }
+    }
+
+    pub(super) fn parse(&self) -> Result<(SceneFile, BTreeMap<String, Span>), SceneError> {
         let refuse = |error: &toml::de::Error| {
             let (what, hint) = explain(error.message());
             self.at(error.span(), String::new(), what, hint)
@@ -313,6 +337,7 @@ fn unusable(value: &DeValue<'_>, path: &str) -> Option<(String, &'static str)> {
         return children(value).into_iter().find_map(|(word, _, child)| unusable(child.get_ref(), &join(path, &word)));
     };
     match number.as_str().parse::<f64>() {
+        Ok(f64::INFINITY) if MAY_BE_INFINITE.contains(&path) => None,
         Ok(value) if value.abs() <= LARGEST => None,
         Ok(value) if value.is_finite() => Some((path.to_owned(), "out of scale: its square is too large for a number")),
         _ => Some((path.to_owned(), "not a finite number")),

@@ -2,9 +2,11 @@
 
 use super::build::{self, direction};
 use super::error::{Fault, positive};
-use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
+use super::schema::{BodySpec, CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
+use super::size::Demand;
 use super::{Scene, SceneError, copies, settings};
 use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, TearLog, Tearing, Toughness};
+use crate::membrane::Membrane;
 use crate::report::Report;
 use crate::settings::Integrator;
 use crate::simulation::{Simulation, SimulationError};
@@ -105,7 +107,14 @@ impl Scene {
     /// For a number out of its range, a mesh or material that is refused, a region that selects nothing, holds that
     /// contradict each other, a file that is missing; named with its place in the text.
     pub fn instantiate(&self) -> Result<Instance, SceneError> {
-        self.build().map_err(|fault| self.document.locate(&self.spans, fault))
+        self.build().map_err(|fault| {
+            let error = self.document.locate(&self.spans, fault);
+            self.document.blame(error, |document| {
+                let (file, spans) = document.parse()?;
+                let scene = Self { file, document, spans };
+                scene.build().map(|_| ()).map_err(|fault| scene.document.locate(&scene.spans, fault))
+            })
+        })
     }
 
     fn build(&self) -> Result<Instance, Fault> {
@@ -125,20 +134,20 @@ impl Scene {
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
         let mut bodies = Vec::new();
-        for (key, spec) in &copies::bodies(&self.file.bodies)? {
-            let membrane = build::membrane(spec, self.document.folder(), key)?;
-            let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, key, &error))?;
-            if self.file.output.energy {
-                // The body was spawned just now.
-                let _ = simulation.world_mut().insert_one(body, EnergyAudit::default());
+        let specs = &self.file.bodies;
+        // Before anything of that size is made.
+        Demand::announced(specs)?.files(&self.file.output, run.steps)?;
+        copies::check_names(specs)?;
+        let mut demand = Demand::default();
+        for (i, spec) in specs.iter().enumerate() {
+            let key = &format!("bodies.{i}");
+            let sheet = build::sheet(spec, self.document.folder(), key)?;
+            demand.add(spec, key, sheet.mesh.triangles.len() as f64)?;
+            demand.files(&self.file.output, run.steps)?;
+            for name in copies::names(spec) {
+                let membrane = build::membrane(spec, &name, &sheet, key)?;
+                bodies.push(self.spawn(&mut simulation, membrane, spec, key)?);
             }
-            if let Some(initial) = &spec.initial {
-                start(&mut simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
-            }
-            for (i, cut) in spec.cuts.iter().enumerate() {
-                self::cut(&mut simulation, body, cut, &format!("{key}.cuts.{i}"))?;
-            }
-            bodies.push(body);
         }
         for (i, obstacle) in self.file.obstacles.iter().enumerate() {
             let shape = Obstacle { shape: shape(obstacle, &format!("obstacles.{i}"))? };
@@ -148,6 +157,27 @@ impl Scene {
             };
         }
         Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), step: 0, has_torn: false })
+    }
+
+    fn spawn(
+        &self,
+        simulation: &mut Simulation,
+        membrane: Membrane,
+        spec: &BodySpec,
+        key: &str,
+    ) -> Result<Entity, Fault> {
+        let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, key, &error))?;
+        if self.file.output.energy {
+            // The body was spawned just now.
+            let _ = simulation.world_mut().insert_one(body, EnergyAudit::default());
+        }
+        if let Some(initial) = &spec.initial {
+            start(simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
+        }
+        for (i, cut) in spec.cuts.iter().enumerate() {
+            self::cut(simulation, body, cut, &format!("{key}.cuts.{i}"))?;
+        }
+        Ok(body)
     }
 }
 

@@ -46,6 +46,8 @@ mod region;
 pub mod schema;
 mod settings;
 mod shape;
+mod size;
+pub(crate) mod source;
 
 pub use document::Document;
 pub use error::{SceneError, nearest};

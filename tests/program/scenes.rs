@@ -259,6 +259,25 @@ fn a_bad_scene_is_refused_with_line_reason_and_remedy() {
     }
 }
 
+/// The one limit that `inf` takes away, as its description says.
+#[test]
+fn an_infinite_stress_tolerance_asks_for_none() {
+    let with = |value: &str| {
+        let text = SOUND.replacen("steps = 2", &format!("steps = 2\nstress_tolerance = {value}"), 1);
+        Scene::parse(&text, "strip.toml").and_then(|scene| scene.instantiate())
+    };
+    let mut instance = with("inf").unwrap();
+    assert_eq!(instance.simulation.settings().linear.stress_tolerance, f64::INFINITY);
+    assert!(!instance.advance().unwrap().has_failed);
+    for value in ["-inf", "nan", "0.0", "-1.0"] {
+        let error = with(value).err().unwrap();
+        assert_eq!(error.position.map(|place| place.0), Some(7), "{error}");
+    }
+    let mut document = Document::new(SOUND, "strip.toml");
+    document.set("run.stress_tolerance=inf").unwrap();
+    document.scene().unwrap().instantiate().unwrap();
+}
+
 #[test]
 fn columns_point_at_the_key() {
     let error = refusal(&SOUND.replacen("young_fibre = 10", "young_fibre = -1", 1));
@@ -296,6 +315,29 @@ fn overrides_are_judged_like_the_file() {
         assert!(error.origin.starts_with("--set ") && error.position.is_none(), "{assignment}: {error}");
         assert!(error.origin.contains(assignment.split('=').next().unwrap()), "{error}");
     }
+    // What is found at a key above the one that was set, or at another, is still the override's fault.
+    for (assignment, what) in [
+        ("bodies.0.mesh.grid.nx=0", "the number of cells along x is 0"),
+        ("bodies.0.mesh.grid.nx=abc", "invalid type"),
+        ("bodies.0.mesh.grid.nx=90000000", "triangles"),
+        ("bodies.0.material.young=5", "incomplete or mixed"),
+        ("run.duration=5", "given twice"),
+        ("scene.preset=none", "no preset `none`"),
+        ("bodies.0.holds.0.region.x=77", "selects no vertex"),
+        ("bodies.0.holds.0.name=right", "is taken by entry 0"),
+        ("bodies.0.tearing.strength_fibre=5", "given twice"),
+        ("bodies.0.copies=4000000000", "bodies, copies counted"),
+    ] {
+        // Others stand before and behind it.
+        let error = set(&["run.accuracy=fast", assignment, "run.halvings=3"]).unwrap_err();
+        assert_eq!((error.origin.as_str(), error.position), (&*format!("--set {assignment}"), None), "{error}");
+        assert!(error.what.contains(what), "{error}");
+    }
+    // What was wrong before is not.
+    let mut document = Document::new(SOUND.replacen("nx = 4", "nx = 0", 1), "strip.toml");
+    document.set("bodies.0.mesh.grid.ny=3").unwrap();
+    let error = document.scene().unwrap().check().unwrap_err();
+    assert_eq!((error.origin.as_str(), error.position.map(|place| place.0)), ("strip.toml", Some(11)), "{error}");
     let deep = format!("{}x=1", "a.".repeat(100_000));
     assert!(refused(&deep).what.contains("key=value"));
 }
