@@ -84,6 +84,8 @@ pub mod simulation;
 pub mod snapshot;
 #[cfg(feature = "cli")]
 pub mod soak;
+#[cfg(any(feature = "scenes", feature = "snapshot"))]
+mod source;
 #[cfg(feature = "cli")]
 pub mod stability;
 pub mod storage;

@@ -207,7 +207,9 @@ pub(super) struct Sources<'a> {
 
 /// The report as things stand.
 pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
-    let bodies: Vec<BodyFigures> = instance.bodies.clone().into_iter().map(|b| body_figures(instance, b, &s)).collect();
+    let mut forces = [s.last.reactions.iter(), s.last.grips.iter()];
+    let bodies = instance.bodies.clone().into_iter();
+    let bodies: Vec<BodyFigures> = bodies.map(|body| body_figures(instance, body, &s, &mut forces)).collect();
     let t = s.tally;
     RunReport {
         layout: 1,

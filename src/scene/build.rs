@@ -6,11 +6,11 @@ use super::schema::{
     BodySpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
     StiffeningFibresSpec, TearModeSpec, TearingSpec,
 };
+use super::springs::springs;
 use super::{grasp, mesh_file, shape};
 use crate::components::{
-    Anchor, Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold,
-    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, StiffeningFibres, TearMode,
-    Tearing, Toughness,
+    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
+    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, StiffeningFibres, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -366,36 +366,6 @@ fn axes(text: &str, key: &str) -> Result<[bool; 3], Fault> {
         return Err(Fault::new(key, format!("`{text}` names no axes"), "write some of the letters xyz, as in \"xy\""));
     }
     Ok(['x', 'y', 'z'].map(|axis| text.contains(axis)))
-}
-
-/// All groups of springs as one set: where two groups meet at a vertex, their stiffnesses add.
-fn springs(spec: &BodySpec, mesh: &TriangleMesh, surface: &Surface<'_>, key: &str) -> Result<Springs, Fault> {
-    let mut stiffness: BTreeMap<u32, f64> = BTreeMap::new();
-    for (i, group) in spec.springs.iter().enumerate() {
-        let key = format!("{key}.springs.{i}");
-        let rows = surface.vertices(&group.region, &format!("{key}.region"))?;
-        let per_area = match (group.total, group.per_area) {
-            (Some(total), None) => not_negative(format!("{key}.total"), total, "N/mm")? / tributary_area(mesh, &rows),
-            (None, Some(per_area)) => not_negative(format!("{key}.per_area"), per_area, "N/mm³")?,
-            _ => {
-                let what = "the stiffness is given twice or not at all";
-                return Err(Fault::new(key, what, "give either `total` [N/mm] or `per_area` [N/mm³]"));
-            }
-        };
-        rows.into_iter().for_each(|row| *stiffness.entry(row).or_default() += per_area);
-    }
-    let anchor = |(row, stiffness)| (row, Anchor { point: mesh.positions[row as usize], stiffness });
-    Ok(Springs { anchors: Attached::new(stiffness.into_iter().map(anchor)) })
-}
-
-/// A third of the rest area of the triangles at each of the vertices \[mm²\]; rows ascend.
-fn tributary_area(mesh: &TriangleMesh, rows: &[u32]) -> f64 {
-    let parts = mesh.triangles.iter().map(|corners| {
-        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
-        let members = corners.iter().filter(|v| rows.binary_search(v).is_ok()).count();
-        (b - a).cross(c - a).length() / 6.0 * members as f64
-    });
-    parts.sum()
 }
 
 /// What spawning found, under the key that caused it.

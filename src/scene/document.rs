@@ -5,7 +5,8 @@
 
 use super::error::{Fault, SceneError, Span, explain, position};
 use super::schema::SceneFile;
-use super::{Scene, catalog, mesh_file, source};
+use super::{Scene, catalog, mesh_file};
+use crate::source;
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -2,9 +2,9 @@
 
 use super::build::{self, direction};
 use super::error::{Fault, positive};
-use super::schema::{BodySpec, CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
+use super::schema::{BodySpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
 use super::size::Demand;
-use super::{Scene, SceneError, copies, settings};
+use super::{Scene, SceneError, beginning, copies, settings};
 use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, TearLog, Tearing, Toughness};
 use crate::membrane::Membrane;
 use crate::report::Report;
@@ -13,7 +13,7 @@ use crate::simulation::{Simulation, SimulationError};
 #[cfg(feature = "cli")]
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hecs::Entity;
 use std::fmt;
 
@@ -172,10 +172,10 @@ impl Scene {
             let _ = simulation.world_mut().insert_one(body, EnergyAudit::default());
         }
         if let Some(initial) = &spec.initial {
-            start(simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
+            beginning::start(simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
         }
         for (i, cut) in spec.cuts.iter().enumerate() {
-            self::cut(simulation, body, cut, &format!("{key}.cuts.{i}"))?;
+            beginning::cut(simulation, body, cut, &format!("{key}.cuts.{i}"))?;
         }
         Ok(body)
     }
@@ -269,61 +269,6 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         static_tolerance,
         static_advances: spec.static_advances,
     })
-}
-
-/// A notch or slit made before the first step.
-fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key: &str) -> Result<(), Fault> {
-    let polyline: Vec<DVec3> = spec.polyline.iter().map(|point| point.0).collect();
-    if polyline.len() < 2 || polyline.windows(2).any(|pair| pair[0] == pair[1]) {
-        let hint = "give two or more points [x, y, z], no two in a row the same";
-        return Err(Fault::new(format!("{key}.polyline"), "this is no line", hint));
-    }
-    let hint = "move its points onto the body, away from other cuts, or make it longer than an edge of the mesh";
-    let refused = |what: String| Fault::new(format!("{key}.polyline"), what, hint);
-    let cut = simulation.cut(body, &polyline).map_err(|error| refused(error.to_string()))?;
-    // A line is taken at the nearest points of the surface; what is far from it was meant for another body.
-    let length: f64 = polyline.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-    if cut.off_line > 0.5 * length {
-        return Err(refused(format!("the line runs up to {} mm off the body", rounded(cut.off_line))));
-    }
-    Ok(())
-}
-
-fn start(
-    simulation: &mut Simulation,
-    body: Entity,
-    spec: &InitialSpec,
-    is_planar: bool,
-    key: &str,
-) -> Result<(), Fault> {
-    let map =
-        spec.stretch.map_or(DMat3::IDENTITY, |rows| DMat3::from_cols_array_2d(&rows.0.map(|row| row.0)).transpose());
-    if map.determinant() <= 0.0 {
-        let hint = "give a map that keeps volume and handedness: its determinant must be above zero";
-        return Err(Fault::new(format!("{key}.stretch"), "the map flattens or mirrors the body", hint));
-    }
-    let (velocity, spin) = (spec.velocity.0, spec.spin.0);
-    if is_planar && (velocity.z != 0.0 || spin.x != 0.0 || spin.y != 0.0 || map.col(2).truncate().length() != 0.0) {
-        let hint = "give a velocity in x and y, a spin about z, and a stretch that keeps z apart";
-        return Err(Fault::new(key, "a planar body would leave its plane", hint));
-    }
-    let Ok(mut vertices) = simulation.world().get::<&mut Vertices>(body) else { return Ok(()) };
-    let vertices = &mut *vertices;
-    vertices.position.iter_mut().for_each(|x| *x = map * *x);
-    let mass: f64 = vertices.mass.iter().sum();
-    let weighted = vertices.position.iter().zip(&vertices.mass).map(|(x, m)| *x * *m);
-    let centre = weighted.sum::<DVec3>() / mass;
-    for (v, x) in vertices.velocity.iter_mut().zip(&vertices.position) {
-        *v = velocity + spin.cross(*x - centre);
-    }
-    if !vertices.position.iter().chain(&vertices.velocity).all(|a| a.length_squared().is_finite()) {
-        return Err(Fault::new(
-            key,
-            "positions or velocities come out too large for a number",
-            "give ordinary numbers",
-        ));
-    }
-    Ok(())
 }
 
 fn shape(spec: &ObstacleSpec, key: &str) -> Result<Shape, Fault> {

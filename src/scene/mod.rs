@@ -33,6 +33,7 @@
 //!
 //! Every error names the file, the line and how to mend it.
 
+mod beginning;
 mod build;
 pub mod catalog;
 mod copies;
@@ -47,7 +48,7 @@ pub mod schema;
 mod settings;
 mod shape;
 mod size;
-pub(crate) mod source;
+mod springs;
 
 pub use document::Document;
 pub use error::{SceneError, nearest};

@@ -1,10 +1,13 @@
 //! What an observer sees: the state of every body as plain arrays.
 
 use super::Simulation;
-use crate::components::{Body, EnergyCriterion, Frames, Planar, PreStretch, StiffeningFibres, TearDecision, Tearing};
+use crate::components::{
+    Body, EnergyCriterion, Forces, Frames, Planar, PreStretch, StiffeningFibres, TearDecision, Tearing,
+};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::systems::assembly::membrane_forces;
 use crate::systems::kernels::failure::{self, Search, Strength, TipField};
 use crate::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, strength, tip_decision};
 use glam::{DMat3, DVec2, DVec3};
@@ -14,7 +17,7 @@ use hecs::Entity;
 const CURVE_POINTS: usize = 180;
 
 impl Simulation {
-    /// The state of all bodies now. Costs one evaluation of every stress and, at each tip, of the criterion.
+    /// The state of all bodies now. Costs one evaluation of every stress and force and, at each tip, of the criterion.
     pub fn frame(&mut self) -> Frame {
         let bodies = self.bodies();
         for &body in &bodies {
@@ -41,6 +44,8 @@ impl Simulation {
             name: about.name.clone(),
             positions: vertices.position.clone(),
             rest_positions: vertices.rest_position.clone(),
+            velocities: vertices.velocity.clone(),
+            forces: self.pool.run(|| elastic_forces(triangles, topology, frames)),
             triangles: triangles.corners.clone(),
             stress: frames.states().map(stress_in_space).collect(),
             principal_stress: frames.states().map(principal).collect(),
@@ -69,6 +74,13 @@ impl Simulation {
         }
         Some(frame)
     }
+}
+
+/// Elastic forces of the membrane on the vertices \[N\].
+fn elastic_forces(triangles: &Triangles, topology: &Topology, frames: &Frames) -> Vec<DVec3> {
+    let mut forces = Forces::default();
+    membrane_forces((triangles, topology), frames, |_| DVec3::ZERO, 0.0, &mut forces);
+    forces.nodal
 }
 
 /// Biot stress turned into space by the triangle's rotation.

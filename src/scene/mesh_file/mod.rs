@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::source;
+use crate::source;
 use crate::storage::{MeshError, TriangleMesh};
 use fault::Fault;
 

@@ -59,7 +59,7 @@ fn face_lines(text: &str) -> Result<Vec<usize>, Fault> {
 }
 
 fn too_few(line: usize) -> Fault {
-    Fault::at(line, "a face needs at least three vertex indices, as in `f 1 2 3`")
+    Fault::at(line, "a face needs at least three vertex indices, as in `f 1 2 3`; correct or remove it")
 }
 
 /// The file's `v` and `f` lines without colours, weights, texture and normal indices, handed out one at a time, so that
