@@ -143,7 +143,7 @@ struct RunArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=crate::scene::MOST_STEPS))]
     steps: Option<u64>,
     /// Threads, 0 for one per core; the results are the same bits for any number.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<usize>,
     /// Print the systems of the step in order with their times; systems without work as skipped.
     #[arg(long)]
@@ -234,6 +234,12 @@ struct SoakArgs {
     /// Print the figures of every round as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// As many as a scene may ask for.
+fn threads(text: &str) -> Result<usize, String> {
+    let threads: usize = text.parse().map_err(|_| "not a whole number, zero or more".to_owned())?;
+    (threads <= 1024).then_some(threads).ok_or_else(|| "it must be at most 1024; 0 is one per core".to_owned())
 }
 
 /// A year of minutes at the most.

@@ -1,7 +1,7 @@
 //! A scene's text, with what `--set` changes in it, and where each key stands.
 //!
 //! An override is put into the parsed tree before it is deserialised, so it is judged like text of the file. Its spans are
-//! made to begin behind the end of the file (it is parsed after as many spaces), which tells whose fault an error is.
+//! moved behind the end of the file, which tells whose fault an error is.
 
 use super::error::{Fault, SceneError, Span, explain, position};
 use super::schema::SceneFile;
@@ -131,17 +131,29 @@ impl Document {
         Ok(Scene { file, document: self, spans })
     }
 
-    /// The error with the override to blame in place of a line of the file: the first with which `judge` finds the same fault.
+    /// The error with the override to blame in place of a line of the file: one with which `judge` finds the same fault, and not
+    /// without it.
     pub(super) fn blame(&self, error: SceneError, judge: impl Fn(Self) -> Result<(), SceneError>) -> SceneError {
-        if error.position.is_none() {
+        if error.position.is_none() || self.overrides.is_empty() {
             return error;
         }
         let is_there = |count: &usize| {
             let document = Self { overrides: self.overrides[..*count].to_vec(), ..self.clone() };
             judge(document).is_err_and(|other| (&other.key, &other.what) == (&error.key, &error.what))
         };
-        // All of them do, so that only those before need a trial.
-        let count = (0..self.overrides.len()).find(is_there).unwrap_or(self.overrides.len());
+        // Between none and all of them, by halving: a trial may build the whole scene.
+        let (mut without, mut count) = (0, self.overrides.len());
+        if is_there(&0) {
+            return error;
+        }
+        while count - without > 1 {
+            let middle = without.midpoint(count);
+            if is_there(&middle) {
+                count = middle;
+            } else {
+                without = middle;
+            }
+        }
         match self.overrides[..count].last() {
             Some((key, value)) => SceneError { origin: format!("--set {key}={value}"), position: None, ..error },
             None => error,
@@ -154,12 +166,13 @@ impl Document {
             self.at(error.span(), String::new(), what, hint)
         };
         let root = DeTable::parse(&self.text).map_err(|e| refuse(&e))?;
-        let padded = self.padded_overrides();
+        let texts = self.override_texts();
         let (whole, mut root) = (root.span(), root.into_inner());
         self.apply_preset(&mut root)?;
-        for ((key, _), text) in self.overrides.iter().zip(&padded) {
+        for ((key, _), (start, text)) in self.overrides.iter().zip(&texts) {
             let mut parsed = DeTable::parse(text).map_err(|e| refuse(&e))?.into_inner();
             if let Some(value) = parsed.remove("value") {
+                let value = moved(value, *start);
                 insert(&mut root, key, value).map_err(|(what, hint)| self.at_override(key, what, hint))?;
             }
         }
@@ -205,15 +218,15 @@ impl Document {
         Ok(())
     }
 
-    /// Each override as a document of its own, behind spaces up to its place.
-    fn padded_overrides(&self) -> Vec<String> {
-        let mut padding = self.text.len() + 1;
+    /// Each override as a document of its own, and its place behind the end of the file and of those before.
+    fn override_texts(&self) -> Vec<(usize, String)> {
+        let mut next = self.text.len() + 1;
         let overrides = self.overrides.iter().map(|(_, value)| {
             let is_toml = DeValue::parse(value).is_ok();
             let value = if is_toml { value.clone() } else { toml::Value::String(value.clone()).to_string() };
-            let text = format!("{}value = {value}", " ".repeat(padding));
-            padding = text.len() + 1;
-            text
+            let (start, text) = (next, format!("value = {value}"));
+            next += text.len() + 1;
+            (start, text)
         });
         overrides.collect()
     }
@@ -239,8 +252,9 @@ impl Document {
             let position = Some(position(&self.text, start));
             return SceneError { origin: self.origin.clone(), position, key, what, hint };
         }
-        let ends = self.padded_overrides();
-        let at_fault = self.overrides.iter().zip(&ends).find(|(_, text)| start < text.len()).map(|(set, _)| set);
+        let texts = self.override_texts();
+        let at_fault =
+            self.overrides.iter().zip(&texts).rev().find(|(_, (from, _))| start >= *from).map(|(set, _)| set);
         let origin = at_fault.map_or(String::new(), |(key, value)| format!("--set {key}={value}"));
         SceneError { origin, position: None, key, what, hint }
     }
@@ -251,6 +265,24 @@ impl Document {
 }
 
 type Value<'i> = toml::Spanned<DeValue<'i>>;
+
+/// A value with its spans further on in the text.
+fn moved(value: Value<'_>, by: usize) -> Value<'_> {
+    let further = |span: Span| span.start + by..span.end + by;
+    let span = further(value.span());
+    let value = match value.into_inner() {
+        DeValue::Array(array) => DeValue::Array(array.into_iter().map(|entry| moved(entry, by)).collect()),
+        DeValue::Table(table) => {
+            let entries = table.into_iter().map(|(key, entry)| {
+                let span = further(key.span());
+                (toml::Spanned::new(span, key.into_inner()), moved(entry, by))
+            });
+            DeValue::Table(entries.collect())
+        }
+        plain => plain,
+    };
+    toml::Spanned::new(span, value)
+}
 
 /// Puts a value at a dotted path; tables on the way are made, arrays are indexed.
 fn insert<'i>(root: &mut DeTable<'i>, path: &'i str, value: Value<'i>) -> Result<(), (String, String)> {
