@@ -117,6 +117,22 @@ fn refused(text: &str, key: &str, line: usize, told: &[&str]) {
     assert!(taken < 512 << 20, "{taken} bytes allocated: {shown}");
 }
 
+/// An override is no longer for those before it.
+#[test]
+fn many_overrides_take_no_more_than_their_text() {
+    let mut document = Document::new(scene("mesh = { grid = { width = 6, height = 5, nx = 1, ny = 1 } }"), "much.toml");
+    for i in 0..4000 {
+        document.set(&format!("run.steps={}", 1 + i)).unwrap();
+    }
+    document.set("run.td=5").unwrap();
+    let region = Region::new(super::GLOBAL);
+    let error = document.clone().scene().unwrap_err();
+    let taken = region.change().bytes_allocated;
+    assert_eq!(error.origin, "--set run.td=5", "{error}");
+    // Behind spaces up to their places they would be 140 MB, once for the tree and once for the place of the error.
+    assert!(taken < 100 << 20, "{taken} bytes allocated");
+}
+
 /// A strip has few triangles, however far the rows of a turned lattice would reach beyond it.
 #[test]
 fn a_lattice_takes_no_more_than_its_outline() {

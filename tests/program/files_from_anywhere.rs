@@ -74,6 +74,16 @@ fn what_never_ends_is_not_begun() {
     }
 }
 
+/// The option is named that was given.
+#[test]
+fn too_many_threads_are_wrong_usage() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = rhexis(folder.path(), &["run", "fig2", "--steps", "1", "--threads", "99999999"]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains("--threads") && error.contains("at most 1024") && !error.contains("--set"), "{error}");
+}
+
 /// `a/b/x` is hold `b/x` of body `a`, or hold `x` of body `a/b`.
 #[test]
 fn a_body_has_the_forces_of_its_own_holds() {

@@ -225,6 +225,23 @@ fn surfaces_that_cannot_be_used_are_refused() {
     assert!(matches!(mesh_error("f 1 2 5\nf 1 3 4\n"), MeshError::Bowtie { vertex: 0, fans: 2 }));
 }
 
+/// What goes round a vertex takes the square of its triangles; and a message is not as long as the file.
+#[test]
+fn crowded_vertices_and_edges_are_refused_in_few_words() {
+    let spokes = |count: u32| -> String {
+        let at = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(count);
+        let rim = (0..count).map(|i| format!("v {} {} 0\n", at(i).cos(), at(i).sin()));
+        let faces = (0..count).map(|i| format!("f 1 {} {}\n", i + 2, (i + 1) % count + 2));
+        ["v 0 0 0\n".to_owned()].into_iter().chain(rim).chain(faces).collect()
+    };
+    assert_eq!(read_bytes("a.obj", spokes(1000)).unwrap().triangles.len(), 1000);
+    let message = refusal("a.obj", spokes(1001));
+    assert!(message.starts_with("a.obj: vertex 0 has 1001 triangles, 1000 at the most"), "{message}");
+    let pages = (0..5000).map(|i| format!("v 0 1 {i}\nf 1 2 {}\n", i + 3));
+    let message = refusal("a.obj", format!("v 0 0 0\nv 1 0 0\n{}", pages.collect::<String>()));
+    assert!(message.contains("more than two triangles (0, 1, 2, 3 and 4996 more)"), "{message}");
+}
+
 #[test]
 fn missing_files_and_unknown_formats() {
     let missing = read(Path::new("no/such/mesh.obj")).unwrap_err();
