@@ -87,7 +87,8 @@ Written into the output directory, as the run goes on:
   report.json    figures at the end: reactions [N], energies [mJ], tears, solver, times, caveats
   series.csv     one row per step
   events.jsonl   one tear event per line
-  frames.pvd     ParaView frames (.vtu): displacement [mm], stress [MPa], fibre, criterion
+  frames.pvd     ParaView frames (.vtu): displacement [mm], stress [MPa], fibre, criterion;
+                 velocity [mm/ms] and force [N] with output.velocities, output.forces
   *.png          pictures of the first, some middle and the last state
   run.snapshot   the last state to resume from, with --snapshots";
 
