@@ -5,7 +5,7 @@
 
 use super::error::{Fault, SceneError, Span, explain, position};
 use super::schema::SceneFile;
-use super::{Scene, catalog, mesh_file};
+use super::{Scene, catalog, mesh_file, size};
 use crate::source;
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -182,6 +182,11 @@ impl Document {
             let span = spans.get(&key).cloned();
             return Err(self.at(span, key, what.to_owned(), "give an ordinary number".to_owned()));
         }
+        if let Some(key) = size::hand_beyond(&root, "", &mut 0.0) {
+            let what = format!("up to here hands have more than {} points in all", size::MOST_POINTS);
+            let hint = "give a larger `every` or a shorter `duration`".to_owned();
+            return Err(self.at(spans.get(&key).cloned(), key, what, hint));
+        }
         let tree = toml::Spanned::new(whole, root);
         let file = SceneFile::deserialize(toml::Deserializer::from(tree)).map_err(|e| refuse(&e))?;
         Ok((file, spans))
@@ -331,11 +336,11 @@ fn insert<'i>(root: &mut DeTable<'i>, path: &'i str, value: Value<'i>) -> Result
     Ok(())
 }
 
-fn join(path: &str, word: &str) -> String {
+pub(super) fn join(path: &str, word: &str) -> String {
     if path.is_empty() { word.to_owned() } else { format!("{path}.{word}") }
 }
 
-fn children<'a, 'i>(value: &'a DeValue<'i>) -> Vec<(String, Span, &'a Value<'i>)> {
+pub(super) fn children<'a, 'i>(value: &'a DeValue<'i>) -> Vec<(String, Span, &'a Value<'i>)> {
     match value {
         DeValue::Table(table) => table.iter().map(|(k, v)| (k.get_ref().to_string(), k.span(), v)).collect(),
         DeValue::Array(array) => array.iter().enumerate().map(|(i, v)| (i.to_string(), v.span(), v)).collect(),

@@ -1,14 +1,16 @@
 //! How much a scene asks for, judged before it is made: a few bytes of text can ask for more than any machine has.
 
+use super::document::{children, join};
 use super::error::Fault;
 use super::generate::MOST_TRIANGLES;
 use super::schema::{BodySpec, MeshSpec, OutputSpec};
+use toml::de::{DeTable, DeValue};
 
 /// The most bodies, copies counted.
 const MOST_BODIES: u64 = 10_000;
 
 /// The most points of curves and paths in all bodies.
-const MOST_POINTS: f64 = 1e7;
+pub(super) const MOST_POINTS: f64 = 1e7;
 
 /// The most frames, and the most pictures: a file for each body each time.
 const MOST_FILES: u64 = 100_000;
@@ -152,6 +154,30 @@ fn points(spec: &BodySpec) -> f64 {
     let legs = spec.grips.iter().flat_map(|grip| &grip.path);
     let paths: f64 = legs.map(|leg| leg.arc.as_ref().map_or(1.0, |arc| arc.degrees.abs().max(1.0))).sum();
     curves as f64 + paths
+}
+
+/// The hand with which those of a table, read in order, have more points than a scene may have: a few words make a million each.
+pub(super) fn hand_beyond(table: &DeTable<'_>, path: &str, points: &mut f64) -> Option<String> {
+    let mut entries = table.iter().map(|(key, value)| (join(path, key.get_ref()), value.get_ref()));
+    entries.find_map(|(path, value)| within(value, path, points))
+}
+
+fn within(value: &DeValue<'_>, path: String, points: &mut f64) -> Option<String> {
+    if let (true, DeValue::Table(hand)) = (path.ends_with(".hand"), value) {
+        // What is no number is refused where it is read.
+        let time = |name: &str, default: f64| match hand.get(name).map(toml::Spanned::get_ref) {
+            Some(DeValue::Float(time)) => time.as_str().parse().unwrap_or(0.0),
+            Some(DeValue::Integer(time)) => i64::from_str_radix(time.as_str(), time.radix()).unwrap_or(0) as f64,
+            _ => default,
+        };
+        // A hand that has too many by itself is refused with its own words; what is no number counts nothing.
+        let count = time("duration", 0.0) / time("every", 1.0);
+        *points += if count > 0.0 { count.min(1e6) } else { 0.0 };
+        if *points > MOST_POINTS {
+            return Some(path);
+        }
+    }
+    children(value).into_iter().find_map(|(word, _, child)| within(child.get_ref(), join(&path, &word), points))
 }
 
 fn number(value: f64) -> String {

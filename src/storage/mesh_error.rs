@@ -127,7 +127,7 @@ pub enum MeshError {
     },
     /// More triangles at a vertex than a mesh that is to be stepped has.
     #[error(
-        "vertex {vertex} has {triangles} triangles, {MOST_AT_VERTEX} at the most: the widest angle is under half a degree; mesh the surface \
+        "vertex {vertex} has {triangles} triangles, {MOST_AT_VERTEX} at the most: their angles are under half a degree on average; mesh the surface \
          anew, with triangles of even size"
     )]
     Crowded {

@@ -98,6 +98,18 @@ fn scenes_that_ask_for_terabytes_are_refused_before_they_get_them() {
     for (lines, key, line, what, more) in cases {
         refused(&scene(&lines), key, line, &[what, more]);
     }
+    // A million points each: 200 of them would be 3 GB before any of them is looked at.
+    let hands = hand
+        .replace("holds = [{", "[[bodies.holds]]\n")
+        .replace("}]", "")
+        .replace(", region", "\nregion")
+        .replace(", curve", "\ncurve");
+    refused(
+        &scene(&format!("{grid}\n{}", format!("{hands}\n").repeat(200))),
+        "11.curve.hand",
+        60,
+        &["more than 10000000 points"],
+    );
     let files = scene(&format!("copies = 5000\n{grid}"));
     refused(&files.replace("frames = 0", "frames = 50"), "output.frames", 8, &["250000 files", "100000"]);
     refused(&files.replace("pictures = 0", "pictures = 4000000000"), "output.pictures", 7, &["5000005000 files"]);
