@@ -22,6 +22,10 @@ pub struct BodyFrame {
     pub positions: Vec<DVec3>,
     /// Rest vertex positions \[mm\].
     pub rest_positions: Vec<DVec3>,
+    /// Vertex velocities \[mm/ms\].
+    pub velocities: Vec<DVec3>,
+    /// Elastic forces of the membrane on the vertices \[N\]: without bending, damping, loads, contact and holds.
+    pub forces: Vec<DVec3>,
     /// Vertex indices of the triangles.
     pub triangles: Vec<[u32; 3]>,
     /// Biot stress \[MPa\] per triangle, turned into space by the triangle's rotation.

@@ -89,6 +89,8 @@ pub mod simulation;
 pub mod snapshot;
 #[cfg(feature = "cli")]
 pub mod soak;
+#[cfg(any(feature = "scenes", feature = "snapshot"))]
+mod source;
 #[cfg(feature = "cli")]
 #[allow(clippy::disallowed_methods, reason = "maps of runs, no part of a step")]
 pub mod stability;

@@ -1,6 +1,8 @@
 //! Mesh files, scene files, `--set`, edits and the command line, with whatever bytes: refused with a reason, or sound; and never for more
 //! memory than a multiple of the bytes. Fixed seeds; `tests/fuzz` has the same properties as targets for cargo-fuzz.
 
+#[path = "hostile/demands.rs"]
+mod demands;
 mod hostile;
 
 use proptest::prelude::*;

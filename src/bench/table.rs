@@ -2,8 +2,12 @@
 
 use super::{BenchError, Context, Yardsticks};
 use crate::output::file;
+use crate::source;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+
+/// The largest table that is read \[bytes\].
+const MOST_BYTES: u64 = 64 << 20;
 
 /// A table of results.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +82,8 @@ impl Table {
     /// If it cannot be read or is none.
     pub fn read(path: &Path) -> Result<Self, BenchError> {
         let wrong = |what: &str| BenchError::File { path: path.to_owned(), what: what.to_owned() };
-        let text = std::fs::read_to_string(path).map_err(|e| wrong(&e.to_string()))?;
+        let bytes = source::read(path, MOST_BYTES).map_err(|e| wrong(&e.to_string()))?;
+        let text = String::from_utf8(bytes).map_err(|e| wrong(&e.to_string()))?;
         let head = |name: &str| {
             let line = text.lines().find_map(|line| line.strip_prefix("# ")?.strip_prefix(name)?.strip_prefix(' '));
             line.and_then(|value| value.trim().parse::<f64>().ok()).filter(|value| *value > 0.0)

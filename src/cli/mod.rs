@@ -88,7 +88,8 @@ Written into the output directory, as the run goes on:
   report.json    figures at the end: reactions [N], energies [mJ], tears, solver, times, caveats
   series.csv     one row per step
   events.jsonl   one tear event per line
-  frames.pvd     ParaView frames (.vtu): displacement [mm], stress [MPa], fibre, criterion
+  frames.pvd     ParaView frames (.vtu): displacement [mm], stress [MPa], fibre, criterion;
+                 velocity [mm/ms] and force [N] with output.velocities, output.forces
   *.png          pictures of the first, some middle and the last state
   run.snapshot   the last state to resume from, with --snapshots";
 
@@ -144,7 +145,7 @@ struct RunArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=crate::scene::MOST_STEPS))]
     steps: Option<u64>,
     /// Threads, 0 for one per core; the results are the same bits for any number.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<usize>,
     /// Print the systems of the step in order with their times; systems without work as skipped.
     #[arg(long)]
@@ -235,6 +236,12 @@ struct SoakArgs {
     /// Print the figures of every round as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// As many as a scene may ask for.
+fn threads(text: &str) -> Result<usize, String> {
+    let threads: usize = text.parse().map_err(|_| "not a whole number, zero or more".to_owned())?;
+    (threads <= 1024).then_some(threads).ok_or_else(|| "it must be at most 1024; 0 is one per core".to_owned())
 }
 
 /// A year of minutes at the most.

@@ -237,7 +237,8 @@ pub(super) struct Sources<'a> {
 
 /// The report as things stand.
 pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
-    let bodies: Vec<BodyFigures> = instance.bodies.clone().into_iter().map(|b| body_figures(instance, b, &s)).collect();
+    let bodies = instance.bodies.clone().into_iter().enumerate();
+    let bodies: Vec<BodyFigures> = bodies.map(|(index, body)| body_figures(instance, index, body, &s)).collect();
     let t = s.tally;
     RunReport {
         layout: 1,
@@ -279,19 +280,19 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
     }
 }
 
-fn body_figures(instance: &mut Instance, body: Entity, s: &Sources<'_>) -> BodyFigures {
+/// The body that is the scene's `index`-th.
+fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources<'_>) -> BodyFigures {
     let name = body_name(instance, body);
     let energies = instance.simulation.energies(body).unwrap_or_default();
-    let own = |forces: &[(String, glam::DVec3)]| {
-        let prefix = format!("{name}/");
-        let of_body =
-            forces.iter().filter_map(|(full, f)| Some((full.clone(), full.strip_prefix(&prefix)?.to_owned(), *f)));
-        of_body.collect::<Vec<_>>()
-    };
-    let reactions = own(&s.last.reactions).into_iter().map(|(_, name, f)| ForceFigures { name, force_n: f.to_array() });
-    let grips = own(&s.last.grips).into_iter().map(|(full, name, force)| {
-        let (rms_n, peak_n) = s.tally.grip(&full);
-        GripFigures { name, force_n: force.to_array(), rms_n, peak_n }
+    // A name alone does not tell: those of bodies and holds may have slashes of their own.
+    let [reactions, grips] = s.last.own.get(index).cloned().unwrap_or_default();
+    let prefix = format!("{name}/");
+    let plain = |full: &str| full.strip_prefix(&prefix).unwrap_or(full).to_owned();
+    let reactions = s.last.reactions.get(reactions).unwrap_or_default().iter();
+    let reactions = reactions.map(|(full, force)| ForceFigures { name: plain(full), force_n: force.to_array() });
+    let grips = s.last.grips.get(grips).unwrap_or_default().iter().map(|(full, force)| {
+        let (rms_n, peak_n) = s.tally.grip(full);
+        GripFigures { name: plain(full), force_n: force.to_array(), rms_n, peak_n }
     });
     let (reactions, grips) = (reactions.collect(), grips.collect());
     let balance = instance.simulation.energy_balance(body).ok().flatten();

@@ -261,7 +261,17 @@ impl Running<'_> {
 
     /// The state now, numbered by the scene's steps: a static one may have taken several equilibria.
     fn frame(&mut self) -> Frame {
-        Frame { step: self.last.step, ..self.instance.simulation.frame() }
+        let mut frame = Frame { step: self.last.step, ..self.instance.simulation.frame() };
+        let output = &self.instance.output;
+        for body in &mut frame.bodies {
+            if !output.velocities {
+                body.velocities.clear();
+            }
+            if !output.forces {
+                body.forces.clear();
+            }
+        }
+        frame
     }
 
     fn report(&mut self, end: End) -> RunReport {

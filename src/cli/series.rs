@@ -5,6 +5,7 @@ use crate::report::BodyReport;
 use crate::scene::Instance;
 use crate::storage::Tips;
 use glam::DVec3;
+use std::ops::Range;
 
 /// The state after a step. The bodies' figures are added up; a named force keeps its body's name.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +38,8 @@ pub(super) struct Observation {
     pub reactions: Vec<(String, DVec3)>,
     /// Force of every grip on the tissue \[N\].
     pub grips: Vec<(String, DVec3)>,
+    /// Which of the reactions and which of the grips are those of each body, in the order of the scene's bodies.
+    pub own: Vec<[Range<usize>; 2]>,
 }
 
 /// Names of forces as they stand in files.
@@ -58,6 +61,7 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
     };
     for body in instance.bodies.clone() {
         let name = super::report::body_name(instance, body);
+        let before = [o.reactions.len(), o.grips.len()];
         if let Ok(energies) = instance.simulation.energies(body) {
             o.elastic += energies.elastic;
             o.kinetic += energies.kinetic;
@@ -75,6 +79,7 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         if let Ok(grips) = world.get::<&Grips>(body) {
             o.grips.extend(grips.pinches.iter().map(|pinch| (named(&name, &pinch.name), pinch.force)));
         }
+        o.own.push([before[0]..o.reactions.len(), before[1]..o.grips.len()]);
         if let Ok(log) = world.get::<&TearLog>(body) {
             o.torn += log.length;
         }

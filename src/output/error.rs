@@ -63,6 +63,8 @@ pub(super) fn check_shape(path: &Path, body: &BodyFrame) -> Result<(), OutputErr
         ("stress", body.stress.len(), triangle_count, false),
         ("principal_stress", body.principal_stress.len(), triangle_count, false),
         ("fibres", body.fibres.len(), triangle_count, false),
+        ("velocities", body.velocities.len(), vertex_count, true),
+        ("forces", body.forces.len(), vertex_count, true),
         ("criterion", body.criterion.len(), triangle_count, true),
     ];
     for (name, found, wanted, is_optional) in lengths {

@@ -4,6 +4,7 @@
 
 use super::{OutputError, error, file};
 use crate::frame::BodyFrame;
+use glam::DVec3;
 use std::path::Path;
 use vtkio::IOBuffer;
 use vtkio::model::{
@@ -22,7 +23,7 @@ const EMPTY: &str = r#"<VTKFile type="UnstructuredGrid" version="1.0" byte_order
 
 /// Writes one body as an unstructured grid.
 ///
-/// Point data: `displacement` \[mm\]. Cell data: `stress` (9 components by rows, \[MPa\]), `principal_stress` (2, \[MPa\]),
+/// Point data: `displacement` \[mm\] and, where the frame holds them, `velocity` \[mm/ms\] and `force` \[N\]. Cell data: `stress` (9 components by rows, \[MPa\]), `principal_stress` (2, \[MPa\]),
 /// `fibre` (3) and, for a body that can tear, `criterion`. A body without triangles gives a valid, empty grid.
 ///
 /// # Errors
@@ -45,6 +46,14 @@ fn grid(body: &BodyFrame) -> Vtk {
     let principal: Vec<f64> = body.principal_stress.iter().flat_map(|p| p.to_array()).collect();
     let fibres: Vec<f64> = body.fibres.iter().flat_map(|f| f.to_array()).collect();
 
+    let flat = |vectors: &[DVec3]| vectors.iter().flat_map(|v| v.to_array()).collect::<Vec<f64>>();
+    let mut point = vec![array("displacement", 3, displacement)];
+    for (name, vectors) in [("velocity", &body.velocities), ("force", &body.forces)] {
+        // As below: of the right length or not at all.
+        if vectors.len() == body.positions.len() {
+            point.push(array(name, 3, flat(vectors)));
+        }
+    }
     let mut cell = vec![array("stress", 9, stress), array("principal_stress", 2, principal), array("fibre", 3, fibres)];
     // An array of the wrong length makes ParaView refuse the file, so a body that cannot tear has none.
     if body.criterion.len() == body.triangles.len() {
@@ -66,7 +75,7 @@ fn grid(body: &BodyFrame) -> Vtk {
                 },
                 types: vec![CellType::Triangle; body.triangles.len()],
             },
-            data: Attributes { point: vec![array("displacement", 3, displacement)], cell },
+            data: Attributes { point, cell },
         }),
     }
 }

@@ -7,10 +7,11 @@ use super::schema::{
     BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
     TearModeSpec, TearingSpec,
 };
+use super::springs::springs;
 use super::{grasp, mesh_file, shape};
 use crate::components::{
-    Anchor, Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold,
-    Material, PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, Springs, TearMode, Tearing, Toughness,
+    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
+    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -18,20 +19,40 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A membrane, not yet spawned. `key` is the body's path in the file.
-pub(super) fn membrane(spec: &BodySpec, folder: &Path, key: &str) -> Result<Membrane, Fault> {
+/// What all copies of a body have in common, and what takes long: read and made once.
+pub(super) struct Sheet {
+    pub mesh: TriangleMesh,
+    /// Of a fibre file.
+    fibres: Option<Vec<DVec3>>,
+}
+
+/// Makes or reads the mesh, and reads the file of fibres. `key` is the body's path in the file.
+pub(super) fn sheet(spec: &BodySpec, folder: &Path, key: &str) -> Result<Sheet, Fault> {
     let mesh = shape::mesh(&spec.mesh, folder, &format!("{key}.mesh"))?;
-    if spec.planar && !shape::is_flat(&mesh) {
+    let fibres = match &spec.fibres {
+        Some(FibreSpec::File(path)) => {
+            let read = mesh_file::read_fibres(&folder.join(path));
+            Some(read.map_err(|error| shape::refused_file(&format!("{key}.fibres.file"), error))?)
+        }
+        _ => None,
+    };
+    Ok(Sheet { mesh, fibres })
+}
+
+/// A membrane, not yet spawned: the copy of this name.
+pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) -> Result<Membrane, Fault> {
+    let mesh = &sheet.mesh;
+    if spec.planar && !shape::is_flat(mesh) {
         let hint = "remove `planar = true`, or give a mesh with one z";
         return Err(Fault::new(format!("{key}.planar"), "the mesh is not flat across z", hint));
     }
     let material = material(&spec.material, &format!("{key}.material"))?;
-    let mut membrane = Membrane::new(&spec.name, mesh.clone(), material);
+    let mut membrane = Membrane::new(name, mesh.clone(), material);
     if let Some(grading) = &spec.grading {
         membrane = graded(membrane, material, grading, &format!("{key}.grading"))?;
     }
     if let Some(fibres) = &spec.fibres {
-        membrane = membrane.fibres(self::fibres(fibres, folder, &format!("{key}.fibres"))?);
+        membrane = membrane.fibres(self::fibres(fibres, sheet, &format!("{key}.fibres"))?);
     }
     if spec.planar {
         membrane = membrane.planar();
@@ -51,7 +72,7 @@ pub(super) fn membrane(spec: &BodySpec, folder: &Path, key: &str) -> Result<Memb
         };
         membrane = membrane.with(self::refinement(refinement, tearing.radius, &key)?);
     }
-    membrane = boundary_conditions(membrane, spec, &mesh, key)?;
+    membrane = boundary_conditions(membrane, spec, mesh, key)?;
     Ok(membrane)
 }
 
@@ -118,30 +139,31 @@ fn graded(membrane: Membrane, material: Material, spec: &GradingSpec, key: &str)
     }))
 }
 
-fn fibres(spec: &FibreSpec, folder: &Path, key: &str) -> Result<Fibres, Fault> {
+fn fibres(spec: &FibreSpec, sheet: &Sheet, key: &str) -> Result<Fibres, Fault> {
     Ok(match spec {
         FibreSpec::Degrees(degrees) => Fibres::at_degrees(*degrees),
         FibreSpec::Direction(d) => Fibres::Uniform(direction(d.0, &format!("{key}.direction"))?),
         FibreSpec::Concentric(c) => {
             Fibres::Concentric { centre: c.centre.0, axis: direction(c.axis.0, &format!("{key}.concentric.axis"))? }
         }
-        FibreSpec::File(path) => {
-            let read = mesh_file::read_fibres(&folder.join(path));
-            Fibres::PerTriangle(read.map_err(|error| shape::refused_file(&format!("{key}.file"), error))?)
-        }
+        FibreSpec::File(_) => Fibres::PerTriangle(sheet.fibres.clone().unwrap_or_default()),
     })
 }
 
-/// Files and messages tell things of a kind apart by their names.
-pub(super) fn own_name<'a>(name: &str, mut others: impl Iterator<Item = &'a str>, key: &str) -> Result<(), Fault> {
-    let refuse = |what: String| Err(Fault::new(format!("{key}.name"), what, "give each a name of its own"));
-    if name.trim().is_empty() {
-        return refuse("the name is empty".to_owned());
+/// Files and messages tell things of a kind apart by their names; each with its path in the file.
+pub(super) fn own_names(named: impl Iterator<Item = (String, String)>) -> Result<(), Fault> {
+    let mut first = BTreeMap::new();
+    for (i, (key, name)) in named.enumerate() {
+        let refuse = |what: String| Err(Fault::new(format!("{key}.name"), what, "give each a name of its own"));
+        if name.trim().is_empty() {
+            return refuse("the name is empty".to_owned());
+        }
+        if let Some(first) = first.get(&name) {
+            return refuse(format!("the name `{name}` is taken by entry {first}"));
+        }
+        first.insert(name, i);
     }
-    match others.position(|other| other == name) {
-        Some(first) => refuse(format!("the name `{name}` is taken by entry {first}")),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 /// A unit vector.
@@ -318,9 +340,13 @@ fn boundary_conditions(
     key: &str,
 ) -> Result<Membrane, Fault> {
     let surface = Surface::new(mesh);
+    let own = |kind: &str, names: Vec<&String>| {
+        own_names(names.into_iter().enumerate().map(|(i, name)| (format!("{key}.{kind}.{i}"), name.clone())))
+    };
+    own("holds", spec.holds.iter().map(|hold| &hold.name).collect())?;
+    own("grips", spec.grips.iter().map(|grip| &grip.name).collect())?;
     for (i, hold) in spec.holds.iter().enumerate() {
         let key = format!("{key}.holds.{i}");
-        own_name(&hold.name, spec.holds[..i].iter().map(|other| other.name.as_str()), &key)?;
         let rows = surface.vertices(&hold.region, &format!("{key}.region"))?;
         let m = &hold.movement;
         let offset = |p: DVec3| m.offset.0 + m.per_x.0 * p.x + m.per_y.0 * p.y + m.per_z.0 * p.z;
@@ -349,11 +375,7 @@ fn boundary_conditions(
         membrane = membrane.with(springs(spec, mesh, &surface, key)?);
     }
     if !spec.grips.is_empty() {
-        let grips = spec.grips.iter().enumerate().map(|(i, grip)| {
-            let key = format!("{key}.grips.{i}");
-            own_name(&grip.name, spec.grips[..i].iter().map(|other| other.name.as_str()), &key)?;
-            grasp::grip(grip, &key)
-        });
+        let grips = spec.grips.iter().enumerate().map(|(i, grip)| grasp::grip(grip, &format!("{key}.grips.{i}")));
         membrane = membrane.with(Grips::new(grips.collect::<Result<_, Fault>>()?));
     }
     Ok(membrane)
@@ -364,36 +386,6 @@ fn axes(text: &str, key: &str) -> Result<[bool; 3], Fault> {
         return Err(Fault::new(key, format!("`{text}` names no axes"), "write some of the letters xyz, as in \"xy\""));
     }
     Ok(['x', 'y', 'z'].map(|axis| text.contains(axis)))
-}
-
-/// All groups of springs as one set: where two groups meet at a vertex, their stiffnesses add.
-fn springs(spec: &BodySpec, mesh: &TriangleMesh, surface: &Surface<'_>, key: &str) -> Result<Springs, Fault> {
-    let mut stiffness: BTreeMap<u32, f64> = BTreeMap::new();
-    for (i, group) in spec.springs.iter().enumerate() {
-        let key = format!("{key}.springs.{i}");
-        let rows = surface.vertices(&group.region, &format!("{key}.region"))?;
-        let per_area = match (group.total, group.per_area) {
-            (Some(total), None) => not_negative(format!("{key}.total"), total, "N/mm")? / tributary_area(mesh, &rows),
-            (None, Some(per_area)) => not_negative(format!("{key}.per_area"), per_area, "N/mm³")?,
-            _ => {
-                let what = "the stiffness is given twice or not at all";
-                return Err(Fault::new(key, what, "give either `total` [N/mm] or `per_area` [N/mm³]"));
-            }
-        };
-        rows.into_iter().for_each(|row| *stiffness.entry(row).or_default() += per_area);
-    }
-    let anchor = |(row, stiffness)| (row, Anchor { point: mesh.positions[row as usize], stiffness });
-    Ok(Springs { anchors: Attached::new(stiffness.into_iter().map(anchor)) })
-}
-
-/// A third of the rest area of the triangles at each of the vertices \[mm²\]; rows ascend.
-fn tributary_area(mesh: &TriangleMesh, rows: &[u32]) -> f64 {
-    let parts = mesh.triangles.iter().map(|corners| {
-        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
-        let members = corners.iter().filter(|v| rows.binary_search(v).is_ok()).count();
-        (b - a).cross(c - a).length() / 6.0 * members as f64
-    });
-    parts.sum()
 }
 
 /// What spawning found, under the key that caused it.

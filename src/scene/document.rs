@@ -1,11 +1,12 @@
 //! A scene's text, with what `--set` changes in it, and where each key stands.
 //!
 //! An override is put into the parsed tree before it is deserialised, so it is judged like text of the file. Its spans are
-//! made to begin behind the end of the file (it is parsed after as many spaces), which tells whose fault an error is.
+//! moved behind the end of the file, which tells whose fault an error is.
 
 use super::error::{Fault, SceneError, Span, explain, position};
 use super::schema::SceneFile;
-use super::{Scene, catalog, mesh_file};
+use super::{Scene, catalog, mesh_file, size};
+use crate::source;
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -17,6 +18,12 @@ const DEEPEST: usize = 16;
 
 /// The largest number of a scene: lengths and forces are squared.
 const LARGEST: f64 = 1e150;
+
+/// The largest scene file that is read \[bytes\]; a mesh that takes more belongs into a file of its own.
+const MOST_BYTES: u64 = 16 << 20;
+
+/// Where `inf` means that the limit is not asked for.
+const MAY_BE_INFINITE: [&str; 1] = ["run.stress_tolerance"];
 
 /// The text of a scene before it is understood.
 #[derive(Clone, Debug)]
@@ -54,8 +61,9 @@ impl Document {
             );
             return Err(refuse("is a mesh, not a scene".to_owned(), &hint));
         }
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| refuse(format!("cannot be read: {e}"), "check the path; a scene file is UTF-8 text (TOML)"))?;
+        let hint = "check the path; a scene file is UTF-8 text (TOML)";
+        let bytes = source::read(path, MOST_BYTES).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
+        let text = String::from_utf8(bytes).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Ok(Self { origin, folder, text, overrides: Vec::new() })
     }
@@ -119,22 +127,52 @@ impl Document {
     /// # Errors
     /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰.
     pub fn scene(self) -> Result<Scene, SceneError> {
-        let (file, spans) = self.parse()?;
+        let (file, spans) = self.parse().map_err(|error| self.blame(error, |document| document.parse().map(|_| ())))?;
         Ok(Scene { file, document: self, spans })
     }
 
-    fn parse(&self) -> Result<(SceneFile, BTreeMap<String, Span>), SceneError> {
+    /// The error with the override to blame in place of a line of the file: one with which `judge` finds the same fault, and not
+    /// without it.
+    pub(super) fn blame(&self, error: SceneError, judge: impl Fn(Self) -> Result<(), SceneError>) -> SceneError {
+        if error.position.is_none() || self.overrides.is_empty() {
+            return error;
+        }
+        let is_there = |count: &usize| {
+            let document = Self { overrides: self.overrides[..*count].to_vec(), ..self.clone() };
+            judge(document).is_err_and(|other| (&other.key, &other.what) == (&error.key, &error.what))
+        };
+        // Between none and all of them, by halving: a trial may build the whole scene.
+        let (mut without, mut count) = (0, self.overrides.len());
+        if is_there(&0) {
+            return error;
+        }
+        while count - without > 1 {
+            let middle = without.midpoint(count);
+            if is_there(&middle) {
+                count = middle;
+            } else {
+                without = middle;
+            }
+        }
+        match self.overrides[..count].last() {
+            Some((key, value)) => SceneError { origin: format!("--set {key}={value}"), position: None, ..error },
+            None => error,
+        }
+    }
+
+    pub(super) fn parse(&self) -> Result<(SceneFile, BTreeMap<String, Span>), SceneError> {
         let refuse = |error: &toml::de::Error| {
             let (what, hint) = explain(error.message());
             self.at(error.span(), String::new(), what, hint)
         };
         let root = DeTable::parse(&self.text).map_err(|e| refuse(&e))?;
-        let padded = self.padded_overrides();
+        let texts = self.override_texts();
         let (whole, mut root) = (root.span(), root.into_inner());
         self.apply_preset(&mut root)?;
-        for ((key, _), text) in self.overrides.iter().zip(&padded) {
+        for ((key, _), (start, text)) in self.overrides.iter().zip(&texts) {
             let mut parsed = DeTable::parse(text).map_err(|e| refuse(&e))?.into_inner();
             if let Some(value) = parsed.remove("value") {
+                let value = moved(value, *start);
                 insert(&mut root, key, value).map_err(|(what, hint)| self.at_override(key, what, hint))?;
             }
         }
@@ -143,6 +181,11 @@ impl Document {
         if let Some((key, what)) = first_unusable(&root, "") {
             let span = spans.get(&key).cloned();
             return Err(self.at(span, key, what.to_owned(), "give an ordinary number".to_owned()));
+        }
+        if let Some(key) = size::hand_beyond(&root, "", &mut 0.0) {
+            let what = format!("up to here hands have more than {} points in all", size::MOST_POINTS);
+            let hint = "give a larger `every` or a shorter `duration`".to_owned();
+            return Err(self.at(spans.get(&key).cloned(), key, what, hint));
         }
         let tree = toml::Spanned::new(whole, root);
         let file = SceneFile::deserialize(toml::Deserializer::from(tree)).map_err(|e| refuse(&e))?;
@@ -180,15 +223,15 @@ impl Document {
         Ok(())
     }
 
-    /// Each override as a document of its own, behind spaces up to its place.
-    fn padded_overrides(&self) -> Vec<String> {
-        let mut padding = self.text.len() + 1;
+    /// Each override as a document of its own, and its place behind the end of the file and of those before.
+    fn override_texts(&self) -> Vec<(usize, String)> {
+        let mut next = self.text.len() + 1;
         let overrides = self.overrides.iter().map(|(_, value)| {
             let is_toml = DeValue::parse(value).is_ok();
             let value = if is_toml { value.clone() } else { toml::Value::String(value.clone()).to_string() };
-            let text = format!("{}value = {value}", " ".repeat(padding));
-            padding = text.len() + 1;
-            text
+            let (start, text) = (next, format!("value = {value}"));
+            next += text.len() + 1;
+            (start, text)
         });
         overrides.collect()
     }
@@ -214,8 +257,9 @@ impl Document {
             let position = Some(position(&self.text, start));
             return SceneError { origin: self.origin.clone(), position, key, what, hint };
         }
-        let ends = self.padded_overrides();
-        let at_fault = self.overrides.iter().zip(&ends).find(|(_, text)| start < text.len()).map(|(set, _)| set);
+        let texts = self.override_texts();
+        let at_fault =
+            self.overrides.iter().zip(&texts).rev().find(|(_, (from, _))| start >= *from).map(|(set, _)| set);
         let origin = at_fault.map_or(String::new(), |(key, value)| format!("--set {key}={value}"));
         SceneError { origin, position: None, key, what, hint }
     }
@@ -226,6 +270,24 @@ impl Document {
 }
 
 type Value<'i> = toml::Spanned<DeValue<'i>>;
+
+/// A value with its spans further on in the text.
+fn moved(value: Value<'_>, by: usize) -> Value<'_> {
+    let further = |span: Span| span.start + by..span.end + by;
+    let span = further(value.span());
+    let value = match value.into_inner() {
+        DeValue::Array(array) => DeValue::Array(array.into_iter().map(|entry| moved(entry, by)).collect()),
+        DeValue::Table(table) => {
+            let entries = table.into_iter().map(|(key, entry)| {
+                let span = further(key.span());
+                (toml::Spanned::new(span, key.into_inner()), moved(entry, by))
+            });
+            DeValue::Table(entries.collect())
+        }
+        plain => plain,
+    };
+    toml::Spanned::new(span, value)
+}
 
 /// Puts a value at a dotted path; tables on the way are made, arrays are indexed.
 fn insert<'i>(root: &mut DeTable<'i>, path: &'i str, value: Value<'i>) -> Result<(), (String, String)> {
@@ -274,11 +336,11 @@ fn insert<'i>(root: &mut DeTable<'i>, path: &'i str, value: Value<'i>) -> Result
     Ok(())
 }
 
-fn join(path: &str, word: &str) -> String {
+pub(super) fn join(path: &str, word: &str) -> String {
     if path.is_empty() { word.to_owned() } else { format!("{path}.{word}") }
 }
 
-fn children<'a, 'i>(value: &'a DeValue<'i>) -> Vec<(String, Span, &'a Value<'i>)> {
+pub(super) fn children<'a, 'i>(value: &'a DeValue<'i>) -> Vec<(String, Span, &'a Value<'i>)> {
     match value {
         DeValue::Table(table) => table.iter().map(|(k, v)| (k.get_ref().to_string(), k.span(), v)).collect(),
         DeValue::Array(array) => array.iter().enumerate().map(|(i, v)| (i.to_string(), v.span(), v)).collect(),
@@ -313,6 +375,7 @@ fn unusable(value: &DeValue<'_>, path: &str) -> Option<(String, &'static str)> {
         return children(value).into_iter().find_map(|(word, _, child)| unusable(child.get_ref(), &join(path, &word)));
     };
     match number.as_str().parse::<f64>() {
+        Ok(f64::INFINITY) if MAY_BE_INFINITE.contains(&path) => None,
         Ok(value) if value.abs() <= LARGEST => None,
         Ok(value) if value.is_finite() => Some((path.to_owned(), "out of scale: its square is too large for a number")),
         _ => Some((path.to_owned(), "not a finite number")),

@@ -11,8 +11,8 @@ use glam::{DVec2, DVec3, dvec3};
 
 use crate::storage::TriangleMesh;
 
-/// The most triangles a generator makes: a guard against a slip of the keyboard, far above what a step can handle.
-pub const MOST_TRIANGLES: usize = 50_000_000;
+/// The most triangles that a generator makes and a scene has, copies and refinement counted: some 5 GB, and minutes a step.
+pub const MOST_TRIANGLES: usize = 5_000_000;
 
 /// Why a generator refuses.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -2,16 +2,18 @@
 
 use super::build::{self, direction};
 use super::error::{Fault, positive};
-use super::schema::{CutSpec, InitialSpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
-use super::{Scene, SceneError, copies, settings};
+use super::schema::{BodySpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
+use super::size::Demand;
+use super::{Scene, SceneError, beginning, copies, settings};
 use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, TearLog, Tearing, Toughness};
+use crate::membrane::Membrane;
 use crate::report::Report;
 use crate::settings::Integrator;
 use crate::simulation::{Simulation, SimulationError};
 #[cfg(feature = "cli")]
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use hecs::Entity;
 use std::fmt;
 
@@ -105,7 +107,14 @@ impl Scene {
     /// For a number out of its range, a mesh or material that is refused, a region that selects nothing, holds that
     /// contradict each other, a file that is missing; named with its place in the text.
     pub fn instantiate(&self) -> Result<Instance, SceneError> {
-        self.build().map_err(|fault| self.document.locate(&self.spans, fault))
+        self.build().map_err(|fault| {
+            let error = self.document.locate(&self.spans, fault);
+            self.document.blame(error, |document| {
+                let (file, spans) = document.parse()?;
+                let scene = Self { file, document, spans };
+                scene.build().map(|_| ()).map_err(|fault| scene.document.locate(&scene.spans, fault))
+            })
+        })
     }
 
     fn build(&self) -> Result<Instance, Fault> {
@@ -125,20 +134,20 @@ impl Scene {
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
         let mut bodies = Vec::new();
-        for (key, spec) in &copies::bodies(&self.file.bodies)? {
-            let membrane = build::membrane(spec, self.document.folder(), key)?;
-            let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, key, &error))?;
-            if self.file.output.energy {
-                // The body was spawned just now.
-                let _ = simulation.world_mut().insert_one(body, EnergyAudit::default());
+        let specs = &self.file.bodies;
+        // Before anything of that size is made.
+        Demand::announced(specs)?.files(&self.file.output, run.steps)?;
+        copies::check_names(specs)?;
+        let mut demand = Demand::default();
+        for (i, spec) in specs.iter().enumerate() {
+            let key = &format!("bodies.{i}");
+            let sheet = build::sheet(spec, self.document.folder(), key)?;
+            demand.add(spec, key, sheet.mesh.triangles.len() as f64)?;
+            demand.files(&self.file.output, run.steps)?;
+            for name in copies::names(spec) {
+                let membrane = build::membrane(spec, &name, &sheet, key)?;
+                bodies.push(self.spawn(&mut simulation, membrane, spec, key)?);
             }
-            if let Some(initial) = &spec.initial {
-                start(&mut simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
-            }
-            for (i, cut) in spec.cuts.iter().enumerate() {
-                self::cut(&mut simulation, body, cut, &format!("{key}.cuts.{i}"))?;
-            }
-            bodies.push(body);
         }
         for (i, obstacle) in self.file.obstacles.iter().enumerate() {
             let shape = Obstacle { shape: shape(obstacle, &format!("obstacles.{i}"))? };
@@ -149,6 +158,27 @@ impl Scene {
             spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
         }
         Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), step: 0, has_torn: false })
+    }
+
+    fn spawn(
+        &self,
+        simulation: &mut Simulation,
+        membrane: Membrane,
+        spec: &BodySpec,
+        key: &str,
+    ) -> Result<Entity, Fault> {
+        let body = simulation.spawn(membrane).map_err(|error| build::refused_body(spec, key, &error))?;
+        if self.file.output.energy {
+            // The body was spawned just now.
+            let _ = simulation.world_mut().insert_one(body, EnergyAudit::default());
+        }
+        if let Some(initial) = &spec.initial {
+            beginning::start(simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
+        }
+        for (i, cut) in spec.cuts.iter().enumerate() {
+            beginning::cut(simulation, body, cut, &format!("{key}.cuts.{i}"))?;
+        }
+        Ok(body)
     }
 }
 
@@ -240,61 +270,6 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         static_tolerance,
         static_advances: spec.static_advances,
     })
-}
-
-/// A notch or slit made before the first step.
-fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key: &str) -> Result<(), Fault> {
-    let polyline: Vec<DVec3> = spec.polyline.iter().map(|point| point.0).collect();
-    if polyline.len() < 2 || polyline.windows(2).any(|pair| pair[0] == pair[1]) {
-        let hint = "give two or more points [x, y, z], no two in a row the same";
-        return Err(Fault::new(format!("{key}.polyline"), "this is no line", hint));
-    }
-    let hint = "move its points onto the body, away from other cuts, or make it longer than an edge of the mesh";
-    let refused = |what: String| Fault::new(format!("{key}.polyline"), what, hint);
-    let cut = simulation.cut(body, &polyline).map_err(|error| refused(error.to_string()))?;
-    // A line is taken at the nearest points of the surface; what is far from it was meant for another body.
-    let length: f64 = polyline.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-    if cut.off_line > 0.5 * length {
-        return Err(refused(format!("the line runs up to {} mm off the body", rounded(cut.off_line))));
-    }
-    Ok(())
-}
-
-fn start(
-    simulation: &mut Simulation,
-    body: Entity,
-    spec: &InitialSpec,
-    is_planar: bool,
-    key: &str,
-) -> Result<(), Fault> {
-    let map =
-        spec.stretch.map_or(DMat3::IDENTITY, |rows| DMat3::from_cols_array_2d(&rows.0.map(|row| row.0)).transpose());
-    if map.determinant() <= 0.0 {
-        let hint = "give a map that keeps volume and handedness: its determinant must be above zero";
-        return Err(Fault::new(format!("{key}.stretch"), "the map flattens or mirrors the body", hint));
-    }
-    let (velocity, spin) = (spec.velocity.0, spec.spin.0);
-    if is_planar && (velocity.z != 0.0 || spin.x != 0.0 || spin.y != 0.0 || map.col(2).truncate().length() != 0.0) {
-        let hint = "give a velocity in x and y, a spin about z, and a stretch that keeps z apart";
-        return Err(Fault::new(key, "a planar body would leave its plane", hint));
-    }
-    let Ok(mut vertices) = simulation.world().get::<&mut Vertices>(body) else { return Ok(()) };
-    let vertices = &mut *vertices;
-    vertices.position.iter_mut().for_each(|x| *x = map * *x);
-    let mass: f64 = vertices.mass.iter().sum();
-    let weighted = vertices.position.iter().zip(&vertices.mass).map(|(x, m)| *x * *m);
-    let centre = weighted.sum::<DVec3>() / mass;
-    for (v, x) in vertices.velocity.iter_mut().zip(&vertices.position) {
-        *v = velocity + spin.cross(*x - centre);
-    }
-    if !vertices.position.iter().chain(&vertices.velocity).all(|a| a.length_squared().is_finite()) {
-        return Err(Fault::new(
-            key,
-            "positions or velocities come out too large for a number",
-            "give ordinary numbers",
-        ));
-    }
-    Ok(())
 }
 
 fn shape(spec: &ObstacleSpec, key: &str) -> Result<Shape, Fault> {

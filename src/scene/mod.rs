@@ -33,6 +33,7 @@
 //!
 //! Every error names the file, the line and how to mend it.
 
+mod beginning;
 mod build;
 pub mod catalog;
 mod copies;
@@ -47,6 +48,8 @@ mod region;
 pub mod schema;
 mod settings;
 mod shape;
+mod size;
+mod springs;
 
 pub use document::Document;
 pub use error::{SceneError, nearest};

@@ -3,11 +3,12 @@
 use super::Simulation;
 use super::material_force::material_force;
 use crate::components::{
-    Bending, Body, EnergyCriterion, FibreLaws, Frames, Planar, PreStretch, TearDecision, Tearing, fibre_law,
+    Bending, Body, EnergyCriterion, FibreLaws, Forces, Frames, Planar, PreStretch, TearDecision, Tearing, fibre_law,
 };
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::systems::assembly::membrane_forces;
 use crate::systems::kernels::failure::{self, Search, Strength};
 use crate::systems::tearing::{
     EnergyReading, EnergyTerms, Surface, TipMemory, energy_decision, strength, tip_decision,
@@ -19,7 +20,7 @@ use hecs::Entity;
 const CURVE_POINTS: usize = 180;
 
 impl Simulation {
-    /// The state of all bodies now. Costs one evaluation of every stress and, at each tip, of the criterion.
+    /// The state of all bodies now. Costs one evaluation of every stress and force and, at each tip, of the criterion.
     pub fn frame(&mut self) -> Frame {
         let bodies = self.bodies();
         let shown: Vec<Entity> = bodies.into_iter().filter(|&body| self.refresh(body).is_ok()).collect();
@@ -45,6 +46,8 @@ impl Simulation {
             name: about.name.clone(),
             positions: vertices.position.clone(),
             rest_positions: vertices.rest_position.clone(),
+            velocities: vertices.velocity.clone(),
+            forces: self.pool.run(|| elastic_forces(triangles, topology, frames)),
             triangles: triangles.corners.clone(),
             stress: frames.states().map(stress_in_space).collect(),
             principal_stress: frames.states().map(principal).collect(),
@@ -73,6 +76,13 @@ impl Simulation {
         }
         Some(frame)
     }
+}
+
+/// Elastic forces of the membrane on the vertices \[N\].
+fn elastic_forces(triangles: &Triangles, topology: &Topology, frames: &Frames) -> Vec<DVec3> {
+    let mut forces = Forces::default();
+    membrane_forces((triangles, topology), frames, |_| DVec3::ZERO, 0.0, &mut forces);
+    forces.nodal
 }
 
 /// Biot stress turned into space by the triangle's rotation.

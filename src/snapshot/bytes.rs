@@ -143,9 +143,12 @@ pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     })
 }
 
+/// The largest snapshot or recording that is read from a file \[bytes\].
+const MOST_BYTES: u64 = 8 << 30;
+
 /// The bytes of a file.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, SnapshotError> {
-    std::fs::read(path).map_err(|error| file_error(path, &error))
+    crate::source::read(path, MOST_BYTES).map_err(|error| file_error(path, &error))
 }
 
 fn file_error(path: &Path, error: &std::io::Error) -> SnapshotError {

@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 
+use super::mesh_error::MOST_AT_VERTEX;
 use super::{MeshError, NONE};
 
 /// Below this ratio of smallest altitude to longest edge a triangle counts as degenerate: its shape-function gradients have
@@ -28,6 +29,7 @@ impl TriangleMesh {
     pub fn check(&self) -> Result<(), MeshError> {
         self.check_positions()?;
         self.check_corners()?;
+        self.check_valences()?;
         self.check_shapes()?;
         self.check_duplicates()?;
         let edges = SharedEdges::new(&self.triangles)?;
@@ -98,6 +100,16 @@ impl TriangleMesh {
             }
         }
         Ok(())
+    }
+
+    /// No vertex has more triangles than may go round it; corners are in range.
+    fn check_valences(&self) -> Result<(), MeshError> {
+        let mut counts = vec![0_usize; self.positions.len()];
+        self.triangles.iter().flatten().for_each(|&corner| counts[corner as usize] += 1);
+        match counts.iter().position(|&count| count > MOST_AT_VERTEX) {
+            Some(vertex) => Err(MeshError::Crowded { vertex, triangles: counts[vertex] }),
+            None => Ok(()),
+        }
     }
 
     fn check_shapes(&self) -> Result<(), MeshError> {

@@ -5,6 +5,17 @@ use glam::DVec3;
 use super::NONE;
 use super::mesh::THINNEST;
 
+/// The most triangles at a vertex: what goes round a vertex takes the square of their number.
+pub const MOST_AT_VERTEX: usize = 1000;
+
+/// The first few of a list that may be as long as a file, and their number.
+fn few(list: &[usize]) -> String {
+    match list {
+        [a, b, c, d, _, ..] => format!("{a}, {b}, {c}, {d} and {} more", list.len() - 4),
+        _ => list.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+    }
+}
+
 /// Why a mesh is refused. Vertices and triangles are counted from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
@@ -66,8 +77,8 @@ pub enum MeshError {
     },
     /// More than two triangles at an edge.
     #[error(
-        "the edge between vertices {} and {} belongs to more than two triangles ({triangles:?}); remove the extra sheets",
-        edge[0], edge[1]
+        "the edge between vertices {} and {} belongs to more than two triangles ({}); remove the extra sheets",
+        edge[0], edge[1], few(triangles)
     )]
     NonManifoldEdge {
         /// The ends of the edge.
@@ -113,6 +124,17 @@ pub enum MeshError {
         vertex: usize,
         /// Number of fans.
         fans: usize,
+    },
+    /// More triangles at a vertex than a mesh that is to be stepped has.
+    #[error(
+        "vertex {vertex} has {triangles} triangles, {MOST_AT_VERTEX} at the most: their angles are under half a degree on average; mesh the surface \
+         anew, with triangles of even size"
+    )]
+    Crowded {
+        /// The vertex.
+        vertex: usize,
+        /// Its triangles.
+        triangles: usize,
     },
     /// A vertex without triangles has no mass and cannot be solved for.
     #[error("vertex {vertex} is used by no triangle; remove it (TriangleMesh::without_unused_vertices does)")]

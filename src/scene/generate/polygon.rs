@@ -47,9 +47,9 @@ pub fn lattice(corners: &[DVec2], edge: f64, degrees: f64) -> Result<TriangleMes
     let rows = (reach / (edge * 0.75_f64.sqrt())).ceil() as i64;
     let mut inner = Vec::new();
     for j in -rows..=rows {
-        // The middle of row j lies at (j/2)·edge along the row.
-        let count = (reach / edge).ceil() as i64;
-        for i in -count - j.div_euclid(2)..=count - j.div_euclid(2) {
+        // Row j passes the outline's bounds between these places [edges]; the rest of it would be thrown away.
+        let (from, to) = within(centre + aside * j as f64, along, low, high);
+        for i in from.floor() as i64..=to.ceil() as i64 {
             inner.push(centre + along * i as f64 + aside * j as f64);
         }
     }
@@ -57,6 +57,19 @@ pub fn lattice(corners: &[DVec2], edge: f64, degrees: f64) -> Result<TriangleMes
     // The border does not fit the lattice; what lies between them is relaxed.
     outline.relax(&mut inner, |p| !outline.is_inside(p, 2.0 * edge))?;
     outline.mesh(inner)
+}
+
+/// Between which multiples of `along` a line from `start` lies within a rectangle; the second is smaller where it never does.
+fn within(start: DVec2, along: DVec2, low: DVec2, high: DVec2) -> (f64, f64) {
+    (0..2).fold((f64::NEG_INFINITY, f64::INFINITY), |(from, to), axis| {
+        let [a, b] = [low, high].map(|side| (side[axis] - start[axis]) / along[axis]);
+        match along[axis] {
+            // Beside the rectangle, or nowhere outside of it.
+            0.0 if a.is_sign_positive() != b.is_sign_positive() || a.is_nan() || b.is_nan() => (from, to),
+            0.0 => (f64::INFINITY, f64::NEG_INFINITY),
+            _ => (from.max(a.min(b)), to.min(a.max(b))),
+        }
+    })
 }
 
 /// Triangles without any order, with edges of about `edge` \[mm\], in the plane z = 0 within the polygon with the `corners`

@@ -57,7 +57,8 @@ pub fn parse(bytes: Vec<u8>) -> Result<TriangleMesh, Fault> {
                 Ok(tags[place].1)
             };
             let corners = element.nodes.iter().map(corner).collect::<Result<Vec<_>, Fault>>()?;
-            push_cell(&mut mesh, Shape::Polygon, &corners, None);
+            push_cell(&mut mesh, Shape::Polygon, &corners, None)
+                .map_err(|what| Fault::new(format!("element {}: {what}", element.element_tag)))?;
         }
     }
     Ok(mesh)

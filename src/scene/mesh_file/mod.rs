@@ -16,17 +16,20 @@ mod surface;
 mod vtk_legacy;
 mod vtk_xml;
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use crate::source;
 use crate::storage::{MeshError, TriangleMesh};
 use fault::Fault;
 
 /// The extensions [`read`] knows, in any case of letters.
 pub const EXTENSIONS: [&str; 6] = ["obj", "msh", "vtu", "vtk", "ply", "stl"];
+
+/// The largest mesh or fibre file that is read \[bytes\]: ten times what the largest mesh of a scene takes as text.
+pub const MOST_BYTES: u64 = 1 << 30;
 
 /// Why a mesh or fibre file is refused.
 #[derive(Debug, thiserror::Error)]
@@ -112,12 +115,7 @@ pub fn read_fibres(path: &Path) -> Result<Vec<DVec3>, MeshFileError> {
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, MeshFileError> {
-    let unreadable = |source| MeshFileError::Unreadable { path: path.into(), source };
-    // A device or pipe may never end.
-    if !fs::metadata(path).map_err(unreadable)?.is_file() {
-        return Err(unreadable(io::Error::other("not a regular file")));
-    }
-    fs::read(path).map_err(unreadable)
+    source::read(path, MOST_BYTES).map_err(|source| MeshFileError::Unreadable { path: path.into(), source })
 }
 
 fn malformed(path: &Path, Fault { line, what }: Fault) -> MeshFileError {

@@ -10,31 +10,56 @@ use std::io::{self, BufRead, Read};
 use tobj::{LoadError, LoadOptions};
 
 use super::fault::Fault;
-use super::surface::points;
+use super::surface::{Shape, points, push_cell};
 use crate::storage::TriangleMesh;
 
 /// Reads the faces of all groups as one surface.
 pub fn parse(bytes: Vec<u8>) -> Result<TriangleMesh, Fault> {
     let text = String::from_utf8(bytes).map_err(|_| Fault::new("not text; save the mesh as a plain OBJ file"))?;
+    let faces = face_lines(&text)?;
     let line = Cell::new(0);
     let mut reader = Geometry { lines: text.lines(), line: &line, pending: Vec::new(), at: 0 };
-    let options = LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..LoadOptions::default() };
+    let options = LoadOptions { ignore_points: true, ignore_lines: true, ..LoadOptions::default() };
     let loaded = tobj::load_obj_buf(&mut reader, &options, |_| Err(LoadError::MaterialParseError));
     let (models, _) = loaded.map_err(|error| match error {
         LoadError::FaceVertexOutOfBounds => index_fault(&text),
         LoadError::PositionParseError => Fault::at(line.get(), "a vertex needs three numbers, as in `v 0 0.5 1`"),
-        LoadError::FaceParseError | LoadError::InvalidPolygon => {
-            Fault::at(line.get(), "a face needs at least three vertex indices, as in `f 1 2 3`")
-        }
+        LoadError::FaceParseError | LoadError::InvalidPolygon => too_few(line.get()),
         other => Fault::at(line.get(), other),
     })?;
     let mut mesh = TriangleMesh::default();
+    let mut faces = faces.into_iter();
     for model in models {
         let first = mesh.positions.len() as u32;
         mesh.positions.extend(points(&model.mesh.positions));
-        mesh.triangles.extend(model.mesh.indices.chunks_exact(3).map(|t| [first + t[0], first + t[1], first + t[2]]));
+        let corners: Vec<u32> = model.mesh.indices.iter().map(|corner| first + corner).collect();
+        let mut rest = &corners[..];
+        // Without counts of corners all faces are triangles.
+        let mut counts = model.mesh.face_arities.iter().map(|&count| count as usize).chain(std::iter::repeat(3));
+        while let Some((face, after)) = counts.next().and_then(|count| rest.split_at_checked(count.max(1))) {
+            let line = faces.next();
+            push_cell(&mut mesh, Shape::Polygon, face, None).map_err(|what| Fault { line, what })?;
+            rest = after;
+        }
     }
     Ok(mesh)
+}
+
+/// The lines of the faces in their order. One with two corners is a line to `tobj`, and would be a hole in the surface.
+fn face_lines(text: &str) -> Result<Vec<usize>, Fault> {
+    let mut lines = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        match split(line) {
+            Some(("f", words)) if words.clone().count() < 3 => return Err(too_few(number + 1)),
+            Some(("f", _)) => lines.push(number + 1),
+            _ => {}
+        }
+    }
+    Ok(lines)
+}
+
+fn too_few(line: usize) -> Fault {
+    Fault::at(line, "a face needs at least three vertex indices, as in `f 1 2 3`; correct or remove it")
 }
 
 /// The file's `v` and `f` lines without colours, weights, texture and normal indices, handed out one at a time, so that

@@ -22,23 +22,23 @@ pub fn parse(bytes: Vec<u8>) -> Result<TriangleMesh, Fault> {
         }
     }
     let mut mesh = TriangleMesh::default();
+    let mut faces = Vec::new();
     for element in header.elements.values() {
         let left = size.saturating_sub(reader.get_ref().position() as usize);
         check_count(element, header.encoding, left)?;
         let read = parser.read_payload_for_element(&mut reader, element, &header).map_err(refused)?;
         match element.name.as_str() {
             "vertex" => mesh.positions.extend(read.into_iter().map(|vertex| vertex.position)),
-            "face" => {
-                for (number, face) in read.iter().enumerate() {
-                    let corners: Option<Vec<u32>> =
-                        face.corners.iter().map(|&corner| u32::try_from(corner).ok()).collect();
-                    let corners =
-                        corners.ok_or_else(|| Fault::new(format!("face {number} has a negative vertex index")))?;
-                    push_cell(&mut mesh, Shape::Polygon, &corners, None);
-                }
-            }
+            "face" => faces.extend(read.into_iter().map(|face| face.corners)),
             _ => {}
         }
+    }
+    // Faces may stand before the vertices.
+    for (number, face) in faces.iter().enumerate() {
+        let corners: Option<Vec<u32>> = face.iter().map(|&corner| u32::try_from(corner).ok()).collect();
+        let corners = corners.ok_or_else(|| Fault::new(format!("face {number} has a negative vertex index")))?;
+        push_cell(&mut mesh, Shape::Polygon, &corners, None)
+            .map_err(|what| Fault::new(format!("face {number}: {what}")))?;
     }
     Ok(mesh)
 }

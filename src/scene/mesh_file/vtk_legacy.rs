@@ -154,7 +154,8 @@ impl Found {
                 }
                 None => shape,
             };
-            push_cell(&mut mesh, shape, cell, fibres.as_ref().map(|fibres| fibres[number]));
+            push_cell(&mut mesh, shape, cell, fibres.as_ref().map(|fibres| fibres[number]))
+                .map_err(|what| Fault::new(format!("cell {number}: {what}")))?;
         }
         Ok(mesh)
     }

@@ -3,7 +3,9 @@
 //! The XML is read by `roxmltree`, the encodings by `base64` and `miniz_oxide`; what the arrays mean is a page of code here. The
 //! crate that knows the format as a whole panics on malformed files and misreads the default header size.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -74,6 +76,8 @@ struct File<'a> {
     compressed: bool,
     /// Bytes of numbers that may still be read.
     budget: Cell<usize>,
+    /// Appended arrays that have been decoded, by their offset: any number of arrays may name one.
+    decoded: RefCell<BTreeMap<usize, Option<Rc<Vec<u8>>>>>,
 }
 
 impl<'a> File<'a> {
@@ -102,6 +106,7 @@ impl<'a> File<'a> {
         let offset = |node: Node| node.attribute("offset")?.parse().ok();
         let mut offsets: Vec<usize> = root.descendants().filter_map(offset).collect();
         offsets.sort_unstable();
+        offsets.dedup();
         Ok(Self {
             appended,
             appended_is_base64: encoding == Some("base64"),
@@ -110,6 +115,7 @@ impl<'a> File<'a> {
             header_bytes: if known("header_type", "UInt32", ["UInt32", "UInt64"])? { 8 } else { 4 },
             compressed,
             budget: Cell::new(size.saturating_mul(MOST_INFLATION)),
+            decoded: RefCell::default(),
         })
     }
 
@@ -138,21 +144,31 @@ impl<'a> File<'a> {
         offsets.extend(sized("Cells", Some("offsets"), 1, cell_count)?);
         let connectivity = self.find(piece, "Cells", Some("connectivity"));
         let connectivity = connectivity.map(|array| self.numbers(array)).transpose()?.unwrap_or_default();
-        let first = mesh.positions.len() as u32;
-        let moved =
-            |list: Vec<u32>| list.into_iter().map(|corner| corner.checked_add(first)).collect::<Option<Vec<u32>>>();
         let cells = index_list(&offsets)
-            .zip(index_list(&connectivity).and_then(moved))
+            .zip(index_list(&connectivity))
             .and_then(|(offsets, connectivity)| slices(&offsets, &connectivity))
             .ok_or_else(|| fault_at(piece, "the cell offsets and the connectivity do not fit together; save again"))?;
         let fibre_array = self.find(piece, "CellData", Some("fibre"));
         let fibres = fibre_array.map(|_| sized("CellData", Some("fibre"), 3, cell_count)).transpose()?;
         let fibres = fibres.as_deref().map(points);
+        let first = mesh.positions.len();
         mesh.positions.extend(positions);
+        if u32::try_from(mesh.positions.len()).is_err() {
+            return Err(fault_at(piece, "there are more points than an index can name; save fewer pieces"));
+        }
+        let first = first as u32;
         for (number, (cell, cell_type)) in cells.iter().zip(types).enumerate() {
             let shape =
                 vtk_shape(cell_type as u64).map_err(|what| fault_at(piece, format!("cell {number}: {what}")))?;
-            push_cell(mesh, shape, cell, fibres.as_ref().map(|fibres| fibres[number]));
+            // The corners of other pieces are not its own.
+            if let Some(&corner) = cell.iter().find(|&&corner| corner as usize >= point_count) {
+                let what =
+                    format!("cell {number} names point {corner}, but its piece has only {point_count}; save again");
+                return Err(fault_at(piece, what));
+            }
+            let corners: Vec<u32> = cell.iter().map(|&corner| first + corner).collect();
+            push_cell(mesh, shape, &corners, fibres.as_ref().map(|fibres| fibres[number]))
+                .map_err(|what| fault_at(piece, format!("cell {number}: {what}")))?;
         }
         Ok(())
     }
@@ -166,18 +182,16 @@ impl<'a> File<'a> {
     fn numbers(&self, array: Node) -> Result<Vec<f64>, Fault> {
         let refuse = |what: &str| fault_at(array, format!("{what}; save the file again"));
         let text = array.text().unwrap_or_default();
-        let packed = match array.attribute("format") {
+        let bytes = match array.attribute("format") {
             Some("ascii") | None => {
                 let parse = |word: &str| word.parse().map_err(|_| refuse(&format!("{word:?} is not a number")));
                 return text.split_ascii_whitespace().map(parse).collect();
             }
-            Some("binary") => from_base64(text.as_bytes()),
+            Some("binary") => from_base64(text.as_bytes()).and_then(|packed| self.unpack(&packed)).map(Rc::new),
             Some("appended") => self.appended_array(array),
             Some(_) => None,
         };
-        let bytes = packed
-            .and_then(|packed| self.unpack(&packed))
-            .ok_or_else(|| refuse("the array's data are broken or cut off"))?;
+        let bytes = bytes.ok_or_else(|| refuse("the array's data are broken or cut off"))?;
         macro_rules! read {
             ($type:ty) => {{
                 let (numbers, rest) = bytes.as_chunks::<{ size_of::<$type>() }>();
@@ -203,11 +217,16 @@ impl<'a> File<'a> {
         numbers.ok_or_else(|| refuse("the array's type does not fit its data"))
     }
 
-    fn appended_array(&self, array: Node) -> Option<Vec<u8>> {
+    fn appended_array(&self, array: Node) -> Option<Rc<Vec<u8>>> {
         let offset: usize = array.attribute("offset")?.parse().ok()?;
-        let end = self.offsets.iter().copied().find(|other| *other > offset).unwrap_or(self.appended.len());
+        self.decoded.borrow_mut().entry(offset).or_insert_with(|| self.decode(offset).map(Rc::new)).clone()
+    }
+
+    fn decode(&self, offset: usize) -> Option<Vec<u8>> {
+        let next = self.offsets.partition_point(|other| *other <= offset);
+        let end = self.offsets.get(next).copied().unwrap_or(self.appended.len());
         let bytes = self.appended.get(offset..end.min(self.appended.len()))?;
-        if self.appended_is_base64 { from_base64(bytes) } else { Some(bytes.to_vec()) }
+        if self.appended_is_base64 { self.unpack(&from_base64(bytes)?) } else { self.unpack(bytes) }
     }
 
     /// A header number at `place`.

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub struct BodySpec {
     /// Name in reports and files.
     pub name: String,
-    /// So many of the same, 1 to 10,000, named `name-1`, `name-2` and so on; bodies do not feel each other. Default 1.
+    /// Number of equal bodies, 1 to 10,000 in a scene, named `name-1`, `name-2` and so on; they do not feel each other. Default 1.
     #[serde(default = "one")]
     pub copies: u32,
     /// Keep it in the plane of its mesh. Default false.

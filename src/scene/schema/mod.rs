@@ -217,6 +217,10 @@ pub struct OutputSpec {
     pub pictures: u32,
     /// Number of ParaView frames, spread likewise; 0 for none. Default 50.
     pub frames: u32,
+    /// Whether frames have the vertices' `velocity` \[mm/ms\]. Default false.
+    pub velocities: bool,
+    /// Whether frames have the elastic `force` of the membrane on the vertices \[N\]. Default false.
+    pub forces: bool,
     /// Whether the energy balance of every body is kept: terms in `series.csv` and `report.json`, what each advance has
     /// released in static mode in `events.jsonl`. Default false.
     pub energy: bool,
@@ -224,7 +228,7 @@ pub struct OutputSpec {
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { pictures: 5, frames: 50, energy: false }
+        Self { pictures: 5, frames: 50, velocities: false, forces: false, energy: false }
     }
 }
 

@@ -120,6 +120,95 @@ fn faults_name_file_line_and_cure() {
     }
 }
 
+/// What a fan about the first corner would fill with triangles outside of the polygon, and cells that make none.
+#[test]
+fn polygons_are_filled_or_refused() {
+    // Concave at vertex 4 (0.2, 0.2): one diagonal alone lies inside.
+    let dart = "v 0.2 0.2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\n";
+    for face in ["f 2 3 4 1\n", "f 3 4 1 2\n", "f 1 2 3 4\n", "f 4 1 2 3\n", "f 1 4 3 2\n"] {
+        let mesh = read_bytes("a.obj", format!("{dart}{face}")).unwrap();
+        let area = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        // Two triangles with legs 2 and 0.2.
+        assert!((mesh.triangles.iter().map(area).sum::<f64>() - 0.4).abs() < 1e-15, "{face}: {mesh:?}");
+        assert_eq!(mesh.triangles.len(), 2);
+    }
+    let bow = "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\n";
+    // Both ends of the U turn away from either of its first two corners.
+    let u = "v 0 0 0\nv 3 0 0\nv 3 3 0\nv 2 3 0\nv 2 1 0\nv 1 1 0\nv 1 3 0\nv 0 3 0\n";
+    let vtk = |cell: &str, kind: u32| {
+        let head = "# vtk DataFile Version 4.2\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 1 0 1 0 0 0 1 0\n";
+        format!("{head}CELLS 1 {}\n{cell}\nCELL_TYPES 1\n{kind}\n", cell.split(' ').count())
+    };
+    for (name, text, told) in [
+        ("a.obj", format!("{bow}f 1 2 3 4\n"), "a.obj:5: its 4 corners make a polygon that crosses itself"),
+        ("a.obj", format!("{u}f 1 2 3 4 5 6 7 8\n"), "a.obj:9: its 8 corners"),
+        ("a.obj", format!("{bow}f 1 2 3\nf 2 4\n"), "a.obj:6: a face needs at least three"),
+        ("a.obj", format!("{bow}f 1 2 3\nf 2\n"), "a.obj:6: a face needs at least three"),
+        ("a.vtk", vtk("4 0 1 2 3", 9), "a.vtk: cell 0: its 4 corners make a polygon"),
+        ("a.vtk", vtk("4 0 1 2 3", 5), "a.vtk: cell 0: it has 4 corners, and a triangle has three"),
+        ("a.vtk", vtk("3 0 1 2", 9), "a.vtk: cell 0: it has 3 corners, and a quad has four"),
+        ("a.vtk", vtk("3 0 1 2", 8), "a.vtk: cell 0: it has 3 corners, and a quad has four"),
+        ("a.vtk", vtk("2 0 1", 7), "a.vtk: cell 0: it has 2 corners, and at least three"),
+        ("a.vtk", vtk("2 0 1", 6), "a.vtk: cell 0: it has 2 corners, and at least three"),
+        ("a.ply", PLY.replace("4 0 1 2 3", "2 0 1"), "a.ply: face 0: it has 2 corners"),
+        ("a.ply", PLY.replace("4 0 1 2 3", "4 0 2 1 3"), "a.ply: face 0: its 4 corners make a polygon"),
+        (
+            "a.msh",
+            MSH.replace("2 1 2 2\n3 12 9 7\n4 12 7 8", "2 1 3 1\n3 12 7 9 8"),
+            "a.msh: element 3: its 4 corners make a polygon",
+        ),
+    ] {
+        let message = refusal(name, text);
+        assert!(message.starts_with(told), "expected {told:?}, got {message:?}");
+    }
+}
+
+/// An index beyond the points of its piece would name a point of the next.
+#[test]
+fn the_corners_of_a_piece_are_its_own() {
+    let piece = |points: &str, corners: &str| {
+        format!(
+            "<Piece NumberOfPoints=\"3\" NumberOfCells=\"1\"><Points><DataArray type=\"Float32\" format=\"ascii\">{points}</DataArray>\
+             </Points><Cells><DataArray Name=\"connectivity\" format=\"ascii\">{corners}</DataArray>\n<DataArray Name=\"offsets\" \
+             format=\"ascii\">3</DataArray><DataArray Name=\"types\" format=\"ascii\">5</DataArray></Cells></Piece>\n"
+        )
+    };
+    let file = |first: &str| {
+        let (a, b) = (piece("0 0 0 1 0 0 0 1 0", first), piece("1 0 0 2 0 0 1 1 0", "0 1 2"));
+        format!("<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>\n{a}{b}</UnstructuredGrid></VTKFile>")
+    };
+    assert_eq!(read_bytes("a.vtu", file("0 1 2")).unwrap().triangles, [[0, 1, 2], [3, 4, 5]]);
+    let message = refusal("a.vtu", file("0 3 5"));
+    assert!(message.starts_with("a.vtu:2: cell 0 names point 3, but its piece has only 3"), "{message}");
+}
+
+/// Every device and pipe may be endless, and a file larger than the memory.
+#[cfg(unix)]
+#[test]
+fn only_regular_files_of_a_stated_size_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::os::unix::fs::symlink("/dev/zero", at("zero.obj")).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(at("pipe.obj")).status().unwrap().success());
+    // A hole of a terabyte takes no room on the disk.
+    fs::File::create(at("hole.obj")).unwrap().set_len(1 << 40).unwrap();
+    for (name, what) in [
+        ("zero.obj", "not a regular file"),
+        ("pipe.obj", "not a regular file"),
+        (".", "not a regular file"),
+        ("hole.obj", "it is larger than the 1024 MB that are read"),
+    ] {
+        let messages =
+            [read(&at(name)).map(|_| ()), read_fibres(&at(name)).map(|_| ())].map(|r| r.unwrap_err().to_string());
+        let [mesh, fibres] = messages;
+        assert!(mesh.contains(what) || name == ".", "{mesh}");
+        assert!(fibres.contains(what) && fibres.contains(name), "{fibres}");
+    }
+}
+
 #[test]
 fn surfaces_that_cannot_be_used_are_refused() {
     let head = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\nv 2 0 0\n";
@@ -132,6 +221,23 @@ fn surfaces_that_cannot_be_used_are_refused() {
     assert!(matches!(mesh_error("f 1 2 2\n"), MeshError::RepeatedCorner { triangle: 0, .. }));
     assert!(matches!(mesh_error("f 1 2 6\n"), MeshError::Degenerate { triangle: 0, .. }));
     assert!(matches!(mesh_error("f 1 2 5\nf 1 3 4\n"), MeshError::Bowtie { vertex: 0, fans: 2 }));
+}
+
+/// What goes round a vertex takes the square of its triangles; and a message is not as long as the file.
+#[test]
+fn crowded_vertices_and_edges_are_refused_in_few_words() {
+    let spokes = |count: u32| -> String {
+        let at = |i: u32| std::f64::consts::TAU * f64::from(i) / f64::from(count);
+        let rim = (0..count).map(|i| format!("v {} {} 0\n", at(i).cos(), at(i).sin()));
+        let faces = (0..count).map(|i| format!("f 1 {} {}\n", i + 2, (i + 1) % count + 2));
+        ["v 0 0 0\n".to_owned()].into_iter().chain(rim).chain(faces).collect()
+    };
+    assert_eq!(read_bytes("a.obj", spokes(1000)).unwrap().triangles.len(), 1000);
+    let message = refusal("a.obj", spokes(1001));
+    assert!(message.starts_with("a.obj: vertex 0 has 1001 triangles, 1000 at the most"), "{message}");
+    let pages = (0..5000).map(|i| format!("v 0 1 {i}\nf 1 2 {}\n", i + 3));
+    let message = refusal("a.obj", format!("v 0 0 0\nv 1 0 0\n{}", pages.collect::<String>()));
+    assert!(message.contains("more than two triangles (0, 1, 2, 3 and 4996 more)"), "{message}");
 }
 
 #[test]

@@ -1,0 +1,30 @@
+//! Reading files that a user names: regular ones alone, and no more of them than is stated.
+//!
+//! A device or a pipe may never end, and a file may be larger than the memory: both are errors that name the reason, before anything of
+//! their size is allocated.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::Path;
+
+/// The bytes of a regular file, `most` at the most.
+///
+/// # Errors
+/// Where the system refuses, for what is no regular file, and for more bytes.
+pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    // Judged before it is opened: opening a pipe waits for somebody to write into it.
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("not a regular file"));
+    }
+    let file = File::open(path)?;
+    let too_large = || io::Error::other(format!("it is larger than the {} MB that are read", most >> 20));
+    let size = file.metadata()?.len();
+    if size > most {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::new();
+    bytes.try_reserve_exact(size as usize).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+    // It may grow meanwhile, and some that are said to be empty are not.
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { Err(too_large()) } else { Ok(bytes) }
+}
