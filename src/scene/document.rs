@@ -18,10 +18,15 @@ const DEEPEST: usize = 16;
 /// The largest number of a scene: lengths and forces are squared.
 const LARGEST: f64 = 1e150;
 
+/// The one number that may be infinite: it is then not asked for.
+const MAY_BE_INFINITE: &str = "run.stress_tolerance";
+
 /// The text of a scene before it is understood.
 #[derive(Clone, Debug)]
 pub struct Document {
     origin: String,
+    /// The scene file, where the text is from one.
+    file: Option<PathBuf>,
     folder: PathBuf,
     text: String,
     overrides: Vec<(String, String)>,
@@ -30,7 +35,8 @@ pub struct Document {
 impl Document {
     /// A scene from text; `origin` names it in errors, files it mentions are looked for in the current directory.
     pub fn new(text: impl Into<String>, origin: impl Into<String>) -> Self {
-        Self { origin: origin.into(), folder: PathBuf::new(), text: text.into(), overrides: Vec::new() }
+        let (origin, text) = (origin.into(), text.into());
+        Self { origin, file: None, folder: PathBuf::new(), text, overrides: Vec::new() }
     }
 
     /// A scene file; files it mentions are looked for beside it.
@@ -57,7 +63,7 @@ impl Document {
         let text = std::fs::read_to_string(path)
             .map_err(|e| refuse(format!("cannot be read: {e}"), "check the path; a scene file is UTF-8 text (TOML)"))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        Ok(Self { origin, folder, text, overrides: Vec::new() })
+        Ok(Self { origin, file: Some(path.to_owned()), folder, text, overrides: Vec::new() })
     }
 
     /// A scene of the catalog.
@@ -109,6 +115,11 @@ impl Document {
         &self.text
     }
 
+    /// The scene file, where the text is from one.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
     /// Where files are looked for that the scene mentions.
     pub(super) fn folder(&self) -> &Path {
         &self.folder
@@ -117,7 +128,8 @@ impl Document {
     /// Understands the text.
     ///
     /// # Errors
-    /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰.
+    /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰; `inf` is allowed for
+    /// `run.stress_tolerance`.
     pub fn scene(self) -> Result<Scene, SceneError> {
         let (file, spans) = self.parse()?;
         Ok(Scene { file, document: self, spans })
@@ -314,6 +326,7 @@ fn unusable(value: &DeValue<'_>, path: &str) -> Option<(String, &'static str)> {
     };
     match number.as_str().parse::<f64>() {
         Ok(value) if value.abs() <= LARGEST => None,
+        Ok(f64::INFINITY) if path == MAY_BE_INFINITE => None,
         Ok(value) if value.is_finite() => Some((path.to_owned(), "out of scale: its square is too large for a number")),
         _ => Some((path.to_owned(), "not a finite number")),
     }

@@ -4,7 +4,9 @@
 mod bench;
 mod bodies;
 mod cli;
+mod dump;
 mod faults;
+mod guards;
 mod mesh_files;
 mod output;
 mod readme;
