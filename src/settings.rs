@@ -91,7 +91,8 @@ pub struct LinearParams {
     /// and the estimated error of the stress, relative to the stress in the body as a whole, to this, 1e-3 by default: the root of
     /// the energy of the strains still missing over the stored energy. A residual tells the less of the stress the finer the mesh;
     /// this means the same on any. A sheet of 1,500 triangles is itself 5 % off the continuum. A residual of 1e-3 times this
-    /// is small enough whatever the stress: a body at rest stores nothing. With `INFINITY` the residual decides alone.
+    /// is small enough whatever the stress: a body at rest stores nothing. With `INFINITY` it is not asked for and the residual decides
+    /// alone.
     pub stress_tolerance: f64,
     /// Stop after so many iterations at the latest; the report then shows the residual reached.
     pub iterations: u32,

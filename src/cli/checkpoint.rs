@@ -2,6 +2,7 @@
 
 use super::Stop;
 use super::files::Marks;
+use super::inputs::Inputs;
 use super::tally::Tally;
 use crate::report::TearCourse;
 use crate::snapshot::bytes::{Kind, pack, read, replace, unpack};
@@ -12,6 +13,9 @@ use std::time::Duration;
 
 /// The file in the output directory; a new one takes the place of the last.
 pub(super) const NAME: &str = "run.snapshot";
+
+/// For inputs that are not those of the run.
+const REMEDY: &str = "put it back as it was, or begin the run anew without --resume";
 
 /// A run after some step.
 #[derive(Deserialize, Serialize)]
@@ -28,6 +32,8 @@ pub(super) struct Checkpoint {
     pub failures: u32,
     /// Processor time in steps, and time since the start.
     pub times: [Duration; 2],
+    /// Hashes of the mesh and fibre files that the scene reads, in their order.
+    pub inputs: Vec<u64>,
 }
 
 impl From<SnapshotError> for Stop {
@@ -42,21 +48,34 @@ impl Checkpoint {
         replace(&folder.join(NAME), &pack(Kind::Run, self)?)
     }
 
-    /// The last one of a run of this scene.
-    pub fn load(folder: &Path, scene: u64) -> Result<Self, Stop> {
+    /// The last one of a run of this scene, which reads files that have not changed since.
+    pub fn load(folder: &Path, scene: u64, inputs: &Inputs) -> Result<Self, Stop> {
         let path = folder.join(NAME);
-        if !path.exists() {
-            let folder = folder.display();
-            return Err(Stop::Failed(format!("there is no run to resume in {folder}: begin one with --snapshots N")));
-        }
         let named = |error: SnapshotError| Stop::Failed(format!("{}: {error}", path.display()));
         let checkpoint: Self = read(&path).and_then(|bytes| unpack(Kind::Run, &bytes)).map_err(named)?;
         if checkpoint.scene != scene {
             let path = path.display();
-            return Err(Stop::Failed(format!("{path} is of another scene, or of one with other values (--set)")));
+            let what = "is of another scene, or of one with other values (scene file, --set)";
+            return Err(Stop::Failed(format!("{path} {what}; {REMEDY}")));
+        }
+        if let Some(file) = inputs.first_changed(&checkpoint.inputs)? {
+            let file = file.display();
+            return Err(Stop::Failed(format!(
+                "{file} has changed since the run in {} began; {REMEDY}",
+                path.display()
+            )));
         }
         Ok(checkpoint)
     }
+}
+
+/// Refuses a directory without any.
+pub(super) fn expect(folder: &Path) -> Result<(), Stop> {
+    if folder.join(NAME).exists() {
+        return Ok(());
+    }
+    let folder = folder.display();
+    Err(Stop::Failed(format!("there is no run to resume in {folder}: begin one with --snapshots N")))
 }
 
 /// Takes away that of an earlier run.

@@ -2,6 +2,7 @@
 //! leaves what it had. What cannot be written ends no run: it is tried again where that can be, and told at once and at the end.
 
 use super::journal::{Journal, Written};
+use super::lock::{self, Lock};
 use super::moments::Moments;
 use super::report::RunReport;
 use super::series::Observation;
@@ -19,6 +20,7 @@ use std::path::{Path, PathBuf};
 /// The output directory and its open files.
 pub(super) struct Files {
     folder: PathBuf,
+    lock: Lock,
     title: String,
     series: Journal,
     events: Journal,
@@ -71,6 +73,13 @@ fn numbered(name: &str) -> Option<(usize, u64)> {
     picture.or_else(|| step("frames-", ".vtu").map(|step| (1, step)))
 }
 
+/// Whether a run gives this name to a file of its output directory, or to the part of one.
+pub(super) fn is_own_name(name: &str) -> bool {
+    let whole = name.strip_suffix(".part").unwrap_or(name);
+    let fixed = ["series.csv", "events.jsonl", "report.json", "frames.pvd", checkpoint::NAME, lock::NAME];
+    fixed.contains(&whole) || numbered(whole).is_some()
+}
+
 impl From<OutputError> for Stop {
     fn from(error: OutputError) -> Self {
         Self::Failed(error.to_string())
@@ -91,7 +100,8 @@ pub(super) struct Marks {
 
 impl Files {
     /// Opens the files of a run that was interrupted and takes away what they have beyond these marks.
-    pub fn resume(folder: &Path, title: &str, moments: [Moments; 2], marks: &Marks) -> Result<Self, Stop> {
+    pub fn resume(lock: Lock, title: &str, moments: [Moments; 2], marks: &Marks) -> Result<Self, Stop> {
+        let folder = &lock.folder().to_owned();
         let open = |name: &str, length: u64| {
             let path = folder.join(name);
             let journal = Journal::resume(&path, length);
@@ -103,14 +113,14 @@ impl Files {
         let frames = has_frames.then(|| PvdWriter::resume(&folder.join("frames.pvd"), &marks.entries)).transpose()?;
         let [series, events] = marks.lengths;
         let journals = [open("series.csv", series)?, open("events.jsonl", events)?];
-        let files = Self::new(folder, title, moments, journals, frames);
+        let files = Self::new(lock, title, moments, journals, frames);
         let &Marks { last_frame, last_picture, ref notes, .. } = marks;
         Ok(Self { last_frame, last_picture, notes: notes.clone(), ..files })
     }
 
-    /// Makes the directory and begins the files.
-    pub fn create(folder: &Path, title: &str, moments: [Moments; 2]) -> Result<Self, Stop> {
-        std::fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
+    /// Begins the files.
+    pub fn create(lock: Lock, title: &str, moments: [Moments; 2]) -> Result<Self, Stop> {
+        let folder = &lock.folder().to_owned();
         let open = |name: &str| {
             let path = folder.join(name);
             Journal::create(&path).map_err(|error| failed(&path, error))
@@ -119,18 +129,20 @@ impl Files {
         remove_earlier(folder, [0; 2]).map_err(|error| failed(folder, error))?;
         let has_frames = moments[1].count > 0;
         let frames = has_frames.then(|| PvdWriter::create(&folder.join("frames.pvd"))).transpose()?;
-        Ok(Self::new(folder, title, moments, [open("series.csv")?, open("events.jsonl")?], frames))
+        let journals = [open("series.csv")?, open("events.jsonl")?];
+        Ok(Self::new(lock, title, moments, journals, frames))
     }
 
     fn new(
-        folder: &Path,
+        lock: Lock,
         title: &str,
         [picture_moments, frame_moments]: [Moments; 2],
         [series, events]: [Journal; 2],
         frames: Option<PvdWriter>,
     ) -> Self {
         Self {
-            folder: folder.to_owned(),
+            folder: lock.folder().to_owned(),
+            lock,
             title: title.to_owned(),
             series,
             events,
@@ -216,6 +228,9 @@ impl Files {
                 self.mended(name);
                 let path = self.folder.join(name);
                 self.notes.push(format!("{} was taken away during the run and is written anew", path.display()));
+                if let Err(Stop::Failed(what)) = self.lock.renew() {
+                    self.fault(lock::NAME, what);
+                }
             }
             Err(error) => self.fault(name, cannot_write(&self.folder.join(name), error)),
         }

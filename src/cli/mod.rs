@@ -12,9 +12,12 @@ mod checkpoint;
 mod course;
 mod dump;
 mod files;
+mod inputs;
 mod interrupt;
 mod journal;
+mod lock;
 mod moments;
+mod outputs;
 mod progress;
 mod replay;
 mod report;
@@ -65,7 +68,7 @@ enum Command {
     /// Map where the default, the accurate and the textbook step stay stable; prints, draws and tabulates.
     #[command(after_help = STABILITY_EXAMPLES)]
     Stability(stability::StabilityArgs),
-    /// Tear, reset and restart a capsulorhexis for minutes; fails if memory or the time of a step grows.
+    /// Tear, reset and restart a capsulorhexis for minutes; fails if live memory or the time of a step grows.
     #[command(after_help = SOAK_EXAMPLES)]
     Soak(SoakArgs),
     /// Measure run time against error.
@@ -91,7 +94,15 @@ Written into the output directory, as the run goes on:
   frames.pvd     ParaView frames (.vtu): displacement [mm], stress [MPa], fibre, criterion;
                  velocity [mm/ms] and force [N] with output.velocities, output.forces
   *.png          pictures of the first, some middle and the last state
-  run.snapshot   the last state to resume from, with --snapshots";
+  run.snapshot   the last state to resume from, with --snapshots
+  run.lock       while it runs: a second run into the same directory is refused
+
+Written into the directory of --dump, at the end:
+  positions.csv  vertices now and at rest [mm]
+  vertices.csv   mass [g], velocity [mm/ms], elastic force of the membrane now, sum of all forces but the holds' in the last solve [N]
+  reactions.csv  forces of holds and grips [N]
+  stresses.csv   Biot stress per triangle, in space [MPa]
+  tips.csv       place, last direction, mean Biot stress over the disc [MPa], chosen direction (rest shape), criterion, decider with its reason";
 
 const VERIFY_EXAMPLES: &str = "\
 Examples:
@@ -153,7 +164,8 @@ struct RunArgs {
     /// Print only the report, as JSON, on standard output.
     #[arg(long)]
     json: bool,
-    /// Also write positions [mm], reactions [N] and stresses [MPa] of the final state as CSV with 17 digits into DIR.
+    /// Also write the final state as CSV with 17 digits into DIR: positions [mm], reactions [N], stresses [MPa], vertices (velocities
+    /// [mm/ms], forces [N]), tips (averaged stress, direction, criterion and what decides, also at rest).
     #[arg(long, value_name = "DIR")]
     dump: Option<PathBuf>,
     /// Every N steps keep the whole state in the output directory (run.snapshot), to resume from.

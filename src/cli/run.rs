@@ -3,14 +3,16 @@
 use super::checkpoint::{self, Checkpoint};
 use super::course::CourseReport;
 use super::files::Files;
+use super::inputs::Inputs;
 use super::interrupt::{self, Interrupt};
+use super::lock::Lock;
 use super::moments::Moments;
 use super::progress::Progress;
 use super::report::{self, End, RunReport, Sources};
 use super::series::{Observation, observe};
 use super::tally::Tally;
 use super::timings::Timings;
-use super::{RunArgs, Stop, document, dump, say::complain, say::say};
+use super::{RunArgs, Stop, document, dump, outputs, say::complain, say::say};
 use crate::components::{Grips, Tearing};
 use crate::frame::Frame;
 use crate::report::TearCourse;
@@ -46,6 +48,8 @@ struct Snapshots {
     every: Option<u64>,
     folder: PathBuf,
     scene: u64,
+    /// Hashes of the files that it reads.
+    inputs: Vec<u64>,
 }
 
 /// Runs a scene and writes what it gives.
@@ -56,30 +60,38 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
     }
     let scene = document.scene()?;
     let fingerprint = fingerprint(args)?;
+    let inputs = Inputs::of(&scene);
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(file_name(scene.name())));
+    let lock = || inputs.spare(args, &folder).and_then(|()| Lock::take(&folder));
+    let resumed = if args.resume {
+        checkpoint::expect(&folder)?;
+        // Before the state is read: a run that goes on writes it.
+        let lock = lock()?;
+        Some((lock, Checkpoint::load(&folder, fingerprint, &inputs)?))
+    } else {
+        None
+    };
     let mut instance = scene.instantiate()?;
     if let Some(steps) = args.steps {
         instance.run.steps = steps;
     }
-    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(file_name(scene.name())));
     let steps = instance.run.steps;
     let moments = [instance.output.pictures, instance.output.frames];
     let moments = moments.map(|count| Moments { count: u64::from(count), steps });
-    // Now: what cannot be written is better known before the run than after it.
-    if let Some(folder) = &args.dump {
-        dump::create(folder, "--dump")?;
-    }
-    if let Some(folder) = args.record.as_ref().and_then(|file| file.parent()) {
-        dump::create(folder, "--record")?;
-    }
+    let (lock, kept) = match resumed {
+        Some((lock, kept)) => (lock, Some(kept)),
+        None => (lock()?, None),
+    };
+    outputs::prepare(args, &folder)?;
+    let hashes = inputs.hashes()?;
     let interrupt = Interrupt::watch()?;
     interrupt::outlive_file_limits();
-    let kept = args.resume.then(|| Checkpoint::load(&folder, fingerprint)).transpose()?;
     let files = match &kept {
         Some(kept) => {
             instance.resume(&kept.snapshot, kept.progress)?;
-            Files::resume(&folder, scene.name(), moments, &kept.marks)?
+            Files::resume(lock, scene.name(), moments, &kept.marks)?
         }
-        None => Files::create(&folder, scene.name(), moments)?,
+        None => Files::create(lock, scene.name(), moments)?,
     };
     if args.record.is_some() {
         instance.simulation.record();
@@ -103,7 +115,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
         start: Instant::now().checked_sub(times[1]).unwrap_or_else(Instant::now),
         stepping: times[0],
         failures,
-        snapshots: Snapshots { every: args.snapshots, folder: folder.clone(), scene: fingerprint },
+        snapshots: Snapshots { every: args.snapshots, folder: folder.clone(), scene: fingerprint, inputs: hashes },
         interrupt,
     };
     let progress = Progress::new(steps, args.quiet);
@@ -126,7 +138,7 @@ impl Running<'_> {
         let report = self.report(end);
         self.files.report(&report);
         if let Some(folder) = &args.dump
-            && let Err(error) = dump::dump(folder, &frame, &self.last)
+            && let Err(error) = dump::dump(folder, &mut self.instance, &frame, &self.last)
         {
             faults.push(error);
         }
@@ -214,7 +226,7 @@ impl Running<'_> {
 
     /// Keeps the state to go on from. Where the files lag behind it, or it cannot be written, the one before stays.
     fn keep(&mut self) {
-        let Snapshots { folder, scene, .. } = &self.snapshots;
+        let Snapshots { folder, scene, inputs, .. } = &self.snapshots;
         let Some(marks) = self.files.marks() else {
             let what = format!("no snapshot of step {}: rows of earlier steps wait to be written", self.last.step);
             return self.files.fault(checkpoint::NAME, what);
@@ -228,6 +240,7 @@ impl Running<'_> {
             marks,
             failures: self.failures,
             times: [self.stepping, self.start.elapsed()],
+            inputs: inputs.clone(),
         };
         match kept.save(folder) {
             Ok(()) => self.files.mended(checkpoint::NAME),

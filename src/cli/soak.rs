@@ -64,18 +64,19 @@ fn summary(output: &Output) -> String {
     );
     if let Some(last) = rounds.last() {
         let mb = |bytes: u64| bytes as f64 * 1e-6;
-        text += &format!("heap {:.2} MB, resident {:.2} MB\n", mb(last.heap), mb(last.resident));
+        text += &format!("heap {:.4} MB in live bytes, resident {:.2} MB\n", mb(last.heap), mb(last.resident));
     }
     let Some(verdict) = &output.verdict else { return text + "too few rounds to judge; give it more minutes" };
     let percent = |part: f64| 100.0 * part;
     text += &format!(
-        "from the first third of the rounds to the last: heap {:+.3} %, resident {:+.3} % (at most {}), time of a step {:+.2} % (at most {})\n",
+        "from the first third of the rounds to the last: heap {:+.4} % (at most {}), time of a step {:+.2} % (at most {}); resident, not judged, {:+.3} %\n",
         percent(verdict.heap_growth),
-        percent(verdict.resident_growth),
         percent(MOST_GROWTH),
         percent(verdict.slowdown),
-        percent(MOST_SLOWDOWN)
+        percent(MOST_SLOWDOWN),
+        percent(verdict.resident_growth)
     );
+    text += if verdict.is_leaking { "THE HEAP RISES STEADILY: A LEAK\n" } else { "no steady rise of the heap\n" };
     text += if verdict.is_same { "every round ended in the same state" } else { "ROUNDS ENDED IN DIFFERENT STATES" };
     text + if verdict.passes() { "\npassed" } else { "\nFAILED" }
 }

@@ -29,6 +29,8 @@ const MAY_BE_INFINITE: [&str; 1] = ["run.stress_tolerance"];
 #[derive(Clone, Debug)]
 pub struct Document {
     origin: String,
+    /// The scene file, where the text is from one.
+    file: Option<PathBuf>,
     folder: PathBuf,
     text: String,
     overrides: Vec<(String, String)>,
@@ -37,7 +39,8 @@ pub struct Document {
 impl Document {
     /// A scene from text; `origin` names it in errors, files it mentions are looked for in the current directory.
     pub fn new(text: impl Into<String>, origin: impl Into<String>) -> Self {
-        Self { origin: origin.into(), folder: PathBuf::new(), text: text.into(), overrides: Vec::new() }
+        let (origin, text) = (origin.into(), text.into());
+        Self { origin, file: None, folder: PathBuf::new(), text, overrides: Vec::new() }
     }
 
     /// A scene file; files it mentions are looked for beside it.
@@ -65,7 +68,7 @@ impl Document {
         let bytes = source::read(path, MOST_BYTES).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
         let text = String::from_utf8(bytes).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        Ok(Self { origin, folder, text, overrides: Vec::new() })
+        Ok(Self { origin, file: Some(path.to_owned()), folder, text, overrides: Vec::new() })
     }
 
     /// A scene of the catalog.
@@ -117,6 +120,11 @@ impl Document {
         &self.text
     }
 
+    /// The scene file, where the text is from one.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
     /// Where files are looked for that the scene mentions.
     pub(super) fn folder(&self) -> &Path {
         &self.folder
@@ -125,7 +133,8 @@ impl Document {
     /// Understands the text.
     ///
     /// # Errors
-    /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰.
+    /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰; `inf` is allowed for
+    /// `run.stress_tolerance`.
     pub fn scene(self) -> Result<Scene, SceneError> {
         let (file, spans) = self.parse().map_err(|error| self.blame(error, |document| document.parse().map(|_| ())))?;
         Ok(Scene { file, document: self, spans })

@@ -60,7 +60,7 @@ pub use instance::{BodySummary, Instance, MOST_STEPS, Run, Summary};
 use error::Span;
 use schema::SceneFile;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A scene that follows the schema; [`check`](Self::check) judges it, [`instantiate`](Self::instantiate) builds it.
 #[derive(Clone, Debug)]
@@ -109,6 +109,27 @@ impl Scene {
     #[cfg(feature = "cli")]
     pub(crate) fn fingerprint(&self) -> u64 {
         crate::snapshot::fingerprint(format!("{:?}", self.file).as_bytes())
+    }
+
+    /// The scene file, where it is from one.
+    pub fn path(&self) -> Option<&Path> {
+        self.document.file()
+    }
+
+    /// Mesh and fibre files that it reads, each once.
+    pub fn data_files(&self) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        for body in &self.file.bodies {
+            if let schema::MeshSpec::File(file) = &body.mesh {
+                files.push(self.document.folder().join(&file.path));
+            }
+            if let Some(schema::FibreSpec::File(file)) = &body.fibres {
+                files.push(self.document.folder().join(file));
+            }
+        }
+        files.sort();
+        files.dedup();
+        files
     }
 
     /// What the file says.

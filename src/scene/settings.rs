@@ -40,6 +40,7 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
     Ok(Settings {
         linear: LinearParams {
             tolerance: tolerance("linear_tolerance", spec.linear_tolerance, base.linear.tolerance)?,
+            // Infinite: not asked for.
             stress_tolerance: tolerance("stress_tolerance", spec.stress_tolerance, base.linear.stress_tolerance)?,
             iterations: counted("linear_iterations", spec.linear_iterations, 1_000_000)?,
             time: match spec.solve_milliseconds {

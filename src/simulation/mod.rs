@@ -15,6 +15,7 @@ mod measure;
 mod motion;
 mod obstacles;
 mod pin;
+mod probe;
 mod query;
 mod record;
 mod reorder;
@@ -40,6 +41,7 @@ pub use haptics::{Coupling, HapticError, Haptics, ToolSpring};
 pub use material_force::TipForce;
 pub use motion::MotionError;
 pub use pin::{Pin, PinError};
+pub use probe::TipAnswer;
 pub use query::Hit;
 pub use set::SetError;
 pub use tear::{Cut, CutError};
@@ -79,7 +81,7 @@ impl Simulation {
     /// An empty world at time zero.
     ///
     /// # Errors
-    /// For a tolerance below zero or not finite, for more than 1024 threads, and if the system grants no threads.
+    /// For a tolerance below zero or not finite (the stress tolerance may be infinite), for more than 1024 threads, and if the system grants no threads.
     pub fn new(settings: Settings) -> Result<Self, SimulationError> {
         error::check_settings(&settings)?;
         let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SimulationError::Threads)?;
@@ -124,7 +126,7 @@ impl Simulation {
     /// Changes how the next steps are solved: all settings but the threads and their instructions, which stay as they are.
     ///
     /// # Errors
-    /// For a tolerance below zero or not finite; nothing has changed then.
+    /// For a tolerance below zero or not finite (the stress tolerance may be infinite); nothing has changed then.
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), SimulationError> {
         error::check_settings(&settings)?;
         self.note(|| Input::SetSettings(settings));

@@ -52,7 +52,7 @@ pub struct Round {
     /// On the heap at its end \[bytes\], of the whole process but for the list of rounds; zero in a program whose allocator does not
     /// count.
     pub heap: u64,
-    /// Resident at its end \[bytes\], of the whole process; zero where the system does not tell.
+    /// Resident at its end \[bytes\], for information, of the whole process; zero where the system does not tell.
     pub resident: u64,
 }
 

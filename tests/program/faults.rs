@@ -258,14 +258,69 @@ fn a_second_interrupt_ends_at_once() {
 }
 
 #[test]
-fn a_recording_that_cannot_be_written_costs_nothing_else() {
+fn a_second_run_into_the_same_directory_is_refused_while_the_first_lives() {
     let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("o");
+    let arguments = with(&ENDLESS, &["--out", "o", "--snapshots", "5", "--quiet"]);
+    let short = with(&arguments, &["--steps", "3"]);
+    let mut first = rhexis(folder.path(), &arguments).spawn().unwrap();
+    wait_until(&mut first, || rows(&out) > 10 && out.join("run.snapshot").exists());
+    for more in [&[][..], &["--resume"]] {
+        let error = error_of(&rhexis(folder.path(), &with(&short, more)).output().unwrap(), 1);
+        let holder = format!("o is in use: process {} ", first.id());
+        assert!(error.contains(&holder) && error.contains("another directory with --out"), "{error}");
+    }
+    let seen = rows(&out);
+    wait_until(&mut first, || rows(&out) > seen + 5);
+    let series = read(&out, "series.csv");
+    let steps: Vec<&str> = series.lines().skip(1).map(|row| row.split(',').next().unwrap()).collect();
+    // The last row may be half read.
+    let whole = &steps[..steps.len() - 1];
+    assert!(whole.iter().enumerate().all(|(i, step)| *step == i.to_string()), "rows of one run");
+
+    first.kill().unwrap();
+    first.wait().unwrap();
+    assert!(out.join("run.lock").exists(), "what a killed run leaves");
+    let steps = (read(&out, "series.csv").lines().count() + 2).to_string();
+    error_of(&rhexis(folder.path(), &with(&arguments, &["--steps", &steps, "--resume"])).output().unwrap(), 0);
+    assert!(!out.join("run.lock").exists(), "one that has ended leaves none");
+    error_of(&rhexis(folder.path(), &short).output().unwrap(), 0);
+    assert_eq!(rows(&out), 4);
+}
+
+/// The lock of a directory that was taken away is taken anew with it.
+#[test]
+fn a_directory_that_was_made_anew_is_still_one_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("o");
+    let arguments = with(&ENDLESS, &["--out", "o"]);
+    let mut first = rhexis(folder.path(), &arguments).spawn().unwrap();
+    wait_until(&mut first, || rows(&out) > 10);
+    std::fs::rename(&out, folder.path().join("gone")).unwrap();
+    wait_until(&mut first, || out.join("run.lock").exists() && rows(&out) > 10);
+    let error = error_of(&rhexis(folder.path(), &arguments).output().unwrap(), 1);
+    assert!(error.contains("o is in use"), "{error}");
+    signal(&first, "-INT");
+    error_of(&first.wait_with_output().unwrap(), 130);
+}
+
+#[test]
+fn a_recording_that_cannot_be_written_any_more_costs_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("o");
+    let arguments = with(&ENDLESS, &["--out", "o", "--record", "taken.rec"]);
+    let mut child = rhexis(folder.path(), &arguments).spawn().unwrap();
+    wait_until(&mut child, || rows(&out) > 3);
     std::fs::create_dir(folder.path().join("taken.rec")).unwrap();
-    let arguments = with(&ENDLESS, &["--steps", "3", "--out", "o", "--record", "taken.rec"]);
-    let output = rhexis(folder.path(), &arguments).output().unwrap();
-    let error = error_of(&output, 1);
+    signal(&child, "-INT");
+    let error = error_of(&child.wait_with_output().unwrap(), 1);
     assert!(error.contains("taken.rec") && error.contains("--record"), "{error}");
-    assert_eq!(report(&folder.path().join("o"))["end"]["state"], "done");
+    assert_eq!(report(&out)["end"]["state"], "interrupted");
+    // Known before the run.
+    let arguments = with(&ENDLESS, &["--steps", "3", "--out", "p", "--record", "taken.rec"]);
+    let error = error_of(&rhexis(folder.path(), &arguments).output().unwrap(), 1);
+    assert!(error.contains("taken.rec: it is a directory") && error.contains("--record"), "{error}");
+    assert!(!folder.path().join("p/series.csv").exists(), "before the run");
     std::fs::write(folder.path().join("file"), "").unwrap();
     let arguments = with(&ENDLESS, &["--steps", "3", "--record", "file/inside.rec"]);
     let error = error_of(&rhexis(folder.path(), &arguments).output().unwrap(), 1);

@@ -4,8 +4,10 @@
 mod bench;
 mod bodies;
 mod cli;
+mod dump;
 mod faults;
 mod files_from_anywhere;
+mod guards;
 mod mesh_files;
 mod output;
 mod overrides;

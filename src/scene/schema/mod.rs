@@ -169,7 +169,9 @@ pub struct RunSpec {
     /// Relative residual at which the linear solve of a dynamic step may stop. Default 1e-4; where no piece can come free 0.1 is enough.
     pub linear_tolerance: Option<f64>,
     /// Estimated error of the stress, relative to the stress in the body as a whole, at which the linear solve of a dynamic step
-    /// stops, where its residual has reached `linear_tolerance` too. Default 1e-3; `inf` lets the residual decide alone.
+    /// stops, where its residual has reached `linear_tolerance` too.
+    /// Above zero, default 1e-3; with `inf` it is not asked for and the
+    /// residual decides alone.
     pub stress_tolerance: Option<f64>,
     /// Time \[ms\] after which a linear solve stops however far it has come; the run is then not the same every time. Default none.
     pub solve_milliseconds: Option<f64>,

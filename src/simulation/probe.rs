@@ -1,0 +1,62 @@
+//! What membrane and criterion say of a body as it stands, whether it steps or not.
+
+use super::{Simulation, SimulationError};
+use crate::components::{
+    Bending, EnergyCriterion, FibreLaws, Forces, Frames, Planar, PreStretch, TearDecision, Tearing, fibre_law,
+};
+use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::systems::assembly::membrane_forces;
+use crate::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, tip_decision};
+use glam::DVec3;
+use hecs::Entity;
+
+/// A tip: the row of its vertex, the unit direction of its last advance, if it had one, and the criterion's answer; none where no
+/// direction is admissible.
+pub type TipAnswer = (u32, Option<DVec3>, Option<TearDecision>);
+
+impl Simulation {
+    /// The criterion's answer at every tip, in the order of the tips' rows, for the body as it stands. Empty for one that
+    /// cannot tear.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn tip_decisions(&self, body: Entity) -> Result<Vec<TipAnswer>, SimulationError> {
+        type Query<'a> = (
+            (&'a Vertices, &'a Triangles, &'a Topology),
+            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
+            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
+        );
+        let mut query = self.world.query_one::<Query>(body);
+        let found = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let ((vertices, triangles, topology), (planar, pre_stretch, fibres), (tearing, energy, bending)) = found;
+        let Some((tearing, tips)) = tearing else { return Ok(Vec::new()) };
+        let unstretched = PreStretch::unstretched(pre_stretch);
+        let fibres = fibre_law(fibres, pre_stretch);
+        let is_planar = planar.is_some();
+        let surface = Surface { vertices, triangles, topology, is_planar, unstretched, fibres, bending };
+        let mut memory = TipMemory::default();
+        let answers = (0..tips.len()).map(|tip| {
+            let place = (tips.vertex[tip], tips.previous[tip]);
+            let decision = match energy {
+                Some(energy) => energy_decision(&surface, EnergyTerms { tearing, energy }, tip, place, &mut memory)
+                    .map(|found| found.0),
+                None => tip_decision(&surface, tearing, tip, place, &mut memory),
+            };
+            (place.0, (place.1 != DVec3::ZERO).then_some(place.1), decision)
+        });
+        Ok(answers.collect())
+    }
+
+    /// Elastic forces of the membrane on every vertex \[N\], as it stands: without bending, damping, loads, contact and holds.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn elastic_forces(&mut self, body: Entity) -> Result<Vec<DVec3>, SimulationError> {
+        self.refresh(body)?;
+        let found = self.world.query_one_mut::<(&Triangles, &Topology, &Frames)>(body);
+        let (triangles, topology, frames) = found.map_err(|_| SimulationError::NoSuchBody)?;
+        let mut forces = Forces::default();
+        self.pool.run(|| membrane_forces((triangles, topology), frames, |_| DVec3::ZERO, 0.0, &mut forces));
+        Ok(forces.nodal)
+    }
+}
