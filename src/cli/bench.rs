@@ -1,6 +1,6 @@
 //! `rhexis bench`.
 
-use super::{Stop, say::say};
+use super::{Stop, outputs, say::say};
 use crate::bench::{self, BenchError, Context, Depth, SIZES, Table, Yardsticks};
 use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -125,7 +125,7 @@ pub(super) fn context(how: &How, directory: &str) -> Result<Context, Stop> {
         (_, true) => Depth::Full,
         _ => Depth::Usual,
     };
-    let directory = how.out.clone().unwrap_or_else(|| PathBuf::from(directory));
+    let directory = outputs::directory(how.out.as_deref(), directory)?;
     let yardsticks = Yardsticks::measure();
     let Yardsticks { fma_gflops, triad_gbs } = yardsticks;
     say(&format!("one core: {fma_gflops:.0} GFLOP/s of f32 FMA, {triad_gbs:.1} GB/s of triad\n"))?;

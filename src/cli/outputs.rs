@@ -4,7 +4,7 @@ use super::inputs::part_of;
 use super::{RunArgs, Stop, dump, files};
 use std::fs::{self, File};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Makes the directories and tries every file that is written at the end.
 ///
@@ -36,8 +36,26 @@ pub(super) fn prepare(args: &RunArgs, out: &Path) -> Result<(), Stop> {
     try_whole(record, choice)
 }
 
+/// The directory for what a long command writes at its end: the one given, made now, or else this one, whose path must be free.
+///
+/// # Errors
+/// Where nothing can be written there.
+pub(super) fn directory(given: Option<&Path>, default: &str) -> Result<PathBuf, Stop> {
+    let folder = given.unwrap_or(Path::new(default));
+    if given.is_some() {
+        dump::create(folder, "--out")?;
+    } else if folder.exists() && !folder.is_dir() {
+        return Err(refused(folder, "it is no directory", "another with --out"));
+    }
+    if folder.is_dir() {
+        let probe = folder.join("rhexis.part");
+        try_open(&probe).map_err(|error| refused(&probe, error, "another directory with --out"))?;
+    }
+    Ok(folder.to_owned())
+}
+
 /// A directory, however it is written.
-fn place(folder: Option<&Path>) -> Option<std::path::PathBuf> {
+fn place(folder: Option<&Path>) -> Option<PathBuf> {
     let folder = folder.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     folder.canonicalize().ok()
 }

@@ -2,12 +2,20 @@
 
 use super::{ReplayArgs, Stop, say::say};
 use crate::replay::{Input, Recording};
+use crate::snapshot::SnapshotError;
 use std::time::Instant;
 
 /// Repeats a recording and compares its end.
 pub(super) fn replay(args: &ReplayArgs) -> Result<(), Stop> {
-    let recording =
-        Recording::load(&args.file).map_err(|error| Stop::Failed(format!("{}: {error}", args.file.display())))?;
+    let recording = Recording::load(&args.file).map_err(|error| {
+        Stop::Failed(match error {
+            // It has the file's name.
+            SnapshotError::File { .. } => {
+                format!("cannot read {error}; `rhexis run SCENE --record FILE` makes a recording")
+            }
+            error => format!("{}: {error}", args.file.display()),
+        })
+    })?;
     let start = Instant::now();
     let simulation = recording.replay().map_err(|error| Stop::Failed(error.to_string()))?;
     let is_step = |input: &&Input| matches!(input, Input::Step { .. });

@@ -88,6 +88,11 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
     interrupt::outlive_file_limits();
     let files = match &kept {
         Some(kept) => {
+            if kept.progress.0 > steps {
+                let done = kept.progress.0;
+                let what = format!("the run in {} has done {done} steps, more than {steps}", folder.display());
+                return Err(Stop::Failed(format!("{what}; ask for more with --steps, or begin anew without --resume")));
+            }
             instance.resume(&kept.snapshot, kept.progress)?;
             Files::resume(lock, scene.name(), moments, &kept.marks)?
         }

@@ -1,11 +1,11 @@
 //! `rhexis stress`.
 
 use super::interrupt::Interrupt;
-use super::{Stop, StressArgs, say::complain, say::say};
+use super::{Stop, StressArgs, outputs, say::complain, say::say};
 use crate::stress::{self, Counts, Failure, Outcome};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Steps without any other limit.
@@ -42,6 +42,7 @@ pub(super) fn stress(args: &StressArgs) -> Result<(), Stop> {
         (None, None) => STEPS,
     };
     let most_time = args.minutes.map_or(Duration::MAX, |minutes| Duration::from_secs_f64(60.0 * minutes));
+    let directory = outputs::directory(args.out.as_deref(), "out/stress")?;
     let interrupt = Interrupt::watch()?;
     let (mut counts, mut failures) = (Counts::default(), Vec::new());
     for case in args.case.map_or(0..=u64::MAX, |case| case..=case) {
@@ -50,7 +51,7 @@ pub(super) fn stress(args: &StressArgs) -> Result<(), Stop> {
         }
         let outcome = stress::run(args.seed, case);
         counts.add(&outcome.counts);
-        failures.extend(failed(outcome, args)?);
+        failures.extend(failed(outcome, &directory)?);
     }
     let mut failures_by_kind: BTreeMap<_, u64> = stress::FailureKind::ALL.map(|kind| (kind, 0)).into();
     failures.iter().for_each(|failed: &Failed| *failures_by_kind.entry(failed.failure.kind).or_default() += 1);
@@ -70,15 +71,14 @@ pub(super) fn stress(args: &StressArgs) -> Result<(), Stop> {
 }
 
 /// Tells of a case that has failed, and saves it.
-fn failed(outcome: Outcome, args: &StressArgs) -> Result<Option<Failed>, Stop> {
+fn failed(outcome: Outcome, directory: &Path) -> Result<Option<Failed>, Stop> {
     let Some(failure) = outcome.failure else { return Ok(None) };
     let Failure { seed, case, step, kind, what } = &failure;
     complain(&format!("failed: {kind:?} at step {step}: {what}\n  rhexis stress --seed {seed} --case {case}"));
-    let directory = args.out.clone().unwrap_or_else(|| PathBuf::from("out/stress"));
     let save = |recording: crate::replay::Recording, what: &str| {
         let file = directory.join(format!("{seed}-{case}{what}.rec"));
         let cannot = |error: &dyn std::fmt::Display| Stop::Failed(format!("cannot write {}: {error}", file.display()));
-        std::fs::create_dir_all(&directory).map_err(|error| cannot(&error))?;
+        std::fs::create_dir_all(directory).map_err(|error| cannot(&error))?;
         recording.save(&file).map_err(|error| cannot(&error))?;
         complain(&format!("  rhexis replay {}", file.display()));
         Ok::<PathBuf, Stop>(file)

@@ -1,12 +1,11 @@
 //! `rhexis verify`.
 
 use super::interrupt::Interrupt;
-use super::{Stop, VerifyArgs, say::complain, say::say};
+use super::{Stop, VerifyArgs, outputs, say::complain, say::say};
 use crate::scene::nearest;
 use crate::verify::{Artifacts, CASES, Case, Depth, Group, Row};
 use indicatif::ProgressBar;
 use serde::Serialize;
-use std::path::PathBuf;
 use std::time::Duration;
 
 #[derive(Serialize)]
@@ -38,7 +37,7 @@ struct Failure {
 pub(super) fn verify(args: &VerifyArgs) -> Result<(), Stop> {
     let cases = chosen(args.case.as_deref())?;
     let mut output = Output { passed: true, rows: Vec::new(), errors: Vec::new() };
-    let directory = args.out.clone().unwrap_or_else(|| PathBuf::from("out/verify"));
+    let directory = outputs::directory(args.out.as_deref(), "out/verify")?;
     let depth = if args.quick { Depth::Quick } else { Depth::Full };
     let artifacts = Artifacts { directory: Some(directory), depth };
     let spinner = ProgressBar::new_spinner();

@@ -76,6 +76,17 @@ fn a_run_goes_on_only_with_the_files_that_it_began_with() {
 }
 
 #[test]
+fn a_run_does_not_go_on_to_fewer_steps_than_it_has_done() {
+    let folder = scene();
+    outcome(folder.path(), &["run", "mine.toml", "--quiet", "--snapshots", "2"], 0);
+    let error = outcome(folder.path(), &["run", "mine.toml", "--quiet", "--resume", "--steps", "5"], 1);
+    assert!(error.contains("has done 6 steps, more than 5") && error.contains("--steps"), "{error}");
+    let error = outcome(folder.path(), &["replay", "gone.rec"], 1);
+    assert_eq!(error.matches("gone.rec").count(), 1, "{error}");
+    assert!(error.contains("--record"), "{error}");
+}
+
+#[test]
 fn no_output_takes_the_place_of_an_input() {
     let folder = scene();
     let at = |name: &str| folder.path().join(name);
@@ -147,6 +158,14 @@ fn what_cannot_be_written_at_the_end_is_said_before_the_run() {
         let error = outcome(folder.path(), &[&["run", "mine.toml"], arguments].concat(), 1);
         assert!(error.contains(named) && error.contains(option), "{arguments:?}: {error}");
         assert!(!folder.path().join("a/series.csv").exists() && !folder.path().join("o/series.csv").exists());
+    }
+    // Commands of minutes, too, know it before they begin.
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    for command in
+        [&["stress", "--minutes", "60"][..], &["stability", "--full"], &["verify", "tear"], &["bench", "targets"]]
+    {
+        let error = outcome(folder.path(), &[command, &["--out", "file"]].concat(), 1);
+        assert!(error.contains("file") && error.contains("--out"), "{command:?}: {error}");
     }
     // What was only tried is not left behind.
     assert_eq!(std::fs::read_dir(folder.path().join("e")).unwrap().count(), 0);
