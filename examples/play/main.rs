@@ -2,7 +2,7 @@
 //! cuts a domed sheet hung on two corners, a second sheet that comes and goes, saves, loads and resets of the level, and a
 //! renderer whose copy of every mesh follows what has changed.
 //!
-//! `cargo run --release --no-default-features --features snapshot --example play -- --seconds 600 --seed 1`
+//! `cargo run --release --no-default-features --features snapshot,direct --example play -- --seconds 600 --seed 1`
 //!
 //! It brings its own meshes, so `snapshot` is all it needs. `--iterations N` limits the solver's iterations, `--tolerance X` sets the relative
 //! residual at which a solve ends. At the end it prints times, rolled back frames, allocations and a hash that every run with the
