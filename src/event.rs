@@ -1,6 +1,6 @@
 //! What happened to the tissue, in order.
 
-use crate::components::DecidedBy;
+use crate::components::{DecidedBy, PartedBy};
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
 use hecs::Entity;
@@ -91,6 +91,25 @@ impl fmt::Display for WokenBy {
     }
 }
 
+/// What left a new tip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub enum Renewal {
+    /// A tear that ended, or tissue that parted, and left a notch.
+    Notch,
+    /// Two directions that tied.
+    Branch,
+}
+
+impl fmt::Display for Renewal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Notch => "notch",
+            Self::Branch => "branch",
+        })
+    }
+}
+
 /// The kinds of event. Positions and directions are in the rest shape.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -145,6 +164,24 @@ pub enum EventKind {
         at: DVec3,
         /// The vertex there.
         vertex: Option<VertexKey>,
+    },
+    /// A live tip was left at a notch, or sent the other way from it.
+    Renewed {
+        /// The new tip.
+        tip: TipKey,
+        /// Where it is \[mm\].
+        at: DVec3,
+        /// What left it.
+        by: Renewal,
+    },
+    /// Tissue parted where no tip led.
+    Parted {
+        /// Where \[mm\].
+        at: DVec3,
+        /// How far beyond what it bears: smallest criterion across the strand, or stretch over the ultimate one.
+        value: f64,
+        /// Why.
+        by: PartedBy,
     },
     /// A piece came free.
     PieceFreed {

@@ -2,12 +2,13 @@
 
 use super::kernels::failure;
 use super::tearing::{
-    EnergyTerms, Surface, TipMemory, decision, disc_average, energy_decision, strength, tip_decision, vertex_decision,
+    EnergyTerms, PartingSites, Surface, TipMemory, decision, disc_average, energy_decision, parting, strength,
+    tip_decision, vertex_decision,
 };
 use super::{StepContext, parallel};
 use crate::components::{
     Bending, EnergyCriterion, FibreLaws, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, TearDecision,
-    TearDecisions, TearSite, Tearing, fibre_law,
+    TearDecisions, TearLog, TearSite, Tearing, fibre_law,
 };
 use crate::math::elementary;
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -29,10 +30,11 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     for (decisions, _) in world.query_mut::<Left>().into_iter().filter(|(_, sleeping)| !is_asleep(sleeping)) {
         decisions.tips.clear();
         decisions.start = None;
+        decisions.parting = None;
     }
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
-        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>),
+        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>, &'a TearLog),
         (
             (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
@@ -40,7 +42,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     );
     parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
         world,
-        |((_, triangles, _, tearing), (tips, decisions, _, sleeping), _)| {
+        |((_, triangles, _, tearing), (tips, decisions, _, sleeping, _), _)| {
             let is_done = is_asleep(sleeping) || step.is_done(Some(decisions));
             match (is_done, tearing.may_initiate) {
                 (true, _) => 0,
@@ -48,7 +50,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                 (false, false) => tips.len() * TIP,
             }
         },
-        |((vertices, triangles, topology, tearing), (tips, decisions, memory, _), about)| {
+        |((vertices, triangles, topology, tearing), (tips, decisions, memory, _, log), about)| {
             let ((planar, pre_stretch, fibres), (holds, grips, energy, bending)) = about;
             let unstretched = PreStretch::unstretched(pre_stretch);
             let fibres = fibre_law(fibres, pre_stretch);
@@ -64,10 +66,21 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                 tips.criterion[tip] = decision.map_or(0.0, |d| d.value);
                 decisions.tips.push(decision);
             }
+            let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
+            let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
+            let is_torn = log.length > 0.0;
+            if is_torn || tearing.ultimate_stretch.is_some() {
+                let least_sq = elementary::powi(tearing.radius, 2);
+                let may_part = |p: DVec3| {
+                    let mut others = tips.vertex.iter().chain(held()).chain(gripped());
+                    others.all(|&row| vertices.rest_position[row as usize].distance_squared(p) >= least_sq)
+                };
+                let is_taken = |row: u32| tips.vertex.iter().chain(held()).chain(gripped()).any(|&other| other == row);
+                let sites = PartingSites { may_part: &may_part, is_taken: &is_taken, is_torn };
+                decisions.parting = parting(&surface, tearing, &sites);
+            }
             if tearing.may_initiate {
                 let at = |&row: &u32| vertices.rest_position[row as usize];
-                let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
-                let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
                 let least_sq = elementary::powi(APART * tearing.radius, 2);
                 let may_start = |p: DVec3| {
                     let mut others = tips.vertex.iter().chain(held()).chain(gripped()).map(at);

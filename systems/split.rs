@@ -1,10 +1,13 @@
 //! The split: tips advance where the criterion exceeds 1, tears start where there is no tip, and everything that refers to
 //! the mesh follows.
 
+mod ends;
+
 use super::StepContext;
 use super::linear::Factor;
 use super::tearing::{
-    Advance, Cutter, End, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart, TipMemory, may_go_on,
+    Advance, Cutter, End, Followers, NewTip, Quality, Reach, Slit, TearRefusal, TearScratch, TipChart, TipMemory,
+    may_go_on, turned_axis,
 };
 use crate::components::{
     Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, RefusedSite, SolverScratch, Springs,
@@ -72,6 +75,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             log,
             scratch,
             parted: SmallVec::new(),
+            touched: SmallVec::new(),
             is_held_back: false,
         };
         let keys: SmallVec<[TipKey; 8]> = tearer.tips.keys().into();
@@ -84,12 +88,18 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             let refused = tearer.start(site, &decision);
             tearer.tell_refused_start(refused, &mut decisions.refused_start);
         }
+        let has_torn = tearer.log.advance_count > advances_before || tearer.log.start_count > starts_before;
+        // Where tears have just gone on, the tissue is judged anew first.
+        let has_parted = match decisions.parting {
+            Some(parting) if !has_torn => tearer.part(&parting, &mut decisions.refused_parting),
+            _ => false,
+        };
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
         let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
         let is_held_back = tearer.is_held_back;
         let (has_advanced, has_started) = (log.advance_count > advances_before, log.start_count > starts_before);
         decisions.may_advance_further =
-            if step.is_static { has_advanced || has_started } else { has_advanced && has_more };
+            if step.is_static { has_advanced || has_started || has_parted } else { has_advanced && has_more };
         // The last pass of a step: those before are taken up again.
         let is_counted = is_held_back && !decisions.may_advance_further;
         log.held_back_count = log.held_back_count.saturating_add(u32::from(is_counted));
@@ -114,6 +124,8 @@ struct Tearer<'a> {
     scratch: &'a mut TearScratch,
     /// The vertices that the last cut has parted.
     parted: SmallVec<[u32; 4]>,
+    /// The same with the copies that the last cut has made of them.
+    touched: SmallVec<[u32; 8]>,
     /// Whether a tip has to wait because it may go no further in this step.
     is_held_back: bool,
 }
@@ -153,7 +165,11 @@ impl Tearer<'_> {
             })
         });
         match result {
-            Ok((advance, ideal)) => self.record_advance(key, decision, &advance, ideal),
+            Ok((advance, ideal)) => {
+                self.record_advance(key, decision, &advance, ideal);
+                self.leave_notch(&advance);
+                self.branch(decision);
+            }
             Err(refusal) => {
                 self.tips.allowance[tip] = self.tips.allowance[tip].min(0.0);
                 if !std::mem::replace(&mut self.tips.is_refused[tip], true) {
@@ -180,7 +196,7 @@ impl Tearer<'_> {
             tip,
             TipRow {
                 vertex: advance.vertex,
-                previous: decision.direction,
+                previous: turned_axis(before.previous, decision.direction, length, self.tearing),
                 ideal,
                 criterion: decision.value,
                 allowance: before.allowance - length,
@@ -219,27 +235,33 @@ impl Tearer<'_> {
         }
     }
 
-    /// Starts a tear at the site or, where the mesh refuses that, at a corner of the triangle.
-    fn start(&mut self, site: TearSite, decision: &TearDecision) -> Result<(), (TearSite, TearRefusal)> {
+    /// Opens the tissue at a site, or at a corner of the triangle.
+    fn open_at(&mut self, site: TearSite, direction: DVec3) -> Result<Slit, TearRefusal> {
         let mode = self.tearing.mode;
         let corners = match site {
             TearSite::Vertex(_) => None,
             TearSite::Triangle(triangle) => Some(self.mesh.triangles.corners[triangle as usize].map(TearSite::Vertex)),
         };
-        let mut started = self.cut(|cutter| cutter.start(site, decision.direction, mode));
+        let mut started = self.cut(|cutter| cutter.start(site, direction, mode));
         for other in corners.into_iter().flatten() {
             if started.is_ok() {
                 break;
             }
-            started = self.cut(|cutter| cutter.start(other, decision.direction, mode)).or(started);
+            started = self.cut(|cutter| cutter.start(other, direction, mode)).or(started);
         }
-        let slit = started.map_err(|refusal| (site, refusal))?;
+        let slit = started?;
         let rest = &self.mesh.vertices.rest_position;
         let lengths = slit.path.windows(2).map(|w| rest[w[0] as usize].distance(rest[w[1] as usize]));
         self.log.length += lengths.sum::<f64>();
+        self.log.note_angle(slit.smallest_angle);
+        Ok(slit)
+    }
+
+    /// Starts a tear at the site or, where the mesh refuses that, at a corner of the triangle.
+    fn start(&mut self, site: TearSite, decision: &TearDecision) -> Result<(), (TearSite, TearRefusal)> {
+        let slit = self.open_at(site, decision.direction).map_err(|refusal| (site, refusal))?;
         self.log.start_count += 1;
         self.log.ambiguous_count += u32::from(decision.is_ambiguous);
-        self.log.note_angle(slit.smallest_angle);
         let TearDecision { value: criterion, margin, is_ambiguous, .. } = *decision;
         let verdict = Some(Verdict { criterion, margin, is_ambiguous });
         self.finish_cut(slit.freed);
@@ -284,6 +306,10 @@ impl Tearer<'_> {
         let result = work(&mut cutter);
         self.parted.clear();
         self.parted.extend(self.scratch.records.iter().flat_map(EditRecord::parted));
+        self.touched.clear();
+        let copies = self.scratch.records.iter().flat_map(EditRecord::created);
+        let copies = copies.filter(|(_, parents)| parents.is_duplicate()).map(|(copy, _)| copy);
+        self.touched.extend(self.parted.iter().copied().chain(copies));
         self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
         result
     }

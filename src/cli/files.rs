@@ -301,6 +301,12 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         }
         EventKind::Ended { tip, at, .. } => json!({ "kind": "ended", "tip": key(tip), "at_mm": point(at) }),
         EventKind::PieceFreed { triangle_count } => json!({ "kind": "piece_freed", "triangles": triangle_count }),
+        EventKind::Renewed { tip, at, by } => {
+            json!({ "kind": "renewed", "tip": key(tip), "at_mm": point(at), "by": by.to_string() })
+        }
+        EventKind::Parted { at, value, by } => {
+            json!({ "kind": "parted", "at_mm": point(at), "value": value, "by": by.to_string() })
+        }
         EventKind::HeldShut { at } => json!({ "kind": "held_shut", "at_mm": point(at) }),
         EventKind::UnderResolved { tip, at, edges_per_radius } => json!({
             "kind": "under_resolved", "tip": key(tip), "at_mm": point(at), "edges_per_radius": edges_per_radius,

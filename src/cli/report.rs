@@ -130,6 +130,10 @@ pub(super) struct TearFigures {
     pub held_back_criterion: f64,
     pub ended: u32,
     pub pieces_freed: u32,
+    /// Live tips left at notches, second tips of branches, and places where tissue parted without a tip.
+    pub renewed: u32,
+    pub branches: u32,
+    pub parted: u32,
     /// Parted vertices that a hold or grip keeps shut.
     pub held_shut: u32,
     pub refusals: u32,
@@ -347,6 +351,9 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         held_back_criterion: log.held_back_criterion,
         ended: log.end_count,
         pieces_freed: log.piece_count,
+        renewed: log.renewed_count,
+        branches: log.branch_count,
+        parted: log.parted_count,
         held_shut: log.held_shut_count,
         refusals: log.refusal_count,
         tips,

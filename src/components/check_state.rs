@@ -142,6 +142,9 @@ impl Check for TearLog {
             self.piece_count,
             self.refusal_count,
             self.held_shut_count,
+            self.renewed_count,
+            self.branch_count,
+            self.parted_count,
         ];
         let is_right = counts.iter().all(|&count| u64::from(count) <= MOST) && self.length.is_finite();
         must("TearLog", is_right, "it counts what no run can do")

@@ -1,5 +1,6 @@
 //! What the criterion finds for the split.
 
+use super::Parting;
 use crate::math::Sym2;
 use crate::storage::{TriangleKey, VertexKey};
 use glam::DVec3;
@@ -91,6 +92,8 @@ pub struct TearDecision {
     pub direction: DVec3,
     /// The criterion there; the tear advances where it exceeds 1.
     pub value: f64,
+    /// The direction of the runner-up, if there is one.
+    pub other: Option<DVec3>,
     /// 1 − (best other direction's criterion)/value; infinite without another.
     pub margin: f64,
     /// Whether the margin is under 5 %.
@@ -117,6 +120,10 @@ pub struct TearDecisions {
     pub tips: Vec<Option<TearDecision>>,
     /// The place with the largest criterion above 1, if the body may tear where there is no tip.
     pub start: Option<(TearSite, TearDecision)>,
+    /// Where tissue is to part without a tip.
+    pub parting: Option<Parting>,
+    /// Where the last parting was refused, if it was.
+    pub refused_parting: Option<RefusedSite>,
     /// Where the last start was refused, if it was.
     pub refused_start: Option<RefusedSite>,
     /// Vertices of the boundary at which a tear may start: scratch of the search.
@@ -130,10 +137,13 @@ impl TearDecisions {
     pub fn forget(&mut self) {
         self.tips.clear();
         self.start = None;
+        self.parting = None;
     }
 
     /// Whether the criterion asks for an advance or a start anywhere.
     pub fn ask(&self) -> bool {
-        self.start.is_some() || self.tips.iter().flatten().any(|decision| decision.value > 1.0)
+        self.start.is_some()
+            || self.parting.is_some()
+            || self.tips.iter().flatten().any(|decision| decision.value > 1.0)
     }
 }

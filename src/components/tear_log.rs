@@ -29,6 +29,12 @@ pub struct TearLog {
     pub held_back_criterion: f64,
     /// Tips that ended at a boundary, or because a tear or cut went through them.
     pub end_count: u32,
+    /// Live tips left at a notch where a tear had ended or tissue had parted.
+    pub renewed_count: u32,
+    /// Second tips sent the other way where two directions tied.
+    pub branch_count: u32,
+    /// Places where tissue parted without a tip: strands, and tissue beyond its ultimate stretch.
+    pub parted_count: u32,
     /// Pieces that came free.
     pub piece_count: u32,
     /// Advances that the mesh refused; a tip that stays refused counts once.

@@ -1,7 +1,7 @@
 //! Makes a body tear.
 
 use super::BodyError;
-use super::check::{Check, Host, positive};
+use super::check::{Check, Host, number, positive};
 use crate::math::{CrackTip, Orthotropic};
 use std::f64::consts::FRAC_PI_2;
 
@@ -45,6 +45,10 @@ pub struct Tearing {
     /// is not modelled: the stress there is the clamp's, and singular at its corners; cut a notch where a tear is
     /// wanted. Without it only existing tips advance.
     pub may_initiate: bool,
+    /// Greatest stretch that the tissue bears, > 1; off unless given. Beyond it tissue parts across the stretch without a tip.
+    pub ultimate_stretch: Option<f64>,
+    /// Largest margin, in \[0, 1), at which a notch tears both ways; off unless given. 1e-6 takes exact ties alone.
+    pub branch_margin: Option<f64>,
 }
 
 impl Default for Tearing {
@@ -59,6 +63,8 @@ impl Default for Tearing {
             mode: TearMode::Free,
             max_tear_speed: 0.1,
             may_initiate: false,
+            ultimate_stretch: None,
+            branch_margin: None,
         }
     }
 }
@@ -135,6 +141,14 @@ impl Check for Tearing {
             ("radius", self.radius),
             ("max_tear_speed", self.max_tear_speed),
         ];
-        numbers.into_iter().try_for_each(|(what, value)| positive("Tearing", what, value))
+        numbers.into_iter().try_for_each(|(what, value)| positive("Tearing", what, value))?;
+        if let Some(stretch) = self.ultimate_stretch {
+            let is_right = stretch > 1.0 && stretch.is_finite();
+            number("Tearing", "ultimate_stretch", stretch, (is_right, "it must be finite and above 1"))?;
+        }
+        self.branch_margin.map_or(Ok(()), |margin| {
+            let is_right = (0.0..1.0).contains(&margin);
+            number("Tearing", "branch_margin", margin, (is_right, "it must be at least 0 and below 1"))
+        })
     }
 }

@@ -221,6 +221,17 @@ fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing
     if cone > 180.0 {
         return Err(Fault::new(at("cone_degrees"), format!("{cone}° is more than a half turn"), "give at most 180"));
     }
+    let ultimate_stretch =
+        spec.ultimate_stretch.map(|value| positive(at("ultimate_stretch"), value, "")).transpose()?;
+    if let Some(stretch) = ultimate_stretch.filter(|stretch| *stretch <= 1.0) {
+        let what = format!("{stretch} parts tissue that is not stretched");
+        return Err(Fault::new(at("ultimate_stretch"), what, "give more than 1"));
+    }
+    let branch_margin = spec.branch_margin;
+    if let Some(margin) = branch_margin.filter(|margin| !(0.0..1.0).contains(margin)) {
+        let what = format!("{margin} is no margin of a tie");
+        return Err(Fault::new(at("branch_margin"), what, "give at least 0 and less than 1, such as 1e-6"));
+    }
     Ok(Tearing {
         exponent: positive(at("exponent"), spec.exponent, "")?,
         cone: cone.to_radians(),
@@ -230,6 +241,8 @@ fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing
         },
         max_tear_speed: positive(at("max_tear_speed"), spec.max_tear_speed, "mm/ms")?,
         may_initiate: spec.may_initiate,
+        ultimate_stretch,
+        branch_margin,
         ..thresholds
     })
 }

@@ -94,7 +94,7 @@ fn check_body(saved: &Saved) -> Result<Topology, SnapshotError> {
     let asks = |decision: &TearDecision| !(decision.value <= 1.0);
     if saved.sleeping.as_ref().is_some_and(|sleeping| sleeping.is_asleep())
         && let Some(decisions) = &saved.tear_decisions
-        && (decisions.tips.iter().flatten().any(asks) || decisions.start.is_some())
+        && (decisions.tips.iter().flatten().any(asks) || decisions.start.is_some() || decisions.parting.is_some())
     {
         return Err(wrong("it sleeps although it is to tear"));
     }

@@ -169,6 +169,7 @@ fn tearing(mut body: Membrane, dice: &mut Dice, young: f64, size: f64) -> Membra
         mode: if dice.chance(0.7) { TearMode::Free } else { TearMode::Edge },
         max_tear_speed: dice.decades(-2.0, 2.0),
         may_initiate: dice.chance(0.35),
+        ..Tearing::default()
     });
     if dice.chance(0.4) {
         let margin = dice.chance(0.5).then(|| radius * dice.between(0.0, 2.0));

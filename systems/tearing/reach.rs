@@ -61,7 +61,7 @@ pub fn will_tear(
         decision.value > 1.0 && (!is_clear || reach.allows(reach.allowance(tips.allowance[tip], way), way))
     };
     let mut asking = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));
-    decisions.start.is_some() || asking.any(|(tip, decision)| is_acted_on(tip, decision))
+    decisions.start.is_some() || decisions.parting.is_some() || asking.any(|(tip, decision)| is_acted_on(tip, decision))
 }
 
 /// Whether a tip that has just advanced may go far enough for the nearest edge that its next advance could lead to.

@@ -62,7 +62,8 @@ pub(super) fn admissible(tearing: &Tearing, previous: DVec3, chart: &FanChart) -
 pub(super) fn decision_in_fan(vertex: u32, answer: &Decision, chart: &FanChart, average: &DiscAverage) -> TearDecision {
     let turned = along_curved_fibre(answer, average);
     let direction = if chart.sector(turned).is_some() { turned } else { answer.best.direction };
-    decision(vertex, answer, average, chart.axes(), chart.to_surface(direction))
+    let other = answer.runner_up.map(|other| chart.to_surface(other.direction));
+    TearDecision { other, ..decision(vertex, answer, average, chart.axes(), chart.to_surface(direction)) }
 }
 
 /// The answer of the criterion with what it was found from.
@@ -77,6 +78,7 @@ pub fn decision(
         row,
         direction,
         value: answer.best.value,
+        other: None,
         margin: answer.margin(),
         is_ambiguous: answer.is_ambiguous(),
         by: DecidedBy::Stress,

@@ -7,6 +7,7 @@ mod fig2_tear;
 mod fracture;
 mod held_shut;
 mod material_force;
+mod no_dead_ends;
 mod random_edits;
 mod random_tears;
 mod refinement;

@@ -233,6 +233,10 @@ pub struct TearingSpec {
     /// Whether tears may start where nothing was cut. Default false.
     #[serde(default)]
     pub may_initiate: bool,
+    /// Stretch above 1 beyond which tissue parts without a tip. Off unless given.
+    pub ultimate_stretch: Option<f64>,
+    /// Margin below which a notch tears both ways, at least 0 and below 1. Off unless given.
+    pub branch_margin: Option<f64>,
 }
 
 /// `energy_criterion`: tips of a body with `tearing` advance where more energy would be released than their toughness, and where that

@@ -1,0 +1,174 @@
+//! What keeps a tear from ending dead: a notch left as a tip, a branch the other way, and tissue that parts without a tip.
+
+use super::{Tearer, add_tip};
+use crate::components::{PartedBy, Parting, RefusedSite, TearDecision, TearSite};
+use crate::event::{EventKind, Renewal};
+use crate::storage::{NONE, TipKey};
+use crate::systems::tearing::{Advance, NewTip, TearRefusal, TipChart};
+use glam::DVec3;
+use smallvec::SmallVec;
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+
+/// Tissue around a vertex \[rad\] from which it is a notch; 200°. Corners of lips have less, polygonal rims about 184°.
+const NOTCH: f64 = 200.0 / 180.0 * PI;
+/// Ends of a strand are cut this part of its width within it: both lips lie at one place in the rest shape.
+const INSIDE: f64 = 0.02;
+
+impl Tearer<'_> {
+    /// Leaves a live tip where a tear has met a boundary and freed no piece, or only a chip smaller than the averaging disc: at
+    /// the sharpest notch of the rim within R.
+    pub(super) fn leave_notch(&mut self, advance: &Advance) {
+        let Some(end) = advance.end else { return };
+        let radius = self.tearing.radius;
+        let rim: SmallVec<[u32; 8]> = self.touched.clone();
+        let most = end.freed.unwrap_or(0);
+        let chip = rim.iter().find_map(|&vertex| self.part_of(vertex, most));
+        if end.freed.is_some() && chip.as_ref().is_none_or(|(_, area)| *area >= PI * radius * radius) {
+            return;
+        }
+        let chip = chip.map(|(triangles, _)| triangles).unwrap_or_default();
+        let rest = |row: u32| self.mesh.vertices.rest_position[row as usize];
+        let is_near = |row: u32| rest(row).distance(advance.to) <= radius;
+        if self.tips.vertex.iter().any(|&tip| is_near(tip)) {
+            return;
+        }
+        let mut seen: BTreeSet<u32> = rim.iter().copied().collect();
+        let mut queue: Vec<u32> = rim.to_vec();
+        let mut best: Option<(f64, f64, u32)> = None;
+        while let Some(vertex) = queue.pop() {
+            let Ok(tip) = TipChart::new(&self.mesh, vertex) else { continue };
+            if tip.fan.is_closed || tip.fan.sectors.iter().any(|&(triangle, _)| chip.contains(&triangle)) {
+                continue;
+            }
+            let (from, to) = tip.chart.range();
+            let (angle, distance) = (to - from, rest(vertex).distance(advance.to));
+            // The sharper one; of equal ones the nearer.
+            let is_better = |(a, d, _): (f64, f64, u32)| angle > a + 1e-9 || (angle > a - 1e-9 && distance < d);
+            if angle >= NOTCH && best.is_none_or(is_better) {
+                best = Some((angle, distance, vertex));
+            }
+            for next in [0, tip.spoke_count() - 1].into_iter().filter_map(|spoke| tip.end(&self.mesh, spoke)) {
+                if is_near(next) && seen.insert(next) {
+                    queue.push(next);
+                }
+            }
+        }
+        if let Some((.., vertex)) = best {
+            self.renew(NewTip { vertex, direction: DVec3::ZERO, ideal: rest(vertex) }, Renewal::Notch);
+        }
+    }
+
+    /// The triangles that hang together with those at a vertex, and their area \[mm²\], where there are at most `most`.
+    fn part_of(&self, vertex: u32, most: usize) -> Option<(BTreeSet<u32>, f64)> {
+        let mut queue: Vec<u32> = self.mesh.topology.fan(vertex).sectors.iter().map(|sector| sector.0).collect();
+        let mut seen: BTreeSet<u32> = queue.iter().copied().collect();
+        while let Some(triangle) = queue.pop() {
+            if seen.len() > most {
+                return None;
+            }
+            let around = self.mesh.topology.neighbours[triangle as usize];
+            queue.extend(around.into_iter().filter(|&next| next != NONE && seen.insert(next)));
+        }
+        let area = seen.iter().map(|&triangle| self.mesh.triangles.rest[triangle as usize].area).sum();
+        (!seen.is_empty() && seen.len() <= most).then_some((seen, area))
+    }
+
+    /// Sends a second tip the other way from a notch where two directions tie ([`branch_margin`]).
+    ///
+    /// [`branch_margin`]: crate::components::Tearing::branch_margin
+    pub(super) fn branch(&mut self, decision: &TearDecision) {
+        let is_tie = self.tearing.branch_margin.is_some_and(|most| decision.margin <= most);
+        let Some(other) = decision.other.filter(|_| is_tie && decision.value * (1.0 - decision.margin) > 1.0) else {
+            return;
+        };
+        // The first tear has parted the notch: the other way leads from that of the two corners which has tissue there.
+        let leads = |vertex: &u32| {
+            let tip = TipChart::new(&self.mesh, *vertex).ok().filter(|tip| !tip.fan.is_closed)?;
+            tip.chart.exit(tip.chart.to_chart(other)).map(|_| tip)
+        };
+        let copies: SmallVec<[u32; 8]> = self.touched.clone();
+        let Some(tip) = copies.iter().find_map(leads) else { return };
+        let mode = self.tearing.mode;
+        let at = self.mesh.vertices.rest_position[tip.vertex as usize];
+        let advanced = self.cut(|cutter| match mode {
+            crate::components::TearMode::Free => cutter.advance_from(&tip, other).map(|advance| (advance, advance.to)),
+            crate::components::TearMode::Edge => {
+                let step = cutter.advance_along_edge_from(&tip, at, other)?;
+                Ok((step.advance, step.ideal))
+            }
+        });
+        match advanced {
+            Ok((advance, ideal)) => {
+                self.log.length += advance.length();
+                self.log.advance_count += 1;
+                self.log.note_angle(advance.smallest_angle);
+                if advance.end.is_none() {
+                    self.renew(NewTip { vertex: advance.vertex, direction: other, ideal }, Renewal::Branch);
+                }
+                self.finish_cut(advance.end.and_then(|end| end.freed));
+            }
+            Err(refusal) => self.refuse(None, at, &refusal),
+        }
+    }
+
+    fn renew(&mut self, tip: NewTip, by: Renewal) {
+        let at = self.mesh.vertices.rest_position[tip.vertex as usize];
+        let tip: TipKey = add_tip(self.tips, tip);
+        match by {
+            Renewal::Notch => self.log.renewed_count += 1,
+            Renewal::Branch => self.log.branch_count += 1,
+        }
+        self.log.pending.push(EventKind::Renewed { tip, at, by });
+    }
+
+    /// Parts tissue that fails without a tip. Whether it did; a refusal is told once for a triangle.
+    pub(super) fn part(&mut self, parting: &Parting, last: &mut Option<RefusedSite>) -> bool {
+        let at = (parting.ends[0] + parting.ends[1]) * 0.5;
+        let parted = match parting.by {
+            PartedBy::Strand => self.part_strand(parting),
+            PartedBy::Stretch => self.part_stretched(parting),
+        };
+        match parted {
+            Ok(freed) => {
+                self.log.parted_count += 1;
+                self.log.pending.push(EventKind::Parted { at, value: parting.value, by: parting.by });
+                freed.into_iter().for_each(|count| self.finish_cut(Some(count)));
+                *last = None;
+                true
+            }
+            Err(refusal) => {
+                let site = self.mesh.triangles.key(parting.triangle).map(RefusedSite::Triangle);
+                if std::mem::replace(last, site) != site {
+                    self.refuse(None, at, &refusal);
+                }
+                false
+            }
+        }
+    }
+
+    /// Cuts a strand through, from rim to rim. The pieces that came free.
+    fn part_strand(&mut self, parting: &Parting) -> Result<SmallVec<[usize; 2]>, TearRefusal> {
+        let [a, b] = parting.ends;
+        let line = [a + (b - a) * INSIDE, b + (a - b) * INSIDE];
+        let outcome = self.cut(|cutter| cutter.cut(&line))?;
+        self.log.length += outcome.path.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
+        self.log.note_angle(outcome.smallest_angle);
+        self.finish_cut(None);
+        for (vertex, direction) in outcome.tips {
+            let ideal = self.mesh.vertices.rest_position[vertex as usize];
+            self.renew(NewTip { vertex, direction, ideal }, Renewal::Notch);
+        }
+        Ok(outcome.freed)
+    }
+
+    /// Opens tissue across its greatest stretch, as a start does. The pieces that came free.
+    fn part_stretched(&mut self, parting: &Parting) -> Result<SmallVec<[usize; 2]>, TearRefusal> {
+        let slit = self.open_at(TearSite::Triangle(parting.triangle), parting.direction)?;
+        self.finish_cut(None);
+        for tip in slit.tips {
+            self.renew(tip, Renewal::Notch);
+        }
+        Ok(slit.freed.into_iter().collect())
+    }
+}
