@@ -24,7 +24,7 @@ const APART: f64 = 2.0;
 const TIP: usize = 100;
 
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
-/// has no tip and may not start a tear.
+/// has no tip, may not start a tear and has nothing that could part without one.
 pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     type Left<'a> = hecs::With<(&'a mut TearDecisions, Option<&'a Sleeping>), &'a SolverScratch>;
     for (decisions, _) in world.query_mut::<Left>().into_iter().filter(|(_, sleeping)| !is_asleep(sleeping)) {
@@ -42,9 +42,10 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     );
     parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
         world,
-        |((_, triangles, _, tearing), (tips, decisions, _, sleeping, _), _)| {
+        |((_, triangles, _, tearing), (tips, decisions, _, sleeping, log), _)| {
             let is_done = is_asleep(sleeping) || step.is_done(Some(decisions));
-            match (is_done, tearing.may_initiate) {
+            let is_searched = tearing.may_initiate || tearing.ultimate_stretch.is_some() || log.length > 0.0;
+            match (is_done, is_searched) {
                 (true, _) => 0,
                 (false, true) => triangles.len(),
                 (false, false) => tips.len() * TIP,

@@ -56,6 +56,7 @@ impl Readings {
             }
             decisions.tips.clone_from(&self.decisions);
             decisions.start = None;
+            decisions.parting = None;
         }
     }
 }

@@ -102,6 +102,7 @@ impl Simulation {
             let there = decisions.tips.iter_mut().flatten().filter(|decision| (decision.row as usize) < count);
             there.for_each(|decision| decision.row = row(decision.row));
             decisions.start = None;
+            decisions.parting = None;
         }
         Ok(())
     }

@@ -149,7 +149,7 @@ fn a_notch_whose_ways_tie_tears_both_ways() {
 fn a_tear_that_bites_its_own_lip_leaves_a_live_tip() {
     let mut square = Square::isotropic([30, 30]);
     square.notches = Vec::new();
-    square.tearing = Tearing { strength_fibre: 0.02, strength_transverse: 0.02, radius: 3.0, ..square.tearing };
+    square.tearing = Tearing { strength_fibre: 2e-3, strength_transverse: 2e-3, radius: 3.0, ..square.tearing };
     let mut run = square.spawn(one_thread());
     let hook = [mm(15.0, 30.0), mm(15.0, 18.0), mm(17.0, 17.0), mm(18.0, 19.0), mm(15.9, 20.2)];
     run.simulation.cut(run.body, &hook).unwrap();
