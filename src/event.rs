@@ -1,6 +1,6 @@
 //! What happened to the tissue, in order.
 
-use crate::components::{DecidedBy, PartedBy};
+use crate::components::DecidedBy;
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
 use hecs::Entity;
@@ -178,10 +178,8 @@ pub enum EventKind {
     Parted {
         /// Where \[mm\].
         at: DVec3,
-        /// How far beyond what it bears: smallest criterion across the strand, or stretch over the ultimate one.
+        /// How far beyond what it bears: stretch over the ultimate stretch.
         value: f64,
-        /// Why.
-        by: PartedBy,
     },
     /// A piece came free.
     PieceFreed {

@@ -2,13 +2,13 @@
 
 use super::kernels::failure;
 use super::tearing::{
-    EnergyTerms, PartingSites, Surface, TipMemory, decision, disc_average, energy_decision, parting, strength,
-    tip_decision, vertex_decision,
+    EnergyTerms, Surface, TipMemory, decision, disc_average, energy_decision, parting, strength, tip_decision,
+    vertex_decision,
 };
 use super::{StepContext, parallel};
 use crate::components::{
     Bending, EnergyCriterion, FibreLaws, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, TearDecision,
-    TearDecisions, TearLog, TearSite, Tearing, fibre_law,
+    TearDecisions, TearSite, Tearing, fibre_law,
 };
 use crate::math::elementary;
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -34,7 +34,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
-        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>, &'a TearLog),
+        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>),
         (
             (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
@@ -42,16 +42,16 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     );
     parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
         world,
-        |((_, triangles, _, tearing), (tips, decisions, _, sleeping, log), _)| {
+        |((_, triangles, _, tearing), (tips, decisions, _, sleeping), _)| {
             let is_done = is_asleep(sleeping) || step.is_done(Some(decisions));
-            let is_searched = tearing.may_initiate || tearing.ultimate_stretch.is_some() || log.length > 0.0;
+            let is_searched = tearing.may_initiate || tearing.ultimate_stretch.is_some();
             match (is_done, is_searched) {
                 (true, _) => 0,
                 (false, true) => triangles.len(),
                 (false, false) => tips.len() * TIP,
             }
         },
-        |((vertices, triangles, topology, tearing), (tips, decisions, memory, _, log), about)| {
+        |((vertices, triangles, topology, tearing), (tips, decisions, memory, _), about)| {
             let ((planar, pre_stretch, fibres), (holds, grips, energy, bending)) = about;
             let unstretched = PreStretch::unstretched(pre_stretch);
             let fibres = fibre_law(fibres, pre_stretch);
@@ -69,16 +69,9 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
             let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
-            let is_torn = log.length > 0.0;
-            if is_torn || tearing.ultimate_stretch.is_some() {
-                let least_sq = elementary::powi(tearing.radius, 2);
-                let may_part = |p: DVec3| {
-                    let mut others = tips.vertex.iter().chain(held()).chain(gripped());
-                    others.all(|&row| vertices.rest_position[row as usize].distance_squared(p) >= least_sq)
-                };
+            if let Some(ultimate) = tearing.ultimate_stretch {
                 let is_taken = |row: u32| tips.vertex.iter().chain(held()).chain(gripped()).any(|&other| other == row);
-                let sites = PartingSites { may_part: &may_part, is_taken: &is_taken, is_torn };
-                decisions.parting = parting(&surface, tearing, &sites);
+                decisions.parting = parting(&surface, ultimate, &is_taken);
             }
             if tearing.may_initiate {
                 let at = |&row: &u32| vertices.rest_position[row as usize];

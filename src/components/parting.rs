@@ -1,39 +1,17 @@
 //! Where tissue fails without a tip.
 
 use glam::DVec3;
-use std::fmt;
 
-/// Why tissue parts where no tip leads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub enum PartedBy {
-    /// A strand narrower than R carries more than its strength over its whole width.
-    Strand,
-    /// The tissue is stretched beyond [`ultimate_stretch`](super::Tearing::ultimate_stretch).
-    Stretch,
-}
-
-impl fmt::Display for PartedBy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Strand => "strand",
-            Self::Stretch => "stretch",
-        })
-    }
-}
-
-/// A place where tissue is to part without a tip.
+/// A place where tissue is stretched beyond [`ultimate_stretch`](super::Tearing::ultimate_stretch) and is to part without a tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Parting {
-    /// Row of the triangle at which it was found.
+    /// Row of the triangle.
     pub triangle: u32,
-    /// Unit direction of the opening in the rest shape, across the greatest tension or stretch.
+    /// Unit direction of the opening in the rest shape, across the greatest stretch.
     pub direction: DVec3,
-    /// Smallest criterion across the strand, or stretch over the ultimate stretch; above 1.
+    /// Stretch over the ultimate stretch; above 1.
     pub value: f64,
-    /// Ends \[mm, rest shape\] of the way across a strand; both at the triangle's centroid for a stretch.
-    pub ends: [DVec3; 2],
-    /// Why it parts.
-    pub by: PartedBy,
+    /// The triangle's centroid \[mm, rest shape\].
+    pub at: DVec3,
 }

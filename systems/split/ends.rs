@@ -1,7 +1,7 @@
 //! What keeps a tear from ending dead: a notch left as a tip, a branch the other way, and tissue that parts without a tip.
 
 use super::{Tearer, add_tip};
-use crate::components::{PartedBy, Parting, RefusedSite, TearDecision, TearSite};
+use crate::components::{Parting, RefusedSite, TearDecision, TearSite};
 use crate::event::{EventKind, Renewal};
 use crate::storage::{NONE, TipKey};
 use crate::systems::tearing::{Advance, NewTip, TearRefusal, TipChart};
@@ -12,12 +12,9 @@ use std::f64::consts::PI;
 
 /// Tissue around a vertex \[rad\] from which it is a notch; 200°. Corners of lips have less, polygonal rims about 184°.
 const NOTCH: f64 = 200.0 / 180.0 * PI;
-/// Ends of a strand are cut this part of its width within it: both lips lie at one place in the rest shape.
-const INSIDE: f64 = 0.02;
-
 impl Tearer<'_> {
     /// Leaves a live tip where a tear has met a boundary and freed no piece, or only a chip smaller than the averaging disc: at
-    /// the sharpest notch of the rim within R.
+    /// the sharpest notch of the rim within 2R, the reach around which starts are left to tips.
     pub(super) fn leave_notch(&mut self, advance: &Advance) {
         let Some(end) = advance.end else { return };
         let radius = self.tearing.radius;
@@ -29,8 +26,8 @@ impl Tearer<'_> {
         }
         let chip = chip.map(|(triangles, _)| triangles).unwrap_or_default();
         let rest = |row: u32| self.mesh.vertices.rest_position[row as usize];
-        let is_near = |row: u32| rest(row).distance(advance.to) <= radius;
-        if self.tips.vertex.iter().any(|&tip| is_near(tip)) {
+        let is_within = |row: u32, most: f64| rest(row).distance(advance.to) <= most;
+        if self.tips.vertex.iter().any(|&tip| is_within(tip, radius)) {
             return;
         }
         let mut seen: BTreeSet<u32> = rim.iter().copied().collect();
@@ -49,7 +46,7 @@ impl Tearer<'_> {
                 best = Some((angle, distance, vertex));
             }
             for next in [0, tip.spoke_count() - 1].into_iter().filter_map(|spoke| tip.end(&self.mesh, spoke)) {
-                if is_near(next) && seen.insert(next) {
+                if is_within(next, 2.0 * radius) && seen.insert(next) {
                     queue.push(next);
                 }
             }
@@ -124,15 +121,10 @@ impl Tearer<'_> {
 
     /// Parts tissue that fails without a tip. Whether it did; a refusal is told once for a triangle.
     pub(super) fn part(&mut self, parting: &Parting, last: &mut Option<RefusedSite>) -> bool {
-        let at = (parting.ends[0] + parting.ends[1]) * 0.5;
-        let parted = match parting.by {
-            PartedBy::Strand => self.part_strand(parting),
-            PartedBy::Stretch => self.part_stretched(parting),
-        };
-        match parted {
+        match self.part_stretched(parting) {
             Ok(freed) => {
                 self.log.parted_count += 1;
-                self.log.pending.push(EventKind::Parted { at, value: parting.value, by: parting.by });
+                self.log.pending.push(EventKind::Parted { at: parting.at, value: parting.value });
                 freed.into_iter().for_each(|count| self.finish_cut(Some(count)));
                 *last = None;
                 true
@@ -140,26 +132,11 @@ impl Tearer<'_> {
             Err(refusal) => {
                 let site = self.mesh.triangles.key(parting.triangle).map(RefusedSite::Triangle);
                 if std::mem::replace(last, site) != site {
-                    self.refuse(None, at, &refusal);
+                    self.refuse(None, parting.at, &refusal);
                 }
                 false
             }
         }
-    }
-
-    /// Cuts a strand through, from rim to rim. The pieces that came free.
-    fn part_strand(&mut self, parting: &Parting) -> Result<SmallVec<[usize; 2]>, TearRefusal> {
-        let [a, b] = parting.ends;
-        let line = [a + (b - a) * INSIDE, b + (a - b) * INSIDE];
-        let outcome = self.cut(|cutter| cutter.cut(&line))?;
-        self.log.length += outcome.path.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
-        self.log.note_angle(outcome.smallest_angle);
-        self.finish_cut(None);
-        for (vertex, direction) in outcome.tips {
-            let ideal = self.mesh.vertices.rest_position[vertex as usize];
-            self.renew(NewTip { vertex, direction, ideal }, Renewal::Notch);
-        }
-        Ok(outcome.freed)
     }
 
     /// Opens tissue across its greatest stretch, as a start does. The pieces that came free.

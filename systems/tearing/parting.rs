@@ -1,48 +1,20 @@
-//! The search for tissue that fails without a tip: strands narrower than the disc, and tissue stretched too far.
+//! The search for tissue that fails without a tip: stretched beyond what it bears.
 
-use super::{Surface, strength};
-use crate::components::{PartedBy, Parting, Tearing};
+use super::Surface;
+use crate::components::Parting;
 use crate::math::elementary;
-use crate::storage::NONE;
-use crate::systems::kernels::failure::{self, Strength};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_PI_2;
 
-/// Triangles on a way across a strand: R has some ten edges at most.
-const MOST_CROSSED: usize = 64;
-
-/// Where tissue may part.
-pub struct PartingSites<'a> {
-    /// Whether a strand whose middle lies here \[mm, rest shape\] may part.
-    pub may_part: &'a dyn Fn(DVec3) -> bool,
-    /// Whether a vertex is left to a tip, hold or grip.
-    pub is_taken: &'a dyn Fn(u32) -> bool,
-    /// Whether the body has been torn or cut, so that it has strands.
-    pub is_torn: bool,
-}
-
-/// The place that is farthest beyond what it bears: of strands narrower than R and of triangles beyond the ultimate stretch. Of
-/// equal ones strands come first, then the lowest row.
-pub fn parting(surface: &Surface, tearing: &Tearing, sites: &PartingSites<'_>) -> Option<Parting> {
+/// The triangle that is farthest beyond the ultimate stretch, of equal ones the lowest row, but for those with a corner that is left to
+/// a tip, hold or grip.
+pub fn parting(surface: &Surface, ultimate: f64, is_taken: &dyn Fn(u32) -> bool) -> Option<Parting> {
     let mut best: Option<Parting> = None;
-    let mut offer = |found: Option<Parting>| {
-        if let Some(found) = found.filter(|found| found.value > best.map_or(1.0, |best| best.value)) {
-            best = Some(found);
-        }
-    };
-    if sites.is_torn {
-        let strength = strength(tearing);
-        let on_rim = |t: &usize| surface.topology.neighbours[*t].contains(&NONE);
-        for t in (0..surface.triangles.len()).filter(on_rim) {
-            let found = across_strand(surface, (t, &strength), tearing.radius);
-            offer(found.filter(|found| (sites.may_part)((found.ends[0] + found.ends[1]) * 0.5)));
-        }
-    }
-    if let Some(ultimate) = tearing.ultimate_stretch {
-        for t in 0..surface.triangles.len() {
-            let is_left = |_: &Parting| !surface.triangles.corners[t].iter().any(|&vertex| (sites.is_taken)(vertex));
-            offer(beyond_stretch(surface, t, ultimate).filter(is_left));
-        }
+    for t in 0..surface.triangles.len() {
+        let found =
+            beyond_stretch(surface, t, ultimate).filter(|found| best.is_none_or(|best| found.value > best.value));
+        let is_left = |_: &Parting| !surface.triangles.corners[t].iter().any(|&vertex| is_taken(vertex));
+        best = found.filter(is_left).or(best);
     }
     best
 }
@@ -55,64 +27,7 @@ fn beyond_stretch(surface: &Surface, t: usize, ultimate: f64) -> Option<Parting>
         return None;
     }
     let direction = in_space(surface, t, elementary::unit_at(strain.principal_angle() + FRAC_PI_2));
-    Some(Parting { triangle: t as u32, direction, value, ends: [centroid(surface, t); 2], by: PartedBy::Stretch })
-}
-
-/// The strand in which a triangle at the rim lies, if the way across the triangle's tension meets the rim on both sides
-/// within R and every triangle on it is beyond strength.
-fn across_strand(surface: &Surface, (t, strength): (usize, &Strength), radius: f64) -> Option<Parting> {
-    let stress = surface.stress(t);
-    if failure::cannot_tear(stress, strength) {
-        return None;
-    }
-    let direction = in_space(surface, t, elementary::unit_at(stress.principal_angle() + FRAC_PI_2));
-    let mut value = f64::INFINITY;
-    let ahead = to_rim(surface, (t, strength), direction, radius, &mut value)?;
-    let behind = to_rim(surface, (t, strength), -direction, radius, &mut value)?;
-    let is_narrow = ahead.1 + behind.1 < radius;
-    let ends = [behind.0, ahead.0];
-    (is_narrow && value > 1.0).then_some(Parting { triangle: t as u32, direction, value, ends, by: PartedBy::Strand })
-}
-
-/// Walks straight on over the rest surface from a triangle's centroid: the point of the rim that is met within `most` \[mm\], and
-/// the way there. Lowers `value` to the smallest criterion on the way.
-fn to_rim(
-    surface: &Surface,
-    (start, strength): (usize, &Strength),
-    direction: DVec3,
-    most: f64,
-    value: &mut f64,
-) -> Option<(DVec3, f64)> {
-    let (mut t, mut at, mut entered, mut way) = (start, centroid(surface, start), None, 0.0);
-    for _ in 0..MOST_CROSSED {
-        let x = corners(surface, t);
-        let normal = (x[1] - x[0]).cross(x[2] - x[0]).try_normalize()?;
-        let d = (direction - normal * normal.dot(direction)).try_normalize()?;
-        let fibre = surface.triangles.fibre[t];
-        let in_frame = DVec2::new(d.dot(fibre), d.dot(normal.cross(fibre)));
-        *value = value.min(failure::direction_value(surface.stress(t), DVec2::X, strength, in_frame));
-        // The nearest edge ahead: where the distance from its line falls to zero.
-        let mut exit: Option<(f64, usize)> = None;
-        for edge in (0..3).filter(|&edge| Some(edge) != entered) {
-            let out = (x[(edge + 1) % 3] - x[edge]).cross(normal);
-            let (speed, gap) = (out.dot(d), out.dot(x[edge] - at));
-            if speed > 0.0 && exit.is_none_or(|(least, _)| gap / speed < least) {
-                exit = Some((gap / speed, edge));
-            }
-        }
-        let (length, edge) = exit?;
-        (at, way) = (at + d * length.max(0.0), way + length.max(0.0));
-        if !(way < most) || !(*value > 1.0) {
-            return None;
-        }
-        let next = surface.topology.neighbours[t][edge];
-        if next == NONE {
-            return Some((at, way));
-        }
-        entered = (0..3).find(|&e| surface.topology.neighbours[next as usize][e] == t as u32);
-        t = next as usize;
-    }
-    None
+    Some(Parting { triangle: t as u32, direction, value, at: centroid(surface, t) })
 }
 
 fn corners(surface: &Surface, t: usize) -> [DVec3; 3] {
