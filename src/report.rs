@@ -4,7 +4,7 @@ mod opening;
 mod tear_course;
 
 pub use opening::{Axis, Opening, boundary_loops};
-pub use tear_course::{CourseFigures, Outcome, TearCourse};
+pub use tear_course::{CourseFigures, GraspFigures, Outcome, TearCourse};
 
 use hecs::Entity;
 use std::time::Duration;

@@ -3,11 +3,12 @@
 //! happens. The ignored tests make the tables of `docs/capsulorhexis.md`.
 
 use glam::DVec3;
-use rhexis::components::{Grips, Refined, TearLog};
+use rhexis::components::{Bending, EnergyCriterion, Grips, PreStretch, Refined, TearDecisions, TearLog, Tearing};
 use rhexis::event::{Event, EventKind};
 use rhexis::report::{CourseFigures, Outcome, TearCourse};
 use rhexis::scene::{Document, Instance};
-use rhexis::storage::{Topology, Triangles, Vertices, measure, validate};
+use rhexis::storage::{Tips, Topology, Triangles, Vertices, measure, validate};
+use rhexis::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision};
 use std::f64::consts::TAU;
 
 /// Half of the catalog's triangles and twice its time step: a third of its cost.
@@ -55,7 +56,8 @@ fn run(instance: &mut Instance) -> (CourseFigures, Vec<Event>) {
 }
 
 fn row(figures: &CourseFigures) -> String {
-    let CourseFigures { outcome, opening, completion, largest_radius, grasps, time, force_rms, force_peak } = figures;
+    let CourseFigures { outcome, opening, completion, largest_radius, grasps, time, force_rms, force_peak, .. } =
+        figures;
     let shape = opening
         .map_or("–, –, –".into(), |o| format!("{:.2}, {:.3}, {:.2}", o.diameter, o.circularity, o.decentration));
     format!(
@@ -138,6 +140,45 @@ fn a_flap_that_tears_off_is_no_tear_that_runs_out() {
     let (inner, radius) = started.next().unwrap();
     assert!((radius - 1.2).abs() < 0.01, "{radius}");
     assert!(events.iter().any(|event| matches!(event.kind, EventKind::Ended { tip, .. } if tip == inner)));
+}
+
+#[test]
+fn what_tips_remember_of_their_discs_follows_every_edit() {
+    // Bending reads a ring of triangles around the disc as well, and refinement edits them while the disc itself stays as it is.
+    let toughness = "bodies.0.energy_criterion={ toughness_along = 0.7, toughness_across = 1.2 }".to_owned();
+    let all: Vec<String> = sets(&FEW).into_iter().chain([toughness, "bodies.0.bending={}".to_owned()]).collect();
+    let mut instance = instance("capsulorhexis", &all);
+    let body = instance.bodies[0];
+    let mut compared = 0;
+    for _ in 0..120 {
+        instance.advance().unwrap();
+        let has_edited = instance.simulation.drain_events().count() > 0;
+        let world = instance.simulation.world();
+        let mut query = world.query_one::<(
+            (&Vertices, &Triangles, &Topology, &Tips, &TearDecisions),
+            (&Tearing, &EnergyCriterion, &PreStretch, &Bending),
+        )>(body);
+        let ((vertices, triangles, topology, tips, decisions), (tearing, energy, pre_stretch, bending)) =
+            query.get().unwrap();
+        let unstretched = PreStretch::unstretched(Some(pre_stretch));
+        let surface = Surface {
+            vertices,
+            triangles,
+            topology,
+            is_planar: false,
+            unstretched,
+            fibres: None,
+            bending: Some(bending),
+        };
+        let mut memory = TipMemory::default();
+        for (tip, kept) in decisions.tips.iter().enumerate().filter(|_| !has_edited) {
+            let place = (tips.vertex[tip], tips.previous[tip]);
+            let anew = energy_decision(&surface, EnergyTerms { tearing, energy }, tip, place, &mut memory);
+            assert_eq!(kept.map(|kept| kept.release), anew.map(|(anew, _)| anew.release));
+            compared += 1;
+        }
+    }
+    assert!(compared > 50, "{compared}");
 }
 
 #[test]

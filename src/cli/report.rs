@@ -310,7 +310,7 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
         balance_mj: balance.map(|balance| balance.terms().into_iter().collect()),
         reactions,
         grips,
-        course: s.courses.iter().find(|course| course.body() == body).map(|c| CourseReport::of(&c.figures())),
+        course: s.courses.iter().find(|course| course.body() == body).map(CourseReport::of),
         tear: tear_figures(instance, body),
     }
 }

@@ -37,13 +37,32 @@ struct Bend {
 /// The triangles of a disc that bend.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ShiftedFolds {
+    /// What they were laid for.
+    bending: Option<Bending>,
     bends: Vec<Bend>,
 }
 
 impl ShiftedFolds {
+    /// Forgets what was laid.
+    pub fn clear(&mut self) {
+        self.bending = None;
+        self.bends.clear();
+    }
+
+    /// What they were laid for, if they were.
+    pub fn bending(&self) -> Option<Bending> {
+        self.bending
+    }
+
+    /// The triangles laid, in ascending order.
+    pub fn triangles(&self) -> impl Iterator<Item = u32> {
+        self.bends.iter().map(|bend| bend.triangle)
+    }
+
     /// Lays out triangles with the gradient of their weight \[1/mm\] and the axis of their own frame, both in the axes of the disc.
     pub fn lay(&mut self, surface: &Surface, bending: &Bending, listed: impl Iterator<Item = (u32, DVec2, DVec2)>) {
         let Surface { vertices, triangles, topology, .. } = *surface;
+        self.bending = Some(*bending);
         self.bends.clear();
         let mut listed: Vec<(u32, DVec2, DVec2)> = listed.collect();
         listed.sort_unstable_by_key(|&(triangle, ..)| triangle);
