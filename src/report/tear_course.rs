@@ -87,7 +87,7 @@ impl GraspFigures {
     fn take(&mut self, time: f64, force: f64) {
         let count = self.samples as f64;
         self.force_mean = (self.force_mean * count + force) / (count + 1.0);
-        self.force_rms = ((self.force_rms.powi(2) * count + force * force) / (count + 1.0)).sqrt();
+        self.force_rms = ((self.force_rms * self.force_rms * count + force * force) / (count + 1.0)).sqrt();
         self.force_peak = self.force_peak.max(force);
         self.until = time;
         self.samples += 1;
