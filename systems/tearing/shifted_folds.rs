@@ -40,7 +40,15 @@ pub(super) struct ShiftedFolds {
     /// What they were laid for.
     bending: Option<Bending>,
     bends: Vec<Bend>,
+    /// Buffer.
+    listed: Vec<Listed>,
 }
+
+/// A triangle to be laid, whether it is there for its neighbours alone, the gradient of its weight \[1/mm\] and the axis of its frame.
+type Listed = (u32, bool, DVec2, DVec2);
+
+/// Triangles for which there is room from the start.
+const USUAL: usize = 512;
 
 impl ShiftedFolds {
     /// Forgets what was laid.
@@ -64,17 +72,19 @@ impl ShiftedFolds {
         let Surface { vertices, triangles, topology, .. } = *surface;
         self.bending = Some(*bending);
         self.bends.clear();
-        let mut listed: Vec<(u32, DVec2, DVec2)> = listed.collect();
-        listed.sort_unstable_by_key(|&(triangle, ..)| triangle);
+        self.bends.reserve(USUAL);
+        self.listed.clear();
+        self.listed.reserve(4 * USUAL);
+        self.listed.extend(listed.map(|(triangle, fall, fibre)| (triangle, false, fall, fibre)));
         // Those around have a part in the moments that turn normals.
-        for place in 0..listed.len() {
-            let around = topology.neighbours[listed[place].0 as usize].into_iter().filter(|&n| n != NONE);
-            listed.extend(around.map(|n| (n, DVec2::ZERO, DVec2::X)));
+        for place in 0..self.listed.len() {
+            let around = topology.neighbours[self.listed[place].0 as usize].into_iter().filter(|&n| n != NONE);
+            self.listed.extend(around.map(|n| (n, true, DVec2::ZERO, DVec2::X)));
         }
-        // Stable: what was listed at first comes before what is around it.
-        listed.sort_by_key(|&(triangle, ..)| triangle);
-        listed.dedup_by_key(|&mut (triangle, ..)| triangle);
-        for (triangle, fall, fibre) in listed {
+        // What was listed at first comes before what is around it.
+        self.listed.sort_unstable_by_key(|&(triangle, is_around, ..)| (triangle, is_around));
+        self.listed.dedup_by_key(|&mut (triangle, ..)| triangle);
+        for &(triangle, _, fall, fibre) in &self.listed {
             let t = triangle as usize;
             let (rest, stiffness, h) = (&triangles.rest[t], &triangles.stiffness[t], triangles.thickness[t]);
             let scale = bending.scale(stiffness, h);
