@@ -30,6 +30,11 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         t.part_of_way,
         "a body went only a part of its way, lest it create energy: take a smaller run.dt or more damping",
     );
+    let most = t.most_relaxed;
+    counted(
+        t.relaxed,
+        &format!("up to {most} vertices found their own way, for the solve's would have created energy"),
+    );
     counted(t.put_outside, "vertices were put back outside an obstacle, where no solve had left them");
     counted(t.cut_short, "a tear could have gone on when the step had used up run.resumes or run.static_advances");
     if t.rolled_back > 0 {

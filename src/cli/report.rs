@@ -207,6 +207,9 @@ pub(super) struct SolverFigures {
     pub late: Count,
     /// Steps in which a body went only a part of its way, lest it create energy.
     pub part_of_way: Count,
+    /// Vertices found their own way, for the solve's would have created energy, and the most at once.
+    pub relaxed: Count,
+    pub most_relaxed_vertices: usize,
     /// Steps at whose end vertices were put back outside an obstacle.
     pub put_outside: Count,
     /// Steps in which a tear could have gone on when the resumes or rounds were used up.
@@ -269,6 +272,8 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             fell_back: t.fell_back,
             late: t.late,
             part_of_way: t.part_of_way,
+            relaxed: t.relaxed,
+            most_relaxed_vertices: t.most_relaxed,
             put_outside: t.put_outside,
             cut_short: t.cut_short,
             failed: t.failed,
