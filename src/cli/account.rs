@@ -38,7 +38,9 @@ pub(super) struct SpanReport {
     pub numerical_mj: f64,
     pub other_mj: f64,
     pub work_per_area_n_per_mm: f64,
-    /// What it is to be compared with.
+    /// The same without what the load has gone on storing.
+    pub released_per_area_n_per_mm: f64,
+    /// What either is to be compared with.
     pub toughness_n_per_mm: Option<f64>,
 }
 
@@ -60,6 +62,7 @@ impl SpanReport {
             numerical_mj: balance.numerical(),
             other_mj: span.other(),
             work_per_area_n_per_mm: span.work_per_area(),
+            released_per_area_n_per_mm: span.released_per_area(),
             toughness_n_per_mm: span.toughness(),
         }
     }
@@ -89,11 +92,12 @@ impl AccountReport {
                 format!(" of which the toughness claims {energy:.6} mJ ({toughness:.4} N/mm)")
             });
             lines.push(format!(
-                "    between first and last advance: work {:.6} mJ ({:.4} N/mm of torn area), released {:.6} mJ{claimed}; \
+                "    between first and last advance: work {:.6} mJ ({:.4} N/mm of torn area), released {:.6} mJ ({:.4} N/mm){claimed}; \
                  it went into damping {:.6}, drag {:.6}, the scheme {:.6}, motion {:.6}, other {:.6} mJ",
                 span.work_mj,
                 span.work_per_area_n_per_mm,
                 span.released_mj,
+                span.released_per_area_n_per_mm,
                 span.damping_mj,
                 span.drag_mj,
                 span.numerical_mj,

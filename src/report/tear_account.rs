@@ -11,7 +11,8 @@
 //! | released | work and edits less the growth of the elastic energy: all that has left it |
 //! | damping, drag, numerical, other | where that went; what is missing is motion, `kinetic_change` |
 //!
-//! Over the whole time between the first and the last advance work per torn area is what a hand pays, and is to be compared with the toughness.
+//! Over the whole time between the first and the last advance work per torn area is what a hand pays, and is to be compared with the toughness
+//! where the tear is steady; else released energy per torn area is, from which what the load goes on storing is taken.
 
 use crate::components::{EnergyBalance, Grips, TearLog};
 use crate::event::{Event, EventKind};
@@ -56,6 +57,11 @@ impl TearSpan {
     /// Work per torn area \[N/mm\]: what a hand pays.
     pub fn work_per_area(&self) -> f64 {
         self.balance.work() / self.area
+    }
+
+    /// What has left the elastic energy per torn area \[N/mm\]: the same where loading and stored energy repeat from advance to advance.
+    pub fn released_per_area(&self) -> f64 {
+        self.released() / self.area
     }
 
     /// Mean toughness of the torn area \[N/mm\]; `None` for a body without one.
