@@ -63,6 +63,25 @@ pub struct Verdict {
     pub is_ambiguous: bool,
 }
 
+/// What an advance costs by the toughness of its body, and by how much it came too late.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct TearCost {
+    /// Area torn: new length times thickness \[mm²\].
+    pub area: f64,
+    /// Toughness G_c in the direction that was taken \[N/mm\].
+    pub toughness: f64,
+    /// Overshoot G/G_c − 1 in the direction that was chosen: what a tear finds in excess when a step ends.
+    pub overshoot: f64,
+}
+
+impl TearCost {
+    /// Surface energy that the toughness claims for the area \[mJ\]. No step takes it out of the body.
+    pub fn surface_energy(&self) -> f64 {
+        self.area * self.toughness
+    }
+}
+
 /// What woke a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -125,6 +144,8 @@ pub enum EventKind {
         by: DecidedBy,
         /// Energy that the advance was to release per area of tear \[N/mm\], where the criterion is on energy.
         release: Option<f64>,
+        /// What it costs, where the body has a toughness and no blade led it.
+        cost: Option<TearCost>,
         /// Whether it went there, or which other way.
         course: Course,
     },

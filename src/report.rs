@@ -1,9 +1,11 @@
 //! What a step did and what it cost.
 
 mod opening;
+mod tear_account;
 mod tear_course;
 
 pub use opening::{Axis, Opening, boundary_loops};
+pub use tear_account::{AccountFigures, Overshoot, TearAccount, TearSpan};
 pub use tear_course::{CourseFigures, GraspFigures, Outcome, TearCourse};
 
 use hecs::Entity;

@@ -2,15 +2,15 @@
 
 use super::kernels::failure;
 use super::tearing::{
-    EnergyTerms, Surface, TipMemory, decision, disc_average, energy_decision, strength, tip_decision, vertex_decision,
+    EnergyTerms, Surface, SurfaceQuery, TipMemory, decision, disc_average, energy_decision, strength, tip_decision,
+    vertex_decision,
 };
 use super::{StepContext, parallel};
 use crate::components::{
-    Bending, EnergyCriterion, FibreLaws, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, TearDecision,
-    TearDecisions, TearSite, Tearing, fibre_law,
+    EnergyCriterion, Grips, Holds, Sleeping, SolverScratch, TearDecision, TearDecisions, TearSite, Tearing,
 };
 use crate::math::elementary;
-use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::storage::Tips;
 use glam::DVec3;
 
 /// A tear starts at least so many averaging radii from every tip, and from every vertex that a hold or a closed grip has hold
@@ -31,16 +31,13 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         decisions.start = None;
     }
     type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
+        (SurfaceQuery<'a>, &'a Tearing),
         (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>),
-        (
-            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
-            (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
-        ),
+        (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
     );
     parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
         world,
-        |((_, triangles, _, tearing), (tips, decisions, _, sleeping), _)| {
+        |((((_, triangles, _), _), tearing), (tips, decisions, _, sleeping), _)| {
             let is_done = is_asleep(sleeping) || step.is_done(Some(decisions));
             match (is_done, tearing.may_initiate) {
                 (true, _) => 0,
@@ -48,12 +45,8 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                 (false, false) => tips.len() * TIP,
             }
         },
-        |((vertices, triangles, topology, tearing), (tips, decisions, memory, _), about)| {
-            let ((planar, pre_stretch, fibres), (holds, grips, energy, bending)) = about;
-            let unstretched = PreStretch::unstretched(pre_stretch);
-            let fibres = fibre_law(fibres, pre_stretch);
-            let surface =
-                Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
+        |((surface, tearing), (tips, decisions, memory, _), (holds, grips, energy))| {
+            let surface = Surface::of(surface);
             for tip in 0..tips.len() {
                 let place = (tips.vertex[tip], tips.previous[tip]);
                 let decision = match energy {
@@ -65,7 +58,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                 decisions.tips.push(decision);
             }
             if tearing.may_initiate {
-                let at = |&row: &u32| vertices.rest_position[row as usize];
+                let at = |&row: &u32| surface.vertices.rest_position[row as usize];
                 let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
                 let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
                 let least_sq = elementary::powi(APART * tearing.radius, 2);

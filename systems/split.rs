@@ -4,13 +4,15 @@
 use super::StepContext;
 use super::linear::Factor;
 use super::tearing::{
-    Advance, Cutter, End, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart, TipMemory, may_go_on,
+    Advance, Cutter, End, EnergyTerms, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart,
+    TipMemory, may_go_on,
 };
 use crate::components::{
-    Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, RefusedSite, SolverScratch, Springs,
-    StepForces, TearDecision, TearDecisions, TearLog, TearMode, TearSite, Tearing,
+    Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PointLoads, Refined, RefusedSite,
+    SolverScratch, Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, TearSite, Tearing,
 };
-use crate::event::{Course, EventKind, Verdict};
+use crate::event::{Course, EventKind, TearCost, Verdict};
+use crate::math::elementary;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -23,7 +25,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
-        (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
+        (&'a Tearing, Option<&'a EnergyCriterion>, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
         (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
@@ -31,7 +33,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     );
     for (
         (vertices, triangles, topology, increment),
-        (tearing, tips, decisions, log),
+        (tearing, energy, tips, decisions, log),
         (scratch, memory, factor),
         (holds, springs, grips),
         (point_loads, edge_loads, step_forces),
@@ -68,6 +70,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
                 changes,
             },
             tearing,
+            energy,
             tips,
             log,
             scratch,
@@ -109,6 +112,7 @@ struct Tearer<'a> {
     mesh: Mesh<'a>,
     followers: Followers<'a>,
     tearing: &'a Tearing,
+    energy: Option<&'a EnergyCriterion>,
     tips: &'a mut Tips,
     log: &'a mut TearLog,
     scratch: &'a mut TearScratch,
@@ -143,6 +147,7 @@ impl Tearer<'_> {
             return self.note_held_back(key, at, decision.value);
         }
         let mode = self.tearing.mode;
+        let thickness = self.thickness_at(vertex);
         let result = chart.and_then(|tip| {
             self.cut(|cutter| match mode {
                 TearMode::Free => cutter.advance_from(&tip, decision.direction).map(|advance| (advance, advance.to)),
@@ -153,7 +158,7 @@ impl Tearer<'_> {
             })
         });
         match result {
-            Ok((advance, ideal)) => self.record_advance(key, decision, &advance, ideal),
+            Ok((advance, ideal)) => self.record_advance(key, decision, (&advance, thickness), ideal),
             Err(refusal) => {
                 self.tips.allowance[tip] = self.tips.allowance[tip].min(0.0);
                 if !std::mem::replace(&mut self.tips.is_refused[tip], true) {
@@ -172,9 +177,20 @@ impl Tearer<'_> {
         self.log.held_back_criterion = self.log.held_back_criterion.max(criterion);
     }
 
-    fn record_advance(&mut self, key: TipKey, decision: &TearDecision, advance: &Advance, ideal: DVec3) {
+    /// Takes down an advance from where the sheet was so thick \[mm\].
+    fn record_advance(
+        &mut self,
+        key: TipKey,
+        decision: &TearDecision,
+        (advance, thickness): (&Advance, f64),
+        ideal: DVec3,
+    ) {
         let Some(tip) = self.tips.row(key) else { return };
         let length = advance.length();
+        let area = length * 0.5 * (thickness + self.thickness_at(advance.vertex));
+        let toughness = self.toughness(decision, advance.to - advance.from);
+        self.log.note_area(area, toughness);
+        let overshoot = decision.value * decision.value - 1.0;
         let before = self.tips.at(tip);
         self.tips.set(
             tip,
@@ -205,9 +221,25 @@ impl Tearer<'_> {
             is_ambiguous: decision.is_ambiguous,
             by: decision.by,
             release: decision.release,
+            cost: toughness.map(|toughness| TearCost { area, toughness, overshoot }),
             course: advance.course,
         });
         self.finish_cut(advance.end.and_then(|End { freed }| freed));
+    }
+
+    /// Mean thickness of the triangles around a vertex \[mm\].
+    fn thickness_at(&self, vertex: u32) -> f64 {
+        let around = &self.mesh.topology.incident[vertex as usize];
+        let thickness = around.iter().map(|entry| self.mesh.triangles.thickness[(entry / 3) as usize]);
+        thickness.sum::<f64>() / around.len().max(1) as f64
+    }
+
+    /// Toughness against a tear along a way near a decision \[N/mm\], of a body that has one.
+    fn toughness(&self, decision: &TearDecision, way: DVec3) -> Option<f64> {
+        let terms = EnergyTerms { tearing: self.tearing, energy: self.energy? };
+        let (fibre, way) = (decision.fibre, way.normalize_or(decision.direction));
+        let delta = elementary::atan2(fibre.cross(way).length(), fibre.dot(way).abs());
+        Some(terms.toughness().threshold(delta))
     }
 
     /// What follows from a cut, once the tip that made it has moved on.
@@ -237,6 +269,12 @@ impl Tearer<'_> {
         let rest = &self.mesh.vertices.rest_position;
         let lengths = slit.path.windows(2).map(|w| rest[w[0] as usize].distance(rest[w[1] as usize]));
         self.log.length += lengths.sum::<f64>();
+        for ends in slit.path.windows(2) {
+            let way =
+                self.mesh.vertices.rest_position[ends[1] as usize] - self.mesh.vertices.rest_position[ends[0] as usize];
+            let thickness = 0.5 * (self.thickness_at(ends[0]) + self.thickness_at(ends[1]));
+            self.log.note_area(way.length() * thickness, self.toughness(decision, way));
+        }
         self.log.start_count += 1;
         self.log.ambiguous_count += u32::from(decision.is_ambiguous);
         self.log.note_angle(slit.smallest_angle);

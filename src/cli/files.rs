@@ -221,6 +221,12 @@ impl Files {
         self.note_journal("events.jsonl", written);
     }
 
+    /// A line of `events.jsonl` that no event of the engine is.
+    pub fn event_line(&mut self, line: &Value) {
+        let written = self.events.append(format!("{line}\n").as_bytes());
+        self.note_journal("events.jsonl", written);
+    }
+
     fn note_journal(&mut self, name: &'static str, written: std::io::Result<Written>) {
         match written {
             Ok(Written::All) => self.mended(name),
@@ -289,11 +295,25 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
             "kind": "started", "tip": key(tip), "at_mm": point(at),
             "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
         }),
-        EventKind::Advanced { tip, from, to, direction, criterion, margin, is_ambiguous, by, release, course } => {
+        EventKind::Advanced {
+            tip,
+            from,
+            to,
+            direction,
+            criterion,
+            margin,
+            is_ambiguous,
+            by,
+            release,
+            cost,
+            course,
+        } => {
             json!({
                 "kind": "advanced", "tip": key(tip), "from_mm": point(from), "to_mm": point(to),
                 "direction": point(direction), "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
                 "decided_by": by.to_string(), "release_n_per_mm": release, "course": course.to_string(),
+                "torn_area_mm2": cost.map(|cost| cost.area), "overshoot": cost.map(|cost| cost.overshoot),
+                "surface_energy_mj": cost.map(|cost| cost.surface_energy()),
             })
         }
         EventKind::Released { energy, length } => {

@@ -1,5 +1,6 @@
 //! `report.json`: the figures of a run. Every number has its unit in its name.
 
+use super::account::AccountReport;
 use super::caveats::caveats;
 use super::course::CourseReport;
 use super::progress::real_time_factor;
@@ -7,7 +8,7 @@ use super::series::Observation;
 use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
 use crate::components::{Body, EnergyCriterion, Refined, Refinement, RingFault, TearLog, Tearing};
-use crate::report::TearCourse;
+use crate::report::{TearAccount, TearCourse};
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
@@ -108,6 +109,8 @@ pub(super) struct GripFigures {
     /// Root mean square while it was closed.
     pub rms_n: f64,
     pub peak_n: f64,
+    /// Largest change of the force over a step in which a tip advanced, or the next one; absent where none did between closed jaws.
+    pub largest_jump_n: Option<f64>,
 }
 
 /// What was torn.
@@ -117,6 +120,8 @@ pub(super) struct TearFigures {
     pub length_mm: f64,
     pub starts: u32,
     pub advances: u32,
+    /// What the toughness claims, and where the energy went; absent for a body that cannot tear.
+    pub account: Option<AccountReport>,
     /// Advances by another way than the one wanted.
     pub detours: u32,
     /// Starts and advances.
@@ -233,6 +238,7 @@ pub(super) struct Sources<'a> {
     pub timings: &'a Timings,
     pub last: &'a Observation,
     pub courses: &'a [TearCourse],
+    pub accounts: &'a [TearAccount],
     pub elapsed: Duration,
     pub stepping: Duration,
     pub end: End,
@@ -293,11 +299,14 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
     let [reactions, grips] = s.last.own.get(index).cloned().unwrap_or_default();
     let prefix = format!("{name}/");
     let plain = |full: &str| full.strip_prefix(&prefix).unwrap_or(full).to_owned();
+    let account = s.accounts.iter().find(|account| account.body() == body);
     let reactions = s.last.reactions.get(reactions).unwrap_or_default().iter();
     let reactions = reactions.map(|(full, force)| ForceFigures { name: plain(full), force_n: force.to_array() });
     let grips = s.last.grips.get(grips).unwrap_or_default().iter().map(|(full, force)| {
         let (rms_n, peak_n) = s.tally.grip(full);
-        GripFigures { name: plain(full), force_n: force.to_array(), rms_n, peak_n }
+        let name = plain(full);
+        let largest_jump_n = account.and_then(|account| account.force_jump(&name));
+        GripFigures { name, force_n: force.to_array(), rms_n, peak_n, largest_jump_n }
     });
     let (reactions, grips) = (reactions.collect(), grips.collect());
     let balance = instance.simulation.energy_balance(body).ok().flatten();
@@ -312,15 +321,16 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
         kinetic_mj: energies.kinetic,
         relative_imbalance: balance.map(|balance| balance.relative_imbalance()),
         relative_unbalanced: balance.map(|balance| balance.relative_unbalanced()),
-        balance_mj: balance.map(|balance| balance.terms().into_iter().collect()),
+        balance_mj: balance
+            .map(|balance| balance.terms().into_iter().chain([("dissipated", balance.dissipated())]).collect()),
         reactions,
         grips,
         course: s.courses.iter().find(|course| course.body() == body).map(CourseReport::of),
-        tear: tear_figures(instance, body),
+        tear: tear_figures(instance, body, account),
     }
 }
 
-fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
+fn tear_figures(instance: &Instance, body: Entity, account: Option<&TearAccount>) -> Option<TearFigures> {
     let world = instance.simulation.world();
     let log = world.get::<&TearLog>(body).ok()?;
     let can_tear = world.get::<&Tearing>(body).is_ok();
@@ -344,6 +354,7 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
         length_mm: log.length,
         starts: log.start_count,
         advances: log.advance_count,
+        account: account.map(|account| AccountReport::of(&account.figures())),
         detours: log.detour_count,
         ambiguous: log.ambiguous_count,
         by_material_force: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.material_force_count),

@@ -161,6 +161,7 @@ pub const CASES: &[Case] = &[
     tear("tear-load", "the load at which edge and centre cracks tear", tear::load::run),
     tear("tear-kink", "where slanted cracks turn", tear::kink::run),
     tear("tear-trouser", "the pull that tears trousers, and where they tear", tear::trouser::run),
+    tear("tear-overshoot", "what tears exceed their toughness by as the time step falls", tear::trouser::overshoot),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;

@@ -46,7 +46,7 @@ pub use tip::TipChart;
 pub use tip_decision::{decision, strength, tip_decision, vertex_decision};
 pub use tip_disc::{Disc, Walk};
 pub use tip_memory::TipMemory;
-pub use tip_stress::{DiscAverage, Surface, disc_average};
+pub use tip_stress::{DiscAverage, Surface, SurfaceQuery, disc_average};
 
 use crate::event::Course;
 use crate::storage::{Edit, EditRecord, Mesh, Refusal};

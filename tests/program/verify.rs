@@ -52,4 +52,5 @@ cases! {
     tear_load "tear-load",
     tear_kink "tear-kink",
     tear_trouser "tear-trouser",
+    tear_overshoot "tear-overshoot",
 }
