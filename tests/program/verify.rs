@@ -51,5 +51,7 @@ cases! {
     tear_release "tear-release",
     tear_load "tear-load",
     tear_kink "tear-kink",
+    tear_strip "tear-strip",
+    tear_start "tear-start",
     tear_trouser "tear-trouser",
 }
