@@ -119,6 +119,13 @@ fn coupled_start(
             reached.push((site, found));
         }
     });
+    // Where a tip's own field reaches the strength, the tip decides: one that runs through equilibria far above its toughness would raise a
+    // swarm ahead of it.
+    let rest = &surface.vertices.rest_position;
+    for tip in decisions.tips.iter().flatten() {
+        let (at, reach) = (rest[tip.row as usize], terms.overstressed(surface, tip));
+        reached.retain(|&(site, _)| site_at(surface, site).distance(at) >= reach);
+    }
     // Stable: of equal ones the first offered stays first.
     reached.sort_by(|a, b| b.1.value.total_cmp(&a.1.value));
     for (site, found) in reached {

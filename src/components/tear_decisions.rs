@@ -100,7 +100,7 @@ pub struct TearDecision {
     pub is_ambiguous: bool,
     /// Which criterion this is.
     pub by: DecidedBy,
-    /// Energy that an advance in this direction releases per area of tear \[N/mm\], where the criterion is on energy.
+    /// Energy that an advance in this direction, or the whole opening of a start, releases per area of tear \[N/mm\], where energy counts.
     pub release: Option<f64>,
     /// Mean Biot stress over the averaging disc \[MPa\], in `axes`.
     pub stress: Sym2,

@@ -12,13 +12,15 @@ use crate::storage::NONE;
 use crate::systems::kernels::failure::direction_value;
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Weight of a straight rim (Bueckner 1970): √(2/π(a−x))·(1 + m₁·s + m₂·s²), s = 1 − x/a. Here m₂ gives K = 1.1215·σ·√(πa) under even
 /// tension, and 0.685·σ·√(πa) (0.683) where tension grows from nothing at the rim.
 const RIM: [f64; 2] = [0.6147, 0.2040];
 /// Points of the midpoint rule over an opening. It meets even and linear tractions to 0.1 %.
 const POINTS: u32 = 24;
+/// Square of the largest principal stress around a tip over K/√(2πr), at 60° from its direction.
+const LARGEST_SQ: f64 = 1.69;
 /// Triangles that one step of the walk may cross.
 const MOST_CROSSED: usize = 64;
 
@@ -97,6 +99,21 @@ impl EnergyTerms<'_> {
                 return Some(Trial { opens: true, ..trial });
             }
         }
+    }
+
+    /// How far the field of a tip by itself reaches the strength of its direction \[mm\]: its largest stress is 1.3·K/√(2πr) at the distance r (mode I,
+    /// isotropic). Zero where the tip's decision is on no energy.
+    pub fn overstressed(&self, surface: &Surface, decision: &TearDecision) -> f64 {
+        let law = surface.topology.incident.get(decision.row as usize).and_then(|incident| {
+            let triangle = incident.iter().next()? / 3;
+            surface.triangles.stiffness.get(triangle as usize)
+        });
+        let (Some(law), Some(release)) = (law, decision.release) else { return 0.0 };
+        let across = decision.axes[0].cross(decision.axes[1]).cross(decision.direction);
+        let angle = elementary::atan2(decision.fibre.dot(across), decision.fibre.dot(decision.direction));
+        let intensity_sq = release / CrackTip::new(law, angle).energy_release(1.0, 0.0);
+        let delta = elementary::atan2(elementary::sin_cos(angle).0.abs(), elementary::sin_cos(angle).1.abs());
+        LARGEST_SQ * intensity_sq / (TAU * elementary::powi(strength(self.tearing).threshold(delta), 2))
     }
 
     /// The ways of a start: inward from a vertex of the rim, both ways from inside.
