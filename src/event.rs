@@ -1,6 +1,6 @@
 //! What happened to the tissue, in order.
 
-use crate::components::DecidedBy;
+use crate::components::{DecidedBy, WithheldStart};
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
 use hecs::Entity;
@@ -197,6 +197,9 @@ pub enum EventKind {
         /// The criterion there.
         criterion: f64,
     },
+    /// The stress reaches the strength where there is no tear, and opening one would release less than the toughness. Told once, until
+    /// no start is refused for that; how often one was is counted ([`TearLog`](crate::components::TearLog)).
+    StartWithheld(WithheldStart),
     /// The criterion asked for an advance that the mesh could not make in any way. The tip rests, and is tried again in later
     /// steps; told once until it moves or relaxes.
     Refused {

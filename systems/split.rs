@@ -46,6 +46,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let reach = Reach::new(step, tearing);
         if !step.is_resumed {
             log.note_decisions(&decisions.tips);
+            note_withheld(decisions, log);
         }
         if !decisions.ask() {
             (0..tips.len()).for_each(|tip| rest(tips, tip, reach));
@@ -84,7 +85,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         }
         if let Some((site, decision)) = decisions.start {
-            let refused = tearer.start(site, &decision);
+            let refused = tearer.start(site, &decision, decisions.start_length);
             tearer.tell_refused_start(refused, &mut decisions.refused_start);
         }
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
@@ -98,6 +99,17 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         log.held_back_count = log.held_back_count.saturating_add(u32::from(is_counted));
     }
     count
+}
+
+/// Counts a step in which a start has the stress and not the energy, and tells of it once.
+fn note_withheld(decisions: &mut TearDecisions, log: &mut TearLog) {
+    let was_told = std::mem::replace(&mut decisions.is_withheld_told, decisions.withheld.is_some());
+    if let Some(withheld) = decisions.withheld {
+        log.withheld_start_count = log.withheld_start_count.saturating_add(1);
+        if !was_told {
+            log.pending.push(EventKind::StartWithheld(withheld));
+        }
+    }
 }
 
 /// A tip that does not want to advance saves nothing up; only what it went too far is paid off in time.
@@ -146,17 +158,8 @@ impl Tearer<'_> {
         if !reach.allows(self.tips.allowance[tip], way) {
             return self.note_held_back(key, at, decision.value);
         }
-        let mode = self.tearing.mode;
         let thickness = self.thickness_at(vertex);
-        let result = chart.and_then(|tip| {
-            self.cut(|cutter| match mode {
-                TearMode::Free => cutter.advance_from(&tip, decision.direction).map(|advance| (advance, advance.to)),
-                TearMode::Edge => {
-                    let step = cutter.advance_along_edge_from(&tip, ideal, decision.direction)?;
-                    Ok((step.advance, step.ideal))
-                }
-            })
-        });
+        let result = chart.and_then(|tip| self.cut_from(&tip, ideal, decision.direction));
         match result {
             Ok((advance, ideal)) => self.record_advance(key, decision, (&advance, thickness), ideal),
             Err(refusal) => {
@@ -252,7 +255,9 @@ impl Tearer<'_> {
     }
 
     /// Starts a tear at the site or, where the mesh refuses that, at a corner of the triangle.
-    fn start(&mut self, site: TearSite, decision: &TearDecision) -> Result<(), (TearSite, TearRefusal)> {
+    /// It opens so much of its `length` \[mm\] at once as the mesh lets it.
+    fn start(&mut self, site: TearSite, decision: &TearDecision, length: f64) -> Result<(), (TearSite, TearRefusal)> {
+        let from = self.site_at(site);
         let mode = self.tearing.mode;
         let corners = match site {
             TearSite::Vertex(_) => None,
@@ -281,12 +286,54 @@ impl Tearer<'_> {
         let TearDecision { value: criterion, margin, is_ambiguous, .. } = *decision;
         let verdict = Some(Verdict { criterion, margin, is_ambiguous });
         self.finish_cut(slit.freed);
+        let mut opening: SmallVec<[(TipKey, DVec3); 2]> = SmallVec::new();
         for tip in slit.tips {
             let at = self.mesh.vertices.rest_position[tip.vertex as usize];
+            let direction = tip.direction;
             let tip = add_tip(self.tips, tip);
             self.log.pending.push(EventKind::Started { tip, at, verdict });
+            opening.push((tip, direction));
+        }
+        for (tip, direction) in opening {
+            self.open_further(tip, TearDecision { direction, ..*decision }, (from, length));
         }
         Ok(())
+    }
+
+    /// Leads the tip of a start on until the tear is so long \[mm\], to half of a triangle.
+    fn open_further(&mut self, key: TipKey, decision: TearDecision, (from, length): (DVec3, f64)) {
+        let edge = self.tearing.radius / decision.edges_per_radius;
+        while let Some(tip) = self.tips.row(key).map(|row| row as usize)
+            && let (vertex, ideal) = (self.tips.vertex[tip], self.tips.ideal[tip])
+            && let at = self.mesh.vertices.rest_position[vertex as usize]
+            && at.distance(from) + 0.5 * edge < length
+            && let thickness = self.thickness_at(vertex)
+            && let Ok(chart) = TipChart::new(&self.mesh, vertex)
+            && let Ok((advance, ideal)) = self.cut_from(&chart, ideal, decision.direction)
+        {
+            self.record_advance(key, &decision, (&advance, thickness), ideal);
+        }
+    }
+
+    /// Where a start lies \[mm, rest shape\].
+    fn site_at(&self, site: TearSite) -> DVec3 {
+        let at = |v: u32| self.mesh.vertices.rest_position[v as usize];
+        match site {
+            TearSite::Vertex(vertex) => at(vertex),
+            TearSite::Triangle(t) => self.mesh.triangles.corners[t as usize].into_iter().map(at).sum::<DVec3>() / 3.0,
+        }
+    }
+
+    /// One triangle or edge further from a tip, with where it would be if it could leave the edges.
+    fn cut_from(&mut self, tip: &TipChart, ideal: DVec3, direction: DVec3) -> Result<(Advance, DVec3), TearRefusal> {
+        let mode = self.tearing.mode;
+        self.cut(|cutter| match mode {
+            TearMode::Free => cutter.advance_from(tip, direction).map(|advance| (advance, advance.to)),
+            TearMode::Edge => {
+                let step = cutter.advance_along_edge_from(tip, ideal, direction)?;
+                Ok((step.advance, step.ideal))
+            }
+        })
     }
 
     /// Tells of a start that was refused, unless the last one was refused at the same site.

@@ -57,6 +57,13 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
                 body.name, tear.held_back_steps, tear.held_back_criterion
             ));
         }
+        if let Some(steps) = tear.starts_without_energy.filter(|&steps| steps > 0) {
+            list.push(format!(
+                "{}: in {steps} step(s) the stress reached the strength where no tear started: opening it would have released less than the \
+                 toughness (events.jsonl says where)",
+                body.name
+            ));
+        }
         if tear.refusals > 0 {
             list.push(format!(
                 "{}: {} advance(s) were refused by the mesh (events.jsonl says why)",

@@ -7,6 +7,7 @@ use super::moments::Moments;
 use super::report::RunReport;
 use super::series::Observation;
 use super::{Stop, checkpoint};
+use crate::components::WithheldStart;
 use crate::event::{Event, EventKind, Verdict};
 use crate::frame::Frame;
 use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
@@ -328,6 +329,10 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         EventKind::HeldBack { tip, at, criterion } => {
             json!({ "kind": "held_back", "tip": key(tip), "at_mm": point(at), "criterion": criterion })
         }
+        EventKind::StartWithheld(WithheldStart { at, criterion, length, release, toughness }) => json!({
+            "kind": "start_withheld", "at_mm": point(at), "criterion": criterion, "length_mm": length,
+            "release_n_per_mm": release, "toughness_n_per_mm": toughness,
+        }),
         EventKind::Refused { tip, at, reason } => {
             json!({ "kind": "refused", "tip": tip.as_ref().map(key), "at_mm": point(at), "reason": reason })
         }

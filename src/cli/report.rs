@@ -119,6 +119,8 @@ pub(super) struct TearFigures {
     /// Torn and cut, in the rest shape.
     pub length_mm: f64,
     pub starts: u32,
+    /// Steps in which a start had the stress and not the energy; absent for a body without an energy criterion.
+    pub starts_without_energy: Option<u32>,
     pub advances: u32,
     /// What the toughness claims, and where the energy went; absent for a body that cannot tear.
     pub account: Option<AccountReport>,
@@ -353,6 +355,7 @@ fn tear_figures(instance: &Instance, body: Entity, account: Option<&TearAccount>
     Some(TearFigures {
         length_mm: log.length,
         starts: log.start_count,
+        starts_without_energy: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.withheld_start_count),
         advances: log.advance_count,
         account: account.map(|account| AccountReport::of(&account.figures())),
         detours: log.detour_count,

@@ -93,6 +93,8 @@ pub(super) struct EventCounts {
     pub held_shut: u64,
     pub under_resolved: u64,
     pub held_back: u64,
+    #[serde(default)]
+    pub start_withheld: u64,
     pub refused: u64,
     pub slipped: u64,
     pub fell_asleep: u64,
@@ -162,6 +164,7 @@ impl Tally {
             EventKind::HeldShut { .. } => counts.held_shut += 1,
             EventKind::UnderResolved { .. } => counts.under_resolved += 1,
             EventKind::HeldBack { .. } => counts.held_back += 1,
+            EventKind::StartWithheld(_) => counts.start_withheld += 1,
             EventKind::Refused { .. } => counts.refused += 1,
             EventKind::StepFailed { .. } => counts.step_failed += 1,
         }

@@ -15,6 +15,8 @@ pub struct TearLog {
     pub surface_energy: Option<f64>,
     /// Tears that the criterion has started.
     pub start_count: u32,
+    /// Steps in which a start was refused for want of energy: its stress reached the strength, and opening it released too little.
+    pub withheld_start_count: u32,
     /// Advances of tips.
     pub advance_count: u32,
     /// Advances that took another way than the one wanted: by a snap, a part of the way or, in free mode, along an edge.
@@ -54,7 +56,7 @@ impl TearLog {
             let count = match decision.by {
                 DecidedBy::Energy => &mut self.energy_decision_count,
                 DecidedBy::MaterialForce(fault) => &mut self.force_decision_counts[fault as usize],
-                DecidedBy::Stress | DecidedBy::Blade => continue,
+                DecidedBy::Stress | DecidedBy::Blade | DecidedBy::Start => continue,
             };
             *count = count.saturating_add(1);
         }

@@ -160,6 +160,8 @@ pub const CASES: &[Case] = &[
     tear("tear-release", "the energy that a crack releases, against its length", tear::release::run),
     tear("tear-load", "the load at which edge and centre cracks tear", tear::load::run),
     tear("tear-kink", "where slanted cracks turn", tear::kink::run),
+    tear("tear-strip", "the strain at which a long crack between clamps runs", tear::strip::run),
+    tear("tear-start", "where tears start: dog-bone, strength against notch length, hole", tear::start::run),
     tear("tear-trouser", "the pull that tears trousers, and where they tear", tear::trouser::run),
     tear("tear-overshoot", "what tears exceed their toughness by as the time step falls", tear::trouser::overshoot),
 ];

@@ -51,6 +51,8 @@ cases! {
     tear_release "tear-release",
     tear_load "tear-load",
     tear_kink "tear-kink",
+    tear_strip "tear-strip",
+    tear_start "tear-start",
     tear_trouser "tear-trouser",
     tear_overshoot "tear-overshoot",
 }

@@ -11,6 +11,7 @@ mod material_force;
 mod random_edits;
 mod random_tears;
 mod refinement;
+mod starts;
 mod tear_meetings;
 mod tear_modes;
 mod tears;

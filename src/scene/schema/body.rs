@@ -237,7 +237,7 @@ pub struct TearingSpec {
 
 /// `energy_criterion`: tips of a body with `tearing` advance where more energy would be released than their toughness, and where that
 /// exceeds it most: as the field in a ring around the tip tells it, and by the material force where the ring does not have the field
-/// of one straight crack in a plane. `events.jsonl` says which it was. Starts are decided by the strengths of `tearing`. This table is
+/// of one straight crack in a plane. `events.jsonl` says which it was. Starts need both: the strengths of `tearing` along a whole length, and the energy of opening it. This table is
 /// for toughnesses beside strengths, and for another ring; toughnesses in `tearing` do without.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -2,6 +2,7 @@
 
 mod cracked;
 pub mod hausdorff;
+mod pull;
 pub mod square;
 
 pub(super) mod energy;
@@ -12,6 +13,8 @@ pub(super) mod mesh;
 pub(super) mod quality;
 pub(super) mod release;
 pub(super) mod shape;
+pub(super) mod start;
+pub(super) mod strip;
 pub(super) mod symmetry;
 pub(super) mod time_step;
 pub(super) mod tip_stress;
