@@ -196,7 +196,8 @@ impl ShiftedDisc {
 
     /// The triangles on which the disc depends.
     pub fn triangles(&self) -> impl Iterator<Item = u32> {
-        self.members.iter().map(|member| member.triangle).chain(self.rim.iter().copied())
+        let laid = self.members.iter().map(|member| member.triangle).chain(self.rim.iter().copied());
+        laid.chain(self.folds.triangles())
     }
 
     /// The material force at the current positions; `None` where it is not finite.

@@ -38,6 +38,8 @@ struct Bend {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ShiftedFolds {
     bends: Vec<Bend>,
+    /// Triangles across the outermost edges, to which there are angles.
+    beyond: Vec<u32>,
 }
 
 impl ShiftedFolds {
@@ -45,6 +47,7 @@ impl ShiftedFolds {
     pub fn lay(&mut self, surface: &Surface, bending: &Bending, listed: impl Iterator<Item = (u32, DVec2, DVec2)>) {
         let Surface { vertices, triangles, topology, .. } = *surface;
         self.bends.clear();
+        self.beyond.clear();
         let mut listed: Vec<(u32, DVec2, DVec2)> = listed.collect();
         listed.sort_unstable_by_key(|&(triangle, ..)| triangle);
         // Those around have a part in the moments that turn normals.
@@ -80,13 +83,21 @@ impl ShiftedFolds {
             for e in 0..3 {
                 self.bends[place].turn[e] = fold::TURN / self.bends[place].law[e];
                 let (n, to) = (topology.neighbours[t as usize][e], triangles.corners[t as usize][(e + 1) % 3]);
-                let Ok(other) = self.bends.binary_search_by_key(&n, |bend| bend.triangle) else { continue };
+                let Ok(other) = self.bends.binary_search_by_key(&n, |bend| bend.triangle) else {
+                    self.beyond.extend((n != NONE).then_some(n));
+                    continue;
+                };
                 let Some(f) = triangles.corners[n as usize].iter().position(|&v| v == to) else { continue };
                 let turn = fold::TURN / (self.bends[place].law[e] + self.bends[other].law[f]);
                 self.bends[place].across[e] = Some((other as u32, f));
                 self.bends[place].turn[e] = turn;
             }
         }
+    }
+
+    /// The triangles on which it depends.
+    pub fn triangles(&self) -> impl Iterator<Item = u32> {
+        self.bends.iter().map(|bend| bend.triangle).chain(self.beyond.iter().copied())
     }
 
     /// Finds angles and moments at the current positions, and the energy released per unit of shift along either axis \[N\].
