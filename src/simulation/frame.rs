@@ -3,7 +3,8 @@
 use super::Simulation;
 use super::material_force::material_force;
 use crate::components::{
-    Bending, Body, EnergyCriterion, FibreLaws, Forces, Frames, Planar, PreStretch, TearDecision, Tearing, fibre_law,
+    Bending, Body, DecidedBy, EnergyCriterion, FibreLaws, Forces, Frames, Planar, PreStretch, TearDecision, Tearing,
+    fibre_law,
 };
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
@@ -132,6 +133,7 @@ fn tip_frame(
         value: decision.value,
         curve,
         material_force: turn.apply(material_force),
+        is_by_force: matches!(decision.by, DecidedBy::MaterialForce(_)),
         radius: tearing.radius,
     }
 }

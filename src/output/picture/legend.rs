@@ -102,6 +102,11 @@ pub(super) fn signs(
     row(canvas, "d*: largest criterion c", &|canvas, [from, to]| {
         canvas.arrow(from, to, Line::new(2.6 * unit, tips::CURVE), tips::HALO);
     });
+    if tips::pull(tip).is_some() {
+        row(canvas, "material force g/G_c", &|canvas, [from, to]| {
+            canvas.arrow(from, to, Line::new(2.6 * unit, tips::FORCE), tips::HALO);
+        });
+    }
     row(canvas, "c(d), admissible directions", &|canvas, span| {
         canvas.stroke(&span, false, Line::new(2.4 * unit, tips::CURVE));
     });
