@@ -52,4 +52,8 @@ cases! {
     tear_load "tear-load",
     tear_kink "tear-kink",
     tear_trouser "tear-trouser",
+    tear_trouser_mesh "tear-trouser-mesh",
+    tear_trouser_fibre "tear-trouser-fibre",
+    tear_flap "tear-flap",
+    tear_two_points "tear-two-points",
 }

@@ -3,9 +3,11 @@
 mod cracked;
 pub mod hausdorff;
 pub mod square;
+mod steady;
 
 pub(super) mod energy;
 pub(super) mod fibre;
+pub(super) mod flap;
 pub(super) mod kink;
 pub(super) mod load;
 pub(super) mod mesh;
@@ -16,3 +18,4 @@ pub(super) mod symmetry;
 pub(super) mod time_step;
 pub(super) mod tip_stress;
 pub(super) mod trouser;
+pub(super) mod two_points;
