@@ -100,7 +100,8 @@ pub(super) fn draw(
         );
     }
     if let Some(force) = pull(tip) {
-        canvas.arrow(middle, toward(force, unit.max(16.0 * weight)), Line::new(2.6 * weight, FORCE), HALO);
+        // Wider than the chosen direction, which mostly lies on it.
+        canvas.arrow(middle, toward(force, unit.max(16.0 * weight)), Line::new(6.0 * weight, FORCE), HALO);
     }
     if tip.direction.is_finite() && tip.direction != DVec3::ZERO && tip.value.is_finite() {
         let length = (unit * tip.value).max(16.0 * weight);
