@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use super::material_force::material_force;
-use crate::components::{Body, EnergyCriterion, Forces, Frames, TearDecision, Tearing};
+use crate::components::{Body, DecidedBy, EnergyCriterion, Forces, Frames, TearDecision, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -124,6 +124,7 @@ fn tip_frame(
         value: decision.value,
         curve,
         material_force: turn.apply(material_force),
+        is_by_force: matches!(decision.by, DecidedBy::MaterialForce(_)),
         radius: tearing.radius,
     }
 }

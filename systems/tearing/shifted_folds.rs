@@ -42,6 +42,8 @@ pub(super) struct ShiftedFolds {
     bends: Vec<Bend>,
     /// Buffer.
     listed: Vec<Listed>,
+    /// Triangles across the outermost edges, to which there are angles.
+    beyond: Vec<u32>,
 }
 
 /// A triangle to be laid, whether it is there for its neighbours alone, the gradient of its weight \[1/mm\] and the axis of its frame.
@@ -55,16 +57,12 @@ impl ShiftedFolds {
     pub fn clear(&mut self) {
         self.bending = None;
         self.bends.clear();
+        self.beyond.clear();
     }
 
     /// What they were laid for, if they were.
     pub fn bending(&self) -> Option<Bending> {
         self.bending
-    }
-
-    /// The triangles laid, in ascending order.
-    pub fn triangles(&self) -> impl Iterator<Item = u32> {
-        self.bends.iter().map(|bend| bend.triangle)
     }
 
     /// Lays out triangles with the gradient of their weight \[1/mm\] and the axis of their own frame, both in the axes of the disc.
@@ -73,9 +71,11 @@ impl ShiftedFolds {
         self.bending = Some(*bending);
         self.bends.clear();
         self.bends.reserve(USUAL);
+        self.beyond.reserve(USUAL);
         self.listed.clear();
         self.listed.reserve(4 * USUAL);
         self.listed.extend(listed.map(|(triangle, fall, fibre)| (triangle, false, fall, fibre)));
+        self.beyond.clear();
         // Those around have a part in the moments that turn normals.
         for place in 0..self.listed.len() {
             let around = topology.neighbours[self.listed[place].0 as usize].into_iter().filter(|&n| n != NONE);
@@ -109,13 +109,21 @@ impl ShiftedFolds {
             for e in 0..3 {
                 self.bends[place].turn[e] = fold::TURN / self.bends[place].law[e];
                 let (n, to) = (topology.neighbours[t as usize][e], triangles.corners[t as usize][(e + 1) % 3]);
-                let Ok(other) = self.bends.binary_search_by_key(&n, |bend| bend.triangle) else { continue };
+                let Ok(other) = self.bends.binary_search_by_key(&n, |bend| bend.triangle) else {
+                    self.beyond.extend((n != NONE).then_some(n));
+                    continue;
+                };
                 let Some(f) = triangles.corners[n as usize].iter().position(|&v| v == to) else { continue };
                 let turn = fold::TURN / (self.bends[place].law[e] + self.bends[other].law[f]);
                 self.bends[place].across[e] = Some((other as u32, f));
                 self.bends[place].turn[e] = turn;
             }
         }
+    }
+
+    /// The triangles on which it depends.
+    pub fn triangles(&self) -> impl Iterator<Item = u32> {
+        self.bends.iter().map(|bend| bend.triangle).chain(self.beyond.iter().copied())
     }
 
     /// Finds angles and moments at the current positions, and the energy released per unit of shift along either axis \[N\].

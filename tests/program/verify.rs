@@ -54,5 +54,8 @@ cases! {
     tear_strip "tear-strip",
     tear_start "tear-start",
     tear_trouser "tear-trouser",
-    tear_overshoot "tear-overshoot",
+    tear_trouser_mesh "tear-trouser-mesh",
+    tear_trouser_fibre "tear-trouser-fibre",
+    tear_flap "tear-flap",
+    tear_two_points "tear-two-points",
 }

@@ -4,9 +4,11 @@ mod cracked;
 pub mod hausdorff;
 mod pull;
 pub mod square;
+mod steady;
 
 pub(super) mod energy;
 pub(super) mod fibre;
+pub(super) mod flap;
 pub(super) mod kink;
 pub(super) mod load;
 pub(super) mod mesh;
@@ -19,3 +21,4 @@ pub(super) mod symmetry;
 pub(super) mod time_step;
 pub(super) mod tip_stress;
 pub(super) mod trouser;
+pub(super) mod two_points;
