@@ -1,11 +1,14 @@
 //! A scene in a simulation, ready to run.
 
 use super::build::{self, direction};
+use super::doctor::{self, MeshSummary, length};
 use super::error::{Fault, positive};
 use super::schema::{BodySpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
-use super::size::Demand;
+use super::size::{BYTES_PER_TRIANGLE, Demand, bytes};
 use super::{Scene, SceneError, beginning, copies, settings};
-use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, TearLog, Tearing, Toughness};
+use crate::components::{
+    Body, EnergyAudit, EnergyCriterion, Holds, Obstacle, Refinement, Shape, TearLog, Tearing, Toughness,
+};
 use crate::membrane::Membrane;
 use crate::report::Report;
 use crate::settings::Integrator;
@@ -26,6 +29,8 @@ pub struct Instance {
     pub simulation: Simulation,
     /// The bodies in the order of the file.
     pub bodies: Vec<Entity>,
+    /// What the mesh of each was like before it was cut.
+    pub meshes: Vec<MeshSummary>,
     /// How to run it.
     pub run: Run,
     /// What to write of it.
@@ -83,6 +88,12 @@ pub struct BodySummary {
     pub tip_count: usize,
     /// Of a body that can tear: its thresholds and the toughness that they imply.
     pub tearing: Option<(Tearing, Toughness)>,
+    /// Toughness \[N/mm\] at which tips advance, where energy decides.
+    pub energy: Option<Toughness>,
+    /// Expected edges per averaging radius: by the mesh, and by the refinement where there is one.
+    pub edges_per_radius: Option<(f64, Option<f64>)>,
+    /// Its mesh before any cut.
+    pub mesh: MeshSummary,
 }
 
 impl Scene {
@@ -92,7 +103,8 @@ impl Scene {
     /// For everything that [`instantiate`](Self::instantiate) refuses.
     pub fn check(&self) -> Result<Summary, SceneError> {
         let instance = self.instantiate()?;
-        let bodies = instance.bodies.iter().filter_map(|&body| summary(&instance.simulation, body));
+        let bodies = instance.bodies.iter().zip(&instance.meshes);
+        let bodies = bodies.filter_map(|(&body, mesh)| summary(&instance.simulation, body, mesh));
         Ok(Summary {
             name: self.file.scene.name.clone(),
             run: instance.run,
@@ -133,7 +145,7 @@ impl Scene {
         }
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
-        let mut bodies = Vec::new();
+        let (mut bodies, mut meshes) = (Vec::new(), Vec::new());
         let specs = &self.file.bodies;
         // Before anything of that size is made.
         Demand::announced(specs)?.files(&self.file.output, run.steps)?;
@@ -142,11 +154,13 @@ impl Scene {
         for (i, spec) in specs.iter().enumerate() {
             let key = &format!("bodies.{i}");
             let sheet = build::sheet(spec, self.document.folder(), key)?;
-            demand.add(spec, key, sheet.mesh.triangles.len() as f64)?;
+            demand.add(spec, key, sheet.file.mesh.triangles.len() as f64)?;
             demand.files(&self.file.output, run.steps)?;
+            let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
             for name in copies::names(spec) {
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
                 bodies.push(self.spawn(&mut simulation, membrane, spec, key)?);
+                meshes.push(mesh.clone());
             }
         }
         for (i, obstacle) in self.file.obstacles.iter().enumerate() {
@@ -157,7 +171,7 @@ impl Scene {
             };
             spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
         }
-        Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), step: 0, has_torn: false })
+        Ok(Instance { simulation, bodies, meshes, run, output: self.file.output.clone(), step: 0, has_torn: false })
     }
 
     fn spawn(
@@ -306,7 +320,7 @@ pub(crate) fn thresholds(simulation: &Simulation, body: Entity) -> Option<(Teari
     Some((*tearing, tearing.toughness(law)))
 }
 
-fn summary(simulation: &Simulation, body: Entity) -> Option<BodySummary> {
+fn summary(simulation: &Simulation, body: Entity, mesh: &MeshSummary) -> Option<BodySummary> {
     let world = simulation.world();
     let vertices = world.get::<&Vertices>(body).ok()?;
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -319,6 +333,12 @@ fn summary(simulation: &Simulation, body: Entity) -> Option<BodySummary> {
         holds: held.map_or(Vec::new(), |h| h.groups.iter().map(|g| (g.name.clone(), g.members.rows().len())).collect()),
         tip_count: world.get::<&Tips>(body).map_or(0, |tips| tips.len()),
         tearing: thresholds(simulation, body),
+        energy: world.get::<&EnergyCriterion>(body).ok().map(|energy| energy.toughness),
+        edges_per_radius: world.get::<&Tearing>(body).ok().map(|tearing| {
+            let refined = world.get::<&Refinement>(body).ok().map(|refinement| refinement.edges_per_radius);
+            (tearing.radius / mesh.mean_size, refined)
+        }),
+        mesh: mesh.clone(),
     })
 }
 
@@ -352,17 +372,43 @@ impl fmt::Display for Summary {
             if let Some((t, toughness)) = &body.tearing {
                 let (transverse, fibre) = (t.strength_transverse, t.strength_fibre);
                 let Toughness { along, across } = toughness;
-                let way = |way: &str, strength: f64, toughness: f64| {
-                    format!("{way} the fibres at {strength:.3e} MPa or {toughness:.3e} N/mm")
+                let way = |way: &str, strength: f64, toughness: f64| match body.energy {
+                    Some(_) => format!("{way} the fibres at {strength:.3e} MPa"),
+                    None => format!("{way} the fibres at {strength:.3e} MPa or {toughness:.3e} N/mm"),
                 };
                 let [along, across] = [way("along", transverse, *along), way("across", fibre, *across)];
-                write!(f, "\n    tears {along}, {across}, over a radius of {} mm", rounded(t.radius))?;
+                let kind = if body.energy.is_some() { "starts" } else { "tears" };
+                write!(f, "\n    {kind} {along}, {across}, over a radius of {} mm", rounded(t.radius))?;
+                if let Some(Toughness { along, across }) = body.energy {
+                    write!(
+                        f,
+                        "\n    tips advance by energy: along the fibres at {along:.3e} N/mm, across at {across:.3e} N/mm"
+                    )?;
+                }
             }
+            if let Some((edges, refined)) = body.edges_per_radius {
+                write!(f, "\n    about {edges:.1} edges per radius")?;
+                let _ = refined.map_or(Ok(()), |most| write!(f, ", refined to {:.1} at tips", most.max(edges)));
+                if refined.unwrap_or(0.0).max(edges) < 3.0 {
+                    write!(f, ": figures want 3 or more; refine, or take a finer mesh")?;
+                }
+            }
+            write!(f, "\n    {}", body.mesh)?;
         }
+        let triangles: usize = self.bodies.iter().map(|body| body.triangle_count).sum();
+        write!(f, "\n  about {} of memory; {}", bytes(triangles as f64 * BYTES_PER_TRIANGLE), work(triangles))?;
         Ok(())
     }
 }
 
-fn rounded(length: f64) -> f64 {
-    (length * 1e3).round() / 1e3
+/// What a step costs beside the triangles it solves for (docs/performance.md): packs and a factor are as much as eleven iterations of
+/// 11 ns per triangle, of which a step takes 10 to 100.
+fn work(triangles: usize) -> String {
+    let of = |iterations: f64| length(1.1e-5 * triangles as f64 * iterations);
+    format!("a step is the work of 20 to 110 iterations, {} to {} ms on one thread of a desktop", of(20.0), of(110.0))
+}
+
+/// Thousandths of a millimetre, or four digits of what is shorter than one.
+fn rounded(value: f64) -> String {
+    if value.abs() < 1.0 { length(value) } else { ((value * 1e3).round() / 1e3).to_string() }
 }

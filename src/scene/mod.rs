@@ -37,13 +37,17 @@ mod beginning;
 mod build;
 pub mod catalog;
 mod copies;
+mod doctor;
 mod document;
 mod error;
+mod fibre_field;
 mod fibre_law;
 pub mod generate;
 mod grasp;
 mod instance;
 pub mod mesh_file;
+mod mesh_on_file;
+mod per_triangle;
 mod region;
 pub mod schema;
 mod settings;
@@ -51,6 +55,7 @@ mod shape;
 mod size;
 mod springs;
 
+pub use doctor::MeshSummary;
 pub use document::Document;
 pub use error::{SceneError, nearest};
 #[cfg(feature = "cli")]

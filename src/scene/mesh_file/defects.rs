@@ -53,7 +53,8 @@ impl Defects {
         ];
         let told = kinds.iter().filter(|(count, ..)| *count > 0).map(|(count, kind, words)| {
             let places = self.named.iter().find(|(known, _)| known == kind).map_or(&[][..], |(_, places)| places);
-            let more = if *count > places.len() { format!(" and {} more", count - places.len()) } else { String::new() };
+            let more =
+                if *count > places.len() { format!(" and {} more", count - places.len()) } else { String::new() };
             format!("{count} {words} ({}{more})", places.join(", "))
         });
         told.collect::<Vec<_>>().join(", ")

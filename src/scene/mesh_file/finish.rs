@@ -49,7 +49,8 @@ pub fn finish(mut draft: Draft, reading: &Reading) -> Result<MeshFile, Refusal> 
         return Err(MeshError::Empty("triangles").into());
     }
     let before = std::mem::take(&mut draft.triangles);
-    let mesh = TriangleMesh { positions: std::mem::take(&mut draft.positions), triangles: before.clone(), fibres: None };
+    let mesh =
+        TriangleMesh { positions: std::mem::take(&mut draft.positions), triangles: before.clone(), fibres: None };
     let mut mesh = mesh.oriented()?;
     tidied.turned = mesh.triangles.iter().zip(&before).filter(|(now, before)| now != before).count();
     if reading.flip {
@@ -75,7 +76,8 @@ fn check_corners(draft: &Draft) -> Result<(), Refusal> {
         if let Some(&index) = corners.iter().find(|&&index| index as usize >= count) {
             if draft.origin == Origin::Line {
                 let last = count.saturating_sub(1);
-                let what = format!("it names vertex {index}, but there are only {count} (0 to {last}); correct the index");
+                let what =
+                    format!("it names vertex {index}, but there are only {count} (0 to {last}); correct the index");
                 return Err(Refusal::Fault(Fault::at(draft.places[triangle] as usize, what)));
             }
             return Err(MeshError::IndexOutOfRange { triangle, index, count }.into());
@@ -175,11 +177,14 @@ fn fibres(file: &mut MeshFile, reading: &Reading) -> Result<(), Refusal> {
         let what = format!("the array {:?} has {} numbers a row; fibres take three", array.name, array.components);
         return Err(Refusal::Fault(Fault::new(what)));
     }
-    file.fibres_from = Some(format!("{:?} of the file's {}", array.name, if array.on == On::Points { "points" } else { "cells" }));
+    file.fibres_from =
+        Some(format!("{:?} of the file's {}", array.name, if array.on == On::Points { "points" } else { "cells" }));
     let at = |row: usize| DVec3::from_slice(&array.values[3 * row..3 * row + 3]);
     let fibres = match array.on {
         On::Cells => (0..file.mesh.triangles.len()).map(at).collect(),
-        On::Points => file.mesh.triangles.iter().map(|corners| mean_axis(corners.map(|corner| at(corner as usize)))).collect(),
+        On::Points => {
+            file.mesh.triangles.iter().map(|corners| mean_axis(corners.map(|corner| at(corner as usize)))).collect()
+        }
     };
     file.mesh.fibres = Some(fibres);
     Ok(())

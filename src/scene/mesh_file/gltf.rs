@@ -50,11 +50,15 @@ pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
     let mut seen = BTreeSet::new();
     let mut queue: Vec<(usize, DMat4)> = tops.into_iter().rev().map(|node| (node, DMat4::IDENTITY)).collect();
     while let Some((number, above)) = queue.pop() {
-        let missing = || Fault::new(format!("node {number} does not exist, or stands in two places; export the file again"));
+        let missing =
+            || Fault::new(format!("node {number} does not exist, or stands in two places; export the file again"));
         let node = root.nodes.get(number).filter(|_| seen.insert(number)).ok_or_else(missing)?;
         let placed = above * placing(node);
         if let Some(mesh) = node.mesh {
-            let mesh = root.meshes.get(mesh.value()).ok_or_else(|| Fault::new(format!("node {number} names no mesh; export the file again")))?;
+            let mesh = root
+                .meshes
+                .get(mesh.value())
+                .ok_or_else(|| Fault::new(format!("node {number} names no mesh; export the file again")))?;
             file.mesh(mesh, node.name.as_deref(), placed, &mut draft)?;
         }
         queue.extend(node.children.iter().flatten().rev().map(|child| (child.value(), placed)));
@@ -68,7 +72,9 @@ pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
 /// The JSON and the binary chunk of a .glb file.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     let cut_off = || Fault::new("the binary glTF is cut off or no version 2; export it again");
-    let word = |at: usize| bytes.get(at..at + 4).and_then(|four| four.first_chunk::<4>()).map(|four| u32::from_le_bytes(*four));
+    let word = |at: usize| {
+        bytes.get(at..at + 4).and_then(|four| four.first_chunk::<4>()).map(|four| u32::from_le_bytes(*four))
+    };
     if word(4) != Some(2) {
         return Err(cut_off());
     }
@@ -122,7 +128,8 @@ impl<'a> File<'a> {
             return Err(Fault::new(format!("the buffer {uri:?} lies elsewhere; export one .glb file")));
         };
         let read = source::read(&folder.join(path), super::MOST_BYTES);
-        read.map(Cow::Owned).map_err(|error| Fault::new(format!("cannot read the buffer {uri:?}: {error}; export one .glb file")))
+        read.map(Cow::Owned)
+            .map_err(|error| Fault::new(format!("cannot read the buffer {uri:?}: {error}; export one .glb file")))
     }
 
     fn mesh(&mut self, mesh: &Mesh, name: Option<&str>, placed: DMat4, draft: &mut Draft) -> Result<(), Fault> {
@@ -135,17 +142,24 @@ impl<'a> File<'a> {
                 continue;
             }
             let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
-            let positions = positions.ok_or_else(|| Fault::new("a primitive has no positions; export the file again"))?;
+            let positions =
+                positions.ok_or_else(|| Fault::new("a primitive has no positions; export the file again"))?;
             let positions = self.numbers(positions.value(), Type::Vec3)?;
             let first = draft.positions.len() as u32;
-            draft.positions.extend(positions.chunks_exact(3).map(|p| placed.transform_point3(DVec3::new(p[0], p[1], p[2]))));
+            draft
+                .positions
+                .extend(positions.chunks_exact(3).map(|p| placed.transform_point3(DVec3::new(p[0], p[1], p[2]))));
             let count = (positions.len() / 3) as u32;
             let corners: Vec<u32> = match primitive.indices {
-                Some(indices) => self.numbers(indices.value(), Type::Scalar)?.into_iter().map(|index| index as u32).collect(),
+                Some(indices) => {
+                    self.numbers(indices.value(), Type::Scalar)?.into_iter().map(|index| index as u32).collect()
+                }
                 None => (0..count).collect(),
             };
             if let Some(index) = corners.iter().find(|index| **index >= count) {
-                return Err(Fault::new(format!("a triangle names vertex {index}, but there are only {count}; export the file again")));
+                return Err(Fault::new(format!(
+                    "a triangle names vertex {index}, but there are only {count}; export the file again"
+                )));
             }
             let corner = |i: usize| first + corners[i];
             // A mirrored node turns its triangles over.
@@ -160,9 +174,15 @@ impl<'a> File<'a> {
                     let [a, b] = if i % 2 == 0 { [i - 2, i - 1] } else { [i - 1, i - 2] };
                     // Strips are joined by triangles without area.
                     let three = [corner(a), corner(b), corner(i)];
-                    if three[0] == three[1] || three[1] == three[2] || three[0] == three[2] { Ok(()) } else { push(three) }
+                    if three[0] == three[1] || three[1] == three[2] || three[0] == three[2] {
+                        Ok(())
+                    } else {
+                        push(three)
+                    }
                 })?,
-                Mode::TriangleFan => (2..corners.len()).try_for_each(|i| push([corner(0), corner(i - 1), corner(i)]))?,
+                Mode::TriangleFan => {
+                    (2..corners.len()).try_for_each(|i| push([corner(0), corner(i - 1), corner(i)]))?
+                }
                 _ => corners.chunks_exact(3).try_for_each(|three| push([0, 1, 2].map(|i| first + three[i])))?,
             }
         }
@@ -192,7 +212,8 @@ impl<'a> File<'a> {
         let view = view.ok_or_else(|| broken("has no data"))?;
         let bytes = self.buffers.get(view.buffer.value()).ok_or_else(|| broken("names no buffer"))?;
         let beyond = || broken("reaches beyond its buffer: the file is cut off");
-        let place = |offset: Option<gltf_json::validation::USize64>| usize::try_from(offset.map_or(0, |offset| offset.0)).ok();
+        let place =
+            |offset: Option<gltf_json::validation::USize64>| usize::try_from(offset.map_or(0, |offset| offset.0)).ok();
         let length = usize::try_from(view.byte_length.0).ok();
         let bytes = place(view.byte_offset).and_then(|start| bytes.get(start..)?.get(..length?)).ok_or_else(beyond)?;
         let bytes = place(found.byte_offset).and_then(|start| bytes.get(start..)).ok_or_else(beyond)?;

@@ -8,10 +8,10 @@ use glam::DVec3;
 /// Reads the triangles and quads; points and curves are ignored.
 pub fn parse(bytes: &[u8], is_first_version: bool, format: NumberFormat, wanted: &Wanted) -> Result<Draft, Fault> {
     let mut scanner = Scanner { bytes, at: 0, format };
-    let [nodes, elements]: [&[u8]; 2] =
-        if is_first_version { [b"$NOD", b"$ELM"] } else { [b"$Nodes", b"$Elements"] };
+    let [nodes, elements]: [&[u8]; 2] = if is_first_version { [b"$NOD", b"$ELM"] } else { [b"$Nodes", b"$Elements"] };
     let is_text = format == NumberFormat::Text;
-    let mut draft = Draft { origin: if is_text { Origin::Line } else { Origin::Number("element") }, ..Draft::default() };
+    let mut draft =
+        Draft { origin: if is_text { Origin::Line } else { Origin::Number("element") }, ..Draft::default() };
     let missing = |what: &str| Fault::new(format!("the file has no {what}; save the mesh with all its elements"));
     if !scanner.section(nodes) {
         return Err(missing("nodes"));
@@ -89,7 +89,8 @@ fn node_count(kind: u64) -> Result<usize, Fault> {
         27 => Ok(5),
         28 => Ok(6),
         other => {
-            let what = format!("elements of type {other} are curved or solid; mesh the surface only (gmsh -2 -order 1)");
+            let what =
+                format!("elements of type {other} are curved or solid; mesh the surface only (gmsh -2 -order 1)");
             Err(Fault::new(what))
         }
     }
@@ -113,7 +114,10 @@ impl Cells {
             return Err(fault(format!("type {kind} has {count} nodes, the element {}; export it again", nodes.len())));
         }
         let row = |node: &u64| {
-            let missing = || Fault { line, what: format!("element {tag} names node {node}, which does not exist; save all nodes") };
+            let missing = || Fault {
+                line,
+                what: format!("element {tag} names node {node}, which does not exist; save all nodes"),
+            };
             self.tags.row(*node).ok_or_else(missing)
         };
         let corners = nodes.iter().map(row).collect::<Result<Vec<u32>, Fault>>()?;

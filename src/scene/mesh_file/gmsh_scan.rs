@@ -111,7 +111,11 @@ impl<'a> Scanner<'a> {
         let eight = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk::<8>()).copied();
         self.at += 8;
         let eight = eight.ok_or_else(|| self.fault("the file ends within a section"))?;
-        Ok(if self.format == NumberFormat::LittleEndian { f64::from_le_bytes(eight) } else { f64::from_be_bytes(eight) })
+        Ok(if self.format == NumberFormat::LittleEndian {
+            f64::from_le_bytes(eight)
+        } else {
+            f64::from_be_bytes(eight)
+        })
     }
 }
 

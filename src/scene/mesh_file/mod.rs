@@ -118,7 +118,7 @@ pub struct Tidied {
 }
 
 /// A surface with what its file says of it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshFile {
     /// The surface, its fibres included.
     pub mesh: TriangleMesh,
@@ -157,7 +157,8 @@ impl MeshFile {
             On::Cells => array.values.clone(),
             On::Points => {
                 let rows = self.mesh.triangles.iter();
-                rows.flat_map(|&[a, b, c]| (0..components).map(move |i| (at(a, i) + at(b, i) + at(c, i)) / 3.0)).collect()
+                rows.flat_map(|&[a, b, c]| (0..components).map(move |i| (at(a, i) + at(b, i) + at(c, i)) / 3.0))
+                    .collect()
             }
         })
     }
@@ -205,7 +206,8 @@ fn parse(name: &Path, bytes: Vec<u8>, folder: Option<&Path>, reading: &Reading) 
     let names = reading.arrays.iter().chain(&reading.fibres).map(String::as_str).collect();
     let wanted = Wanted { names, fibres: reading.fibres.is_none(), folder };
     let read = format(name)?;
-    let draft = encoding::unwrapped(bytes).and_then(|bytes| read(bytes, &wanted)).map_err(|fault| malformed(name, fault))?;
+    let draft =
+        encoding::unwrapped(bytes).and_then(|bytes| read(bytes, &wanted)).map_err(|fault| malformed(name, fault))?;
     finish(draft, reading).map_err(|refusal| match refusal {
         Refusal::Fault(fault) => malformed(name, fault),
         Refusal::Mesh(error) => MeshFileError::Mesh { path: name.into(), error },

@@ -63,7 +63,10 @@ pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
             .map(|&corner| u32::try_from(corner).ok().filter(|&corner| (corner as usize) < count).ok_or(corner))
             .collect::<Result<_, i64>>()
             .map_err(|corner| {
-                let what = format!("the face names vertex {}, but there are only {count} (1 to {count})", corner.saturating_add(1));
+                let what = format!(
+                    "the face names vertex {}, but there are only {count} (1 to {count})",
+                    corner.saturating_add(1)
+                );
                 Fault::at(line, format!("{what}; correct the index"))
             })?;
         draft.push_cell(Shape::Polygon, &face, cell, line).map_err(|what| Fault::at(line, what))?;
@@ -80,7 +83,9 @@ fn corner(word: &str, seen: usize, line: usize) -> Result<i64, Fault> {
         index if index > 0 => Ok(index - 1),
         index if index < 0 && (seen as i64).saturating_add(index) >= 0 => Ok(seen as i64 + index),
         index => {
-            let what = format!("the face names vertex {index}, but there are only {seen} before it (1 to {seen}, or −1 to −{seen})");
+            let what = format!(
+                "the face names vertex {index}, but there are only {seen} before it (1 to {seen}, or −1 to −{seen})"
+            );
             Err(Fault::at(line, format!("{what}; correct the index")))
         }
     }

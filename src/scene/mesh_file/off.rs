@@ -23,17 +23,25 @@ pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
             return Err(Fault::at(number, "binary OFF is not read; save it as text"));
         }
         if keyword.contains(['4', 'n']) && keyword.ends_with("OFF") {
-            return Err(Fault::at(number, format!("{keyword} has other than three coordinates a vertex; save it as plain OFF")));
+            return Err(Fault::at(
+                number,
+                format!("{keyword} has other than three coordinates a vertex; save it as plain OFF"),
+            ));
         }
     }
     let counts = if head.is_empty() { lines.next().map(|(_, words)| words).unwrap_or_default() } else { head };
     let counts: Option<Vec<usize>> = counts.iter().take(2).map(|word| word.parse().ok()).collect();
     let Some([vertices, faces]) = counts.and_then(|counts| <[usize; 2]>::try_from(counts).ok()) else {
-        let what = if has_keyword { "the numbers of vertices and faces are missing; save the file again".into() } else { not_off().what };
+        let what = if has_keyword {
+            "the numbers of vertices and faces are missing; save the file again".into()
+        } else {
+            not_off().what
+        };
         return Err(Fault::at(number, what));
     };
     let mut draft = Draft { origin: Origin::Line, ..Draft::default() };
-    let cut_off = |what: &str| Fault::new(format!("the file ends before its last {what}; it is cut off: save it again"));
+    let cut_off =
+        |what: &str| Fault::new(format!("the file ends before its last {what}; it is cut off: save it again"));
     for _ in 0..vertices {
         let (line, words) = lines.next().ok_or_else(|| cut_off("vertex"))?;
         let numbers: Option<Vec<f64>> = words.iter().take(3).map(|word| word.parse().ok()).collect();

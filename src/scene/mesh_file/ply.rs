@@ -69,7 +69,8 @@ enum Encoding {
 
 /// Reads the elements `vertex` (x, y, z), `face` and `tristrips` (vertex_indices or vertex_index).
 pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
-    let is_text = encoding::first_lines(&bytes, 2).get(1).is_some_and(|line| line.to_ascii_lowercase().contains("ascii"));
+    let is_text =
+        encoding::first_lines(&bytes, 2).get(1).is_some_and(|line| line.to_ascii_lowercase().contains("ascii"));
     let bytes = if is_text { encoding::line_feeds(bytes) } else { bytes };
     let mut file = File { bytes: &bytes, at: 0, encoding: Encoding::Text };
     let elements = file.header()?;
@@ -117,7 +118,8 @@ impl Cells {
             // A strip ends at −1, and another begins.
             for part in corners.split(|&corner| shape == Shape::Strip && corner == -1).filter(|part| !part.is_empty()) {
                 let corners: Option<Vec<u32>> = part.iter().map(|&corner| u32::try_from(corner).ok()).collect();
-                let corners = corners.ok_or_else(|| fault("it has a negative vertex index, or one too large".into()))?;
+                let corners =
+                    corners.ok_or_else(|| fault("it has a negative vertex index, or one too large".into()))?;
                 draft.push_cell(shape, &corners, cell, place).map_err(fault)?;
             }
             if corners.is_empty() {
@@ -177,7 +179,8 @@ impl File<'_> {
                 }
                 ("property", kind) => {
                     let number = |word: &str| {
-                        Number::named(word).ok_or_else(|| self.fault(format!("{word:?} is no type of numbers; {again}")))
+                        Number::named(word)
+                            .ok_or_else(|| self.fault(format!("{word:?} is no type of numbers; {again}")))
                     };
                     let property = match *kind {
                         ["list", count, kind, name] => {
@@ -187,13 +190,17 @@ impl File<'_> {
                         _ => return Err(self.fault(format!("{line:?} declares no property; {again}"))),
                     };
                     let element = elements.last_mut();
-                    element.ok_or_else(|| self.fault(format!("a property before any element; {again}")))?.properties.push(property);
+                    element
+                        .ok_or_else(|| self.fault(format!("a property before any element; {again}")))?
+                        .properties
+                        .push(property);
                 }
                 ("end_header", _) => break,
                 _ => return Err(self.fault(format!("{line:?} is no line of a PLY header; {again}"))),
             }
         }
-        self.encoding = encoding.ok_or_else(|| self.fault("the header does not tell its format; export the file again"))?;
+        self.encoding =
+            encoding.ok_or_else(|| self.fault("the header does not tell its format; export the file again"))?;
         Ok(elements)
     }
 
@@ -281,7 +288,8 @@ impl File<'_> {
     /// Reads one row: each number with the place of its property and whether it is one of a list.
     fn row(&mut self, element: &Element, row: usize, mut take: impl FnMut(usize, f64, bool)) -> Result<(), Fault> {
         let cut_off = |me: &Self| {
-            let what = format!("the file ends within row {row} of element `{}`; it is cut off: export it again", element.name);
+            let what =
+                format!("the file ends within row {row} of element `{}`; it is cut off: export it again", element.name);
             Fault { line: None, ..me.fault(what) }
         };
         for (place, property) in element.properties.iter().enumerate() {
@@ -291,7 +299,9 @@ impl File<'_> {
             };
             let count = self.number(count)?.ok_or_else(|| cut_off(self))?;
             if !(count >= 0.0 && count.fract() == 0.0) {
-                return Err(self.fault(format!("{count} is not the length of a list; correct it or export the file again")));
+                return Err(
+                    self.fault(format!("{count} is not the length of a list; correct it or export the file again"))
+                );
             }
             for _ in 0..count as u64 {
                 take(place, self.number(property.number)?.ok_or_else(|| cut_off(self))?, true);
@@ -344,7 +354,8 @@ struct Arrays {
 impl Arrays {
     fn new(element: &Element, on: On, wanted: &Wanted, draft: &mut Draft) -> Self {
         let mut arrays: Vec<Array> = Vec::new();
-        let stem = |name: &str| name.strip_suffix(['x', 'y', 'z']).map(|stem| stem.trim_end_matches(['_', '.']).to_owned());
+        let stem =
+            |name: &str| name.strip_suffix(['x', 'y', 'z']).map(|stem| stem.trim_end_matches(['_', '.']).to_owned());
         let mut of = Vec::new();
         for property in &element.properties {
             let name = &property.name;

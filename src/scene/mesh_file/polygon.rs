@@ -37,7 +37,11 @@ pub fn triangles(positions: &[DVec3], corners: &[u32]) -> Result<Vec<[u32; 3]>, 
         _ => Some((1..count.saturating_sub(1)).map(|i| [0, i, i + 1]).collect()),
     };
     let made = made.ok_or_else(|| {
-        let what = if count > MOST_CORNERS { "are too many for one polygon" } else { "make a polygon that crosses itself or overlaps" };
+        let what = if count > MOST_CORNERS {
+            "are too many for one polygon"
+        } else {
+            "make a polygon that crosses itself or overlaps"
+        };
         format!("its {count} corners {what}; save it as triangles")
     })?;
     Ok(made

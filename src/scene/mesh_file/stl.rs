@@ -73,7 +73,9 @@ fn text(text: &str) -> Result<Draft, Fault> {
         let keyword = words.next().unwrap_or_default().to_ascii_lowercase();
         let second = words.clone().next().unwrap_or_default();
         let ends = |what: &str| {
-            keyword.strip_prefix("end").is_some_and(|rest| rest == what || rest.is_empty() && second.eq_ignore_ascii_case(what))
+            keyword
+                .strip_prefix("end")
+                .is_some_and(|rest| rest == what || rest.is_empty() && second.eq_ignore_ascii_case(what))
         };
         match keyword.as_str() {
             "facet" if facet.is_none() => facet = Some((number, Vec::new())),

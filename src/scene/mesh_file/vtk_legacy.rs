@@ -260,9 +260,8 @@ impl Cursor<'_> {
             // The two highest bits tell how many bytes the length has, the others begin it.
             let bytes = [8, 4, 2, 1][usize::from(first >> 6)];
             let low = rest.get(..bytes).unwrap_or_default().iter().enumerate();
-            let length = low.fold(0_usize, |sum, (i, &byte)| {
-                (sum << 8) | usize::from(if i == 0 { byte & 0x3f } else { byte })
-            });
+            let length =
+                low.fold(0_usize, |sum, (i, &byte)| (sum << 8) | usize::from(if i == 0 { byte & 0x3f } else { byte }));
             self.at = self.at.saturating_add(bytes).saturating_add(length).min(self.bytes.len());
         }
         Ok(())

@@ -196,7 +196,12 @@ impl<'a> File<'a> {
                 .push_cell(*shape, &corners, number, number)
                 .map_err(|what| fault_at(piece, format!("cell {number}: {what}")))?;
         }
-        self.arrays(piece, [(On::Points, first as usize, point_count), (On::Cells, first_cell, cells.len())], wanted, draft)?;
+        self.arrays(
+            piece,
+            [(On::Points, first as usize, point_count), (On::Cells, first_cell, cells.len())],
+            wanted,
+            draft,
+        )?;
         Ok(cells.len())
     }
 
@@ -210,8 +215,8 @@ impl<'a> File<'a> {
         expected: usize,
     ) -> Result<Vec<f64>, Fault> {
         let array = self.find(piece, parent, name);
-        let array =
-            array.ok_or_else(|| fault_at(piece, format!("<{parent}> holds no array {}", name.unwrap_or("of points"))))?;
+        let array = array
+            .ok_or_else(|| fault_at(piece, format!("<{parent}> holds no array {}", name.unwrap_or("of points"))))?;
         let numbers = self.numbers(array)?;
         match expected.checked_mul(components) {
             Some(length) if length == numbers.len() => Ok(numbers),
@@ -260,7 +265,8 @@ impl<'a> File<'a> {
                         return Err(fault_at(node, what));
                     }
                 };
-                let place = draft.arrays.iter().position(|a| a.on == on && a.name == name && a.components == components);
+                let place =
+                    draft.arrays.iter().position(|a| a.on == on && a.name == name && a.components == components);
                 let array = match place {
                     Some(place) => &mut draft.arrays[place],
                     None => {

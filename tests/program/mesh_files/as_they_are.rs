@@ -133,7 +133,10 @@ fn a_line_goes_on_behind_a_backslash() {
     let text = "v 0 0 \\\n 0\nv 1 0 0\nv 1 1 0.25\nv 0 1 0\nf 1 2 \\\n 3 4\nf 1 2 9\n";
     assert!(refusal("a.obj", text).contains("a.obj:8: the face names vertex 9"));
     assert_eq!(read_bytes("a.obj", text.replace("f 1 2 9\n", "")).unwrap(), square());
-    assert_eq!(read_bytes("a.obj", text.replace("f 1 2 9\n", "f 1 2 3 \\")).unwrap_err().to_string().matches("double").count(), 1);
+    assert_eq!(
+        read_bytes("a.obj", text.replace("f 1 2 9\n", "f 1 2 3 \\")).unwrap_err().to_string().matches("double").count(),
+        1
+    );
 }
 
 /// STL as programs write it: two words at the end, capitals, several solids, an empty line first, normals that are no numbers, and what
@@ -166,7 +169,10 @@ fn stl_of_every_dialect() {
 #[test]
 fn ply_of_every_dialect() {
     for kind in ["int64", "longlong", "uint64", "ulonglong", "uint32", "INT", "float"] {
-        assert_eq!(read_bytes("a.ply", PLY.replace("uchar int vert", &format!("uchar {kind} vert"))).unwrap(), square());
+        assert_eq!(
+            read_bytes("a.ply", PLY.replace("uchar int vert", &format!("uchar {kind} vert"))).unwrap(),
+            square()
+        );
     }
     assert_eq!(read_bytes("a.ply", format!("{PLY}trailing words")).unwrap(), square());
     let strip = PLY.replace("element face 1", "element tristrips 1").replace("4 0 1 2 3", "4 1 2 0 3");
@@ -293,7 +299,8 @@ fn legacy_vtk_with_strings() {
         FIELD FieldData 1\nname 1 2 string\na\nb\nSCALARS mark bit\nLOOKUP_TABLE default\n1 0\n";
     let fibres = Some(vec![DVec3::X, dvec3(0.0, 2.0, 0.0)]);
     assert_eq!(read_bytes("a.vtk", text).unwrap(), TriangleMesh { fibres: fibres.clone(), ..square() });
-    let mut binary = b"# vtk DataFile Version 5.1\nt\nBINARY\nDATASET POLYDATA\nFIELD FieldData 1\nwho 1 2 string\n".to_vec();
+    let mut binary =
+        b"# vtk DataFile Version 5.1\nt\nBINARY\nDATASET POLYDATA\nFIELD FieldData 1\nwho 1 2 string\n".to_vec();
     binary.extend(b"\xc2me");
     // A length of 70 needs two bytes.
     binary.extend([0x80, 70]);
@@ -358,7 +365,10 @@ fn gltf_binary_and_text() {
         (text.replace("\"count\":6,\"min\"", "\"count\":7,\"min\""), "accessor 1 reaches beyond its buffer"),
         (text.replace("\"children\":[1]", "\"children\":[1,0]"), "node 0 does not exist, or stands in two places"),
         (text.replace("\"POSITION\":1", "\"POSITION\":9"), "accessor 9 does not exist"),
-        (text.replace("\"scene\":0", "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]"), "needs the extension KHR_draco"),
+        (
+            text.replace("\"scene\":0", "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]"),
+            "needs the extension KHR_draco",
+        ),
         (text.replace("\"asset\"", "asset"), "not the JSON of glTF 2.0"),
     ] {
         let message = refusal("a.gltf", &text);

@@ -2,6 +2,7 @@
 
 mod as_they_are;
 mod hostile;
+mod reading;
 mod samples;
 
 use std::fs;
@@ -252,7 +253,10 @@ fn missing_files_and_unknown_formats() {
     fs::create_dir(&path).unwrap();
     assert!(matches!(read(&path), Err(MeshFileError::Unreadable { .. })));
     for name in ["a.step", "a"] {
-        assert!(refusal(name, "").ends_with("save the mesh as one of .obj, .msh, .vtu, .vtk, .ply, .stl, .vtp, .off, .glb, .gltf"));
+        assert!(
+            refusal(name, "")
+                .ends_with("save the mesh as one of .obj, .msh, .vtu, .vtk, .ply, .stl, .vtp, .off, .glb, .gltf")
+        );
     }
 }
 
