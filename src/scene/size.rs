@@ -188,6 +188,7 @@ pub(super) fn bytes(count: f64) -> String {
     match count {
         _ if count >= 1e12 => format!("{:.0} TB", count * 1e-12),
         _ if count >= 1e9 => format!("{:.0} GB", count * 1e-9),
-        _ => format!("{:.0} MB", count * 1e-6),
+        _ if count >= 1e6 => format!("{:.0} MB", count * 1e-6),
+        _ => format!("{:.0} kB", count * 1e-3),
     }
 }

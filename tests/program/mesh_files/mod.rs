@@ -114,7 +114,7 @@ fn faults_name_file_line_and_cure() {
         ("a.ply", PLY.replace("4 0 1 2 3", "4 0 1 2 -3"), "a.ply:16: face 0: it has a negative vertex index"),
         ("a.stl", STL.replace("solid\n facet", "sold\n facet"), "a.stl: neither STL text"),
         ("a.stl", STL.replace("vertex 1 0 0", "vertex 1 0 NaN"), "a.stl: vertex 1 has the non-finite position"),
-        ("a.stl", format!("{STL}{STL}"), "a.stl: 2 double triangle(s) (line 16 as line 2, line 23 as line 9)"),
+        ("a.stl", format!("{STL}{STL}"), "a.stl: 2 double triangle(s) (line 18 as line 2, line 25 as line 9)"),
     ];
     for (name, text, expected) in cases {
         let message = refusal(name, text);

@@ -71,8 +71,19 @@ fn a_seam_is_told_and_joined() {
     assert!(is_of_a_whole_square(force), "{force}");
     // Farther apart than the tolerance: as they are; and a tolerance in mm of a file in another unit.
     let near = SEAM.replacen("v 0.5 0 0\nv 1 0", "v 0.50001 0 0\nv 1 0", 1);
-    assert_eq!(summary(&[("a.obj", &near)], &joined).0.joined, 1);
-    let metres = near.replace("0.5", "0.0005").replace(" 1", " 0.001").replace("f 0.001", "f 1");
+    let near = near.replacen("v 0.5 1 0\nf", "v 0.50001 1 0\nf", 1);
+    let (mesh, _) = summary(&[("a.obj", &near)], &joined);
+    assert_eq!((mesh.pieces, mesh.joined, mesh.coincident), (2, 0, 0));
+    let metres: String = near
+        .lines()
+        .map(|line| match line.strip_prefix("v ") {
+            Some(numbers) => {
+                let numbers = numbers.split(' ').map(|word| (word.parse::<f64>().unwrap() * 1e-3).to_string());
+                format!("v {}\n", numbers.collect::<Vec<_>>().join(" "))
+            }
+            None => format!("{line}\n"),
+        })
+        .collect();
     let table = "mesh = { file = { path = \"a.obj\", unit = \"m\", weld = 1e-3 } }\n";
     assert_eq!(summary(&[("a.obj", &metres)], &format!("{table}{MATERIAL}")).0.joined, 2);
 }
@@ -201,7 +212,7 @@ fn what_is_almost_flat_is_flattened() {
     let almost = "v 0 0 0\nv 10 0 0.000004\nv 10 10 0.000002\nv 0 10 0\nf 1 2 3 4\n";
     let table = format!("mesh = {{ file = {{ path = \"a.obj\", scale = 0.1 }} }}\n{MATERIAL}planar = true");
     let (mesh, text) = summary(&[("a.obj", almost)], &table);
-    assert!((mesh.flattened - 4e-7).abs() < 1e-20 && text.contains("flattened by up to 4e-7 mm"), "{text}");
+    assert!((mesh.flattened - 4e-7).abs() < 1e-20 && text.contains("flattened by up to 4.000e-7 mm"), "{text}");
     assert!(is_of_a_whole_square(force(&[("a.obj", almost)], &table)));
     let message = refusal(&[("a.obj", &almost.replace("0.000004", "0.004"))], &table);
     assert!(message.contains("not flat across z: its vertices spread over 4e-4 mm, 4.0e-4 of its extent"), "{message}");
