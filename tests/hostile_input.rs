@@ -312,8 +312,8 @@ fn edits_from_any_bytes_are_refused_or_whole() {
 
 /// Small files of the formats of which no program's own lies in `tests/data`.
 const NEW_FORMATS: [(&str, &str); 6] = [
-    ("off", "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0.25\n0 1 0\n0.2 0.2 0\n4 0 1 2 4\n3 0 2 3\n"),
-    ("obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.4 0.4 0\ng skin\nf 1 2 3 5 4\nf -4 \\\n-3 1\n"),
+    ("off", "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0.25\n0 1 0\n0.2 0.2 0\n4 0 1 2 4\n4 0 4 2 3\n"),
+    ("obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.4 0.4 0\ng skin\nf 1 2 3 5 4\nf -3 \\\n-2 -1\n"),
     (
         "msh",
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \"skin\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n\

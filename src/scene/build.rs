@@ -1,7 +1,7 @@
 //! From `[[bodies]]` to a membrane with its components.
 
 use super::error::{Fault, not_negative, positive};
-use super::fibre_field::{Field, about_axis};
+use super::fibre_field::fibres;
 use super::fibre_law::{fibre_law, neo_hookean};
 use super::mesh_file::MeshFile;
 use super::region::Surface;
@@ -12,8 +12,8 @@ use super::schema::{
 use super::springs::springs;
 use super::{grasp, mesh_file, per_triangle, shape};
 use crate::components::{
-    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
-    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
+    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Hold, Material, PointLoad,
+    PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -26,7 +26,7 @@ pub(super) struct Sheet {
     /// The mesh with what its file says of it.
     pub file: MeshFile,
     /// Of a fibre file.
-    fibres: Option<Vec<DVec3>>,
+    pub fibres: Option<Vec<DVec3>>,
     /// Largest way by which `planar` moved a vertex \[mm\].
     pub flattened: f64,
 }
@@ -54,8 +54,8 @@ pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) ->
         membrane = graded(membrane, material, grading, &format!("{key}.grading"))?;
     }
     membrane = per_triangle::values(membrane, spec, &sheet.file, key)?;
-    if let Some(fibres) = &spec.fibres {
-        membrane = membrane.fibres(self::fibres(fibres, sheet, &format!("{key}.fibres"))?);
+    if let Some(own) = &spec.fibres {
+        membrane = membrane.fibres(fibres(own, sheet, &format!("{key}.fibres"))?);
     }
     if spec.planar {
         membrane = membrane.planar();
@@ -140,19 +140,6 @@ fn graded(membrane: Membrane, material: Material, spec: &GradingSpec, key: &str)
             ..material
         }
     }))
-}
-
-fn fibres(spec: &FibreSpec, sheet: &Sheet, key: &str) -> Result<Fibres, Fault> {
-    let mesh = &sheet.file.mesh;
-    Ok(match spec {
-        FibreSpec::Degrees(degrees) => Fibres::at_degrees(*degrees),
-        FibreSpec::Direction(d) => Fibres::Uniform(direction(d.0, &format!("{key}.direction"))?),
-        FibreSpec::Concentric(axis) => about_axis(Field::Concentric, axis, mesh, &format!("{key}.concentric"))?,
-        FibreSpec::Radial(axis) => about_axis(Field::Radial, axis, mesh, &format!("{key}.radial"))?,
-        FibreSpec::Helix(axis) => about_axis(Field::Helix, axis, mesh, &format!("{key}.helix"))?,
-        FibreSpec::Array(_) => Fibres::PerTriangle(mesh.fibres.clone().unwrap_or_default()),
-        FibreSpec::File(_) => Fibres::PerTriangle(sheet.fibres.clone().unwrap_or_default()),
-    })
 }
 
 /// Files and messages tell things of a kind apart by their names; each with its path in the file.

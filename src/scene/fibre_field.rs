@@ -1,16 +1,30 @@
-//! Fibres about an axis, at an angle in the surface.
+//! From `fibres` to a direction per triangle; those about an axis at an angle in the surface.
 
-use super::build::direction;
+use super::build::{Sheet, direction};
 use super::error::Fault;
-use super::schema::AxisSpec;
+use super::schema::{AxisSpec, FibreSpec};
 use crate::components::Fibres;
 use crate::math::elementary;
 use crate::storage::TriangleMesh;
 use glam::DVec3;
 
+/// The fibres that a body asks for.
+pub(super) fn fibres(spec: &FibreSpec, sheet: &Sheet, key: &str) -> Result<Fibres, Fault> {
+    let mesh = &sheet.file.mesh;
+    Ok(match spec {
+        FibreSpec::Degrees(degrees) => Fibres::at_degrees(*degrees),
+        FibreSpec::Direction(d) => Fibres::Uniform(direction(d.0, &format!("{key}.direction"))?),
+        FibreSpec::Concentric(axis) => about_axis(Field::Concentric, axis, mesh, &format!("{key}.concentric"))?,
+        FibreSpec::Radial(axis) => about_axis(Field::Radial, axis, mesh, &format!("{key}.radial"))?,
+        FibreSpec::Helix(axis) => about_axis(Field::Helix, axis, mesh, &format!("{key}.helix"))?,
+        FibreSpec::Array(_) => Fibres::PerTriangle(mesh.fibres.clone().unwrap_or_default()),
+        FibreSpec::File(_) => Fibres::PerTriangle(sheet.fibres.clone().unwrap_or_default()),
+    })
+}
+
 /// Which direction the angle counts from, and which it counts towards.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Field {
+enum Field {
     /// From the circles about the axis, towards outside.
     Concentric,
     /// From the way out, towards the circles.
@@ -20,7 +34,7 @@ pub(super) enum Field {
 }
 
 /// The direction in each triangle. Both directions are laid into the triangle's plane first: the angle is one in the surface.
-pub(super) fn about_axis(field: Field, spec: &AxisSpec, mesh: &TriangleMesh, key: &str) -> Result<Fibres, Fault> {
+fn about_axis(field: Field, spec: &AxisSpec, mesh: &TriangleMesh, key: &str) -> Result<Fibres, Fault> {
     let centre = spec.centre.0;
     let axis = direction(spec.axis.0, &format!("{key}.axis"))?;
     if !spec.degrees.is_finite() {

@@ -54,13 +54,15 @@ mod settings;
 mod shape;
 mod size;
 mod springs;
+mod summary;
 
 pub use doctor::MeshSummary;
 pub use document::Document;
 pub use error::{SceneError, nearest};
 #[cfg(feature = "cli")]
 pub(crate) use instance::thresholds;
-pub use instance::{BodySummary, Instance, MOST_STEPS, Run, Summary};
+pub use instance::{Instance, MOST_STEPS, Run};
+pub use summary::{BodySummary, Summary};
 
 use error::Span;
 use schema::SceneFile;

@@ -32,6 +32,16 @@ pub(super) fn arrays(spec: &BodySpec, key: &str) -> Result<Arrays, Fault> {
 /// For an array that is not there, of more than one number a row, or of a value out of its range.
 pub(super) fn values(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile, key: &str) -> Result<Membrane, Fault> {
     let Some(arrays) = &spec.per_triangle else { return Ok(membrane) };
+    let not_yet = [
+        ("strength", &arrays.strength, "the strengths of `tearing`"),
+        ("toughness", &arrays.toughness, "the toughnesses of `tearing`"),
+        ("pre_stretch", &arrays.pre_stretch, "`pre_stretch` of the body"),
+    ];
+    if let Some((name, _, instead)) = not_yet.iter().find(|(_, array, _)| array.is_some()) {
+        let what = format!("the {} of a body is one for all its triangles", name.replace('_', "-"));
+        let hint = format!("give {instead}; thickness can differ from triangle to triangle");
+        return Err(Fault::new(format!("{key}.per_triangle.{name}"), what, hint));
+    }
     if let Some(name) = &arrays.thickness {
         membrane = membrane.thicknesses(one_each(
             file,

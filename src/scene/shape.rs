@@ -54,8 +54,8 @@ pub(super) fn mesh(spec: &MeshSpec, arrays: &Arrays, folder: &Path, key: &str) -
 /// The error of a mesh or fibre file, under the key `path` of its table where it has one.
 pub(super) fn refused_file(key: &str, error: impl std::fmt::Display) -> Fault {
     let mut fault = split(&format!("{key}.path"), error);
-    if fault.hint.is_empty() {
-        fault.hint = "a relative path begins at the scene file's folder".to_owned();
+    if fault.hint.ends_with("check the path and the permissions") {
+        fault.hint += "; a relative path begins at the scene file's folder";
     }
     fault
 }

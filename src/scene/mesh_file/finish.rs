@@ -57,6 +57,7 @@ pub fn finish(mut draft: Draft, reading: &Reading) -> Result<MeshFile, Refusal> 
         mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
     }
     let groups = groups(&draft, &sources);
+    keep_asked(&mut draft, reading);
     let mut file = MeshFile {
         arrays: arrays(&mut draft, &sources, &mesh),
         passed_over: draft.passed_over.iter().cloned().collect(),
@@ -143,6 +144,26 @@ fn groups(draft: &Draft, sources: &[u32]) -> Vec<(String, Vec<u32>)> {
         (name.clone(), members)
     });
     groups.collect()
+}
+
+/// Leaves the arrays that were asked for by name, and of those with a usual name of fibres the first, cells before points.
+fn keep_asked(draft: &mut Draft, reading: &Reading) {
+    let is_fibres = |array: &Array| match &reading.fibres {
+        Some(name) => array.name == *name,
+        None => is_fibre_name(&array.name) && array.components == 3,
+    };
+    let of = |on: On| draft.arrays.iter().position(|array| array.on == on && is_fibres(array));
+    let fibres = of(On::Cells).or_else(|| of(On::Points));
+    let mut place = 0;
+    let passed_over = &mut draft.passed_over;
+    draft.arrays.retain(|array| {
+        let is_kept = Some(place) == fibres || reading.arrays.contains(&array.name);
+        place += 1;
+        if !is_kept {
+            passed_over.insert(array.name.clone());
+        }
+        is_kept
+    });
 }
 
 /// The arrays with a row for each vertex and triangle that there is now.

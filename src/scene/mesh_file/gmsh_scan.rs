@@ -189,6 +189,10 @@ pub fn arrays(
                 draft.passed_over.insert(name);
                 continue;
             }
+            // Of several times the first.
+            if draft.arrays.iter().any(|array| array.on == on && array.name == name) {
+                continue;
+            }
             let (Some(components @ 1..=9), Some(rows)) = (number(1), number(2)) else {
                 return Err(scanner.fault(format!("the array {name:?} does not tell its components and rows")));
             };

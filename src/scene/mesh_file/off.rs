@@ -16,6 +16,11 @@ pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
     let mut lines = lines.filter(|(_, words)| !words.is_empty()).peekable();
     let not_off = || Fault::at(1, "not an OFF file: it must begin with `OFF`");
     let (number, mut head) = lines.next().ok_or_else(not_off)?;
+    // The counts often follow the keyword without a blank.
+    let glued = head[0].get(..3).filter(|word| word.eq_ignore_ascii_case("off")).and_then(|_| head[0].get(3..));
+    if let Some(count) = glued.filter(|count| count.starts_with(|c: char| c.is_ascii_digit())) {
+        head.splice(0..1, ["OFF", count]);
+    }
     let has_keyword = head[0].to_uppercase().ends_with("OFF");
     if has_keyword {
         let keyword = head.remove(0);

@@ -10,6 +10,9 @@ const MOST_CORNERS: usize = 10_000;
 /// Below this part of the whole a triangle of the fan counts as empty: another way to fill the polygon may do better.
 const THIN: f64 = 1e-6;
 
+/// Twice the area of a triangle over the square of the polygon's size, at which it has none.
+const EMPTY: f64 = 1e-12;
+
 /// Difference of the triangles' areas and the polygon's, relative, that rounding explains.
 const ROUNDING: f64 = 1e-6;
 
@@ -75,7 +78,16 @@ fn fan_or_fill(points: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let whole: DVec3 = fans.clone().map(|i| area(fan(i))).sum();
     let least = THIN * whole.length_squared();
     let is_convex = least > 0.0 && turns_once(points, whole) && fans.clone().all(|i| area(fan(i)).dot(whole) > least);
-    if is_convex { Some(fans.map(fan).collect()) } else { fill(points, whole) }
+    if is_convex {
+        return Some(fans.map(fan).collect());
+    }
+    // Without any area it crosses nothing: its triangles are counted with the others that have none.
+    let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+    let size = points.iter().map(|p| (*p - low).max_element()).fold(0.0, f64::max);
+    if fans.clone().all(|i| area(fan(i)).length() <= EMPTY * size * size) {
+        return Some(fans.map(fan).collect());
+    }
+    fill(points, whole, low, size)
 }
 
 /// Whether no corner turns back: a fan whose triangles all face one way may still run round more than once.
@@ -92,12 +104,10 @@ fn turns_once(points: &[DVec3], normal: DVec3) -> bool {
 }
 
 /// The triangulation of the inside of a polygon that need not be convex.
-fn fill(points: &[DVec3], whole: DVec3) -> Option<Vec<[usize; 3]>> {
+fn fill(points: &[DVec3], whole: DVec3, low: DVec3, size: f64) -> Option<Vec<[usize; 3]>> {
     let normal = whole.try_normalize()?;
     let along = normal.any_orthonormal_vector();
     let across = normal.cross(along);
-    let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
-    let size = points.iter().map(|p| (*p - low).max_element()).fold(0.0, f64::max);
     if !(size > 0.0 && size.is_finite()) {
         return None;
     }
@@ -119,11 +129,18 @@ fn fill(points: &[DVec3], whole: DVec3) -> Option<Vec<[usize; 3]>> {
     }
     // How often the outline runs along an edge: twice along the bridge to a hole.
     let mut walls: BTreeMap<[usize; 2], u32> = BTreeMap::new();
+    let mut made = Vec::new();
     for (i, &from) in handles.iter().enumerate() {
         let to = handles[(i + 1) % handles.len()];
+        if from == to {
+            // Two corners at one place: the triangle between them is counted with those that have no area.
+            let next = (i + 1) % handles.len();
+            made.push([i, next, (next + 1) % handles.len()]);
+            continue;
+        }
         let key = [from.index().min(to.index()), from.index().max(to.index())];
         *walls.entry(key).or_default() += 1;
-        if from == to || (!net.exists_constraint(from, to) && !net.can_add_constraint(from, to)) {
+        if !net.exists_constraint(from, to) && !net.can_add_constraint(from, to) {
             return None;
         }
         net.add_constraint(from, to);
@@ -158,7 +175,6 @@ fn fill(points: &[DVec3], whole: DVec3) -> Option<Vec<[usize; 3]>> {
             }
         }
     }
-    let mut made = Vec::new();
     let mut filled = 0.0;
     for face in net.inner_faces().filter(|face| inside[face.fix().index()] == Some(true)) {
         let triangle = face.vertices().map(|v| corner_at[v.fix().index()]);

@@ -275,6 +275,11 @@ impl<'a> File<'a> {
                         &mut draft.arrays[last]
                     }
                 };
+                // Rows of pieces without the array count as numbers of the file.
+                let missing = (components * first).saturating_sub(array.values.len());
+                let left = self.budget.get().checked_sub(size_of::<f64>() * missing);
+                self.budget
+                    .set(left.ok_or_else(|| fault_at(node, "more arrays than a file of this size holds; save again"))?);
                 array.values.resize(components * first, f64::NAN);
                 array.values.extend(numbers);
             }

@@ -178,6 +178,12 @@ pub struct AxisSpec {
 pub struct PerTriangleSpec {
     /// Thickness \[mm\], > 0, in place of the material's.
     pub thickness: Option<String>,
+    /// Strength: not read yet, and refused with what there is instead.
+    pub strength: Option<String>,
+    /// Toughness: not read yet, and refused with what there is instead.
+    pub toughness: Option<String>,
+    /// Pre-stretch: not read yet, and refused with what there is instead.
+    pub pre_stretch: Option<String>,
 }
 
 /// `bending`: `bending = {}` takes the stiffness that follows from the material and the thickness, E·h³/(12·(1 − ν²)) of an

@@ -88,6 +88,19 @@ fn polygons_of_any_shape_are_filled() {
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
 }
 
+/// A polygon without area, and one with two corners at one place: counted with the triangles that have no area, not as a crossing.
+#[test]
+fn empty_polygons_are_counted_as_such() {
+    let corners = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 0 1 0\nv 1 1 0\nv 1 1 0\nv 0.3 0.3 0\n";
+    let message = refusal("a.obj", format!("{corners}f 1 2 6 5\nf 1 2 3 4\n"));
+    assert!(message.contains("2 triangle(s) without area (line 10, line 10)"), "{message}");
+    let message = refusal("a.obj", format!("{corners}f 1 2 6 7 5\n"));
+    assert!(message.contains("1 triangle(s) without area (line 9)"), "{message}");
+    let repair = Reading { repair: true, ..Reading::default() };
+    let file = with("a.obj", format!("{corners}f 1 2 6 7 5\n"), &repair);
+    assert_eq!((file.mesh.triangles.len(), area(&file.mesh), file.tidied.defects.empty), (2, 1.0, 1));
+}
+
 #[test]
 fn polygons_that_cross_or_overlap_are_refused_by_line() {
     let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0\n";
@@ -158,7 +171,10 @@ fn stl_of_every_dialect() {
     let binary = super::samples::binary_stl(b"solid of a binary file");
     let mut longer = binary.clone();
     longer.extend([7; 33]);
-    assert_eq!(read_bytes("a.stl", longer).unwrap(), read_bytes("a.stl", binary).unwrap());
+    assert_eq!(read_bytes("a.stl", longer).unwrap(), read_bytes("a.stl", &binary).unwrap());
+    let mut uncounted = super::samples::binary_stl(b"by a writer that never went back");
+    uncounted[80..84].fill(0);
+    assert_eq!(read_bytes("a.stl", uncounted).unwrap(), read_bytes("a.stl", binary).unwrap());
     // A seam whose sides differ in the last digit of single numbers is joined, one that differs in the fifth is not.
     let seam = |x: &str| STL.replacen("vertex 1 1 0.25", &format!("vertex {x} 1 0.25"), 1);
     assert_eq!(read_bytes("a.stl", seam("1.0000001")).unwrap().positions.len(), 4);
@@ -196,6 +212,7 @@ fn off_with_and_without_its_frills() {
         plain.to_owned(),
         plain.replace("OFF\n4 2 5", "# made by hand\n\nOFF 4 2 0 # counts"),
         plain.replace("OFF\n", ""),
+        plain.replace("OFF\n", "OFF"),
         plain.replace("OFF", "COFF").replace("0 1 0\n", "0 1 0 255 0 0 255\n"),
         plain.replace("3 0 1 2", "3  0 1 2 0.5 0.5 0.5").replace("4 2 5", "4 3 0").replace("3 0 2 3", "2 0 1\n3 0 2 3"),
         plain.replace("4 2 5", "4 1 0").replace("3 0 1 2\n3 0 2 3", "4 0 1 2 3"),

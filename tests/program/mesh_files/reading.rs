@@ -242,6 +242,12 @@ fn fibres_are_found_by_their_usual_names() {
     // Gmsh's element data, as the array library of Python has it printed, and node data.
     let data = "$ElementData\n1\n\"Fibre\"\n1\n0.0\n3\n0\n3\n2\n3 np.float64(1.0) np.float64(0.0) 0\n4 0 2 0\n$EndElementData\n";
     assert_eq!(with("a.msh", &format!("{MSH_2}{data}"), &Reading::default()).mesh.fibres, expected);
+    let later = data.replace("0.0\n3", "1.0\n3").replace("(1.0)", "(7.0)");
+    assert_eq!(
+        with("a.msh", &format!("{MSH_2}{data}{later}"), &Reading::default()).mesh.fibres,
+        expected,
+        "the first time"
+    );
     let data = "$NodeData\n1\n\"f0\"\n1\n0.0\n3\n0\n3\n4\n12 1 0 0\n9 1 0 0\n7 1 0 0\n8 1 0 0\n$EndNodeData\n";
     assert_eq!(
         with("a.msh", &format!("{MSH_2}{data}"), &Reading::default()).mesh.fibres,
@@ -281,6 +287,20 @@ fn the_check_says_where_fibres_come_from() {
     assert!(message.contains("arrays are those of mesh files"), "{message}");
 }
 
+/// A remedy that fits: the folder is named where the file is not found, and nowhere else.
+#[test]
+fn remedies_fit() {
+    let plain = format!("mesh = {{ file = \"a.vtk\" }}\n{MATERIAL}");
+    let message = refusal(&[], &plain);
+    assert!(message.contains("a relative path begins at the scene file's folder"), "{message}");
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 123\n";
+    let message = refusal(&[("a.vtk", pointer)], &plain);
+    assert!(
+        message.contains("a Git LFS pointer: fetch the file itself") && !message.contains("relative path"),
+        "{message}"
+    );
+}
+
 #[test]
 fn thickness_comes_from_an_array() {
     let array = "<DataArray type=\"Float64\" Name=\"thick\" format=\"ascii\">0.3 0.3</DataArray></CellData>";
@@ -299,6 +319,11 @@ fn thickness_comes_from_an_array() {
         (&file, mapped.replace("thick\"", "thin\""), "the mesh has no array \"thin\": it has \"fibre\", \"thick\""),
         (&file, mapped.replace("\"thick\"", "\"fibre\""), "the array \"fibre\" has 3 numbers a row, not 1"),
         (&file.replace("0.3 0.3", "0.3 -1"), mapped.clone(), "the array \"thick\" has -1 at triangle 1"),
+        (
+            &file,
+            format!("{lines}per_triangle = {{ toughness = \"thick\" }}"),
+            "the toughness of a body is one for all its triangles",
+        ),
         (&file, lines.replace("0.1 }", "[0.1, 0.2] }"), "values per triangle are an array of the mesh file"),
         (&file, lines.replace("0.1 }", "{ file = \"t.txt\" } }"), "values per triangle are an array of the mesh file"),
     ] {
