@@ -97,10 +97,8 @@ fn drop_unused(draft: &mut Draft) -> Vec<u32> {
 fn compact(draft: &mut Draft, sources: &mut Vec<u32>) {
     let mut row = vec![u32::MAX; draft.positions.len()];
     draft.triangles.iter().flatten().for_each(|&corner| row[corner as usize] = 0);
-    let mut next = 0;
-    for row in row.iter_mut().filter(|row| **row == 0) {
-        *row = next;
-        next += 1;
+    for (next, row) in row.iter_mut().filter(|row| **row == 0).enumerate() {
+        *row = next as u32;
     }
     let is_used = |kept: &mut std::slice::Iter<u32>| kept.next().is_some_and(|row| *row != u32::MAX);
     let mut kept = row.iter();

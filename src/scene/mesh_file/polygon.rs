@@ -13,6 +13,9 @@ const THIN: f64 = 1e-6;
 /// Twice the area of a triangle over the square of the polygon's size, at which it has none.
 const EMPTY: f64 = 1e-12;
 
+/// Area of the triangles over that along the mean normal, from which on a polygon is no surface that its plane shows.
+const FOLDED: f64 = 1.5;
+
 /// Difference of the triangles' areas and the polygon's, relative, that rounding explains.
 const ROUNDING: f64 = 1e-6;
 
@@ -43,7 +46,7 @@ pub fn triangles(positions: &[DVec3], corners: &[u32]) -> Result<Vec<[u32; 3]>, 
         let what = if count > MOST_CORNERS {
             "are too many for one polygon"
         } else {
-            "make a polygon that crosses itself or overlaps"
+            "make a polygon that crosses itself, is folded or overlaps"
         };
         format!("its {count} corners {what}; save it as triangles")
     })?;
@@ -183,5 +186,7 @@ fn fill(points: &[DVec3], whole: DVec3, low: DVec3, size: f64) -> Option<Vec<[us
         made.push(triangle);
     }
     let expected = whole.length() / (size * size);
-    ((filled - expected).abs() <= ROUNDING * expected).then_some(made)
+    let twice = |t: &[usize; 3]| (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).length();
+    let is_folded = made.iter().map(twice).sum::<f64>() > FOLDED * whole.length();
+    (!is_folded && (filled - expected).abs() <= ROUNDING * expected).then_some(made)
 }

@@ -23,7 +23,7 @@ pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
         Some(length) if length == bytes.len() => Ok(binary(&bytes[HEADER..])),
         _ if looks_like_text => text(&encoding::text(bytes)),
         // Some leave the count at zero.
-        Some(HEADER) if (bytes.len() - HEADER) % TRIANGLE == 0 => Ok(binary(&bytes[HEADER..])),
+        Some(HEADER) if (bytes.len() - HEADER).is_multiple_of(TRIANGLE) => Ok(binary(&bytes[HEADER..])),
         // What follows the last triangle belongs to other programs.
         Some(length) if length < bytes.len() => Ok(binary(&bytes[HEADER..length])),
         Some(length) => Err(Fault::new(format!(

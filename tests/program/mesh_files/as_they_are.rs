@@ -338,14 +338,12 @@ pub fn glb() -> Vec<u8> {
     let corners = [0, 1, 2, 0, 2, 3].map(|v| square().positions[v]);
     let mut binary: Vec<u8> = [0_u16, 1, 2, 3, 4, 5].map(u16::to_le_bytes).concat();
     binary.extend(corners.iter().flat_map(|p| p.as_vec3().to_array()).flat_map(f32::to_le_bytes));
-    let json = format!(
-        "{{\"asset\":{{\"version\":\"2.0\"}},\"scene\":0,\"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"children\":[1],\"translation\":[5,0,0]}},\
-         {{\"mesh\":0,\"name\":\"skin\",\"translation\":[-5,0,0]}}],\"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":1}},\"indices\":0}}]}}],\
-         \"accessors\":[{{\"bufferView\":0,\"componentType\":5123,\"type\":\"SCALAR\",\"count\":6}},\
-         {{\"bufferView\":1,\"componentType\":5126,\"type\":\"VEC3\",\"count\":6,\"min\":[0,0,0],\"max\":[1,1,0.25]}}],\
-         \"bufferViews\":[{{\"buffer\":0,\"byteLength\":12}},{{\"buffer\":0,\"byteOffset\":12,\"byteLength\":72}}],\
-         \"buffers\":[{{\"byteLength\":84}}]}}"
-    );
+    let json = "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"children\":[1],\"translation\":[5,0,0]},\
+         {\"mesh\":0,\"name\":\"skin\",\"translation\":[-5,0,0]}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":1},\"indices\":0}]}],\
+         \"accessors\":[{\"bufferView\":0,\"componentType\":5123,\"type\":\"SCALAR\",\"count\":6},\
+         {\"bufferView\":1,\"componentType\":5126,\"type\":\"VEC3\",\"count\":6,\"min\":[0,0,0],\"max\":[1,1,0.25]}],\
+         \"bufferViews\":[{\"buffer\":0,\"byteLength\":12},{\"buffer\":0,\"byteOffset\":12,\"byteLength\":72}],\
+         \"buffers\":[{\"byteLength\":84}]}";
     let json = format!("{json}{}", " ".repeat((4 - json.len() % 4) % 4));
     let mut out = b"glTF".to_vec();
     out.extend([2, 28 + json.len() as u32 + binary.len() as u32, json.len() as u32].map(u32::to_le_bytes).concat());
