@@ -41,6 +41,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
     }
     for body in bodies {
+        list.extend(body.mesh.doubts().into_iter().map(|doubt| format!("{}: {doubt}", body.name)));
         if let Some(part) = body.relative_imbalance.filter(|&part| part > MOST_IMBALANCE) {
             let what = "of its largest term: some force or edit of this run is not accounted for (balance_mj)";
             list.push(format!("{}: the energy balance is off by {:.2} % {what}", body.name, 100.0 * part));

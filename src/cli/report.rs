@@ -10,7 +10,7 @@ use super::timings::{SystemTime, Timings};
 use crate::components::{Body, EnergyCriterion, Refined, Refinement, RingFault, TearLog, Tearing};
 use crate::report::{TearAccount, TearCourse};
 use crate::scene::schema::Mode;
-use crate::scene::{Instance, Scene, thresholds};
+use crate::scene::{Instance, MeshSummary, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
 use hecs::Entity;
 use serde::Serialize;
@@ -76,6 +76,8 @@ pub(super) struct BodyFigures {
     pub name: String,
     pub vertices: usize,
     pub triangles: usize,
+    /// The mesh before any cut.
+    pub mesh: MeshSummary,
     pub mass_g: f64,
     pub elastic_mj: f64,
     pub kinetic_mj: f64,
@@ -318,6 +320,7 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
         name,
         vertices: vertices.as_ref().map_or(0, |v| v.len()),
         triangles: world.get::<&Triangles>(body).map_or(0, |t| t.len()),
+        mesh: instance.meshes.get(index).cloned().unwrap_or_default(),
         mass_g: vertices.map_or(0.0, |v| v.mass.iter().sum()),
         elastic_mj: energies.elastic,
         kinetic_mj: energies.kinetic,
