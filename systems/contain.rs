@@ -146,7 +146,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
             let mut patch = None;
-            if !(sum <= most) {
+            if step.is_retried && !(sum <= most) {
                 let full = Operator { external, ..solved.operator };
                 let judge = |patch: &Patch, partials: &mut Vec<f64>| {
                     before + patch.judged(&solved).left_over(1.0, partials) + work + patch.unearned(&solved, &full)

@@ -28,10 +28,14 @@ const PROMISED: f64 = 1e-4;
 /// So often it is made larger at the most.
 const ROUNDS: u32 = 4;
 
-/// The most vertices of a patch, as a part of those of the body, and a number that is always few enough: what more vertices do is no fault of
-/// a place.
+/// A vertex keeps the solve's way that jaws, springs or its own mass hold by so many times what the membrane does.
+const LED: f64 = 10.0;
+
+/// The most vertices of a patch, as a part of those of the body: what more vertices do is no fault of a place. Of a small body a larger part is
+/// a place still.
 const MOST: f64 = 0.05;
-const FEW: usize = 24;
+const MOST_OF_FEW: f64 = 0.15;
+const FEW: f64 = 24.0;
 
 /// Vertices of a body that find their own way.
 #[derive(Clone, Debug, Default)]
@@ -111,7 +115,8 @@ impl Patch {
     }
 
     fn most(&self) -> usize {
-        ((MOST * self.way.len() as f64) as usize).max(FEW)
+        let count = self.way.len() as f64;
+        (MOST * count).max((MOST_OF_FEW * count).min(FEW)) as usize
     }
 
     /// Moves its vertices one after the other. `full` is the operator of the solve, with loads and all.
@@ -147,6 +152,10 @@ impl Patch {
             size = size.min(rest.area.sqrt());
         }
         let own = full.diagonal_block(v) - elastic;
+        // What jaws or springs lead goes where they lead it: their force is a stiff spring's over a tiny way.
+        if trace(&own) > LED * trace(&elastic) {
+            return 0.0;
+        }
         let force = free * (other + pull);
         let block = free * (own + elastic) * free + (DMat3::IDENTITY - free);
         let Some(whole) = Some(block.inverse() * force).filter(|way| way.is_finite()) else { return 0.0 };
@@ -186,4 +195,8 @@ impl Solved<'_> {
         let (rest, stiffness, volume) = (&triangles.rest[t], &triangles.stiffness[t], self.volume(t));
         Element { rest, stiffness, volume, is_planar, unstretched, fibres }
     }
+}
+
+fn trace(block: &DMat3) -> f64 {
+    block.x_axis.x + block.y_axis.y + block.z_axis.z
 }

@@ -158,7 +158,7 @@ fn steps_that_do_not_go_the_solves_way_close_their_balance() {
 }
 
 /// A spike that hangs on a sheet by one side, drawn out tenfold: one solve would whip it about and create energy. It alone finds its own
-/// way, the sheet keeps its step, and nothing is undone.
+/// way in halves of the step, and nothing goes a part of its way.
 #[test]
 fn a_spike_at_an_edge_holds_nobody_up() {
     let mut simulation = simulation();
@@ -174,13 +174,14 @@ fn a_spike_at_an_edge_holds_nobody_up() {
     let mut relaxed = 0;
     for _ in 0..25 {
         let report = simulation.step(20.0).unwrap();
-        assert_eq!((report.rolled_back, report.bodies[0].went_part_of_way), (0, false));
+        assert!(report.rolled_back <= 1 && !report.bodies[0].went_part_of_way, "{report:?}");
         relaxed = relaxed.max(report.bodies[0].relaxed_vertices);
         let b = balance(&mut simulation, body);
         // Quadrature along the way of the spike, which is turned over.
         assert!(b.relative_imbalance() < 1e-4, "{:e}: {b:?}", b.relative_imbalance());
     }
-    assert!((1..=12).contains(&relaxed), "{relaxed} vertices");
+    // Itself and what is around it, of 442.
+    assert!((1..=24).contains(&relaxed), "{relaxed} vertices");
     let (edge, spike) = {
         let vertices = simulation.world().get::<&Vertices>(body).unwrap();
         let at = |v: usize| vertices.position[v];

@@ -199,7 +199,13 @@ impl Flap {
             return;
         };
         let off = (median(pulls.iter().map(|pull| pull.form / pull.release)) - 1.0).abs();
-        rows.ratio(what("pull before an advance against what both tips release, median"), off, FORCE);
+        let pull = what("pull before an advance against what both tips release, median");
+        // The quick way is mostly that of coming taut.
+        if is_quick && self.bends {
+            rows.note(pull, off, "1");
+        } else {
+            rows.ratio(pull, off, FORCE);
+        }
         rows.note(
             what("pull before an advance over that of two tips at once, median"),
             median(pulls.iter().map(|p| p.form)),
