@@ -148,10 +148,9 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let mut patch = None;
             if step.is_retried && !(sum <= most) {
                 let full = Operator { external, ..solved.operator };
-                let judge = |patch: &Patch, partials: &mut Vec<f64>| {
+                let found = Patch::found(&solved, &full, (sum, most), |patch| {
                     before + patch.judged(&solved).left_over(1.0, partials) + work + patch.unearned(&solved, &full)
-                };
-                let found = Patch::found(&solved, &full, (sum, most), |patch| judge(patch, partials));
+                });
                 (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
             }
             if step.is_last_resort && !(sum <= most) {

@@ -116,7 +116,7 @@ fn every_advance_takes_the_toughness_of_the_scene() {
     releases.sort_by(f64::total_cmp);
     let share = |part: f64| releases[(part * releases.len() as f64) as usize];
     // Energy over toughness before an advance: at 5 ms 1.05 in the median, at 10 ms 1.07, as the release grows by a tenth in a step
-    // of this hand. With strengths it was anything from 0.65 to 2.5 N/mm.
+    // of this hand.
     assert!(releases.len() > 100 && releases[0] >= 1.0, "{}", row(&figures));
     assert!(share(0.5) < 1.1 && share(0.9) < 1.25, "{} {}", share(0.5), share(0.9));
     // By the hands of experts 9 mN RMS were measured, by those of novices 17.
@@ -218,7 +218,7 @@ fn what_tips_remember_of_their_discs_follows_every_edit() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture meshes"]
+#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture time_step"]
 fn diameter_and_force_are_those_of_every_mesh_and_time_step() {
     let mut diameters = Vec::new();
     let mut forces = Vec::new();

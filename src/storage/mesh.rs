@@ -166,18 +166,7 @@ impl TriangleMesh {
     }
 
     fn check_duplicates(&self) -> Result<(), MeshError> {
-        let mut sorted: Vec<([u32; 3], usize)> = self
-            .triangles
-            .iter()
-            .enumerate()
-            .map(|(triangle, &corners)| {
-                let mut corners = corners;
-                corners.sort_unstable();
-                (corners, triangle)
-            })
-            .collect();
-        sorted.sort_unstable();
-        match sorted.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        match by_corners(&self.triangles).windows(2).find(|pair| pair[0].0 == pair[1].0) {
             Some(pair) => Err(MeshError::Duplicate { first: pair[0].1, second: pair[1].1 }),
             None => Ok(()),
         }
@@ -323,6 +312,18 @@ fn root(sets: &mut [usize], mut at: usize) -> usize {
         at = sets[at];
     }
     at
+}
+
+/// The triangles with their corners in ascending order, sorted by them and then by row: those of the same corners are neighbours.
+pub(crate) fn by_corners(triangles: &[[u32; 3]]) -> Vec<([u32; 3], usize)> {
+    let ascending = |(triangle, &corners): (usize, &[u32; 3])| {
+        let mut corners = corners;
+        corners.sort_unstable();
+        (corners, triangle)
+    };
+    let mut sorted: Vec<_> = triangles.iter().enumerate().map(ascending).collect();
+    sorted.sort_unstable();
+    sorted
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 
 use super::draft::{Draft, Origin};
-use crate::storage::{THINNEST, slenderness};
+use crate::storage::{THINNEST, by_corners, slenderness};
 
 /// The most places of each kind that a message names.
 const NAMED: usize = 4;
@@ -119,19 +119,8 @@ fn drop_empty(draft: &mut Draft, defects: &mut Defects) {
 }
 
 fn drop_double(draft: &mut Draft, defects: &mut Defects) {
-    let mut sorted: Vec<([u32; 3], usize)> = draft
-        .triangles
-        .iter()
-        .enumerate()
-        .map(|(triangle, &corners)| {
-            let mut corners = corners;
-            corners.sort_unstable();
-            (corners, triangle)
-        })
-        .collect();
-    sorted.sort_unstable();
     let mut is_kept = vec![true; draft.triangles.len()];
-    for group in sorted.chunk_by(|a, b| a.0 == b.0) {
+    for group in by_corners(&draft.triangles).chunk_by(|a, b| a.0 == b.0) {
         for &(_, triangle) in &group[1..] {
             is_kept[triangle] = false;
             defects.double += 1;
