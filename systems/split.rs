@@ -2,18 +2,20 @@
 //! the mesh follows.
 
 mod ends;
+mod starts;
 
 use super::StepContext;
 use super::linear::Factor;
 use super::tearing::{
-    Advance, Cutter, End, Followers, NewTip, Quality, Reach, Slit, TearRefusal, TearScratch, TipChart, TipMemory,
-    may_go_on, turned_axis,
+    Advance, Cutter, End, EnergyTerms, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart,
+    TipMemory, may_go_on, turned_axis,
 };
 use crate::components::{
-    Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, RefusedSite, SolverScratch, Springs,
-    StepForces, TearDecision, TearDecisions, TearLog, TearMode, TearSite, Tearing,
+    Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PointLoads, Refined, SolverScratch,
+    Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
 };
-use crate::event::{Course, EventKind, Verdict};
+use crate::event::{Course, EventKind, TearCost};
+use crate::math::elementary;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -26,7 +28,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
-        (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
+        (&'a Tearing, Option<&'a EnergyCriterion>, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
         (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
@@ -34,7 +36,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     );
     for (
         (vertices, triangles, topology, increment),
-        (tearing, tips, decisions, log),
+        (tearing, energy, tips, decisions, log),
         (scratch, memory, factor),
         (holds, springs, grips),
         (point_loads, edge_loads, step_forces),
@@ -47,6 +49,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let reach = Reach::new(step, tearing);
         if !step.is_resumed {
             log.note_decisions(&decisions.tips);
+            note_withheld(decisions, log);
         }
         if !decisions.ask() {
             (0..tips.len()).for_each(|tip| rest(tips, tip, reach));
@@ -71,6 +74,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
                 changes,
             },
             tearing,
+            energy,
             tips,
             log,
             scratch,
@@ -85,7 +89,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         }
         if let Some((site, decision)) = decisions.start {
-            let refused = tearer.start(site, &decision);
+            let refused = tearer.start(site, &decision, decisions.start_length);
             tearer.tell_refused_start(refused, &mut decisions.refused_start);
         }
         let has_torn = tearer.log.advance_count > advances_before || tearer.log.start_count > starts_before;
@@ -107,6 +111,17 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
+/// Counts a step in which a start has the stress and not the energy, and tells of it once.
+fn note_withheld(decisions: &mut TearDecisions, log: &mut TearLog) {
+    let was_told = std::mem::replace(&mut decisions.is_withheld_told, decisions.withheld.is_some());
+    if let Some(withheld) = decisions.withheld {
+        log.withheld_start_count = log.withheld_start_count.saturating_add(1);
+        if !was_told {
+            log.pending.push(EventKind::StartWithheld(withheld));
+        }
+    }
+}
+
 /// A tip that does not want to advance saves nothing up; only what it went too far is paid off in time.
 fn rest(tips: &mut Tips, tip: usize, reach: Reach) {
     let more = if let Reach::New(more) = reach { more } else { 0.0 };
@@ -119,6 +134,7 @@ struct Tearer<'a> {
     mesh: Mesh<'a>,
     followers: Followers<'a>,
     tearing: &'a Tearing,
+    energy: Option<&'a EnergyCriterion>,
     tips: &'a mut Tips,
     log: &'a mut TearLog,
     scratch: &'a mut TearScratch,
@@ -154,19 +170,11 @@ impl Tearer<'_> {
         if !reach.allows(self.tips.allowance[tip], way) {
             return self.note_held_back(key, at, decision.value);
         }
-        let mode = self.tearing.mode;
-        let result = chart.and_then(|tip| {
-            self.cut(|cutter| match mode {
-                TearMode::Free => cutter.advance_from(&tip, decision.direction).map(|advance| (advance, advance.to)),
-                TearMode::Edge => {
-                    let step = cutter.advance_along_edge_from(&tip, ideal, decision.direction)?;
-                    Ok((step.advance, step.ideal))
-                }
-            })
-        });
+        let thickness = self.thickness_at(vertex);
+        let result = chart.and_then(|tip| self.cut_from(&tip, ideal, decision.direction));
         match result {
             Ok((advance, ideal)) => {
-                self.record_advance(key, decision, &advance, ideal);
+                self.record_advance(key, decision, (&advance, thickness), ideal);
                 self.leave_notch(&advance);
                 self.branch(decision);
             }
@@ -188,9 +196,21 @@ impl Tearer<'_> {
         self.log.held_back_criterion = self.log.held_back_criterion.max(criterion);
     }
 
-    fn record_advance(&mut self, key: TipKey, decision: &TearDecision, advance: &Advance, ideal: DVec3) {
+    /// Takes down an advance from where the sheet was so thick \[mm\].
+    fn record_advance(
+        &mut self,
+        key: TipKey,
+        decision: &TearDecision,
+        (advance, thickness): (&Advance, f64),
+        ideal: DVec3,
+    ) {
         let Some(tip) = self.tips.row(key) else { return };
         let length = advance.length();
+        let area = length * 0.5 * (thickness + self.thickness_at(advance.vertex));
+        let way = (advance.to - advance.from).normalize_or(decision.direction);
+        let toughness = self.toughness(decision.fibre, way);
+        self.log.note_area(area, toughness);
+        let overshoot = decision.value * decision.value - 1.0;
         let before = self.tips.at(tip);
         self.tips.set(
             tip,
@@ -221,9 +241,24 @@ impl Tearer<'_> {
             is_ambiguous: decision.is_ambiguous,
             by: decision.by,
             release: decision.release,
+            cost: toughness.map(|toughness| TearCost { area, toughness, overshoot }),
             course: advance.course,
         });
         self.finish_cut(advance.end.and_then(|End { freed }| freed));
+    }
+
+    /// Mean thickness of the triangles around a vertex \[mm\].
+    fn thickness_at(&self, vertex: u32) -> f64 {
+        let around = &self.mesh.topology.incident[vertex as usize];
+        let thickness = around.iter().map(|entry| self.mesh.triangles.thickness[(entry / 3) as usize]);
+        thickness.sum::<f64>() / around.len().max(1) as f64
+    }
+
+    /// Toughness against a tear in a unit direction \[N/mm\], of a body that has one.
+    fn toughness(&self, fibre: DVec3, way: DVec3) -> Option<f64> {
+        let terms = EnergyTerms { tearing: self.tearing, energy: self.energy? };
+        let delta = elementary::atan2(fibre.cross(way).length(), fibre.dot(way).abs());
+        Some(terms.toughness().threshold(delta))
     }
 
     /// What follows from a cut, once the tip that made it has moved on.
@@ -235,57 +270,16 @@ impl Tearer<'_> {
         }
     }
 
-    /// Opens the tissue at a site, or at a corner of the triangle.
-    fn open_at(&mut self, site: TearSite, direction: DVec3) -> Result<Slit, TearRefusal> {
+    /// One triangle or edge further from a tip, with where it would be if it could leave the edges.
+    fn cut_from(&mut self, tip: &TipChart, ideal: DVec3, direction: DVec3) -> Result<(Advance, DVec3), TearRefusal> {
         let mode = self.tearing.mode;
-        let corners = match site {
-            TearSite::Vertex(_) => None,
-            TearSite::Triangle(triangle) => Some(self.mesh.triangles.corners[triangle as usize].map(TearSite::Vertex)),
-        };
-        let mut started = self.cut(|cutter| cutter.start(site, direction, mode));
-        for other in corners.into_iter().flatten() {
-            if started.is_ok() {
-                break;
+        self.cut(|cutter| match mode {
+            TearMode::Free => cutter.advance_from(tip, direction).map(|advance| (advance, advance.to)),
+            TearMode::Edge => {
+                let step = cutter.advance_along_edge_from(tip, ideal, direction)?;
+                Ok((step.advance, step.ideal))
             }
-            started = self.cut(|cutter| cutter.start(other, direction, mode)).or(started);
-        }
-        let slit = started?;
-        let rest = &self.mesh.vertices.rest_position;
-        let lengths = slit.path.windows(2).map(|w| rest[w[0] as usize].distance(rest[w[1] as usize]));
-        self.log.length += lengths.sum::<f64>();
-        self.log.note_angle(slit.smallest_angle);
-        Ok(slit)
-    }
-
-    /// Starts a tear at the site or, where the mesh refuses that, at a corner of the triangle.
-    fn start(&mut self, site: TearSite, decision: &TearDecision) -> Result<(), (TearSite, TearRefusal)> {
-        let slit = self.open_at(site, decision.direction).map_err(|refusal| (site, refusal))?;
-        self.log.start_count += 1;
-        self.log.ambiguous_count += u32::from(decision.is_ambiguous);
-        let TearDecision { value: criterion, margin, is_ambiguous, .. } = *decision;
-        let verdict = Some(Verdict { criterion, margin, is_ambiguous });
-        self.finish_cut(slit.freed);
-        for tip in slit.tips {
-            let at = self.mesh.vertices.rest_position[tip.vertex as usize];
-            let tip = add_tip(self.tips, tip);
-            self.log.pending.push(EventKind::Started { tip, at, verdict });
-        }
-        Ok(())
-    }
-
-    /// Tells of a start that was refused, unless the last one was refused at the same site.
-    fn tell_refused_start(&mut self, started: Result<(), (TearSite, TearRefusal)>, last: &mut Option<RefusedSite>) {
-        let Err((site, refusal)) = started else { return *last = None };
-        let (row, site) = match site {
-            TearSite::Vertex(vertex) => (vertex, self.mesh.vertices.key(vertex).map(RefusedSite::Vertex)),
-            TearSite::Triangle(triangle) => (
-                self.mesh.triangles.corners[triangle as usize][0],
-                self.mesh.triangles.key(triangle).map(RefusedSite::Triangle),
-            ),
-        };
-        if std::mem::replace(last, site) != site {
-            self.refuse(None, self.mesh.vertices.rest_position[row as usize], &refusal);
-        }
+        })
     }
 
     fn refuse(&mut self, tip: Option<TipKey>, at: DVec3, refusal: &TearRefusal) {

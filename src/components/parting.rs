@@ -8,6 +8,8 @@ use glam::DVec3;
 pub struct Parting {
     /// Row of the triangle.
     pub triangle: u32,
+    /// Unit fibre direction in the rest shape.
+    pub fibre: DVec3,
     /// Unit direction of the opening in the rest shape, across the greatest stretch.
     pub direction: DVec3,
     /// Stretch over the ultimate stretch; above 1.

@@ -12,6 +12,7 @@ use std::f64::consts::PI;
 
 /// Tissue around a vertex \[rad\] from which it is a notch; 200°. Corners of lips have less, polygonal rims about 184°.
 const NOTCH: f64 = 200.0 / 180.0 * PI;
+
 impl Tearer<'_> {
     /// Leaves a live tip where a tear has met a boundary and freed no piece, or only a chip smaller than the averaging disc: at
     /// the sharpest notch of the rim within 2R, the reach around which starts are left to tips.
@@ -86,37 +87,26 @@ impl Tearer<'_> {
         };
         let copies: SmallVec<[u32; 8]> = self.touched.clone();
         let Some(tip) = copies.iter().find_map(leads) else { return };
-        let mode = self.tearing.mode;
         let at = self.mesh.vertices.rest_position[tip.vertex as usize];
-        let advanced = self.cut(|cutter| match mode {
-            crate::components::TearMode::Free => cutter.advance_from(&tip, other).map(|advance| (advance, advance.to)),
-            crate::components::TearMode::Edge => {
-                let step = cutter.advance_along_edge_from(&tip, at, other)?;
-                Ok((step.advance, step.ideal))
-            }
-        });
-        match advanced {
+        let key = self.renew(NewTip { vertex: tip.vertex, direction: other, ideal: at }, Renewal::Branch);
+        let thickness = self.thickness_at(tip.vertex);
+        match self.cut_from(&tip, at, other) {
             Ok((advance, ideal)) => {
-                self.log.length += advance.length();
-                self.log.advance_count += 1;
-                self.log.note_angle(advance.smallest_angle);
-                if advance.end.is_none() {
-                    self.renew(NewTip { vertex: advance.vertex, direction: other, ideal }, Renewal::Branch);
-                }
-                self.finish_cut(advance.end.and_then(|end| end.freed));
+                self.record_advance(key, &TearDecision { direction: other, ..*decision }, (&advance, thickness), ideal);
             }
-            Err(refusal) => self.refuse(None, at, &refusal),
+            Err(refusal) => self.refuse(Some(key), at, &refusal),
         }
     }
 
-    fn renew(&mut self, tip: NewTip, by: Renewal) {
+    fn renew(&mut self, tip: NewTip, by: Renewal) -> TipKey {
         let at = self.mesh.vertices.rest_position[tip.vertex as usize];
-        let tip: TipKey = add_tip(self.tips, tip);
+        let tip = add_tip(self.tips, tip);
         match by {
             Renewal::Notch => self.log.renewed_count += 1,
             Renewal::Branch => self.log.branch_count += 1,
         }
         self.log.pending.push(EventKind::Renewed { tip, at, by });
+        tip
     }
 
     /// Parts tissue that fails without a tip. Whether it did; a refusal is told once for a triangle.
@@ -141,7 +131,7 @@ impl Tearer<'_> {
 
     /// Opens tissue across its greatest stretch, as a start does. The pieces that came free.
     fn part_stretched(&mut self, parting: &Parting) -> Result<SmallVec<[usize; 2]>, TearRefusal> {
-        let slit = self.open_at(TearSite::Triangle(parting.triangle), parting.direction)?;
+        let slit = self.open_at(TearSite::Triangle(parting.triangle), parting.fibre, parting.direction)?;
         self.finish_cut(None);
         for tip in slit.tips {
             self.renew(tip, Renewal::Notch);

@@ -27,7 +27,7 @@ fn beyond_stretch(surface: &Surface, t: usize, ultimate: f64) -> Option<Parting>
         return None;
     }
     let direction = in_space(surface, t, elementary::unit_at(strain.principal_angle() + FRAC_PI_2));
-    Some(Parting { triangle: t as u32, direction, value, at: centroid(surface, t) })
+    Some(Parting { triangle: t as u32, fibre: surface.triangles.fibre[t], direction, value, at: centroid(surface, t) })
 }
 
 fn corners(surface: &Surface, t: usize) -> [DVec3; 3] {

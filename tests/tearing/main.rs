@@ -1,5 +1,6 @@
 //! Tears: what decides on them, how they go, what they leave; the edits of the mesh beneath them, refinement around them.
 
+mod account;
 mod criterion;
 mod edits;
 mod energy_criterion;
@@ -11,6 +12,7 @@ mod no_dead_ends;
 mod random_edits;
 mod random_tears;
 mod refinement;
+mod starts;
 mod tear_meetings;
 mod tear_modes;
 mod tears;

@@ -67,11 +67,20 @@ fn the_cone_limits_the_turn_into_the_fibre() {
 
 #[test]
 fn the_direction_of_the_notch_steers_the_tear() {
-    // Across the fibre, 90° off: the same cones now need more turns.
-    let narrow = off_fibre(&steered(4, 45.0, 15.0, -3.0, 1.0));
-    assert!((narrow[0] - 75.0).abs() < 1e-5 && (narrow[1] - 60.0).abs() < 1e-5, "{narrow:?}");
-    let middle = off_fibre(&steered(4, 45.0, 45.0, -3.0, 0.5));
-    assert!((middle[0] - 45.0).abs() < 1e-5 && middle[1] < 1e-5, "{middle:?}");
+    // Across the fibre, 90° off: the same cones now need more turns. The axis follows the tear by one cone per R of its length.
+    for (cone, start) in [(15.0, 1.0), (45.0, 0.5)] {
+        let advances = steered(4, 45.0, cone, -3.0, start);
+        let found = off_fibre(&advances);
+        assert!((found[0] - (90.0 - cone)).abs() < 1e-5, "{found:?}");
+        let turned = cone * advances[0].to.distance(TIP) / Square::new([40, 40], 45.0).tearing.radius;
+        assert!(turned < cone && found[1] > found[0] - turned - 1e-5, "{turned}: {found:?}");
+        match cone < 30.0 {
+            // The largest criterion lies at the limit,
+            true => assert!((found[1] - (found[0] - turned)).abs() < 1e-5, "{turned}: {found:?}"),
+            // or within it, until the fibre is: there the tear stays.
+            false => assert!(found[3] < 1e-5, "{found:?}"),
+        }
+    }
     // Both ways along the fibre lie at the limit of a cone of 90°: a tie, and marked as one.
     let wide = steered(1, 45.0, 90.0, -3.0, 0.0);
     assert!(wide[0].is_ambiguous && wide[0].direction.dot(DVec2::new(1.0, -1.0)).abs() < 1e-9);
