@@ -1,6 +1,6 @@
 //! What happened to the tissue, in order.
 
-use crate::components::{DecidedBy, WithheldStart};
+use crate::components::{DecidedBy, PartedBy, WithheldStart};
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
 use hecs::Entity;
@@ -199,8 +199,10 @@ pub enum EventKind {
     Parted {
         /// Where \[mm\].
         at: DVec3,
-        /// How far beyond what it bears: stretch over the ultimate stretch.
+        /// How far beyond what it bears: smallest criterion across the strand, or stretch over the ultimate one.
         value: f64,
+        /// Why.
+        by: PartedBy,
     },
     /// A piece came free.
     PieceFreed {

@@ -2,13 +2,13 @@
 
 use super::kernels::failure;
 use super::tearing::{
-    EnergyTerms, Surface, SurfaceQuery, TipMemory, decision, disc_average, energy_decision, parting, strength,
-    tip_decision, vertex_decision,
+    EnergyTerms, PartingSites, Surface, SurfaceQuery, TipMemory, decision, disc_average, energy_decision, parting,
+    strength, tip_decision, vertex_decision,
 };
 use super::{StepContext, parallel};
 use crate::components::{
-    DecidedBy, EnergyCriterion, Grips, Holds, Sleeping, SolverScratch, TearDecision, TearDecisions, TearSite, Tearing,
-    WithheldStart,
+    DecidedBy, EnergyCriterion, Grips, Holds, Sleeping, SolverScratch, TearDecision, TearDecisions, TearLog, TearSite,
+    Tearing, WithheldStart,
 };
 use crate::math::elementary;
 use crate::storage::Tips;
@@ -32,21 +32,21 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     type Query<'a> = (
         (SurfaceQuery<'a>, &'a Tearing),
-        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>),
+        (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>, &'a TearLog),
         (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
     );
     parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
         world,
-        |((((_, triangles, _), _), tearing), (tips, decisions, _, sleeping), _)| {
+        |((((_, triangles, _), _), tearing), (tips, decisions, _, sleeping, log), _)| {
             let is_done = is_asleep(sleeping) || step.is_done(Some(decisions));
-            let is_searched = tearing.may_initiate || tearing.ultimate_stretch.is_some();
+            let is_searched = tearing.may_initiate || tearing.ultimate_stretch.is_some() || log.length > 0.0;
             match (is_done, is_searched) {
                 (true, _) => 0,
                 (false, true) => triangles.len(),
                 (false, false) => tips.len() * TIP,
             }
         },
-        |((surface, tearing), (tips, decisions, memory, _), (holds, grips, energy))| {
+        |((surface, tearing), (tips, decisions, memory, _, log), (holds, grips, energy))| {
             let surface = Surface::of(surface);
             for tip in 0..tips.len() {
                 let place = (tips.vertex[tip], tips.previous[tip]);
@@ -60,9 +60,17 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
             let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
-            if let Some(ultimate) = tearing.ultimate_stretch {
+            let is_torn = log.length > 0.0;
+            if is_torn || tearing.ultimate_stretch.is_some() {
+                let at = |row: u32| surface.vertices.rest_position[row as usize];
+                let least_sq = elementary::powi(tearing.radius, 2);
+                let may_part = |p: DVec3| {
+                    let mut others = tips.vertex.iter().chain(held()).chain(gripped());
+                    others.all(|&row| at(row).distance_squared(p) >= least_sq)
+                };
                 let is_taken = |row: u32| tips.vertex.iter().chain(held()).chain(gripped()).any(|&other| other == row);
-                decisions.parting = parting(&surface, ultimate, &is_taken);
+                let sites = PartingSites { may_part: &may_part, is_taken: &is_taken, is_torn };
+                decisions.parting = parting(&surface, tearing, &sites);
             }
             if tearing.may_initiate {
                 let at = |&row: &u32| surface.vertices.rest_position[row as usize];

@@ -90,7 +90,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         if let Some((site, decision)) = decisions.start {
             let refused = tearer.start(site, &decision, decisions.start_length);
-            tearer.tell_refused_start(refused, &mut decisions.refused_start);
+            tearer.tell_refused(refused, &mut decisions.refused_start);
         }
         let has_torn = tearer.log.advance_count > advances_before || tearer.log.start_count > starts_before;
         // Where tears have just gone on, the tissue is judged anew first.

@@ -325,8 +325,8 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         EventKind::Renewed { tip, at, by } => {
             json!({ "kind": "renewed", "tip": key(tip), "at_mm": point(at), "by": by.to_string() })
         }
-        EventKind::Parted { at, value } => {
-            json!({ "kind": "parted", "at_mm": point(at), "value": value })
+        EventKind::Parted { at, value, by } => {
+            json!({ "kind": "parted", "at_mm": point(at), "value": value, "by": by.to_string() })
         }
         EventKind::HeldShut { at } => json!({ "kind": "held_shut", "at_mm": point(at) }),
         EventKind::UnderResolved { tip, at, edges_per_radius } => json!({

@@ -57,7 +57,7 @@ pub use hold::{Hold, Holds};
 pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use material::Material;
 pub use obstacle::{Contact, Obstacle, ObstaclePath, Shape, Swept};
-pub use parting::Parting;
+pub use parting::{PartedBy, Parting};
 pub(crate) use readings::Read;
 pub use readings::Readings;
 pub use refinement::{Refined, Refinement};

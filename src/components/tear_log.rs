@@ -39,7 +39,7 @@ pub struct TearLog {
     pub renewed_count: u32,
     /// Second tips sent the other way where two directions tied.
     pub branch_count: u32,
-    /// Places where tissue beyond its ultimate stretch parted without a tip.
+    /// Places where tissue parted without a tip: strands, and tissue beyond its ultimate stretch.
     pub parted_count: u32,
     /// Pieces that came free.
     pub piece_count: u32,

@@ -1,7 +1,7 @@
 //! What keeps a tear from ending dead: a notch left as a tip, a branch the other way, and tissue that parts without a tip.
 
 use super::{Tearer, add_tip};
-use crate::components::{Parting, RefusedSite, TearDecision, TearSite};
+use crate::components::{PartedBy, Parting, RefusedSite, TearDecision};
 use crate::event::{EventKind, Renewal};
 use crate::storage::{NONE, TipKey};
 use crate::systems::tearing::{Advance, NewTip, TearRefusal, TipChart};
@@ -12,7 +12,6 @@ use std::f64::consts::PI;
 
 /// Tissue around a vertex \[rad\] from which it is a notch; 200°. Corners of lips have less, polygonal rims about 184°.
 const NOTCH: f64 = 200.0 / 180.0 * PI;
-
 impl Tearer<'_> {
     /// Leaves a live tip where a tear has met a boundary and freed no piece, or only a chip smaller than the averaging disc: at
     /// the sharpest notch of the rim within 2R, the reach around which starts are left to tips.
@@ -109,29 +108,51 @@ impl Tearer<'_> {
         tip
     }
 
-    /// Parts tissue that fails without a tip. Whether it did; a refusal is told once for a triangle.
+    /// Parts tissue that fails without a tip. Whether it did; a refusal is told once for a site.
     pub(super) fn part(&mut self, parting: &Parting, last: &mut Option<RefusedSite>) -> bool {
-        match self.part_stretched(parting) {
-            Ok(freed) => {
-                self.log.parted_count += 1;
-                self.log.pending.push(EventKind::Parted { at: parting.at, value: parting.value });
-                freed.into_iter().for_each(|count| self.finish_cut(Some(count)));
-                *last = None;
-                true
+        let parted = match parting.by {
+            PartedBy::Strand => self.part_strand(parting),
+            PartedBy::Stretch => self.part_stretched(parting),
+        };
+        let told = parted.map(|freed| {
+            let at = (parting.ends[0] + parting.ends[1]) * 0.5;
+            self.log.parted_count += 1;
+            self.log.pending.push(EventKind::Parted { at, value: parting.value, by: parting.by });
+            freed.into_iter().for_each(|count| self.finish_cut(Some(count)));
+        });
+        let has_parted = told.is_ok();
+        self.tell_refused(told.map_err(|refusal| (parting.site, refusal)), last);
+        has_parted
+    }
+
+    /// Opens a strand from the vertex of the rim at which it was found straight on, to the rim across or as far as the mesh lets it.
+    fn part_strand(&mut self, parting: &Parting) -> Result<SmallVec<[usize; 2]>, TearRefusal> {
+        let slit = self.open_at(parting.site, parting.fibre, parting.direction)?;
+        self.finish_cut(None);
+        let mut freed: SmallVec<[usize; 2]> = slit.freed.into_iter().collect();
+        for mut tip in slit.tips {
+            let mut has_met = false;
+            while !has_met && let Ok(chart) = TipChart::new(&self.mesh, tip.vertex) {
+                let thickness = self.thickness_at(tip.vertex);
+                let Ok((advance, ideal)) = self.cut_from(&chart, tip.ideal, parting.direction) else { break };
+                let way = (advance.to - advance.from).normalize_or(parting.direction);
+                self.log.length += advance.length();
+                self.log.note_area(advance.length() * thickness, self.toughness(parting.fibre, way));
+                self.log.note_angle(advance.smallest_angle);
+                (tip.vertex, tip.ideal, has_met) = (advance.vertex, ideal, advance.end.is_some());
+                self.finish_cut(None);
+                freed.extend(advance.end.and_then(|end| end.freed));
             }
-            Err(refusal) => {
-                let site = self.mesh.triangles.key(parting.triangle).map(RefusedSite::Triangle);
-                if std::mem::replace(last, site) != site {
-                    self.refuse(None, parting.at, &refusal);
-                }
-                false
+            if !has_met {
+                self.renew(tip, Renewal::Notch);
             }
         }
+        Ok(freed)
     }
 
     /// Opens tissue across its greatest stretch, as a start does. The pieces that came free.
     fn part_stretched(&mut self, parting: &Parting) -> Result<SmallVec<[usize; 2]>, TearRefusal> {
-        let slit = self.open_at(TearSite::Triangle(parting.triangle), parting.fibre, parting.direction)?;
+        let slit = self.open_at(parting.site, parting.fibre, parting.direction)?;
         self.finish_cut(None);
         for tip in slit.tips {
             self.renew(tip, Renewal::Notch);

@@ -90,8 +90,8 @@ impl Tearer<'_> {
         }
     }
 
-    /// Tells of a start that was refused, unless the last one was refused at the same site.
-    pub(super) fn tell_refused_start(
+    /// Tells of a start or parting that was refused, unless the last one was refused at the same site.
+    pub(super) fn tell_refused(
         &mut self,
         started: Result<(), (TearSite, TearRefusal)>,
         last: &mut Option<RefusedSite>,

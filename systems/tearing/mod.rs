@@ -41,7 +41,7 @@ pub use free::{Way, Ways, plan_free};
 pub use heading::turned_axis;
 pub use held_shut::{field_tip, lay_at_tip};
 pub use locate::{distance_to_triangle, nearest_in_triangle};
-pub use parting::parting;
+pub use parting::{PartingSites, parting};
 pub use reach::{Reach, may_go_on, will_tear};
 pub use ring::{Contour, Ring};
 pub use shifted_disc::{MaterialForce, ShiftedDisc};

@@ -1,20 +1,52 @@
-//! The search for tissue that fails without a tip: stretched beyond what it bears.
+//! The search for tissue that fails without a tip: strands narrower than the disc, and tissue stretched too far.
 
-use super::Surface;
-use crate::components::Parting;
+use super::{Surface, strength};
+use crate::components::{PartedBy, Parting, TearSite, Tearing};
 use crate::math::elementary;
+use crate::storage::NONE;
+use crate::systems::kernels::failure::{self, Strength};
 use glam::{DVec2, DVec3};
+use smallvec::{SmallVec, smallvec};
 use std::f64::consts::FRAC_PI_2;
 
-/// The triangle that is farthest beyond the ultimate stretch, of equal ones the lowest row, but for those with a corner that is left to
-/// a tip, hold or grip.
-pub fn parting(surface: &Surface, ultimate: f64, is_taken: &dyn Fn(u32) -> bool) -> Option<Parting> {
+/// Triangles on a way across a strand: R has some ten edges at most.
+const MOST_CROSSED: usize = 64;
+/// Ways into a sector, by where they meet the edge across: some 20° apart, which lengthens the shortest by 2 % at most.
+const WAYS: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
+
+/// Where tissue may part.
+pub struct PartingSites<'a> {
+    /// Whether a strand whose middle lies here \[mm, rest shape\] may part.
+    pub may_part: &'a dyn Fn(DVec3) -> bool,
+    /// Whether a vertex is left to a tip, hold or grip.
+    pub is_taken: &'a dyn Fn(u32) -> bool,
+    /// Whether the body has been torn or cut, so that it has strands.
+    pub is_torn: bool,
+}
+
+/// The place that is farthest beyond what it bears: of strands narrower than R and of triangles beyond the ultimate stretch. Of
+/// equal ones strands come first, then the lowest row.
+pub fn parting(surface: &Surface, tearing: &Tearing, sites: &PartingSites<'_>) -> Option<Parting> {
     let mut best: Option<Parting> = None;
-    for t in 0..surface.triangles.len() {
-        let found =
-            beyond_stretch(surface, t, ultimate).filter(|found| best.is_none_or(|best| found.value > best.value));
-        let is_left = |_: &Parting| !surface.triangles.corners[t].iter().any(|&vertex| is_taken(vertex));
-        best = found.filter(is_left).or(best);
+    let mut offer = |found: Option<Parting>| {
+        if let Some(found) = found.filter(|found| found.value > best.map_or(1.0, |best| best.value)) {
+            best = Some(found);
+        }
+    };
+    if sites.is_torn {
+        let strength = strength(tearing);
+        for (t, neighbours) in surface.topology.neighbours.iter().enumerate() {
+            for edge in (0..3).filter(|&edge| neighbours[edge] == NONE) {
+                let found = across_strand(surface, surface.triangles.corners[t][edge], &strength, tearing.radius);
+                offer(found.filter(|found| (sites.may_part)((found.ends[0] + found.ends[1]) * 0.5)));
+            }
+        }
+    }
+    if let Some(ultimate) = tearing.ultimate_stretch {
+        for t in 0..surface.triangles.len() {
+            let is_left = |_: &Parting| !surface.triangles.corners[t].iter().any(|&vertex| (sites.is_taken)(vertex));
+            offer(beyond_stretch(surface, t, ultimate).filter(is_left));
+        }
     }
     best
 }
@@ -27,7 +59,89 @@ fn beyond_stretch(surface: &Surface, t: usize, ultimate: f64) -> Option<Parting>
         return None;
     }
     let direction = in_space(surface, t, elementary::unit_at(strain.principal_angle() + FRAC_PI_2));
-    Some(Parting { triangle: t as u32, fibre: surface.triangles.fibre[t], direction, value, at: centroid(surface, t) })
+    Some(Parting {
+        site: TearSite::Triangle(t as u32),
+        fibre: surface.triangles.fibre[t],
+        direction,
+        value,
+        ends: [centroid(surface, t); 2],
+        by: PartedBy::Stretch,
+    })
+}
+
+/// The strand that a vertex of the rim lies at: of straight ways from it that meet the rim again within R, that with the largest criterion,
+/// which every triangle on it exceeds. The tension at a rim follows the rim, so that its own direction says little about the way across.
+fn across_strand(surface: &Surface, vertex: u32, strength: &Strength, radius: f64) -> Option<Parting> {
+    let from = surface.vertices.rest_position[vertex as usize];
+    let mut best: Option<Parting> = None;
+    for (t, corner) in surface.topology.fan(vertex).sectors {
+        if failure::cannot_tear(surface.stress(t as usize), strength) {
+            continue;
+        }
+        let x = corners(surface, t as usize);
+        for part in WAYS {
+            let direction = (x[(corner + 1) % 3].lerp(x[(corner + 2) % 3], part) - from).normalize_or_zero();
+            let start = Start { triangle: t as usize, at: from, edge: (corner + 1) % 3 };
+            let Some((end, value)) = to_rim(surface, &start, direction, strength, radius) else { continue };
+            if value > best.map_or(1.0, |best| best.value) {
+                let (fibre, ends) = (surface.triangles.fibre[t as usize], [from, end]);
+                best = Some(Parting {
+                    site: TearSite::Vertex(vertex),
+                    fibre,
+                    direction,
+                    value,
+                    ends,
+                    by: PartedBy::Strand,
+                });
+            }
+        }
+    }
+    best
+}
+
+/// Where a way leads from a corner of a triangle over the edge across.
+struct Start {
+    triangle: usize,
+    at: DVec3,
+    edge: usize,
+}
+
+/// Walks straight on over the rest surface: the point of the rim that is met within `most` \[mm\], and the smallest criterion on the
+/// way, above 1.
+fn to_rim(surface: &Surface, start: &Start, direction: DVec3, strength: &Strength, most: f64) -> Option<(DVec3, f64)> {
+    let &Start { triangle: mut t, mut at, edge } = start;
+    let (mut way, mut value) = (0.0, f64::INFINITY);
+    // The edges that may be left by: not the one that was entered by.
+    let mut exits: SmallVec<[usize; 3]> = smallvec![edge];
+    for _ in 0..MOST_CROSSED {
+        let x = corners(surface, t);
+        let normal = (x[1] - x[0]).cross(x[2] - x[0]).try_normalize()?;
+        let d = (direction - normal * normal.dot(direction)).try_normalize()?;
+        let fibre = surface.triangles.fibre[t];
+        let in_frame = DVec2::new(d.dot(fibre), d.dot(normal.cross(fibre)));
+        value = f64::min(value, failure::direction_value(surface.stress(t), DVec2::X, strength, in_frame));
+        // The nearest edge ahead: where the distance from its line falls to zero.
+        let mut exit: Option<(f64, usize)> = None;
+        for &edge in &exits {
+            let out = (x[(edge + 1) % 3] - x[edge]).cross(normal);
+            let (speed, gap) = (out.dot(d), out.dot(x[edge] - at));
+            if speed > 0.0 && exit.is_none_or(|(least, _)| gap / speed < least) {
+                exit = Some((gap / speed, edge));
+            }
+        }
+        let (length, edge) = exit?;
+        (at, way) = (at + d * length.max(0.0), way + length.max(0.0));
+        if !(way < most) || !(value > 1.0) {
+            return None;
+        }
+        let next = surface.topology.neighbours[t][edge];
+        if next == NONE {
+            return Some((at, value));
+        }
+        exits = (0..3).filter(|&e| surface.topology.neighbours[next as usize][e] != t as u32).collect();
+        t = next as usize;
+    }
+    None
 }
 
 fn corners(surface: &Surface, t: usize) -> [DVec3; 3] {

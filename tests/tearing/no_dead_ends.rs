@@ -1,9 +1,9 @@
 //! A tear leaves a piece or a live tip, turns as much over a length however small its advances, splits where two ways tie, and
-//! tissue stretched too far fails without a tip.
+//! tissue fails without a tip where it is a narrow strand or stretched too far.
 
 use crate::common::{Run, SIDE, Square};
 use glam::DVec3;
-use rhexis::components::Tearing;
+use rhexis::components::{PartedBy, Tearing};
 use rhexis::event::{EventKind, Renewal};
 use rhexis::settings::Settings;
 use rhexis::storage::Tips;
@@ -16,6 +16,11 @@ fn mm(x: f64, y: f64) -> DVec3 {
 
 fn one_thread() -> Settings {
     Settings { threads: 1, ..Settings::default() }
+}
+
+/// Strength that no test reaches.
+fn strong(radius: f64) -> Tearing {
+    Tearing { strength_fibre: 1e6, strength_transverse: 1e6, radius, ..Tearing::default() }
 }
 
 fn tips(run: &Run) -> Vec<DVec3> {
@@ -69,8 +74,7 @@ fn a_tear_that_hardly_turns_is_its_own_axis_to_the_bit() {
 #[test]
 fn tissue_beyond_its_ultimate_stretch_parts() {
     let torn = |ultimate_stretch: Option<f64>| {
-        let tearing =
-            Tearing { ultimate_stretch, radius: 1.0, max_tear_speed: 10.0, ..Square::isotropic([12, 9]).tearing };
+        let tearing = Tearing { ultimate_stretch, max_tear_speed: 10.0, ..strong(1.0) };
         let square = Square { tearing, notches: Vec::new(), ..Square::isotropic([12, 9]) };
         let mut run = square.spawn(one_thread());
         try_until(&mut run, 80, |run| run.log().piece_count > 0);
@@ -81,11 +85,39 @@ fn tissue_beyond_its_ultimate_stretch_parts() {
     let run = torn(Some(1.05));
     let log = run.log();
     assert!(log.parted_count > 0 && log.piece_count > 0, "{log:?}");
-    let is_stretch = |kind: &EventKind| matches!(kind, EventKind::Parted { value, .. } if *value > 1.0);
+    let is_stretch =
+        |kind: &EventKind| matches!(kind, EventKind::Parted { by: PartedBy::Stretch, value, .. } if *value > 1.0);
     assert_eq!(count(&run, is_stretch), log.parted_count);
     assert_eq!(run.piece_count() as u32, 1 + log.piece_count);
     let run = torn(None);
     assert_eq!((run.log().parted_count, run.piece_count()), (0, 1));
+}
+
+/// A bite out of the rim without a tip, and R wider than what is left beside it.
+#[test]
+fn a_strand_narrower_than_r_parts_beyond_its_strength() {
+    let torn = |strength: f64| {
+        let tearing = Tearing { strength_fibre: strength, strength_transverse: strength, ..strong(5.0) };
+        let square = Square { tearing, notches: Vec::new(), ..Square::isotropic([30, 30]) };
+        let mut run = square.spawn(one_thread());
+        // Two bites, from above and from below, leave 3 mm.
+        for bite in [[mm(10.0, 30.0), mm(15.0, 16.5), mm(20.0, 30.0)], [mm(10.0, 0.0), mm(15.0, 13.5), mm(20.0, 0.0)]] {
+            run.simulation.cut(run.body, &bite).unwrap();
+        }
+        assert_eq!(tips(&run), []);
+        let bites = run.log().piece_count;
+        assert_eq!(bites, 2);
+        try_until(&mut run, 60, |run| run.log().piece_count > bites);
+        run.assert_sound();
+        run
+    };
+    let run = torn(0.2);
+    let log = run.log();
+    assert_eq!((log.parted_count, log.start_count, log.piece_count), (1, 0, 3), "{log:?}");
+    let is_strand =
+        |kind: &EventKind| matches!(kind, EventKind::Parted { by: PartedBy::Strand, value, .. } if *value > 1.0);
+    assert_eq!((count(&run, is_strand), run.piece_count()), (1, 4));
+    assert_eq!(torn(1e6).log().parted_count, 0);
 }
 
 /// Fibres across the notch, so weak along themselves that the two ways along them tie.
