@@ -68,8 +68,8 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                     let mut others = tips.vertex.iter().chain(held()).chain(gripped());
                     others.all(|&row| at(row).distance_squared(p) >= least_sq)
                 };
-                let is_taken = |row: u32| tips.vertex.iter().chain(held()).chain(gripped()).any(|&other| other == row);
-                let sites = PartingSites { may_part: &may_part, is_taken: &is_taken, is_torn };
+                let is_held = |row: u32| held().chain(gripped()).any(|&other| other == row);
+                let sites = PartingSites { may_part: &may_part, tips: &tips.vertex, is_held: &is_held, is_torn };
                 decisions.parting = parting(&surface, tearing, &sites);
             }
             if tearing.may_initiate {

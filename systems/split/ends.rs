@@ -1,9 +1,9 @@
 //! What keeps a tear from ending dead: a notch left as a tip, a branch the other way, and tissue that parts without a tip.
 
 use super::{Tearer, add_tip};
-use crate::components::{PartedBy, Parting, RefusedSite, TearDecision};
+use crate::components::{PartedBy, Parting, RefusedSite, TearDecision, TearSite};
 use crate::event::{EventKind, Renewal};
-use crate::storage::{NONE, TipKey};
+use crate::storage::{NONE, TipKey, TipRow};
 use crate::systems::tearing::{Advance, NewTip, TearRefusal, TipChart};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -110,53 +110,76 @@ impl Tearer<'_> {
 
     /// Parts tissue that fails without a tip. Whether it did; a refusal is told once for a site.
     pub(super) fn part(&mut self, parting: &Parting, last: &mut Option<RefusedSite>) -> bool {
-        let parted = match parting.by {
-            PartedBy::Strand => self.part_strand(parting),
-            PartedBy::Stretch => self.part_stretched(parting),
+        let parted = match (parting.by, parting.site) {
+            (PartedBy::Strand, _) => self.part_strand(parting),
+            (PartedBy::Stretch, TearSite::Vertex(tip)) => self.lead_on(tip, parting),
+            (PartedBy::Stretch, TearSite::Triangle(_)) => self.part_stretched(parting),
         };
-        let told = parted.map(|freed| {
-            let at = (parting.ends[0] + parting.ends[1]) * 0.5;
-            self.log.parted_count += 1;
-            self.log.pending.push(EventKind::Parted { at, value: parting.value, by: parting.by });
-            freed.into_iter().for_each(|count| self.finish_cut(Some(count)));
-        });
-        let has_parted = told.is_ok();
-        self.tell_refused(told.map_err(|refusal| (parting.site, refusal)), last);
+        let has_parted = parted.is_ok();
+        self.tell_refused(parted.map_err(|refusal| (parting.site, refusal)), last);
         has_parted
     }
 
     /// Opens a strand from the vertex of the rim at which it was found straight on, to the rim across or as far as the mesh lets it.
-    fn part_strand(&mut self, parting: &Parting) -> Result<SmallVec<[usize; 2]>, TearRefusal> {
+    fn part_strand(&mut self, parting: &Parting) -> Result<(), TearRefusal> {
         let slit = self.open_at(parting.site, parting.fibre, parting.direction)?;
-        self.finish_cut(None);
-        let mut freed: SmallVec<[usize; 2]> = slit.freed.into_iter().collect();
+        self.note_parting(parting);
+        self.finish_cut(slit.freed);
         for mut tip in slit.tips {
             let mut has_met = false;
             while !has_met && let Ok(chart) = TipChart::new(&self.mesh, tip.vertex) {
                 let thickness = self.thickness_at(tip.vertex);
                 let Ok((advance, ideal)) = self.cut_from(&chart, tip.ideal, parting.direction) else { break };
-                let way = (advance.to - advance.from).normalize_or(parting.direction);
-                self.log.length += advance.length();
-                self.log.note_area(advance.length() * thickness, self.toughness(parting.fibre, way));
-                self.log.note_angle(advance.smallest_angle);
+                self.note_way(&advance, thickness, parting);
                 (tip.vertex, tip.ideal, has_met) = (advance.vertex, ideal, advance.end.is_some());
-                self.finish_cut(None);
-                freed.extend(advance.end.and_then(|end| end.freed));
+                self.finish_cut(advance.end.and_then(|end| end.freed));
             }
             if !has_met {
                 self.renew(tip, Renewal::Notch);
             }
         }
-        Ok(freed)
+        Ok(())
     }
 
-    /// Opens tissue across its greatest stretch, as a start does. The pieces that came free.
-    fn part_stretched(&mut self, parting: &Parting) -> Result<SmallVec<[usize; 2]>, TearRefusal> {
+    /// Leads the tip at a vertex on into tissue that is stretched too far.
+    fn lead_on(&mut self, vertex: u32, parting: &Parting) -> Result<(), TearRefusal> {
+        let Some(row) = self.tips.vertex.iter().position(|&v| v == vertex).map(|row| row as u32) else { return Ok(()) };
+        let (key, before, thickness) = (self.tips.key(row), self.tips.at(row), self.thickness_at(vertex));
+        let chart = TipChart::new(&self.mesh, vertex)?;
+        let (advance, ideal) = self.cut_from(&chart, before.ideal, parting.direction)?;
+        self.note_parting(parting);
+        self.note_way(&advance, thickness, parting);
+        if let Some(row) = key.and_then(|key| self.tips.row(key)) {
+            let led =
+                TipRow { vertex: advance.vertex, previous: parting.direction, ideal, is_refused: false, ..before };
+            self.tips.set(row, led);
+        }
+        self.finish_cut(advance.end.and_then(|end| end.freed));
+        Ok(())
+    }
+
+    /// Opens tissue across its greatest stretch, as a start does.
+    fn part_stretched(&mut self, parting: &Parting) -> Result<(), TearRefusal> {
         let slit = self.open_at(parting.site, parting.fibre, parting.direction)?;
-        self.finish_cut(None);
+        self.note_parting(parting);
+        self.finish_cut(slit.freed);
         for tip in slit.tips {
             self.renew(tip, Renewal::Notch);
         }
-        Ok(slit.freed.into_iter().collect())
+        Ok(())
+    }
+
+    fn note_parting(&mut self, parting: &Parting) {
+        let at = (parting.ends[0] + parting.ends[1]) * 0.5;
+        self.log.parted_count += 1;
+        self.log.pending.push(EventKind::Parted { at, value: parting.value, by: parting.by });
+    }
+
+    /// Takes down one way of a parting, from where the sheet was so thick \[mm\].
+    fn note_way(&mut self, advance: &Advance, thickness: f64, parting: &Parting) {
+        let way = (advance.to - advance.from).normalize_or(parting.direction);
+        self.log.length += advance.length();
+        self.log.note_area(advance.length() * thickness, self.toughness(parting.fibre, way));
+        self.log.note_angle(advance.smallest_angle);
     }
 }

@@ -18,14 +18,16 @@ const WAYS: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 pub struct PartingSites<'a> {
     /// Whether a strand whose middle lies here \[mm, rest shape\] may part.
     pub may_part: &'a dyn Fn(DVec3) -> bool,
-    /// Whether a vertex is left to a tip, hold or grip.
-    pub is_taken: &'a dyn Fn(u32) -> bool,
+    /// Vertices of tips.
+    pub tips: &'a [u32],
+    /// Whether a hold or grip has hold of a vertex.
+    pub is_held: &'a dyn Fn(u32) -> bool,
     /// Whether the body has been torn or cut, so that it has strands.
     pub is_torn: bool,
 }
 
-/// The place that is farthest beyond what it bears: of strands narrower than R and of triangles beyond the ultimate stretch. Of
-/// equal ones strands come first, then the lowest row.
+/// The place that is farthest beyond what it bears: of strands narrower than R and of triangles beyond the ultimate stretch, those
+/// at tips first. Of equal ones strands come first, then the lowest row.
 pub fn parting(surface: &Surface, tearing: &Tearing, sites: &PartingSites<'_>) -> Option<Parting> {
     let mut best: Option<Parting> = None;
     let mut offer = |found: Option<Parting>| {
@@ -43,10 +45,23 @@ pub fn parting(surface: &Surface, tearing: &Tearing, sites: &PartingSites<'_>) -
         }
     }
     if let Some(ultimate) = tearing.ultimate_stretch {
+        // Where a tip is at hand it goes on, or openings would stand side by side and nothing would part.
+        let mut ahead: Option<Parting> = None;
         for t in 0..surface.triangles.len() {
-            let is_left = |_: &Parting| !surface.triangles.corners[t].iter().any(|&vertex| (sites.is_taken)(vertex));
-            offer(beyond_stretch(surface, t, ultimate).filter(is_left));
+            let corners = surface.triangles.corners[t];
+            let Some(found) = beyond_stretch(surface, t, ultimate) else { continue };
+            match corners.iter().find(|corner| sites.tips.contains(corner)) {
+                _ if corners.iter().any(|&corner| (sites.is_held)(corner)) => {}
+                None => offer(Some(found)),
+                Some(&tip) if found.value > ahead.map_or(1.0, |best| best.value) => {
+                    let way = found.ends[0] - surface.vertices.rest_position[tip as usize];
+                    let direction = found.direction * way.dot(found.direction).signum();
+                    ahead = Some(Parting { site: TearSite::Vertex(tip), direction, ..found });
+                }
+                Some(_) => {}
+            }
         }
+        best = ahead.or(best);
     }
     best
 }

@@ -157,11 +157,10 @@ fn a_tear_that_bites_its_own_lip_leaves_a_live_tip() {
     run.run_until(60, |run| run.log().end_count > 0);
     run.assert_sound();
     let log = run.log();
-    println!("{log:?}");
     assert_eq!((log.end_count, log.renewed_count, tips(&run).len()), (1, 1, 1), "{:?}", tips(&run));
     let advances = log.advance_count;
-    run.run_until(100, |run| run.log().piece_count > 1);
+    // So weak that strands between the hook and the lip part as well.
+    run.run_until(100, |run| run.log().advance_count > advances + 10);
     run.assert_sound();
-    assert!(run.log().advance_count > advances + 10 && run.log().piece_count == 2, "{:?}", run.log());
     assert!(tips(&run).iter().all(|at| at.y < SIDE));
 }
