@@ -7,11 +7,13 @@ use crate::storage::{NONE, TipKey, TipRow};
 use crate::systems::tearing::{Advance, NewTip, TearRefusal, TipChart};
 use glam::DVec3;
 use smallvec::SmallVec;
-use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 /// Tissue around a vertex \[rad\] from which it is a notch; 200°. Corners of lips have less, polygonal rims about 184°.
 const NOTCH: f64 = 200.0 / 180.0 * PI;
+/// Triangles of a disc, or vertices of rims about it, that are listed without an allocation.
+const PART: usize = 256;
+
 impl Tearer<'_> {
     /// Leaves a live tip where a tear has met a boundary and freed no piece, or only a chip smaller than the averaging disc: at
     /// the sharpest notch of the rim within 2R, the reach around which starts are left to tips.
@@ -19,21 +21,19 @@ impl Tearer<'_> {
         let Some(end) = advance.end else { return };
         let radius = self.tearing.radius;
         let rim: SmallVec<[u32; 8]> = self.touched.clone();
-        let most = end.freed.unwrap_or(0);
-        let chip = rim.iter().find_map(|&vertex| self.part_of(vertex, most));
-        if end.freed.is_some() && chip.as_ref().is_none_or(|(_, area)| *area >= PI * radius * radius) {
-            return;
-        }
-        let chip = chip.map(|(triangles, _)| triangles).unwrap_or_default();
+        let chip =
+            end.freed.map(|most| rim.iter().find_map(|&vertex| self.part_of(vertex, most, PI * radius * radius)));
+        let Some(chip) = chip.unwrap_or_else(|| Some(SmallVec::new())) else { return };
         let rest = |row: u32| self.mesh.vertices.rest_position[row as usize];
         let is_within = |row: u32, most: f64| rest(row).distance(advance.to) <= most;
         if self.tips.vertex.iter().any(|&tip| is_within(tip, radius)) {
             return;
         }
-        let mut seen: BTreeSet<u32> = rim.iter().copied().collect();
-        let mut queue: Vec<u32> = rim.to_vec();
+        let mut walk: SmallVec<[u32; PART]> = rim.iter().copied().collect();
         let mut best: Option<(f64, f64, u32)> = None;
-        while let Some(vertex) = queue.pop() {
+        let mut at = 0;
+        while let Some(&vertex) = walk.get(at) {
+            at += 1;
             let Ok(tip) = TipChart::new(&self.mesh, vertex) else { continue };
             if tip.fan.is_closed || tip.fan.sectors.iter().any(|&(triangle, _)| chip.contains(&triangle)) {
                 continue;
@@ -46,8 +46,8 @@ impl Tearer<'_> {
                 best = Some((angle, distance, vertex));
             }
             for next in [0, tip.spoke_count() - 1].into_iter().filter_map(|spoke| tip.end(&self.mesh, spoke)) {
-                if is_within(next, 2.0 * radius) && seen.insert(next) {
-                    queue.push(next);
+                if is_within(next, 2.0 * radius) && !walk.contains(&next) {
+                    walk.push(next);
                 }
             }
         }
@@ -56,19 +56,24 @@ impl Tearer<'_> {
         }
     }
 
-    /// The triangles that hang together with those at a vertex, and their area \[mm²\], where there are at most `most`.
-    fn part_of(&self, vertex: u32, most: usize) -> Option<(BTreeSet<u32>, f64)> {
-        let mut queue: Vec<u32> = self.mesh.topology.fan(vertex).sectors.iter().map(|sector| sector.0).collect();
-        let mut seen: BTreeSet<u32> = queue.iter().copied().collect();
-        while let Some(triangle) = queue.pop() {
-            if seen.len() > most {
+    /// The triangles that hang together with those at a vertex, where there are at most `most` of less than this area \[mm²\].
+    fn part_of(&self, vertex: u32, most: usize, area: f64) -> Option<SmallVec<[u32; PART]>> {
+        let mut part: SmallVec<[u32; PART]> =
+            self.mesh.topology.fan(vertex).sectors.iter().map(|sector| sector.0).collect();
+        let (mut next, mut found) = (0, 0.0);
+        while let Some(&triangle) = part.get(next) {
+            next += 1;
+            found += self.mesh.triangles.rest[triangle as usize].area;
+            if part.len() > most || found >= area {
                 return None;
             }
-            let around = self.mesh.topology.neighbours[triangle as usize];
-            queue.extend(around.into_iter().filter(|&next| next != NONE && seen.insert(next)));
+            for neighbour in self.mesh.topology.neighbours[triangle as usize] {
+                if neighbour != NONE && !part.contains(&neighbour) {
+                    part.push(neighbour);
+                }
+            }
         }
-        let area = seen.iter().map(|&triangle| self.mesh.triangles.rest[triangle as usize].area).sum();
-        (!seen.is_empty() && seen.len() <= most).then_some((seen, area))
+        (!part.is_empty()).then_some(part)
     }
 
     /// Sends a second tip the other way from a notch where two directions tie ([`branch_margin`]).
