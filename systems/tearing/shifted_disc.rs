@@ -6,11 +6,14 @@
 use super::Surface;
 use super::shifted_folds::ShiftedFolds;
 use super::tip_disc::{TangentPlane, Walk};
+use crate::math::{ElementState, FibreLaw, Orthotropic, PerRow, RestTriangle};
 use crate::storage::NONE;
 use crate::systems::kernels::material_force::{Strained, pulled_back};
-use crate::systems::kernels::membrane;
+use crate::systems::kernels::membrane_lanes::{CornerForces, States};
+use crate::systems::kernels::{membrane, simd};
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
+use std::sync::atomic::AtomicBool;
 
 /// The weight is 1 up to this part of the radius and falls to 0 at the radius: the triangles at the tip, whose field elements can
 /// least follow, then do not enter.
@@ -27,6 +30,9 @@ const COS_TURNED_OFF: f64 = 0.5;
 
 /// Triangles for which a disc has room from the start: with six edges to the radius there are some 260 in it.
 const USUAL: usize = 512;
+
+/// Triangles that are strained side by side: their states and forces fill 8 kB.
+const PACK: usize = 32;
 
 /// Vertices of no weight have no row among the disc's own.
 const OUTSIDE: u32 = u32::MAX;
@@ -45,6 +51,8 @@ pub struct ShiftedDisc {
     lips: Vec<[u32; 2]>,
     /// Mean thickness at its centre \[mm\].
     thickness: f64,
+    /// Buffer.
+    pack: Pack,
 }
 
 /// A triangle of the disc.
@@ -93,6 +101,7 @@ impl ShiftedDisc {
             self.nodes.reserve(USUAL);
             self.rim.reserve(USUAL);
             self.lips.reserve(USUAL);
+            self.pack.make_room();
         }
     }
 
@@ -208,25 +217,27 @@ impl ShiftedDisc {
 
     /// The material force at the current positions; `None` where it is not finite.
     pub fn force(&mut self, surface: &Surface) -> Option<MaterialForce> {
-        let Self { members, nodes, thickness, folds, .. } = self;
+        let Self { members, nodes, thickness, folds, pack, .. } = self;
         for node in &mut *nodes {
             (node.area, node.gradient, node.force) = (0.0, [DVec3::ZERO; 2], DVec3::ZERO);
         }
         let bends = surface.bending.is_some();
         let mut stored = if bends { folds.release(surface) } else { DVec2::ZERO };
-        for member in members {
-            let strained = member.strained(surface);
-            let area = surface.triangles.rest[member.triangle as usize].area;
-            let bent = if bends { folds.forces(member.triangle) } else { [DVec3::ZERO; 3] };
-            for (corner, &node) in member.nodes.iter().enumerate() {
-                let Some(node) = nodes.get_mut(node as usize) else { continue };
-                node.area += area;
-                node.force += strained.forces[corner] + bent[corner];
-                for (sum, column) in node.gradient.iter_mut().zip(strained.gradient) {
-                    *sum += column * area;
+        for members in members.chunks(PACK) {
+            pack.fill(members, surface);
+            for (place, member) in members.iter().enumerate() {
+                let (strained, area) = pack.strained(place, member, surface);
+                let bent = if bends { folds.forces(member.triangle) } else { [DVec3::ZERO; 3] };
+                for (corner, &node) in member.nodes.iter().enumerate() {
+                    let Some(node) = nodes.get_mut(node as usize) else { continue };
+                    node.area += area;
+                    node.force += strained.forces[corner] + bent[corner];
+                    for (sum, column) in node.gradient.iter_mut().zip(strained.gradient) {
+                        *sum += column * area;
+                    }
                 }
+                stored += strained.release(member.weights, member.fall);
             }
-            stored += strained.release(member.weights, member.fall);
         }
         let carried = |node: &Node| pulled_back(node.gradient, node.force) * (node.weight / node.area);
         let carried: DVec2 = nodes.iter().map(carried).sum();
@@ -235,18 +246,66 @@ impl ShiftedDisc {
     }
 }
 
-impl Member {
-    /// What is in the triangle, in the axes of the disc.
-    fn strained(&self, surface: &Surface) -> Strained {
-        let &Surface { vertices, triangles, .. } = surface;
-        let t = self.triangle as usize;
-        let x = triangles.corners[t].map(|v| vertices.position[v as usize]);
-        let rest = &triangles.rest[t];
+/// Some triangles of the disc side by side, as the kernels of the step take them, and what these find.
+#[derive(Clone, Debug, Default)]
+struct Pack {
+    corners: Vec<[u32; 3]>,
+    rest: Vec<RestTriangle>,
+    stiffness: Vec<Orthotropic>,
+    thickness: Vec<f64>,
+    state: Vec<ElementState>,
+    forces: Vec<[DVec3; 3]>,
+}
+
+impl Pack {
+    fn make_room(&mut self) {
+        self.corners.reserve(PACK);
+        self.rest.reserve(PACK);
+        self.stiffness.reserve(PACK);
+        self.thickness.reserve(PACK);
+        self.state.reserve(PACK);
+        self.forces.reserve(PACK);
+    }
+
+    /// Strains the triangles of some members.
+    fn fill(&mut self, members: &[Member], surface: &Surface) {
+        let Self { corners, rest, stiffness, thickness, state, forces } = self;
+        corners.clear();
+        rest.clear();
+        stiffness.clear();
+        thickness.clear();
+        for member in members {
+            let (triangles, t) = (surface.triangles, member.triangle as usize);
+            corners.push(triangles.corners[t]);
+            rest.push(triangles.rest[t]);
+            stiffness.push(triangles.stiffness[t]);
+            thickness.push(triangles.thickness[t]);
+        }
+        state.resize(members.len(), ElementState::REST);
+        forces.resize(members.len(), [DVec3::ZERO; 3]);
+        let (is_planar, unstretched, has_faded) = (surface.is_planar, surface.unstretched, AtomicBool::new(false));
+        let (position, law) = (&surface.vertices.position, PerRow::each(stiffness));
+        let states = States { corners, position, rest, stiffness: law, is_planar, unstretched, has_faded };
+        simd::run(&states, 0, state);
+        if let Some(fibres) = &surface.fibres {
+            for (state, stiffness) in state.iter_mut().zip(stiffness) {
+                let linear = (state.stress, &*stiffness);
+                state.stress = FibreLaw::stress(Some(fibres), state.polar.stretch, unstretched, linear);
+            }
+        }
+        simd::run(&CornerForces { state, rest, thickness: PerRow::each(thickness) }, 0, forces);
+    }
+
+    /// What is in the triangle of a member, in the axes of the disc, and its area at rest \[mm²\].
+    fn strained(&self, place: usize, member: &Member, surface: &Surface) -> (Strained, f64) {
+        let (rest, stiffness) = (&self.rest[place], &self.stiffness[place]);
+        let x = self.corners[place].map(|v| surface.vertices.position[v as usize]);
         let (f1, f2) = membrane::gradient(x, rest);
-        let state = surface.state(t);
-        let volume = rest.area * triangles.thickness[t];
-        let forces = membrane::nodal_forces(&state.polar, state.stress, rest, volume);
-        let DVec2 { x: c, y: s } = self.fibre;
-        Strained { gradient: [f1 * c - f2 * s, f1 * s + f2 * c], energy: surface.energy(t, &state), forces }
+        let law = (surface.is_planar, surface.unstretched, surface.fibres.as_ref());
+        let twice = membrane::twice_energy(&self.state[place], stiffness, law);
+        let energy = 0.5 * twice * rest.area * self.thickness[place];
+        let DVec2 { x: c, y: s } = member.fibre;
+        let gradient = [f1 * c - f2 * s, f1 * s + f2 * c];
+        (Strained { gradient, energy, forces: self.forces[place] }, rest.area)
     }
 }

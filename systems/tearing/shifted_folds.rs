@@ -131,16 +131,24 @@ impl ShiftedFolds {
         let Surface { vertices, triangles, topology, .. } = *surface;
         let corners = |t: u32| triangles.corners[t as usize].map(|v| vertices.position[v as usize]);
         for bend in &mut self.bends {
+            let least = fold::least_twice_area(triangles.rest[bend.triangle as usize].area);
+            bend.tilt = Tilt::new(corners(bend.triangle), least);
+        }
+        for place in 0..self.bends.len() {
+            let bend = &self.bends[place];
             let x = corners(bend.triangle);
-            bend.tilt = Tilt::new(x, fold::least_twice_area(triangles.rest[bend.triangle as usize].area));
-            let angles = [0, 1, 2].map(|e| match topology.neighbours[bend.triangle as usize][e] {
-                NONE => 0.0,
-                n => {
-                    let across = normal(corners(n));
-                    fold::shorter_way(fold::angle(bend.tilt.normal, across, x[(e + 1) % 3] - x[e]) - bend.rest[e])
-                }
+            let half = [0, 1, 2].map(|e| {
+                let across = match (bend.across[e], topology.neighbours[bend.triangle as usize][e]) {
+                    // Either triangle sees the same angle.
+                    (Some((other, f)), _) if (other as usize) < place => return self.bends[other as usize].half[f],
+                    (Some((other, _)), _) => self.bends[other as usize].tilt.normal,
+                    (None, NONE) => return 0.0,
+                    (None, beyond) => normal(corners(beyond)),
+                };
+                0.5 * fold::shorter_way(fold::angle(bend.tilt.normal, across, x[(e + 1) % 3] - x[e]) - bend.rest[e])
             });
-            bend.half = DVec3::from_array(angles) * 0.5;
+            let bend = &mut self.bends[place];
+            bend.half = DVec3::from_array(half);
             bend.moment = fold::product(&bend.law, bend.half);
         }
         for place in 0..self.bends.len() {
