@@ -1,6 +1,5 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
-use super::pressure::has_free_rim;
 use super::{Formula, StepContext, linear, parallel};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch, Pressure,
@@ -103,7 +102,7 @@ fn solve_body(
         viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
         // A linear response is that of linear elasticity, whose load acts on the shape as it is.
         pressure: match pressure.filter(|_| step.is_static && step.newton_iterations > 1) {
-            Some(pressure) if !has_free_rim((vertices, triangles, topology), &scratch.free) => {
+            Some(pressure) if !linear::has_free_rim((vertices, triangles, topology), &scratch.free) => {
                 pressure.curve.at(step.time)
             }
             _ => 0.0,

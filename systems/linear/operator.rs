@@ -4,6 +4,7 @@
 //! threads write one number and every sum has one order.
 
 use super::Folds;
+use super::load_stiffness::{edge_loads, load_product};
 use crate::components::{ExternalStiffness, Frames, FreeAxes};
 use crate::math::{ElementState, GeometricStiffness, Orthotropic, Sym3};
 use crate::settings::Tangent;
@@ -13,7 +14,6 @@ use crate::systems::kernels::lanes::{DOUBLES, Lanes};
 use crate::systems::kernels::membrane::{ElementTangent, shear_majorant};
 use crate::systems::kernels::product_lanes;
 use crate::systems::kernels::simd::Kernel;
-use crate::systems::pressure::{edge_loads, load_product};
 use crate::systems::{StepContext, corners, parallel};
 use glam::{DMat3, DVec3};
 

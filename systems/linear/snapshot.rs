@@ -1,9 +1,9 @@
 //! The operator's numbers by themselves, to be factored while the body goes on: nothing here refers to the body.
 
+use super::load_stiffness::load_block;
 use super::{Hinge, Operator};
 use crate::components::FreeAxes;
 use crate::systems::parallel;
-use crate::systems::pressure::load_block;
 use glam::{DMat3, DVec3};
 
 /// The operator at one state.
