@@ -26,11 +26,14 @@ pub(super) fn arrays(spec: &BodySpec, key: &str) -> Result<Arrays, Fault> {
     }
 }
 
-/// Gives a membrane the values of its triangles.
+/// Gives a membrane the values of its triangles, and what the file gives its vertices.
 ///
 /// # Errors
 /// For an array that is not there, of more than one number a row, or of a value out of its range.
 pub(super) fn values(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile, key: &str) -> Result<Membrane, Fault> {
+    if let Some(attributes) = &file.attributes {
+        membrane = membrane.with(attributes.clone());
+    }
     let Some(arrays) = &spec.per_triangle else { return Ok(membrane) };
     let not_yet = [
         ("strength", &arrays.strength, "the strengths of `tearing`"),
