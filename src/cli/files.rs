@@ -10,13 +10,14 @@ use super::{Stop, checkpoint};
 use crate::components::WithheldStart;
 use crate::event::{Event, EventKind, Verdict};
 use crate::frame::Frame;
-use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
+use crate::output::{OutputError, PictureSettings, PvdWriter, file, render, write_gltf};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use slotmap::Key;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The output directory and its open files.
 pub(super) struct Files {
@@ -193,6 +194,17 @@ impl Files {
                     Err(error) => self.fault("pictures", error.to_string()),
                     Ok(()) => {}
                 }
+            }
+        }
+    }
+
+    /// The surfaces of the bodies at the end as binary glTF, with their textures.
+    pub fn gltf(&mut self, frame: &Frame, textures: &[Option<Arc<Vec<u8>>>]) {
+        for (index, body) in frame.bodies.iter().enumerate() {
+            let texture = textures.get(index).and_then(Option::as_ref).map(|bytes| &bytes[..]);
+            let path = self.folder.join(format!("surface-{index}.glb"));
+            if let Err(error) = write_gltf(&path, body, texture) {
+                self.fault("surfaces as glTF", error.to_string());
             }
         }
     }

@@ -148,6 +148,9 @@ impl Running<'_> {
         }
         let frame = self.frame();
         self.files.frame(&frame, self.last.step, self.tally.events.started, true);
+        if self.instance.output.gltf {
+            self.files.gltf(&frame, &self.instance.textures);
+        }
         let report = self.report(end);
         self.files.report(&report);
         if let Some(folder) = &args.dump

@@ -5,7 +5,7 @@ use super::doctor::{self, MeshSummary};
 use super::error::{Fault, positive};
 use super::schema::{BodySpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
 use super::size::Demand;
-use super::{Scene, SceneError, beginning, copies, settings};
+use super::{Scene, SceneError, beginning, copies, settings, texture};
 use crate::components::{EnergyAudit, Obstacle, Shape, TearLog, Tearing, Toughness};
 use crate::membrane::Membrane;
 use crate::report::Report;
@@ -15,6 +15,7 @@ use crate::simulation::{Simulation, SimulationError};
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::storage::{Tips, Topology, Triangles};
 use hecs::Entity;
+use std::sync::Arc;
 
 /// The most steps of a run: a day's computing at 0.1 ms each.
 pub const MOST_STEPS: u64 = 1_000_000_000;
@@ -31,6 +32,8 @@ pub struct Instance {
     pub run: Run,
     /// What to write of it.
     pub output: OutputSpec,
+    /// The bytes of each body's texture, PNG or JPEG, for those that have one.
+    pub textures: Vec<Option<Arc<Vec<u8>>>>,
     step: u64,
     has_torn: bool,
 }
@@ -87,7 +90,7 @@ impl Scene {
         }
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
-        let (mut bodies, mut meshes) = (Vec::new(), Vec::new());
+        let (mut bodies, mut meshes, mut textures) = (Vec::new(), Vec::new(), Vec::new());
         let specs = &self.file.bodies;
         // Before anything of that size is made.
         Demand::announced(specs)?.files(&self.file.output, run.steps)?;
@@ -99,7 +102,9 @@ impl Scene {
             demand.add(spec, key, sheet.file.mesh.triangles.len() as f64)?;
             demand.files(&self.file.output, run.steps)?;
             let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
+            let texture = texture::read(spec, &sheet.file, self.document.folder(), key)?;
             for name in copies::names(spec) {
+                textures.push(texture.clone());
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
                 bodies.push(self.spawn(&mut simulation, membrane, spec, key)?);
                 meshes.push(mesh.clone());
@@ -113,7 +118,16 @@ impl Scene {
             };
             spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
         }
-        Ok(Instance { simulation, bodies, meshes, run, output: self.file.output.clone(), step: 0, has_torn: false })
+        Ok(Instance {
+            simulation,
+            bodies,
+            meshes,
+            run,
+            output: self.file.output.clone(),
+            textures,
+            step: 0,
+            has_torn: false,
+        })
     }
 
     fn spawn(
