@@ -9,6 +9,7 @@ use rhexis::scene::mesh_file::{MeshFile, Reading, from_bytes_with};
 use rhexis::scene::{Document, generate};
 use rhexis::simulation::Simulation;
 use rhexis::storage::Vertices;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 fn read(name: &str, bytes: impl Into<Vec<u8>>) -> MeshFile {
@@ -160,6 +161,28 @@ fn a_torn_body_as_gltf_is_what_another_reader_finds() {
     assert!(again.mesh.positions.iter().zip(&body.positions).all(|(a, b)| a.distance(*b * 1e-3) < 1e-8));
     let back = channel(&again, Channel::TextureCoordinates);
     assert!(back.iter().zip(&body.rest_positions).all(|(found, rest)| (found[1] - uv(*rest)[1]).abs() < 1e-6));
+}
+
+/// Lips that lie on each other are joined when they are read: at one place and with one texture coordinate they are no seam.
+#[test]
+fn joined_vertices_are_a_seam_where_their_texture_coordinates_differ() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let mut frame = torn();
+    let body = &mut frame.bodies[0];
+    body.positions.clone_from(&body.rest_positions);
+    write_gltf(&path, body, None).unwrap();
+    let file = read("a.glb", std::fs::read(&path).unwrap());
+    let places: BTreeSet<[u64; 3]> = body.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+    let on_lips = body.positions.len() - places.len();
+    assert!(on_lips > 3);
+    assert_eq!((file.tidied.joined, file.seams), (on_lips, 0));
+    // The last vertex lies on a lip: it is one that the cut has added.
+    let last = body.positions.len() - 1;
+    body.attributes.as_mut().unwrap().values[9 * last] += 0.25;
+    write_gltf(&path, body, None).unwrap();
+    let file = read("a.glb", std::fs::read(&path).unwrap());
+    assert_eq!(file.seams, 1);
 }
 
 #[test]

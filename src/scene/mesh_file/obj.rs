@@ -34,9 +34,8 @@ pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
                 match numbers.as_deref() {
                     Some(&[x, y, z]) => {
                         draft.positions.push(DVec3::new(x, y, z));
-                        if let [r, g, b] = numbers_of(words)[..] {
-                            draft.decoration.give(Channel::Colour, row, &[r, g, b, 1.0]);
-                        }
+                        let [r, g, b] = numbers_of(words);
+                        draft.decoration.give(Channel::Colour, row, &[r, g, b, 1.0]);
                     }
                     _ => return Err(Fault::at(number, "a vertex needs three numbers, as in `v 0 0.5 1`")),
                 }
@@ -89,16 +88,18 @@ pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
     Ok(draft)
 }
 
-/// The numbers of a line; none from the first word on that is no number.
-fn numbers_of<'a>(words: impl Iterator<Item = &'a str>) -> Vec<f64> {
-    words.take(3).map_while(|word| word.parse().ok()).collect()
+/// The first numbers of a line; NaN where a word is none.
+fn numbers_of<'a, const N: usize>(words: impl Iterator<Item = &'a str>) -> [f64; N] {
+    let mut numbers = [f64::NAN; N];
+    numbers.iter_mut().zip(words).for_each(|(number, word)| *number = word.parse().unwrap_or(f64::NAN));
+    numbers
 }
 
 /// Texture coordinates and normals, and the corners that name them.
 #[derive(Default)]
 struct Beside {
-    texture: Vec<Vec<f64>>,
-    normals: Vec<Vec<f64>>,
+    texture: Vec<[f64; 2]>,
+    normals: Vec<[f64; 3]>,
     /// Per corner their rows.
     of_corner: Vec<[Option<u32>; 2]>,
 }
@@ -119,12 +120,12 @@ impl Beside {
     fn give(&self, corners: &[i64], draft: &mut Draft) {
         for (&vertex, of_corner) in corners.iter().zip(&self.of_corner) {
             let Ok(vertex) = u32::try_from(vertex) else { continue };
-            let of = |list: &'_ [Vec<f64>], row: Option<u32>| row.and_then(|row| list.get(row as usize).cloned());
-            if let Some([u, v, ..]) = of(&self.texture, of_corner[0]).as_deref() {
-                draft.decoration.give(Channel::TextureCoordinates, vertex, &[*u, *v]);
+            let [texture, normal] = of_corner.map(|row| row.map_or(usize::MAX, |row| row as usize));
+            if let Some(uv) = self.texture.get(texture) {
+                draft.decoration.give(Channel::TextureCoordinates, vertex, uv);
             }
-            if let Some(normal) = of(&self.normals, of_corner[1]) {
-                draft.decoration.give(Channel::Normal, vertex, &normal);
+            if let Some(normal) = self.normals.get(normal) {
+                draft.decoration.give(Channel::Normal, vertex, normal);
             }
         }
     }
