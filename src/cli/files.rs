@@ -10,7 +10,8 @@ use super::{Stop, checkpoint};
 use crate::components::WithheldStart;
 use crate::event::{Event, EventKind, Verdict};
 use crate::frame::Frame;
-use crate::output::{OutputError, PictureSettings, PvdWriter, file, render, write_gltf};
+use crate::output::gltf;
+use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -198,17 +199,6 @@ impl Files {
         }
     }
 
-    /// The surfaces of the bodies at the end as binary glTF, with their textures.
-    pub fn gltf(&mut self, frame: &Frame, textures: &[Option<Arc<Vec<u8>>>]) {
-        for (index, body) in frame.bodies.iter().enumerate() {
-            let texture = textures.get(index).and_then(Option::as_ref).map(|bytes| &bytes[..]);
-            let path = self.folder.join(format!("surface-{index}.glb"));
-            if let Err(error) = write_gltf(&path, body, texture) {
-                self.fault("surfaces as glTF", error.to_string());
-            }
-        }
-    }
-
     /// A row of `series.csv`, after its header if it is the first.
     ///
     /// # Errors
@@ -263,6 +253,17 @@ impl Files {
         match text.and_then(replace) {
             Ok(()) => self.mended("report.json"),
             Err(what) => self.fault("report.json", what),
+        }
+    }
+
+    /// The surfaces of the bodies at the end as binary glTF, with their textures.
+    pub fn gltf(&mut self, frame: &Frame, textures: &[Option<Arc<Vec<u8>>>]) {
+        for (index, body) in frame.bodies.iter().enumerate() {
+            let texture = textures.get(index).and_then(Option::as_ref).map(|bytes| &bytes[..]);
+            let path = self.folder.join(format!("surface-{index}.glb"));
+            if let Err(error) = gltf::write_gltf(&path, body, texture) {
+                self.fault("surfaces as glTF", error.to_string());
+            }
         }
     }
 

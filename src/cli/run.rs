@@ -148,11 +148,11 @@ impl Running<'_> {
         }
         let frame = self.frame();
         self.files.frame(&frame, self.last.step, self.tally.events.started, true);
+        let report = self.report(end);
+        self.files.report(&report);
         if self.instance.output.gltf {
             self.files.gltf(&frame, &self.instance.textures);
         }
-        let report = self.report(end);
-        self.files.report(&report);
         if let Some(folder) = &args.dump
             && let Err(error) = dump::dump(folder, &mut self.instance, &frame, &self.last)
         {

@@ -5,7 +5,7 @@ use super::doctor::{self, MeshSummary};
 use super::error::{Fault, positive};
 use super::schema::{BodySpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
 use super::size::Demand;
-use super::{Scene, SceneError, beginning, copies, settings, texture};
+use super::{Scene, SceneError, beginning, copies, settings};
 use crate::components::{EnergyAudit, Obstacle, Shape, TearLog, Tearing, Toughness};
 use crate::membrane::Membrane;
 use crate::report::Report;
@@ -26,14 +26,14 @@ pub struct Instance {
     pub simulation: Simulation,
     /// The bodies in the order of the file.
     pub bodies: Vec<Entity>,
+    /// The bytes of each body's texture, PNG or JPEG, for those that have one.
+    pub textures: Vec<Option<Arc<Vec<u8>>>>,
     /// What the mesh of each was like before it was cut.
     pub meshes: Vec<MeshSummary>,
     /// How to run it.
     pub run: Run,
     /// What to write of it.
     pub output: OutputSpec,
-    /// The bytes of each body's texture, PNG or JPEG, for those that have one.
-    pub textures: Vec<Option<Arc<Vec<u8>>>>,
     step: u64,
     has_torn: bool,
 }
@@ -90,19 +90,20 @@ impl Scene {
         }
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
-        let (mut bodies, mut meshes, mut textures) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut bodies, mut meshes) = (Vec::new(), Vec::new());
         let specs = &self.file.bodies;
         // Before anything of that size is made.
         Demand::announced(specs)?.files(&self.file.output, run.steps)?;
         copies::check_names(specs)?;
         let mut demand = Demand::default();
+        let mut textures = Vec::new();
         for (i, spec) in specs.iter().enumerate() {
             let key = &format!("bodies.{i}");
             let sheet = build::sheet(spec, self.document.folder(), key)?;
             demand.add(spec, key, sheet.file.mesh.triangles.len() as f64)?;
             demand.files(&self.file.output, run.steps)?;
             let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
-            let texture = texture::read(spec, &sheet.file, self.document.folder(), key)?;
+            let texture = super::texture::read(spec, &sheet.file, self.document.folder(), key)?;
             for name in copies::names(spec) {
                 textures.push(texture.clone());
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
@@ -118,16 +119,8 @@ impl Scene {
             };
             spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
         }
-        Ok(Instance {
-            simulation,
-            bodies,
-            meshes,
-            run,
-            output: self.file.output.clone(),
-            textures,
-            step: 0,
-            has_torn: false,
-        })
+        let output = self.file.output.clone();
+        Ok(Instance { simulation, bodies, textures, meshes, run, output, step: 0, has_torn: false })
     }
 
     fn spawn(

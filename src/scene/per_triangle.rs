@@ -26,11 +26,12 @@ pub(super) fn arrays(spec: &BodySpec, key: &str) -> Result<Arrays, Fault> {
     }
 }
 
-/// Gives a membrane the values of its triangles, and what the file gives its vertices.
+/// Gives a membrane the values of its triangles.
 ///
 /// # Errors
 /// For an array that is not there, of more than one number a row, or of a value out of its range.
 pub(super) fn values(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile, key: &str) -> Result<Membrane, Fault> {
+    // And what the file gives its vertices.
     if let Some(attributes) = &file.attributes {
         membrane = membrane.with(attributes.clone());
     }
