@@ -39,6 +39,24 @@ impl Channel {
 /// Numbers per vertex that follow every edit: a vertex put on an edge gets the linear interpolation of its ends, one of a parted
 /// vertex a copy. *Parameter.* Snapshots keep them, [`Simulation::reorder`](crate::simulation::Simulation::reorder) sorts them, and
 /// [`BodyView`](crate::simulation::BodyView) shows them, so that a host's texture coordinates cannot be lost.
+///
+/// ```
+/// use glam::DVec3;
+/// use rhexis::components::{Attributes, Material};
+/// use rhexis::{membrane::Membrane, settings::Settings, simulation::Simulation, storage::TriangleMesh};
+/// let positions = vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
+/// let uv = positions.iter().flat_map(|p| [p.x, p.y]).collect();
+/// let mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..TriangleMesh::default() };
+/// let mut simulation = Simulation::new(Settings::default())?;
+/// let sheet = Membrane::new("sheet", mesh, Material::figure_2()).with(Attributes::new(2, uv));
+/// let body = simulation.spawn(sheet)?;
+/// simulation.cut(body, &[DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.5, 0.5, 0.0)])?;
+/// let view = simulation.view(body)?;
+/// let uv = view.attributes.ok_or("it carries some")?;
+/// let last = view.positions.len() - 1;
+/// assert!(last > 3 && (uv.of(last as u32)[1] - view.rest_positions[last].y).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Attributes {

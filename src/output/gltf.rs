@@ -24,10 +24,6 @@ const UNSIGNED_INT: u32 = 5125;
 pub fn write_gltf(path: &Path, body: &BodyFrame, texture: Option<&[u8]>) -> Result<(), OutputError> {
     error::check_shape(path, body)?;
     let attributes = body.attributes.as_ref();
-    if attributes.is_some_and(|attributes| attributes.len() != body.positions.len()) {
-        let what = format!("body '{}' has attributes of another number of vertices; fill the frame anew", body.name);
-        return Err(OutputError::content(path, what));
-    }
     if body.triangles.is_empty() {
         return Err(OutputError::content(path, format!("body '{}' has no triangles; let some of it be", body.name)));
     }
@@ -135,7 +131,7 @@ impl Binary {
 }
 
 /// Unit normals of the vertices: those that they carry, turned from the rest shape's to the present one's, or the present ones.
-fn vertex_normals(body: &BodyFrame) -> Vec<DVec3> {
+pub(super) fn vertex_normals(body: &BodyFrame) -> Vec<DVec3> {
     let of = |positions: &[DVec3]| {
         let mut list = Vec::new();
         normals(positions, &body.triangles, &mut list);
