@@ -1,5 +1,6 @@
 //! What an observer sees of a simulation at one moment: plain arrays for pictures, files and tests.
 
+use crate::components::Attributes;
 use glam::{DMat3, DVec2, DVec3};
 
 /// All bodies at one moment.
@@ -36,6 +37,8 @@ pub struct BodyFrame {
     pub fibres: Vec<DVec3>,
     /// Largest criterion value per triangle from its own stress, without a previous direction; empty for a body that cannot tear.
     pub criterion: Vec<f64>,
+    /// Numbers of the vertices of the host's own or of the mesh file, such as texture coordinates; none where the body carries none.
+    pub attributes: Option<Attributes>,
     /// The tear tips.
     pub tips: Vec<TipFrame>,
 }

@@ -42,6 +42,7 @@ macro_rules! components {
                 sleeping: Sleeping,
                 obstacle: Obstacle,
                 obstacle_path: ObstaclePath,
+                attributes: Attributes,
             }
             state, saved, recorded {
                 forceps: Forceps,

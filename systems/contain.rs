@@ -99,8 +99,18 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             });
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), scratch.tangent);
-            let operator =
-                Operator { vertices, triangles, topology, frames, external: None, folds, inertia, viscosity, tangent };
+            let operator = Operator {
+                vertices,
+                triangles,
+                topology,
+                frames,
+                external: None,
+                folds,
+                inertia,
+                viscosity,
+                pressure: 0.0,
+                tangent,
+            };
             let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());

@@ -4,8 +4,8 @@ use super::{StepContext, parallel};
 use crate::components::{Forces, Pressure, SolverScratch};
 use crate::storage::{Topology, Triangles, Vertices};
 
-/// Adds the pressure's forces at the current positions. The load follows the surface; its own derivative is left out of
-/// the tangent (it is not symmetric at a free edge), so a static solve under pressure converges linearly.
+/// Adds the pressure's forces at the current positions. Static solves of bodies without a free rim have their load stiffness in the
+/// tangent; dynamic steps, whose masses outweigh it, leave it out.
 pub fn pressure(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a Pressure, &'a SolverScratch, &'a mut Forces);
     parallel::for_bodies::<Query>(

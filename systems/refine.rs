@@ -7,8 +7,8 @@ use super::tearing::{
     Cutter, Followers, Quality, Surface, TearScratch, ThinOut, TipMemory, distance_to_triangle, plan_thin_out, size,
 };
 use crate::components::{
-    Changes, EdgeLoads, EnergyAudit, FibreLaws, Grips, Holds, Increment, Planar, PointLoads, PreStretch, Refined,
-    Refinement, SolverScratch, Springs, StepForces, TearDecisions, Tearing, fibre_law,
+    Attributes, Changes, EdgeLoads, EnergyAudit, FibreLaws, Grips, Holds, Increment, Planar, PointLoads, PreStretch,
+    Refined, Refinement, SolverScratch, Springs, StepForces, TearDecisions, Tearing, fibre_law,
 };
 use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
@@ -34,7 +34,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>, Option<&'a mut Changes>),
-        (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
+        (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a mut Attributes>),
     );
     for (
         (vertices, triangles, topology, increment, factor),
@@ -42,7 +42,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         (scratch, memory, audit),
         (holds, springs, grips),
         (point_loads, edge_loads, step_forces, changes),
-        (planar, pre_stretch, fibres),
+        (planar, pre_stretch, fibres, attributes),
     ) in world.query_mut::<Query>().with::<&SolverScratch>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -69,6 +69,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
             edge_loads,
             step_forces,
             refined: None,
+            attributes,
             changes,
         };
         let mesh = Mesh { vertices, triangles, topology };

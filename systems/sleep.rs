@@ -193,6 +193,7 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
         folds: *folds,
         inertia,
         viscosity: 0.0,
+        pressure: 0.0,
         tangent: Tangent::Rotated,
     };
     let mut is_told = true;

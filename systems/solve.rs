@@ -2,7 +2,7 @@
 
 use super::{Formula, StepContext, linear, parallel};
 use crate::components::{
-    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch,
+    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch, Pressure,
     Reactions, SolverScratch, Tearing,
 };
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
@@ -44,7 +44,7 @@ type Query<'a> = (
     (&'a mut Factor, &'a mut InnerSolver),
     (Option<&'a ExternalStiffness>, Option<&'a Folds>, Option<&'a Damping>),
     (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
-    (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Tearing>),
+    (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Tearing>, Option<&'a Pressure>),
 );
 
 /// Solves (M/s² + D/s + K)·δ = f − M·(u/s² − b) for the change δ of the displacement u, with the span s and the knowns b of the
@@ -65,7 +65,7 @@ fn solve_body(
         (factor, inner),
         (external, folds, damping),
         (holds, mut reactions, mut grips),
-        (pre_stretch, audit, tearing),
+        (pre_stretch, audit, tearing, pressure),
     ): Query<'_>,
     step: &StepContext,
 ) {
@@ -100,6 +100,13 @@ fn solve_body(
         folds,
         inertia: step.inertia(),
         viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
+        // A linear response is that of linear elasticity, whose load acts on the shape as it is.
+        pressure: match pressure.filter(|_| step.is_static && step.newton_iterations > 1) {
+            Some(pressure) if !linear::has_free_rim((vertices, triangles, topology), &scratch.free) => {
+                pressure.curve.at(step.time)
+            }
+            _ => 0.0,
+        },
         tangent: scratch.tangent,
     };
     if step.is_static && scratch.newton_iterations > 1 {
@@ -282,7 +289,8 @@ fn inner_kind(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<Inne
     })
 }
 
-/// The solve with the step's tangent or, where that is indefinite, with the rotated one, which is then left in `rotated`.
+/// The solve with the step's tangent or, where that is indefinite, without the load stiffness of pressure, or with the rotated one, which
+/// is then left in `rotated`.
 fn solve_or_fall_back(
     operator: Operator,
     (step, params): (&StepContext, &LinearParams),
@@ -305,12 +313,20 @@ fn solve_or_fall_back(
     if !matches!(result, Err(CgError::Indefinite { .. })) {
         return result;
     }
+    if operator.pressure != 0.0 {
+        scratch.residual.clone_from(&rhs);
+        increment.delta.clone_from(&first_guess);
+        let result = solve(&Operator { pressure: 0.0, ..operator }, &mut increment.delta, scratch);
+        if !matches!(result, Err(CgError::Indefinite { .. })) {
+            return result;
+        }
+    }
     scratch.fell_back = true;
     scratch.tangent = Tangent::Rotated;
     scratch.residual = rhs;
     increment.delta = first_guess;
     let frames = rotated.insert(operator.rotated_frames(reserve));
-    solve(&Operator { frames, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
+    solve(&Operator { frames, pressure: 0.0, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
 }
 
 /// Work of the imbalance along an increment, and the norm of the imbalance: what the line search compares.

@@ -11,8 +11,8 @@ use super::tearing::{
     TipMemory, may_go_on, turned_axis,
 };
 use crate::components::{
-    Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PointLoads, Refined, SolverScratch,
-    Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
+    Attributes, Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PointLoads, Refined,
+    SolverScratch, Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
 };
 use crate::event::{Course, EventKind, TearCost};
 use crate::math::elementary;
@@ -32,7 +32,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
-        (Option<&'a mut Refined>, Option<&'a mut Changes>),
+        (Option<&'a mut Refined>, Option<&'a mut Changes>, Option<&'a mut Attributes>),
     );
     for (
         (vertices, triangles, topology, increment),
@@ -40,7 +40,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         (scratch, memory, factor),
         (holds, springs, grips),
         (point_loads, edge_loads, step_forces),
-        (refined, changes),
+        (refined, changes, attributes),
     ) in world.query_mut::<Query>().with::<&SolverScratch>()
     {
         if step.is_done(Some(decisions)) {
@@ -71,6 +71,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
                 edge_loads,
                 step_forces,
                 refined,
+                attributes,
                 changes,
             },
             tearing,

@@ -311,7 +311,7 @@ fn edits_from_any_bytes_are_refused_or_whole() {
 }
 
 /// Small files of the formats of which no program's own lies in `tests/data`.
-const NEW_FORMATS: [(&str, &str); 6] = [
+const NEW_FORMATS: [(&str, &str); 9] = [
     ("off", "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0.25\n0 1 0\n0.2 0.2 0\n4 0 1 2 4\n4 0 4 2 3\n"),
     ("obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.4 0.4 0\ng skin\nf 1 2 3 5 4\nf -3 \\\n-2 -1\n"),
     (
@@ -339,6 +339,24 @@ const NEW_FORMATS: [(&str, &str); 6] = [
         "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
          property list uchar int64 vertex_indices\nproperty float fibre_x\nproperty float fibre_y\nproperty float fibre_z\nend_header\n\
          0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 1 0 0\n",
+    ),
+    (
+        "obj",
+        "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1 0\nvn 0 0 1\nvn 0 0.1 1\nf 1/1/1 2/2/2 -1/-1/-1\n",
+    ),
+    (
+        "ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\n\
+         property float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float u\nproperty float v\nelement face 1\n\
+         property list uchar int vertex_indices\nend_header\n0 0 0 0 0 1 255 0 0 0 0\n1 0 0 0 0 1 0 255 0 1 0\n0 1 0 0 0 1 0 0 255 0 1\n3 0 1 2\n",
+    ),
+    (
+        "gltf",
+        "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"mesh\":0,\"scale\":[-1,2,2]}],\"meshes\":[{\"primitives\":[{\"attributes\":\
+         {\"POSITION\":0,\"NORMAL\":0,\"TEXCOORD_0\":1,\"COLOR_0\":2}}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"type\":\"VEC3\",\
+         \"count\":3},{\"bufferView\":0,\"componentType\":5123,\"type\":\"VEC2\",\"count\":3,\"normalized\":true},{\"bufferView\":0,\"componentType\":5121,\
+         \"type\":\"VEC4\",\"count\":3,\"normalized\":true}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,\
+         \"uri\":\"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}",
     ),
 ];
 

@@ -7,7 +7,7 @@ mod hostile;
 use common::Square;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use rhexis::components::{Sleeping, Tearing};
+use rhexis::components::{Attributes, Channel, Sleeping, Tearing};
 use rhexis::replay::Recording;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
@@ -25,7 +25,10 @@ fn torn() -> Simulation {
     square.tearing = Tearing { strength_fibre: 0.1, strength_transverse: 0.01, ..square.tearing };
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
     simulation.record();
-    let body = simulation.spawn(square.membrane().with(Sleeping::default())).unwrap();
+    let membrane = square.membrane().with(Sleeping::default());
+    let values = membrane.mesh().positions.iter().flat_map(|p| [p.x / 30.0, p.y / 30.0]).collect();
+    let channels = vec![(Channel::TextureCoordinates, 0)];
+    let body = simulation.spawn(membrane.with(Attributes { stride: 2, values, channels })).unwrap();
     simulation.cut(body, &common::NOTCH).unwrap();
     (0..40).for_each(|_| _ = simulation.step(4.0));
     simulation

@@ -10,6 +10,7 @@ use super::{Stop, checkpoint};
 use crate::components::WithheldStart;
 use crate::event::{Event, EventKind, Verdict};
 use crate::frame::Frame;
+use crate::output::gltf;
 use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,7 @@ use serde_json::{Value, json};
 use slotmap::Key;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The output directory and its open files.
 pub(super) struct Files {
@@ -251,6 +253,17 @@ impl Files {
         match text.and_then(replace) {
             Ok(()) => self.mended("report.json"),
             Err(what) => self.fault("report.json", what),
+        }
+    }
+
+    /// The surfaces of the bodies at the end as binary glTF, with their textures.
+    pub fn gltf(&mut self, frame: &Frame, textures: &[Option<Arc<Vec<u8>>>]) {
+        for (index, body) in frame.bodies.iter().enumerate() {
+            let texture = textures.get(index).and_then(Option::as_ref).map(|bytes| &bytes[..]);
+            let path = self.folder.join(format!("surface-{index}.glb"));
+            if let Err(error) = gltf::write_gltf(&path, body, texture) {
+                self.fault("surfaces as glTF", error.to_string());
+            }
         }
     }
 

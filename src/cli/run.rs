@@ -150,6 +150,9 @@ impl Running<'_> {
         self.files.frame(&frame, self.last.step, self.tally.events.started, true);
         let report = self.report(end);
         self.files.report(&report);
+        if self.instance.output.gltf {
+            self.files.gltf(&frame, &self.instance.textures);
+        }
         if let Some(folder) = &args.dump
             && let Err(error) = dump::dump(folder, &mut self.instance, &frame, &self.last)
         {

@@ -57,6 +57,18 @@ pub enum BodyError {
         /// How many the mesh takes.
         needed: usize,
     },
+    /// Attributes and vertices differ in number.
+    #[error(
+        "Attributes: {given} numbers for {vertices} vertices with {stride} each: give stride × vertices, and a stride of 1 or more"
+    )]
+    AttributeCount {
+        /// How many numbers were given.
+        given: usize,
+        /// Numbers per vertex.
+        stride: usize,
+        /// Number of vertices.
+        vertices: usize,
+    },
     /// A fibre list of the wrong length.
     #[error("{given} fibre directions for {needed} triangles: give one per triangle, in the mesh's order")]
     FibreCount {

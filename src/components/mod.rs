@@ -2,6 +2,7 @@
 //! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
 //! system that would read it finds no match.
 
+mod attributes;
 mod bending;
 mod blade;
 mod body;
@@ -35,6 +36,7 @@ mod tear_log;
 mod tearing;
 
 pub use crate::math::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, StiffeningFibres};
+pub use attributes::{Attributes, Channel};
 pub use bending::Bending;
 pub use blade::Blade;
 pub use body::{Body, Planar};

@@ -1,5 +1,6 @@
 //! Why a file could not be written, and how to mend it.
 
+use crate::components::Attributes;
 use crate::frame::BodyFrame;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -66,6 +67,7 @@ pub(super) fn check_shape(path: &Path, body: &BodyFrame) -> Result<(), OutputErr
         ("velocities", body.velocities.len(), vertex_count, true),
         ("forces", body.forces.len(), vertex_count, true),
         ("criterion", body.criterion.len(), triangle_count, true),
+        ("attributes", body.attributes.as_ref().map_or(vertex_count, Attributes::len), vertex_count, false),
     ];
     for (name, found, wanted, is_optional) in lengths {
         if found != wanted && !(is_optional && found == 0) {

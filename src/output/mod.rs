@@ -5,11 +5,13 @@
 
 mod error;
 pub(crate) mod file;
+pub mod gltf;
 pub mod picture;
 pub mod pvd;
 pub mod vtu;
 
 pub use error::OutputError;
+pub use gltf::write_gltf;
 pub use picture::{PictureSettings, View, render};
 pub use pvd::PvdWriter;
 pub use vtu::write_vtu;

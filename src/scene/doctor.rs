@@ -33,6 +33,10 @@ pub struct MeshSummary {
     pub edges: [f64; 3],
     /// Where the fibres come from, in words.
     pub fibres: String,
+    /// What its vertices carry, in words; empty for nothing.
+    pub attributes: String,
+    /// Vertices with several texture coordinates in the file, of which they have the first.
+    pub seams: usize,
     /// Arrays of the file that nothing uses.
     pub unused_arrays: Vec<String>,
     /// Edge of the equilateral triangle with the mean area \[mm\].
@@ -68,9 +72,16 @@ pub(super) fn look(spec: &BodySpec, file: &MeshFile, flattened: f64) -> MeshSumm
         smallest_angle: angles.fold(f64::INFINITY, f64::min),
         edges: [shortest, sum / (3.0 * count), longest],
         fibres: fibres(spec, file),
+        attributes: attributes(file),
+        seams: file.seams,
         unused_arrays: file.passed_over.clone(),
         mean_size: (area / count * 4.0 / 3.0_f64.sqrt()).sqrt(),
     }
+}
+
+fn attributes(file: &MeshFile) -> String {
+    let channels = file.attributes.iter().flat_map(|attributes| &attributes.channels);
+    channels.map(|(channel, _)| channel.name()).collect::<Vec<_>>().join(", ")
 }
 
 fn fibres(spec: &BodySpec, file: &MeshFile) -> String {
@@ -155,6 +166,12 @@ impl MeshSummary {
                 self.coincident, self.pieces, self.boundary_loops
             ));
         }
+        if self.seams > 0 {
+            list.push(format!(
+                "{} vertices have several texture coordinates in the file and keep the first: the texture is drawn out along these seams",
+                self.seams
+            ));
+        }
         list
     }
 }
@@ -178,6 +195,9 @@ impl fmt::Display for MeshSummary {
             write!(f, "\n    repaired: {}", self.repaired)?;
         }
         write!(f, "\n    fibres {}", self.fibres)?;
+        if !self.attributes.is_empty() {
+            write!(f, "; vertices have {}", self.attributes)?;
+        }
         if !self.unused_arrays.is_empty() {
             write!(f, "; arrays not used: {}", self.unused_arrays.join(", "))?;
         }

@@ -15,6 +15,7 @@ use crate::simulation::{Simulation, SimulationError};
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::storage::{Tips, Topology, Triangles};
 use hecs::Entity;
+use std::sync::Arc;
 
 /// The most steps of a run: a day's computing at 0.1 ms each.
 pub const MOST_STEPS: u64 = 1_000_000_000;
@@ -25,6 +26,8 @@ pub struct Instance {
     pub simulation: Simulation,
     /// The bodies in the order of the file.
     pub bodies: Vec<Entity>,
+    /// The bytes of each body's texture, PNG or JPEG, for those that have one.
+    pub textures: Vec<Option<Arc<Vec<u8>>>>,
     /// What the mesh of each was like before it was cut.
     pub meshes: Vec<MeshSummary>,
     /// How to run it.
@@ -93,13 +96,16 @@ impl Scene {
         Demand::announced(specs)?.files(&self.file.output, run.steps)?;
         copies::check_names(specs)?;
         let mut demand = Demand::default();
+        let mut textures = Vec::new();
         for (i, spec) in specs.iter().enumerate() {
             let key = &format!("bodies.{i}");
             let sheet = build::sheet(spec, self.document.folder(), key)?;
             demand.add(spec, key, sheet.file.mesh.triangles.len() as f64)?;
             demand.files(&self.file.output, run.steps)?;
             let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
+            let texture = super::texture::read(spec, &sheet.file, self.document.folder(), key)?;
             for name in copies::names(spec) {
+                textures.push(texture.clone());
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
                 bodies.push(self.spawn(&mut simulation, membrane, spec, key)?);
                 meshes.push(mesh.clone());
@@ -113,7 +119,8 @@ impl Scene {
             };
             spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
         }
-        Ok(Instance { simulation, bodies, meshes, run, output: self.file.output.clone(), step: 0, has_torn: false })
+        let output = self.file.output.clone();
+        Ok(Instance { simulation, bodies, textures, meshes, run, output, step: 0, has_torn: false })
     }
 
     fn spawn(

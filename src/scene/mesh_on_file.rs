@@ -4,6 +4,7 @@ use super::error::{Fault, not_negative, positive};
 use super::mesh_file::{self, MeshFile, Reading};
 use super::schema::{FileSpec, ReadingSpec};
 use super::shape::refused_file;
+use crate::components::{Attributes, Channel};
 use crate::math::elementary;
 use glam::{DMat3, DVec3};
 use std::path::Path;
@@ -44,11 +45,20 @@ pub(super) fn read(spec: &FileSpec, arrays: &Arrays, folder: &Path, key: &str) -
         let turn = turn(angles.0);
         file.mesh.positions.iter_mut().for_each(|p| *p = turn * *p);
         file.mesh.fibres.iter_mut().flatten().for_each(|fibre| *fibre = turn * *fibre);
+        file.attributes.iter_mut().for_each(|attributes| turn_normals(attributes, turn));
     }
     if let Some(way) = translate {
         file.mesh.positions.iter_mut().for_each(|p| *p += way.0);
     }
     Ok(file)
+}
+
+fn turn_normals(attributes: &mut Attributes, turn: DMat3) {
+    let Some(&(_, first)) = attributes.channels.iter().find(|(channel, _)| *channel == Channel::Normal) else { return };
+    for row in attributes.values.chunks_exact_mut(attributes.stride) {
+        let own = &mut row[first..first + 3];
+        own.copy_from_slice(&(turn * DVec3::from_slice(own)).to_array());
+    }
 }
 
 /// About x, then y, then z. Right angles are exact, so that what was flat stays so.

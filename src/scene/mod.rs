@@ -55,6 +55,7 @@ mod shape;
 mod size;
 mod springs;
 mod summary;
+mod texture;
 
 pub use doctor::MeshSummary;
 pub use document::Document;
@@ -123,7 +124,7 @@ impl Scene {
         self.document.file()
     }
 
-    /// Mesh and fibre files that it reads, each once.
+    /// Mesh, fibre and texture files that it reads, each once.
     pub fn data_files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         for body in &self.file.bodies {
@@ -133,6 +134,7 @@ impl Scene {
             if let Some(schema::FibreSpec::File(file)) = &body.fibres {
                 files.push(self.document.folder().join(file));
             }
+            files.extend(body.texture.iter().map(|texture| self.document.folder().join(texture)));
         }
         files.sort();
         files.dedup();

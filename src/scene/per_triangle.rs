@@ -31,6 +31,10 @@ pub(super) fn arrays(spec: &BodySpec, key: &str) -> Result<Arrays, Fault> {
 /// # Errors
 /// For an array that is not there, of more than one number a row, or of a value out of its range.
 pub(super) fn values(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile, key: &str) -> Result<Membrane, Fault> {
+    // And what the file gives its vertices.
+    if let Some(attributes) = &file.attributes {
+        membrane = membrane.with(attributes.clone());
+    }
     let Some(arrays) = &spec.per_triangle else { return Ok(membrane) };
     let not_yet = [
         ("strength", &arrays.strength, "the strengths of `tearing`"),

@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use super::material_force::material_force;
-use crate::components::{Body, DecidedBy, EnergyCriterion, Forces, Frames, TearDecision, Tearing};
+use crate::components::{Attributes, Body, DecidedBy, EnergyCriterion, Forces, Frames, TearDecision, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -45,6 +45,7 @@ impl Simulation {
             principal_stress: frames.states().map(principal).collect(),
             fibres: frames.states().map(|state| state.polar.fibre_axis).collect(),
             criterion: Vec::new(),
+            attributes: self.world.get::<&Attributes>(body).ok().map(|attributes| (*attributes).clone()),
             tips: Vec::new(),
         };
         if let Some((tearing, tips)) = tearing {

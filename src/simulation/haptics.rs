@@ -166,6 +166,7 @@ impl Haptics {
                 folds: bending.is_some().then_some(&*folds),
                 inertia: rate * rate,
                 viscosity,
+                pressure: 0.0,
                 tangent,
             };
             inner.share(true);

@@ -2,8 +2,8 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{
-    Changes, EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs, StepForces,
-    TearDecisions,
+    Attributes, Changes, EdgeLoads, EnergyAudit, Frames, Grips, Holds, Increment, PointLoads, Reactions, Springs,
+    StepForces, TearDecisions,
 };
 use crate::replay::Input;
 use crate::storage::{Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
@@ -35,7 +35,12 @@ impl Simulation {
                 Option<&'a mut StepForces>,
                 Option<&'a mut Changes>,
             ),
-            (Option<&'a mut Tips>, Option<&'a mut TearDecisions>, Option<&'a mut TipMemory>),
+            (
+                Option<&'a mut Tips>,
+                Option<&'a mut TearDecisions>,
+                Option<&'a mut TipMemory>,
+                Option<&'a mut Attributes>,
+            ),
         );
         self.note(|| Input::Reorder(body));
         self.admit()?;
@@ -45,7 +50,7 @@ impl Simulation {
             (increment, frames, factor, audit),
             (holds, reactions, springs, grips),
             (point_loads, edge_loads, step_forces, changes),
-            (tips, decisions, memory),
+            (tips, decisions, memory, attributes),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
         let order = Order::along_curve(&mesh);
@@ -61,6 +66,9 @@ impl Simulation {
         *factor = Factor::default();
         if let Some(memory) = memory {
             *memory = TipMemory::default();
+        }
+        if let Some(attributes) = attributes {
+            attributes.sort(&order);
         }
         if let Some(changes) = changes {
             changes.forget();

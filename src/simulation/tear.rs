@@ -3,8 +3,8 @@
 use super::advance::Running;
 use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{
-    Body, Changes, DecidedBy, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined, Springs,
-    StepForces, TearDecisions, TearLog,
+    Attributes, Body, Changes, DecidedBy, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined,
+    Springs, StepForces, TearDecisions, TearLog,
 };
 use crate::event::{Course, Event, EventKind, WokenBy};
 use crate::registry::Refused;
@@ -83,7 +83,7 @@ impl Simulation {
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut TipMemory>),
             (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
             (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
-            (Option<&'a mut Refined>, Option<&'a mut Changes>),
+            (Option<&'a mut Refined>, Option<&'a mut Changes>, Option<&'a mut Attributes>),
         );
         self.admit()?;
         self.wake_by(body, WokenBy::Cut);
@@ -94,7 +94,7 @@ impl Simulation {
             (mut tips, log, scratch, memory),
             (holds, springs, grips),
             (point_loads, edge_loads, step_forces),
-            (refined, changes),
+            (refined, changes, attributes),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
         let mut followers = Followers {
@@ -108,6 +108,7 @@ impl Simulation {
             edge_loads,
             step_forces,
             refined,
+            attributes,
             changes,
         };
         let outcome = {

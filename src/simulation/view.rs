@@ -1,7 +1,7 @@
 //! A body as slices of its own arrays, and what has changed in them.
 
 use super::{Simulation, SimulationError};
-use crate::components::{ChangeSet, Changes, Increment, Sleeping};
+use crate::components::{Attributes, ChangeSet, Changes, Increment, Sleeping};
 use crate::storage::{TriangleKey, Triangles, VertexKey, Vertices};
 use glam::DVec3;
 use hecs::Entity;
@@ -22,6 +22,8 @@ pub struct BodyView<'a> {
     pub triangles: &'a [[u32; 3]],
     /// Keys of the triangles.
     pub triangle_keys: &'a [TriangleKey],
+    /// Numbers per vertex of the host's own, if the body carries any.
+    pub attributes: Option<&'a Attributes>,
     /// Where the last step began; empty before the first.
     start: &'a [DVec3],
     /// Length of the last step, or of the last part of one that was halved \[ms\].
@@ -70,9 +72,9 @@ impl Simulation {
     /// # Errors
     /// If there is no such body.
     pub fn view(&mut self, body: Entity) -> Result<BodyView<'_>, SimulationError> {
-        type Query<'a> = (&'a Vertices, &'a Triangles, &'a Increment, Option<&'a Sleeping>);
+        type Query<'a> = (&'a Vertices, &'a Triangles, &'a Increment, Option<&'a Sleeping>, Option<&'a Attributes>);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
-        let (vertices, triangles, increment, sleeping) = found;
+        let (vertices, triangles, increment, sleeping, attributes) = found;
         Ok(BodyView {
             positions: &vertices.position,
             rest_positions: &vertices.rest_position,
@@ -80,6 +82,7 @@ impl Simulation {
             vertex_keys: vertices.keys(),
             triangles: &triangles.corners,
             triangle_keys: triangles.keys(),
+            attributes,
             start: &increment.start,
             start_dt: increment.dt,
             is_asleep: sleeping.is_some_and(Sleeping::is_asleep),

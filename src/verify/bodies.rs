@@ -135,6 +135,7 @@ pub fn operator<'a>(
         folds: None,
         inertia: 0.0,
         viscosity: 0.0,
+        pressure: 0.0,
         tangent: Tangent::Exact,
     }
 }

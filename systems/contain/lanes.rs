@@ -163,7 +163,18 @@ mod tests {
         let tangent = Tangent::Rotated;
         let (external, folds, inertia, viscosity) = (None, None, 0.01, 0.7);
         let vertices = &*vertices;
-        let operator = Operator { vertices, triangles, topology, frames, external, folds, inertia, viscosity, tangent };
+        let operator = Operator {
+            vertices,
+            triangles,
+            topology,
+            frames,
+            external,
+            folds,
+            inertia,
+            viscosity,
+            pressure: 0.0,
+            tangent,
+        };
         let unstretched = Sym2::new(0.98, 1.01, 0.005);
         let (is_counted, is_damped_before, rate) = (false, false, 0.1);
         let (free, fibres, drag) = (&scratch.free, None, 0.0);

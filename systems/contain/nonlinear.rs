@@ -92,8 +92,18 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
         |((vertices, triangles, topology, frames), (forces, increment, scratch), (folds, damping))| {
             let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), scratch.tangent);
             let external = None;
-            let operator =
-                Operator { vertices, triangles, topology, frames, external, folds, inertia: 0.0, viscosity, tangent };
+            let operator = Operator {
+                vertices,
+                triangles,
+                topology,
+                frames,
+                external,
+                folds,
+                inertia: 0.0,
+                viscosity,
+                pressure: 0.0,
+                tangent,
+            };
             let SolverScratch { free, product, partials, account, .. } = scratch;
             product.resize(vertices.len(), DVec3::ZERO);
             operator.apply(&increment.delta, free, &mut forces.corner, product, partials);

@@ -131,6 +131,7 @@ impl Carried<'_> {
             // What the masses bring along is that of all that was gone.
             inertia: 0.0,
             viscosity: self.viscosity,
+            pressure: 0.0,
             tangent: self.scratch.tangent,
         };
         let rotated = self.scratch.fell_back.then(|| operator.rotated_frames(step.reserve()));

@@ -13,6 +13,7 @@ mod factor;
 mod folds;
 mod guess;
 mod inner;
+mod load_stiffness;
 mod operator;
 #[cfg(feature = "direct")]
 mod panels;
@@ -31,6 +32,7 @@ pub use cg::{CgError, CgInfo};
 pub use factor::{Factor, FactorState};
 pub use folds::{Folds, Hinge};
 pub use inner::{Inner, InnerSolver, InnerState, With};
+pub use load_stiffness::{edge_loads, has_free_rim, load_block, load_product};
 pub use operator::Operator;
 pub use preconditioned::{Means, Use, solve};
 

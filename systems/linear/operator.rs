@@ -4,6 +4,7 @@
 //! threads write one number and every sum has one order.
 
 use super::Folds;
+use super::load_stiffness::{edge_loads, load_product};
 use crate::components::{ExternalStiffness, Frames, FreeAxes};
 use crate::math::{ElementState, GeometricStiffness, Orthotropic, Sym3};
 use crate::settings::Tangent;
@@ -35,6 +36,8 @@ pub struct Operator<'a> {
     pub inertia: f64,
     /// β/dt of strain-rate damping.
     pub viscosity: f64,
+    /// Follower pressure \[MPa\] whose load stiffness is part of it; zero where that is left out.
+    pub pressure: f64,
     /// Which derivative of the membrane's forces it is; `frames` holds the geometric stiffness that goes with it.
     pub tangent: Tangent,
 }
@@ -89,6 +92,22 @@ impl Operator<'_> {
             }
         }
         frames
+    }
+
+    /// The product of a triangle's tangent, its load stiffness included, with displacements of its corners.
+    #[inline(always)]
+    fn triangle_product(&self, t: usize, u: [DVec3; 3]) -> [DVec3; 3] {
+        let forces = self.element(t).apply(u);
+        if self.pressure == 0.0 {
+            return forces;
+        }
+        let loads = load_product(self.edge_loads(t), u);
+        [forces[0] + loads[0], forces[1] + loads[1], forces[2] + loads[2]]
+    }
+
+    /// The edges of a triangle, weighted as its load stiffness has them \[N/mm\].
+    pub fn edge_loads(&self, t: usize) -> [DVec3; 3] {
+        edge_loads(self.triangles.corners[t].map(|v| self.vertices.position[v as usize]), self.pressure)
     }
 
     /// What vertex `v` contributes by itself: mass and external stiffness.
@@ -155,7 +174,7 @@ impl Operator<'_> {
                 let u = corners.map(|v| u[v as usize]);
                 // Each triangle once, for the first of its corners that moves.
                 if u.iter().position(|u| *u != DVec3::ZERO) == Some(corner) {
-                    let forces = self.element(t).apply(u);
+                    let forces = self.triangle_product(t, u);
                     corners.iter().zip(forces).for_each(|(&v, force)| out[v as usize] += force);
                 }
             }
@@ -175,7 +194,7 @@ impl Operator<'_> {
         let own = self.own_block(v) * u[v] + bending.unwrap_or_default();
         self.topology.incident[v].iter().fold(own, |sum, &c| {
             let (t, corner) = (c as usize / 3, c as usize % 3);
-            sum + self.element(t).apply(self.triangles.corners[t].map(|v| u[v as usize]))[corner]
+            sum + self.triangle_product(t, self.triangles.corners[t].map(|v| u[v as usize]))[corner]
         })
     }
 
@@ -215,7 +234,7 @@ impl<S: Stored> Kernel<[DVec3; 3]> for Products<'_, S> {
         let corners = &operator.triangles.corners[first..][..rows.len()];
         if operator.tangent != Tangent::Rotated || !L::HAS_DOUBLES {
             for (i, (out, [a, b, c])) in rows.iter_mut().zip(corners).enumerate() {
-                *out = operator.element(first + i).apply([u[*a as usize], u[*b as usize], u[*c as usize]]);
+                *out = operator.triangle_product(first + i, [u[*a as usize], u[*b as usize], u[*c as usize]]);
             }
             return;
         }

@@ -56,7 +56,18 @@ pub fn of_part(world: &mut hecs::World, step: &StepContext) {
         let (external, folds, damping) = about;
         let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
         let (inertia, tangent) = (step.inertia(), scratch.tangent);
-        let operator = Operator { vertices, triangles, topology, frames, external, folds, inertia, viscosity, tangent };
+        let operator = Operator {
+            vertices,
+            triangles,
+            topology,
+            frames,
+            external,
+            folds,
+            inertia,
+            viscosity,
+            pressure: 0.0,
+            tangent,
+        };
         of_linear_step(&operator, forces, increment, step, prescribers);
     }
 }

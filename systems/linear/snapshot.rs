@@ -1,9 +1,10 @@
 //! The operator's numbers by themselves, to be factored while the body goes on: nothing here refers to the body.
 
+use super::load_stiffness::load_block;
 use super::{Hinge, Operator};
 use crate::components::FreeAxes;
 use crate::systems::parallel;
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 
 /// The operator at one state.
 #[derive(Debug, Default)]
@@ -14,6 +15,8 @@ pub struct Snapshot {
     pub blocks: Vec<[DMat3; 3]>,
     /// Mass and external stiffness of every vertex \[N/mm\].
     pub own: Vec<DMat3>,
+    /// Edges of every triangle as its load stiffness has them \[N/mm\]; empty without one.
+    pub loads: Vec<[DVec3; 3]>,
     /// Hinges of bending.
     pub hinges: Vec<Hinge>,
     /// 1 along free axes, 0 along prescribed ones.
@@ -26,9 +29,11 @@ impl Snapshot {
         let corners = operator.triangles.corners.clone();
         let (mut blocks, mut own) = (vec![[DMat3::ZERO; 3]; corners.len()], vec![DMat3::ZERO; free.len()]);
         parallel::for_rows(&mut blocks, |t, blocks| *blocks = operator.element(t).blocks());
+        let loads = if operator.pressure == 0.0 { 0 } else { corners.len() };
+        let loads = (0..loads).map(|t| operator.edge_loads(t)).collect();
         parallel::for_rows(&mut own, |v, own| *own = operator.own_block(v));
         let hinges = operator.folds.map_or_else(Vec::new, |folds| folds.hinges(&corners).collect());
-        Self { corners, blocks, own, hinges, free: free.clone() }
+        Self { corners, blocks, loads, own, hinges, free: free.clone() }
     }
 
     /// The vertices of the hinges.
@@ -38,6 +43,13 @@ impl Snapshot {
 
     /// The block of corners `i` and `j` of a triangle.
     pub fn block(&self, t: usize, i: usize, j: usize) -> DMat3 {
+        match self.loads.get(t) {
+            Some(edges) => self.membrane_block(t, i, j) + load_block(edges, i, j),
+            None => self.membrane_block(t, i, j),
+        }
+    }
+
+    fn membrane_block(&self, t: usize, i: usize, j: usize) -> DMat3 {
         let [k11, k12, k22] = &self.blocks[t];
         match (i, j) {
             (1, 1) => *k11,

@@ -2,7 +2,7 @@
 
 use super::TipMemory;
 use crate::components::{
-    Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, StepForces,
+    Attributes, Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, StepForces,
 };
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 use crate::systems::linear::Factor;
@@ -30,6 +30,8 @@ pub struct Followers<'a> {
     pub step_forces: Option<&'a mut StepForces>,
     /// The list of what has been added to the mesh.
     pub refined: Option<&'a mut Refined>,
+    /// Numbers of the host's.
+    pub attributes: Option<&'a mut Attributes>,
     /// The list of changes that somebody has asked for.
     pub changes: Option<&'a mut Changes>,
 }
@@ -103,6 +105,9 @@ impl Followers<'_> {
             }
             if let Some(refined) = &mut self.refined {
                 refined.follow(record, tables);
+            }
+            if let Some(attributes) = &mut self.attributes {
+                attributes.follow(record);
             }
             if let Some(changes) = &mut self.changes {
                 changes.note(record, tables.triangles.len());

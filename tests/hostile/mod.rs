@@ -9,7 +9,8 @@ mod meshes;
 use glam::DVec3;
 use meshes::{Body, Sheet};
 use rhexis::replay::{self, Recording};
-use rhexis::scene::{Document, catalog::CATALOG, mesh_file};
+use rhexis::scene::mesh_file::{self, Reading};
+use rhexis::scene::{Document, catalog::CATALOG};
 use rhexis::settings::{LinearParams, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::Snapshot;
@@ -22,9 +23,15 @@ pub const HEAD: usize = 28;
 
 /// A mesh file is refused, or its surface passes the check.
 pub fn mesh(extension: &str, bytes: &[u8]) {
-    if let Ok(mesh) = mesh_file::from_bytes(Path::new(&format!("mesh.{extension}")), bytes.to_vec()) {
+    let name = format!("mesh.{extension}");
+    if let Ok(file) = mesh_file::from_bytes_with(Path::new(&name), bytes.to_vec(), &Reading::default()) {
+        let mesh = &file.mesh;
         assert_eq!(mesh.check(), Ok(()));
         assert!(mesh.positions.iter().all(|p| p.is_finite()));
+        if let Some(attributes) = &file.attributes {
+            assert_eq!(attributes.values.len(), attributes.stride * mesh.positions.len());
+            assert!(attributes.values.iter().all(|value| value.is_finite()));
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 mod bench;
 mod bodies;
 mod cli;
+mod decorated;
 mod dump;
 mod faults;
 mod files_from_anywhere;

@@ -3,9 +3,12 @@
 mod accumulated_error;
 mod breakdown;
 mod dynamic_factor;
+mod load_stiffness;
 mod mixed_precision;
 mod multigrid;
 mod static_solver;
 
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../meshes/mod.rs"]
+mod meshes;

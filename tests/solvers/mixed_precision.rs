@@ -86,6 +86,7 @@ impl Torn {
             folds: None,
             inertia: 1e-2,
             viscosity: 0.1,
+            pressure: 0.0,
             tangent: self.tangent,
         }
     }

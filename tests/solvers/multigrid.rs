@@ -104,6 +104,7 @@ impl System {
             folds: None,
             inertia: self.inertia,
             viscosity: 0.0,
+            pressure: 0.0,
             tangent: Tangent::Rotated,
         }
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::decoration::Decoration;
 use super::polygon;
 
 /// How the corners of a cell make triangles.
@@ -102,6 +103,8 @@ pub struct Draft {
     pub groups: Vec<(String, Vec<u32>)>,
     /// Whether the format cannot say that triangles share a vertex.
     pub is_soup: bool,
+    /// Texture coordinates, normals and colours.
+    pub decoration: Decoration,
     /// Rows that were joined to others, ascending.
     pub joined: Vec<(u32, u32)>,
 }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::decoration::decorate;
 use super::defects::{Defects, mend};
 use super::draft::{Array, Draft, On, Origin, is_fibre_name};
 use super::fault::Fault;
@@ -58,11 +59,15 @@ pub fn finish(mut draft: Draft, reading: &Reading) -> Result<MeshFile, Refusal> 
     }
     let groups = groups(&draft, &sources);
     keep_asked(&mut draft, reading);
+    let decorated = decorate(&mut draft, &sources, &mesh);
+    draft.passed_over.extend(decorated.left_out);
     let mut file = MeshFile {
         arrays: arrays(&mut draft, &sources, &mesh),
         passed_over: draft.passed_over.iter().cloned().collect(),
         groups,
         mesh,
+        attributes: decorated.attributes,
+        seams: decorated.seams,
         fibres_from: None,
         tidied,
     };

@@ -6,14 +6,15 @@ use std::path::{Component, Path};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec3};
 use gltf_json::accessor::{ComponentType, Type};
-use gltf_json::mesh::{Mode, Semantic};
+use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Index, Mesh, Node, Root};
 
 use super::draft::{Draft, Origin, Shape, Wanted};
 use super::fault::Fault;
+use crate::components::Channel;
 use crate::source;
 
 /// Vertices and corners per byte of file that nodes may make of shared meshes.
@@ -106,6 +107,18 @@ fn placing(node: &Node) -> DMat4 {
     )
 }
 
+/// Numbers in a row of an accessor.
+fn components_of(kind: Type) -> usize {
+    match kind {
+        Type::Scalar => 1,
+        Type::Vec2 => 2,
+        Type::Vec3 => 3,
+        Type::Vec4 | Type::Mat2 => 4,
+        Type::Mat3 => 9,
+        Type::Mat4 => 16,
+    }
+}
+
 struct File<'a> {
     root: &'a Root,
     binary: Option<&'a [u8]>,
@@ -150,6 +163,7 @@ impl<'a> File<'a> {
                 .positions
                 .extend(positions.chunks_exact(3).map(|p| placed.transform_point3(DVec3::new(p[0], p[1], p[2]))));
             let count = (positions.len() / 3) as u32;
+            self.decorate(primitive, (first, count), placed, draft);
             let corners: Vec<u32> = match primitive.indices {
                 Some(indices) => {
                     self.numbers(indices.value(), Type::Scalar)?.into_iter().map(|index| index as u32).collect()
@@ -193,12 +207,47 @@ impl<'a> File<'a> {
         Ok(())
     }
 
-    /// The numbers of an accessor of this type.
+    /// Gives the vertices of a primitive its texture coordinates (their v turned up), normals and colours. What cannot be read is none.
+    fn decorate(&mut self, primitive: &Primitive, (first, count): (u32, u32), placed: DMat4, draft: &mut Draft) {
+        let normals = DMat3::from_mat4(placed).inverse().transpose();
+        let kinds = [
+            (Semantic::TexCoords(0), Type::Vec2),
+            (Semantic::Normals, Type::Vec3),
+            (Semantic::Colors(0), Type::Vec4),
+            (Semantic::Colors(0), Type::Vec3),
+        ];
+        for (semantic, kind) in kinds {
+            let is_normal = semantic == Semantic::Normals;
+            let Some(accessor) = primitive.attributes.get(&Checked::Valid(semantic)) else { continue };
+            let Ok(numbers) = self.scaled_numbers(accessor.value(), kind) else { continue };
+            for (row, own) in (first..first + count).zip(numbers.chunks_exact(components_of(kind))) {
+                match (kind, own) {
+                    (Type::Vec2, [u, v]) => draft.decoration.give(Channel::TextureCoordinates, row, &[*u, 1.0 - *v]),
+                    (Type::Vec3, &[x, y, z]) if is_normal => {
+                        let normal = (normals * DVec3::new(x, y, z)).normalize_or_zero();
+                        draft.decoration.give(Channel::Normal, row, &normal.to_array());
+                    }
+                    (Type::Vec3, [r, g, b]) => draft.decoration.give(Channel::Colour, row, &[*r, *g, *b, 1.0]),
+                    (_, own) => draft.decoration.give(Channel::Colour, row, own),
+                }
+            }
+        }
+    }
+
+    /// The numbers of an accessor of this type, as they are.
     fn numbers(&mut self, accessor: usize, expected: Type) -> Result<Vec<f64>, Fault> {
+        if self.root.accessors.get(accessor).is_some_and(|found| found.normalized) {
+            return Err(Fault::new(format!("accessor {accessor} is normalized; export the file again")));
+        }
+        self.scaled_numbers(accessor, expected)
+    }
+
+    /// The numbers of an accessor of this type; normalized ones from −1 or 0 to 1.
+    fn scaled_numbers(&mut self, accessor: usize, expected: Type) -> Result<Vec<f64>, Fault> {
         let broken = |what: &str| Fault::new(format!("accessor {accessor} {what}; export the file again"));
         let found = self.root.accessors.get(accessor).ok_or_else(|| broken("does not exist"))?;
-        if found.type_ != Checked::Valid(expected) || found.sparse.is_some() || found.normalized {
-            return Err(broken("is sparse, normalized or of another type"));
+        if found.type_ != Checked::Valid(expected) || found.sparse.is_some() {
+            return Err(broken("is sparse or of another type"));
         }
         let Checked::Valid(component) = found.component_type else { return Err(broken("has no type")) };
         let component = component.0;
@@ -207,7 +256,15 @@ impl<'a> File<'a> {
             ComponentType::I16 | ComponentType::U16 => 2,
             ComponentType::U32 | ComponentType::F32 => 4,
         };
-        let components = if expected == Type::Vec3 { 3 } else { 1 };
+        let components = components_of(expected);
+        let full = match component {
+            _ if !found.normalized => 1.0,
+            ComponentType::I8 => 127.0,
+            ComponentType::U8 => 255.0,
+            ComponentType::I16 => 32767.0,
+            ComponentType::U16 => 65535.0,
+            ComponentType::U32 | ComponentType::F32 => 1.0,
+        };
         let view = found.buffer_view.and_then(|view| self.root.buffer_views.get(view.value()));
         let view = view.ok_or_else(|| broken("has no data"))?;
         let bytes = self.buffers.get(view.buffer.value()).ok_or_else(|| broken("names no buffer"))?;
@@ -233,12 +290,13 @@ impl<'a> File<'a> {
                 let mut four = [0; 4];
                 four[..size].copy_from_slice(&bytes[at..at + size]);
                 let low = u32::from_le_bytes(four);
-                numbers.push(match component {
+                let number = match component {
                     ComponentType::I8 => f64::from(low as i8),
                     ComponentType::I16 => f64::from(low as i16),
                     ComponentType::F32 => f64::from(f32::from_bits(low)),
                     _ => f64::from(low),
-                });
+                };
+                numbers.push(number / full);
             }
         }
         Ok(numbers)

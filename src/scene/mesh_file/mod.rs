@@ -6,6 +6,7 @@
 //!
 //! No reader allocates by what a header claims: counts are held against the size of the file first.
 
+mod decoration;
 mod defects;
 mod draft;
 mod encoding;
@@ -19,6 +20,7 @@ mod gmsh_scan;
 mod obj;
 mod off;
 mod ply;
+mod ply_columns;
 mod polygon;
 mod stl;
 mod vtk_legacy;
@@ -30,6 +32,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use crate::components::Attributes;
 use crate::source;
 use crate::storage::{MeshError, TriangleMesh};
 pub use defects::Defects;
@@ -128,6 +131,10 @@ pub struct MeshFile {
     pub passed_over: Vec<String>,
     /// Vertices by names: physical groups of Gmsh, groups and objects of OBJ, nodes and meshes of glTF.
     pub groups: Vec<(String, Vec<u32>)>,
+    /// Texture coordinates, normals and colours of its vertices, each where every vertex has one.
+    pub attributes: Option<Attributes>,
+    /// Vertices with several texture coordinates in the file, of which they have the first.
+    pub seams: usize,
     /// Where the fibres come from, in words, if the file has any.
     pub fibres_from: Option<String>,
     /// What was mended.

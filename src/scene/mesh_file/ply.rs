@@ -1,13 +1,14 @@
 //! PLY, text and binary. Read here: 64-bit indices, carriage returns and the lines of text are beyond the readers on offer.
 
-use super::draft::{Array, Draft, On, Origin, Shape, Wanted};
+use super::draft::{Draft, On, Origin, Shape, Wanted};
 use super::encoding;
 use super::fault::{Fault, line_of};
+use super::ply_columns::{Arrays, Decorated};
 use glam::DVec3;
 
 /// A kind of number in a file.
 #[derive(Clone, Copy, PartialEq)]
-enum Number {
+pub(super) enum Number {
     I8,
     U8,
     I16,
@@ -47,17 +48,19 @@ impl Number {
     }
 }
 
-struct Property {
-    name: String,
+/// A column of an element.
+pub(super) struct Property {
+    pub name: String,
     /// Of a list.
-    count: Option<Number>,
-    number: Number,
+    pub count: Option<Number>,
+    pub number: Number,
 }
 
-struct Element {
-    name: String,
-    count: usize,
-    properties: Vec<Property>,
+/// Rows with the same columns.
+pub(super) struct Element {
+    pub name: String,
+    pub count: usize,
+    pub properties: Vec<Property>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -225,9 +228,12 @@ impl File<'_> {
 
     fn vertices(&mut self, element: &Element, wanted: &Wanted, draft: &mut Draft) -> Result<(), Fault> {
         let mut arrays = Arrays::new(element, On::Points, wanted, draft);
+        let decorated = Decorated::of(element);
+        let mut numbers = vec![f64::NAN; element.properties.len()];
         for row in 0..element.count {
             let mut position = DVec3::NAN;
             self.row(element, row, |place, value, is_list| {
+                numbers[place] = value;
                 match element.properties[place].name.as_str() {
                     _ if is_list => {}
                     "x" | "X" => position.x = value,
@@ -238,8 +244,10 @@ impl File<'_> {
                 arrays.keep(place, value, is_list);
             })?;
             draft.positions.push(position);
+            decorated.give(row as u32, &numbers, draft);
         }
         arrays.give(draft);
+        decorated.names(element).for_each(|name| _ = draft.passed_over.remove(name));
         Ok(())
     }
 
@@ -341,49 +349,5 @@ impl File<'_> {
             Number::F32 => f64::from(f32::from_bits(low as u32)),
             Number::F64 => f64::from_bits(low),
         }))
-    }
-}
-
-/// The scalars of an element that a scene asks for: by their own names, or as a vector by the stem of `stem_x`, `stem_y`, `stem_z`.
-struct Arrays {
-    /// For each property: which of `arrays`.
-    of: Vec<Option<usize>>,
-    arrays: Vec<Array>,
-}
-
-impl Arrays {
-    fn new(element: &Element, on: On, wanted: &Wanted, draft: &mut Draft) -> Self {
-        let mut arrays: Vec<Array> = Vec::new();
-        let stem =
-            |name: &str| name.strip_suffix(['x', 'y', 'z']).map(|stem| stem.trim_end_matches(['_', '.']).to_owned());
-        let mut of = Vec::new();
-        for property in &element.properties {
-            let name = &property.name;
-            let by_stem = stem(name).filter(|stem| wanted.has(stem));
-            let kept = if wanted.has(name) { Some(name.clone()) } else { by_stem };
-            let place = kept.filter(|_| property.count.is_none()).map(|kept| {
-                let place = arrays.iter().position(|array| array.name == kept).unwrap_or(arrays.len());
-                match arrays.get_mut(place) {
-                    Some(array) => array.components += 1,
-                    None => arrays.push(Array { name: kept, on, components: 1, values: Vec::new() }),
-                }
-                place
-            });
-            if place.is_none() && !["x", "y", "z"].contains(&name.to_lowercase().as_str()) && property.count.is_none() {
-                draft.passed_over.insert(name.clone());
-            }
-            of.push(place);
-        }
-        Self { of, arrays }
-    }
-
-    fn keep(&mut self, property: usize, value: f64, is_list: bool) {
-        if let (Some(place), false) = (self.of[property], is_list) {
-            self.arrays[place].values.push(value);
-        }
-    }
-
-    fn give(self, draft: &mut Draft) {
-        self.arrays.into_iter().for_each(|array| draft.arrays.push(array));
     }
 }

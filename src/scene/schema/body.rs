@@ -21,6 +21,8 @@ pub struct BodySpec {
     pub planar: bool,
     /// Its triangles.
     pub mesh: MeshSpec,
+    /// PNG or JPEG file for its texture coordinates in `output.gltf`; relative to the scene file.
+    pub texture: Option<PathBuf>,
     /// Its elastic constants.
     pub material: MaterialSpec,
     /// Anisotropy that grows with the distance from an axis.

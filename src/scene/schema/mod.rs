@@ -229,11 +229,14 @@ pub struct OutputSpec {
     /// Whether the energy balance of every body is kept: terms in `series.csv` and `report.json`, what each advance has
     /// released in static mode in `events.jsonl`. Default false.
     pub energy: bool,
+    /// Whether the bodies as they lie at the end are written as `surface-INDEX.glb`, with normals, texture coordinates, colours and
+    /// `texture` where they have them. Default false.
+    pub gltf: bool,
 }
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { pictures: 5, frames: 50, velocities: false, forces: false, energy: false }
+        Self { pictures: 5, frames: 50, velocities: false, forces: false, energy: false, gltf: false }
     }
 }
 

@@ -9,11 +9,14 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DVec3, dvec3};
+use rhexis::components::Channel;
 use rhexis::math::smallest_angle;
-use rhexis::scene::mesh_file::{MeshFileError, read, read_fibres};
+use rhexis::scene::mesh_file::{MeshFileError, Reading, from_bytes_with, read, read_fibres};
 use rhexis::storage::TriangleMesh;
 
-use samples::{MSH, OBJ, PLY, STL, VTK, VTU, data, good_files, read_bytes, square};
+use samples::{
+    DECORATED_OBJ, DECORATED_PLY, MSH, OBJ, PLY, STL, VTK, VTU, data, decorated_gltf, good_files, read_bytes, square,
+};
 
 fn with_fibres(fibres: [DVec3; 2]) -> TriangleMesh {
     TriangleMesh { fibres: Some(fibres.to_vec()), ..square() }
@@ -26,6 +29,26 @@ fn every_format_gives_the_square() {
         let mesh = read_bytes(name, bytes).unwrap_or_else(|error| panic!("{error}"));
         let expected = if name.contains(".vt") { with_fibres(fibres) } else { square() };
         assert_eq!(mesh, expected, "{name}");
+    }
+}
+
+#[test]
+fn decorated_files_give_the_same_colours_and_texture_coordinates() {
+    let files =
+        [("b.obj", DECORATED_OBJ.as_bytes().to_vec()), ("d.ply", DECORATED_PLY.into()), ("a.gltf", decorated_gltf())];
+    for (name, bytes) in files {
+        let file = from_bytes_with(Path::new(name), bytes, &Reading::default()).unwrap();
+        let attributes = file.attributes.unwrap();
+        let of = |channel: Channel| attributes.channel(channel).unwrap().map(<[f64]>::to_vec).collect::<Vec<_>>();
+        // The texture coordinates of glTF count downwards.
+        let up = |v: f64| if name == "a.gltf" { 1.0 - v } else { v };
+        assert_eq!(
+            of(Channel::TextureCoordinates),
+            [[0.0, up(0.0)], [1.0, up(0.0)], [1.0, up(1.0)], [0.0, up(1.0)]],
+            "{name}"
+        );
+        assert_eq!(of(Channel::Colour)[1], [0.0, 1.0, 0.0, 1.0], "{name}");
+        assert!(of(Channel::Normal).iter().all(|normal| normal[2] > 0.99), "{name}");
     }
 }
 

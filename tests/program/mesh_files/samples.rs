@@ -32,6 +32,53 @@ pub fn square() -> TriangleMesh {
 pub const OBJ: &str = "# a comment\no patch\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5\nv 1 1 0.25\nv 0 1 0\nvt 0 0\nvn 0 0 1\n\
                    usemtl red\nf 1/1/1 2/1/1 3//1\ng other\nl 1 2\nf -4 -2 -1\n";
 
+/// The square with texture coordinates, normals and colours of its own.
+pub const DECORATED_OBJ: &str = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0.25 0 0 1\nv 0 1 0 1 1 1\nvt 0 0\nvt 1 0\nvt 1 1 0\nvt 0 1\n\
+                   vn 0 0 1\nvn -0.1 0 1\nf 1/1/1 2/2/2 3/3/1\nf -4/-4/-1 -2/-2/-2 -1/-1/-1\n";
+
+/// The same as PLY.
+pub const DECORATED_PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                   property float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float t\nproperty uchar red\n\
+                   property uchar green\nproperty uchar blue\nproperty uchar alpha\nelement face 1\n\
+                   property list uchar int vertex_indices\nend_header\n0 0 0 0 0 1 0 0 255 0 0 255\n1 0 0 0 0 1 1 0 0 255 0 255\n\
+                   1 1 0.25 0 0 1 1 1 0 0 255 255\n0 1 0 0 0 1 0 1 9 9 9 255\n4 0 1 2 3\n";
+
+/// The same as glTF in text, with colours as normalized bytes and texture coordinates as normalized shorts.
+pub fn decorated_gltf() -> Vec<u8> {
+    let mut binary: Vec<u8> = [0_u16, 1, 2, 0, 2, 3].map(u16::to_le_bytes).concat();
+    let floats = |list: Vec<f32>| list.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
+    binary.extend(floats(square().positions.iter().flat_map(|p| p.as_vec3().to_array()).collect()));
+    binary.extend(floats([0.0, 0.0, 1.0].repeat(4)));
+    binary.extend(
+        [[0, 0], [65535, 0], [65535, 65535], [0, 65535_u16]].as_flattened().iter().flat_map(|v| v.to_le_bytes()),
+    );
+    binary.extend([255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 9, 9, 9, 255]);
+    let data = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, &binary);
+    let accessor = |view: usize, component: usize, kind: &str, count: usize, normalized: bool| {
+        format!(
+            "{{\"bufferView\":{view},\"componentType\":{component},\"type\":\"{kind}\",\"count\":{count},\"normalized\":{normalized}}}"
+        )
+    };
+    let accessors = [
+        accessor(0, 5123, "SCALAR", 6, false),
+        accessor(1, 5126, "VEC3", 4, false),
+        accessor(2, 5126, "VEC3", 4, false),
+        accessor(3, 5123, "VEC2", 4, true),
+        accessor(4, 5121, "VEC4", 4, true),
+    ];
+    let views = [(0, 12), (12, 48), (60, 48), (108, 16), (124, 16)]
+        .map(|(offset, length)| format!("{{\"buffer\":0,\"byteOffset\":{offset},\"byteLength\":{length}}}"));
+    format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{{\"mesh\":0}}],\"meshes\":[{{\"primitives\":[{{\"indices\":0,\"attributes\":\
+         {{\"POSITION\":1,\"NORMAL\":2,\"TEXCOORD_0\":3,\"COLOR_0\":4}}}}]}}],\"accessors\":[{}],\"bufferViews\":[{}],\
+         \"buffers\":[{{\"byteLength\":{},\"uri\":\"data:application/octet-stream;base64,{data}\"}}]}}",
+        accessors.join(","),
+        views.join(","),
+        binary.len()
+    )
+    .into_bytes()
+}
+
 pub const MSH: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Comments\nby hand\n$EndComments\n\
                    $Nodes\n2 4 7 12\n0 1 0 1\n12\n0 0 0\n2 1 0 3\n9\n7\n8\n1 0 0\n1 1 0.25\n0 1 0\n$EndNodes\n\
                    $Elements\n3 4 1 4\n0 1 15 1\n1 12\n1 1 1 1\n2 12 9\n2 1 2 2\n3 12 9 7\n4 12 7 8\n$EndElements\n";
@@ -142,6 +189,10 @@ pub fn good_files() -> Vec<(&'static str, Vec<u8>)> {
     files.extend([("b.stl", binary_stl(b"made by hand")), ("c.stl", binary_stl(b"solid made by hand"))]);
     files.extend([("a.off", OFF.as_bytes().to_vec()), ("a.vtp", VTP.as_bytes().to_vec()), ("a.glb", glb())]);
     files.push(("d.msh", MSH_2.as_bytes().to_vec()));
+    files.extend(
+        [("b.obj", DECORATED_OBJ), ("d.ply", DECORATED_PLY)].map(|(name, text)| (name, text.as_bytes().to_vec())),
+    );
+    files.push(("a.gltf", decorated_gltf()));
     // By the writers of VTK itself (tests/data/README.md).
     let by_vtk =
         ["appended_raw_zlib.vtu", "appended_base64.vtu", "inline_zlib.vtu", "legacy_text.vtk", "legacy_binary.vtk"];
