@@ -9,7 +9,7 @@ use super::series::Observation;
 use super::{Stop, checkpoint};
 use crate::event::{Event, EventKind, Verdict};
 use crate::frame::Frame;
-use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
+use crate::output::{OutputError, PictureSettings, PvdWriter, file, render, write_obj, write_ply};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -192,6 +192,17 @@ impl Files {
                     Err(error) => self.fault("pictures", error.to_string()),
                     Ok(()) => {}
                 }
+            }
+        }
+    }
+
+    /// The surfaces of the bodies at the end, as OBJ and as PLY.
+    pub fn surfaces(&mut self, frame: &Frame, [obj, ply]: [bool; 2]) {
+        for (index, body) in frame.bodies.iter().enumerate() {
+            let path = |ending: &str| self.folder.join(format!("surface-{index}.{ending}"));
+            let written = [obj.then(|| write_obj(&path("obj"), body)), ply.then(|| write_ply(&path("ply"), body))];
+            for error in written.into_iter().flatten().filter_map(Result::err) {
+                self.fault("surfaces", error.to_string());
             }
         }
     }

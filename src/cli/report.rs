@@ -9,7 +9,7 @@ use super::timings::{SystemTime, Timings};
 use crate::components::{Body, EnergyCriterion, Refined, Refinement, RingFault, TearLog, Tearing};
 use crate::report::TearCourse;
 use crate::scene::schema::Mode;
-use crate::scene::{Instance, Scene, thresholds};
+use crate::scene::{CutTold, Instance, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
 use hecs::Entity;
 use serde::Serialize;
@@ -59,6 +59,9 @@ pub(super) struct RunReport {
     /// Simulated time over `stepping_s`.
     pub real_time_factor: f64,
     pub bodies: Vec<BodyFigures>,
+    /// Cuts that the scene asked for; absent where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cuts: Vec<CutTold>,
     pub solver: SolverFigures,
     pub events: EventCounts,
     /// Decisions that another run could have taken the other way.
@@ -249,7 +252,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         mode: if instance.run.mode == Mode::Static { "static" } else { "dynamic" },
         dt_ms: instance.run.dt,
         threads: instance.simulation.thread_count(),
-        caveats: caveats(&s, &bodies),
+        caveats: caveats(&s, &bodies).into_iter().chain(not_made(&instance.cuts)).collect(),
         end: s.end,
         steps: s.last.step,
         steps_planned: instance.run.steps,
@@ -258,6 +261,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         stepping_s: s.stepping.as_secs_f64(),
         real_time_factor: real_time_factor(s.last.time, s.stepping),
         bodies,
+        cuts: instance.cuts.clone(),
         solver: SolverFigures {
             iterations: t.iterations,
             mean_iterations_per_step: t.iterations as f64 / t.steps.max(1) as f64,
@@ -278,6 +282,11 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         ambiguous: t.ambiguous.clone(),
         systems: s.timings.systems(),
     }
+}
+
+/// Cuts that were refused.
+fn not_made(cuts: &[CutTold]) -> impl Iterator<Item = String> {
+    cuts.iter().filter(|cut| cut.refused.is_some()).map(ToString::to_string)
 }
 
 /// The body that is the scene's `index`-th.

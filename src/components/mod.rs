@@ -26,6 +26,7 @@ mod obstacle;
 mod readings;
 mod refinement;
 mod sleeping;
+mod solid;
 mod springs;
 mod step_forces;
 mod stops;

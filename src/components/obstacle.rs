@@ -3,6 +3,7 @@
 use super::BodyError;
 use super::Path;
 use super::check::{Check, Host, Owner, finite, not_negative, number, positive};
+use super::solid;
 use glam::DVec3;
 
 /// The shape of an obstacle.
@@ -35,6 +36,20 @@ pub enum Shape {
         /// Ends of the segment \[mm\].
         ends: [DVec3; 2],
         /// The distance \[mm\].
+        radius: f64,
+    },
+    /// A box with edges along x, y, z.
+    Box {
+        /// Centre \[mm\].
+        centre: DVec3,
+        /// Half edges \[mm\].
+        half: DVec3,
+    },
+    /// A cylinder with flat ends.
+    Cylinder {
+        /// Middles of its ends \[mm\].
+        ends: [DVec3; 2],
+        /// Radius \[mm\].
         radius: f64,
     },
 }
@@ -88,6 +103,8 @@ impl Shape {
             Self::Sphere { centre, radius } => Self::Sphere { centre: centre + offset, radius },
             Self::Ellipsoid { centre, half_axes } => Self::Ellipsoid { centre: centre + offset, half_axes },
             Self::Capsule { ends, radius } => Self::Capsule { ends: ends.map(|end| end + offset), radius },
+            Self::Box { centre, half } => Self::Box { centre: centre + offset, half },
+            Self::Cylinder { ends, radius } => Self::Cylinder { ends: ends.map(|end| end + offset), radius },
         }
     }
 
@@ -95,8 +112,8 @@ impl Shape {
     pub fn anchor(&self) -> DVec3 {
         match *self {
             Self::Plane { point, .. } => point,
-            Self::Sphere { centre, .. } | Self::Ellipsoid { centre, .. } => centre,
-            Self::Capsule { ends: [a, b], .. } => a.midpoint(b),
+            Self::Sphere { centre, .. } | Self::Ellipsoid { centre, .. } | Self::Box { centre, .. } => centre,
+            Self::Capsule { ends: [a, b], .. } | Self::Cylinder { ends: [a, b], .. } => a.midpoint(b),
         }
     }
 
@@ -106,6 +123,24 @@ impl Shape {
             Self::Plane { .. } => f64::INFINITY,
             Self::Sphere { radius, .. } | Self::Capsule { radius, .. } => radius,
             Self::Ellipsoid { half_axes, .. } => half_axes.min_element(),
+            Self::Box { half, .. } => half.min_element(),
+            Self::Cylinder { ends: [a, b], radius } => radius.min(0.5 * a.distance(b)),
+        }
+    }
+
+    /// How far a point is from the middle over how far the surface is, along the same ray; `None` for a shape that is none with
+    /// flat faces.
+    pub(crate) fn gauge(&self, x: DVec3) -> Option<f64> {
+        match *self {
+            Self::Box { centre, half } => Some(((x - centre).abs() / half).max_element()),
+            Self::Cylinder { ends: [a, b], radius } => {
+                let axis = (b - a).normalize_or_zero();
+                let from_middle = x - a.midpoint(b);
+                let along = from_middle.dot(axis);
+                let out = (from_middle - axis * along).length();
+                Some((out / radius).max(along.abs() / (0.5 * a.distance(b))))
+            }
+            _ => None,
         }
     }
 
@@ -116,6 +151,8 @@ impl Shape {
             Self::Sphere { radius, .. } => radius,
             Self::Ellipsoid { half_axes, .. } => half_axes.max_element(),
             Self::Capsule { ends: [a, b], radius } => 0.5 * a.distance(b) + radius,
+            Self::Box { half, .. } => half.length(),
+            Self::Cylinder { ends: [a, b], radius } => (0.5 * a.distance(b)).hypot(radius),
         };
         self.anchor().distance(ball_centre) <= extent + ball_radius
     }
@@ -140,6 +177,8 @@ impl Shape {
                 let along = ((x - a).dot(axis) / axis.length_squared()).clamp(0.0, 1.0);
                 from_point(if along.is_finite() { a + axis * along } else { a }, radius)
             }
+            Self::Box { centre, half } => Some(solid::of_box(x - centre, half)),
+            Self::Cylinder { ends, radius } => solid::of_cylinder(x, ends, radius),
         }
     }
 
@@ -220,6 +259,15 @@ impl Shape {
             Self::Capsule { ends, radius } => {
                 ends.into_iter().try_for_each(|end| point("end", end))?;
                 positive(component, "radius", radius)
+            }
+            Self::Box { centre, half } => {
+                point("centre", centre)?;
+                half.to_array().into_iter().try_for_each(|edge| positive(component, "half edge", edge))
+            }
+            Self::Cylinder { ends, radius } => {
+                ends.into_iter().try_for_each(|end| point("end", end))?;
+                positive(component, "radius", radius)?;
+                positive(component, "length", ends[0].distance(ends[1]))
             }
         }
     }

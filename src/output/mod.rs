@@ -7,9 +7,11 @@ mod error;
 pub(crate) mod file;
 pub mod picture;
 pub mod pvd;
+pub mod surface;
 pub mod vtu;
 
 pub use error::OutputError;
 pub use picture::{PictureSettings, View, render};
 pub use pvd::PvdWriter;
+pub use surface::{write_obj, write_ply};
 pub use vtu::write_vtu;

@@ -7,11 +7,11 @@ use super::schema::{
     BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
     TearModeSpec, TearingSpec,
 };
-use super::springs::springs;
+use super::springs::{point_loads, springs};
 use super::{grasp, mesh_file, shape};
 use crate::components::{
     Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
-    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
+    PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -358,11 +358,11 @@ fn boundary_conditions(
         });
     }
     if !spec.point_loads.is_empty() {
-        let groups = spec.point_loads.iter().enumerate().map(|(i, load)| {
-            let rows = surface.vertices(&load.region, &format!("{key}.point_loads.{i}.region"))?;
-            Ok(PointLoad { rows, force: load.force.0, curve: load.curve.0.clone() })
-        });
-        membrane = membrane.with(PointLoads { groups: groups.collect::<Result<_, Fault>>()? });
+        let mut groups = Vec::new();
+        for (i, load) in spec.point_loads.iter().enumerate() {
+            groups.extend(point_loads(load, mesh, &surface, &format!("{key}.point_loads.{i}"))?);
+        }
+        membrane = membrane.with(PointLoads { groups });
     }
     if !spec.edge_loads.is_empty() {
         let groups = spec.edge_loads.iter().enumerate().map(|(i, load)| {

@@ -4,6 +4,7 @@ use super::build::{self, direction};
 use super::error::{Fault, positive};
 use super::schema::{BodySpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
 use super::size::Demand;
+use super::timed::{CutTold, Timed};
 use super::{Scene, SceneError, beginning, copies, settings};
 use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, TearLog, Tearing, Toughness};
 use crate::membrane::Membrane;
@@ -30,6 +31,9 @@ pub struct Instance {
     pub run: Run,
     /// What to write of it.
     pub output: OutputSpec,
+    /// Cuts that were made so far, as the scene asked for them; since it was taken up again, of a run that was.
+    pub cuts: Vec<CutTold>,
+    timed: Timed,
     step: u64,
     has_torn: bool,
 }
@@ -64,6 +68,8 @@ pub struct Summary {
     pub bodies: Vec<BodySummary>,
     /// Number of obstacles.
     pub obstacle_count: usize,
+    /// Cuts made before the first step.
+    pub cuts: Vec<CutTold>,
 }
 
 /// One body of a [`Summary`].
@@ -98,6 +104,7 @@ impl Scene {
             run: instance.run,
             bodies: bodies.collect(),
             obstacle_count: self.file.obstacles.len(),
+            cuts: instance.cuts,
         })
     }
 
@@ -134,6 +141,7 @@ impl Scene {
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
         let mut bodies = Vec::new();
+        let (mut cuts, mut timed) = (Vec::new(), Timed::default());
         let specs = &self.file.bodies;
         // Before anything of that size is made.
         Demand::announced(specs)?.files(&self.file.output, run.steps)?;
@@ -146,7 +154,13 @@ impl Scene {
             demand.files(&self.file.output, run.steps)?;
             for name in copies::names(spec) {
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
-                bodies.push(self.spawn(&mut simulation, membrane, spec, key)?);
+                let body = self.spawn(&mut simulation, membrane, spec, key)?;
+                for (i, cut) in spec.cuts.iter().enumerate().filter(|(_, cut)| cut.at.is_none()) {
+                    let made = beginning::cut(&mut simulation, body, cut, &format!("{key}.cuts.{i}"))?;
+                    cuts.push(CutTold::new(&name, format!("cuts.{i}"), 0.0, &Ok(made)));
+                }
+                timed.add(&mut simulation, (body, &name), spec, run.dt, key)?;
+                bodies.push(body);
             }
         }
         for (i, obstacle) in self.file.obstacles.iter().enumerate() {
@@ -157,7 +171,8 @@ impl Scene {
             };
             spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
         }
-        Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), step: 0, has_torn: false })
+        let output = self.file.output.clone();
+        Ok(Instance { simulation, bodies, run, output, cuts, timed, step: 0, has_torn: false })
     }
 
     fn spawn(
@@ -175,9 +190,6 @@ impl Scene {
         if let Some(initial) = &spec.initial {
             beginning::start(simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
         }
-        for (i, cut) in spec.cuts.iter().enumerate() {
-            beginning::cut(simulation, body, cut, &format!("{key}.cuts.{i}"))?;
-        }
         Ok(body)
     }
 }
@@ -188,6 +200,7 @@ impl Instance {
     /// # Errors
     /// In static mode where no equilibrium is found; the last good state stands.
     pub fn advance(&mut self) -> Result<&Report, SimulationError> {
+        self.timed.before(&mut self.simulation, self.step, &mut self.cuts);
         self.has_torn |= self.tip_count() > 0;
         match self.run.mode {
             Mode::Dynamic => self.simulation.step(self.run.dt)?,
@@ -273,25 +286,34 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
 }
 
 fn shape(spec: &ObstacleSpec, key: &str) -> Result<Shape, Fault> {
-    let ObstacleSpec { plane, sphere, ellipsoid, capsule, path: _ } = spec;
-    match (plane, sphere, ellipsoid, capsule) {
-        (Some(p), None, None, None) => {
+    let ObstacleSpec { plane, sphere, ellipsoid, capsule, cuboid, cylinder, path: _ } = spec;
+    match (plane, sphere, ellipsoid, capsule, cuboid, cylinder) {
+        (Some(p), None, None, None, None, None) => {
             Ok(Shape::Plane { point: p.point.0, normal: direction(p.normal.0, &format!("{key}.plane.normal"))? })
         }
-        (None, Some(s), None, None) => {
+        (None, Some(s), None, None, None, None) => {
             let radius = positive(format!("{key}.sphere.radius"), s.radius, "mm")?;
             Ok(Shape::Sphere { centre: s.centre.0, radius })
         }
-        (None, None, Some(e), None) => {
+        (None, None, Some(e), None, None, None) => {
             positive(format!("{key}.ellipsoid.half_axes"), e.half_axes.0.min_element(), "mm")?;
             Ok(Shape::Ellipsoid { centre: e.centre.0, half_axes: e.half_axes.0 })
         }
-        (None, None, None, Some(c)) => {
+        (None, None, None, Some(c), None, None) => {
             let radius = positive(format!("{key}.capsule.radius"), c.radius, "mm")?;
             Ok(Shape::Capsule { ends: [c.from.0, c.to.0], radius })
         }
+        (None, None, None, None, Some(b), None) => {
+            positive(format!("{key}.box.half"), b.half.0.min_element(), "mm")?;
+            Ok(Shape::Box { centre: b.centre.0, half: b.half.0 })
+        }
+        (None, None, None, None, None, Some(c)) => {
+            let radius = positive(format!("{key}.cylinder.radius"), c.radius, "mm")?;
+            direction(c.to.0 - c.from.0, &format!("{key}.cylinder.to"))?;
+            Ok(Shape::Cylinder { ends: [c.from.0, c.to.0], radius })
+        }
         _ => {
-            let hint = "give exactly one of `plane`, `sphere`, `ellipsoid` and `capsule`";
+            let hint = "give exactly one of `plane`, `sphere`, `ellipsoid`, `capsule`, `box` and `cylinder`";
             Err(Fault::new(key, "an obstacle has one shape", hint))
         }
     }
@@ -329,6 +351,9 @@ impl fmt::Display for Summary {
         write!(f, "{}: {kind}, {steps} steps of {dt} ms", self.name)?;
         if self.obstacle_count > 0 {
             write!(f, ", {} obstacle(s)", self.obstacle_count)?;
+        }
+        for cut in &self.cuts {
+            write!(f, "\n  {cut}")?;
         }
         for body in &self.bodies {
             let (low, high) = body.bounds;

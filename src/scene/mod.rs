@@ -50,12 +50,14 @@ mod settings;
 mod shape;
 mod size;
 mod springs;
+mod timed;
 
 pub use document::Document;
 pub use error::{SceneError, nearest};
 #[cfg(feature = "cli")]
 pub(crate) use instance::thresholds;
 pub use instance::{BodySummary, Instance, MOST_STEPS, Run, Summary};
+pub use timed::CutTold;
 
 use error::Span;
 use schema::SceneFile;

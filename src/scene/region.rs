@@ -1,7 +1,7 @@
 //! Which vertices of a rest mesh a region selects.
 
 use super::error::Fault;
-use super::schema::RegionSpec;
+use super::schema::{Exactly, RegionSpec};
 use crate::storage::TriangleMesh;
 use glam::DVec3;
 
@@ -66,16 +66,29 @@ impl<'a> Surface<'a> {
         Fault::new(key, spans, "move the region onto the body, or widen `tolerance` to reach the nearest vertices")
     }
 
+    /// The vertices of a list, ascending.
+    fn listed(&self, region: &RegionSpec, key: &str) -> Result<Option<Vec<u32>>, Fault> {
+        let Some(mut rows) = region.vertices.clone() else { return Ok(None) };
+        let count = self.mesh.positions.len();
+        if let Some(i) = rows.iter().position(|&row| row as usize >= count) {
+            let what = format!("there is no vertex {}: the mesh has {count}", rows[i]);
+            return Err(Fault::new(format!("{key}.vertices.{i}"), what, "count from 0, in the order of the mesh"));
+        }
+        rows.sort_unstable();
+        Ok(Some(rows))
+    }
+
     fn mask(&self, region: &RegionSpec, key: &str) -> Result<Vec<bool>, Fault> {
-        let RegionSpec { all, x, y, z, radius, centre, axis, boundary, nearest, any, except, tolerance } = region;
+        let RegionSpec { all, x, y, z, radius, centre, axis, boundary, nearest, any, except, tolerance, .. } = region;
         let says_nothing = !all
             && !boundary
             && [x, y, z, radius].iter().all(|range| range.is_none())
             && nearest.is_none()
+            && [region.vertices.is_some(), region.inside.is_some(), region.sphere.is_some()] == [false; 3]
             && any.is_none()
             && except.is_none();
         if says_nothing {
-            let hint = "give x, y, z, radius, boundary, nearest, any or except, or all = true for the whole body";
+            let hint = "give x, y, z, radius, boundary, nearest, vertices, box, sphere, any or except, or all = true for the whole body";
             return Err(Fault::new(key, "the region says nothing", hint));
         }
         let tolerance = super::error::not_negative(format!("{key}.tolerance"), tolerance.unwrap_or(TOLERANCE), "mm")?;
@@ -87,6 +100,17 @@ impl<'a> Surface<'a> {
             let distances = self.mesh.positions.iter().map(|p| p.distance_squared(point.0)).enumerate();
             distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(row, _)| row)
         });
+        let listed = self.listed(region, key)?;
+        let (inside, sphere) = (region.inside, region.sphere);
+        if let Some(ball) = sphere {
+            super::error::not_negative(format!("{key}.sphere.radius"), ball.radius, "mm")?;
+        }
+        if let Some(Exactly([low, high])) = inside
+            && low.0.cmpgt(high.0).any()
+        {
+            let hint = "give the least x, y, z first, then the greatest";
+            return Err(Fault::new(format!("{key}.box"), "the box runs backwards", hint));
+        }
         let within = |row: usize, p: DVec3| {
             let out = (p - centre.0).reject_from_normalized(axis).length();
             [(x, p.x), (y, p.y), (z, p.z), (radius, out)]
@@ -94,6 +118,11 @@ impl<'a> Surface<'a> {
                 .all(|(range, value)| range.is_none_or(|range| range.contains(*value, tolerance)))
                 && (!boundary || self.is_boundary[row])
                 && nearest.is_none_or(|nearest| nearest == row)
+                && listed.as_ref().is_none_or(|rows| rows.binary_search(&(row as u32)).is_ok())
+                && inside.is_none_or(|Exactly([low, high])| {
+                    p.cmpge(low.0 - tolerance).all() && p.cmple(high.0 + tolerance).all()
+                })
+                && sphere.is_none_or(|ball| p.distance(ball.centre.0) <= ball.radius + tolerance)
         };
         let mut mask: Vec<bool> = self.mesh.positions.iter().enumerate().map(|(row, p)| within(row, *p)).collect();
         if let Some(list) = any {
@@ -132,12 +161,18 @@ mod tests {
         assert_eq!(rows("radius = [0, 1]").unwrap(), [0, 1, 3]);
         assert_eq!(rows("x = 0.9\ntolerance = 0.2").unwrap(), [1, 4]);
         assert_eq!(rows("boundary = true").unwrap().len(), 6);
+        assert_eq!(rows("vertices = [4, 1, 4]").unwrap(), [1, 4]);
+        assert_eq!(rows("box = [[0, 0, 0], [1, 0.5, 0]]").unwrap(), [0, 1]);
+        assert_eq!(rows("sphere = { centre = [2, 0], radius = 1 }").unwrap(), [1, 2, 5]);
     }
 
     #[test]
     fn an_empty_selection_says_where_the_body_is() {
         let fault = rows("x = 5").unwrap_err();
         assert!(fault.what.contains("x 0 to 2, y 0 to 1, z 0 to 0 mm"), "{}", fault.what);
+        assert_eq!(rows("vertices = [0, 6]").unwrap_err().key, "region.vertices.1");
+        assert_eq!(rows("box = [[1, 0], [0, 1]]").unwrap_err().key, "region.box");
+        assert_eq!(rows("sphere = { radius = -1 }").unwrap_err().key, "region.sphere.radius");
         assert!(rows("").unwrap_err().what.contains("says nothing"));
     }
 }

@@ -58,6 +58,8 @@ fn least_radius(shape: &Shape) -> f64 {
         Shape::Plane { .. } => f64::INFINITY,
         Shape::Sphere { radius, .. } | Shape::Capsule { radius, .. } => radius,
         Shape::Ellipsoid { half_axes, .. } => elementary::powi(half_axes.min_element(), 2) / half_axes.max_element(),
+        // Edges have none: triangles are held where they are long against the whole.
+        Shape::Box { .. } | Shape::Cylinder { .. } => shape.least_half_width(),
     }
 }
 
@@ -69,8 +71,36 @@ pub(super) fn deepest(shape: &Shape, x: [DVec3; 3]) -> Option<[f64; 3]> {
         Shape::Sphere { centre, .. } => nearest_in_triangle(x, centre),
         Shape::Ellipsoid { centre, half_axes } => nearest_in_triangle(x.map(|x| (x - centre) / half_axes), DVec3::ZERO),
         Shape::Capsule { ends, .. } => nearest_to_segment(x, ends),
+        Shape::Box { .. } | Shape::Cylinder { .. } => innermost(shape, x),
     };
     weights.iter().all(|w| w.is_finite()).then_some(weights)
+}
+
+/// The place of a triangle on the smallest similar shape: the gauge is convex, so that a search on ever finer parts finds it.
+fn innermost(shape: &Shape, x: [DVec3; 3]) -> [f64; 3] {
+    const STEPS: i32 = 4;
+    const ROUNDS: i32 = 5;
+    let gauge = |weights: [f64; 3]| shape.gauge(at(x, weights)).unwrap_or(f64::INFINITY);
+    let mut best = [1.0 / 3.0; 3];
+    let mut least = gauge(best);
+    let mut reach = 1.0;
+    for _ in 0..ROUNDS {
+        let middle = best;
+        for i in -STEPS..=STEPS {
+            for j in -STEPS..=STEPS {
+                let part = |k: i32| reach * f64::from(k) / f64::from(STEPS);
+                let u = (middle[0] + part(i)).clamp(0.0, 1.0);
+                let v = (middle[1] + part(j)).clamp(0.0, 1.0 - u);
+                let weights = [u, v, 1.0 - u - v];
+                let value = gauge(weights);
+                if value < least {
+                    (best, least) = (weights, value);
+                }
+            }
+        }
+        reach /= f64::from(STEPS);
+    }
+    best
 }
 
 pub(super) fn at(x: [DVec3; 3], weights: [f64; 3]) -> DVec3 {

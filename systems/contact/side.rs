@@ -36,6 +36,7 @@ fn nearness(shape: &Shape, x: [DVec3; 3]) -> Option<f64> {
     let point = at(x, deepest(shape, x)?);
     match *shape {
         Shape::Plane { .. } => None,
+        Shape::Box { .. } | Shape::Cylinder { .. } => shape.gauge(point),
         Shape::Ellipsoid { centre, half_axes } => Some(((point - centre) / half_axes).length()),
         Shape::Sphere { radius, .. } | Shape::Capsule { radius, .. } => {
             Some(shape.distance(point).map_or(0.0, |(distance, _)| (distance + radius) / radius))

@@ -8,6 +8,7 @@
 mod advance;
 mod bisect;
 mod blade;
+mod cut_line;
 mod edge;
 mod energy_decision;
 mod followers;
@@ -126,6 +127,9 @@ pub enum TearRefusal {
         /// Row of the tip.
         vertex: u32,
     },
+    /// No part of a cut's line lies inside the body.
+    #[error("the line lies outside the body, or along its boundary, over its whole length")]
+    OutsideBody,
     /// A cut needs two points that are finite and differ.
     #[error("a cut needs at least two different points")]
     BadPolyline,

@@ -1,6 +1,6 @@
 //! Bringing a vertex to a given point of the rest surface.
 
-use super::locate::SurfacePoint;
+use super::locate::{SurfacePoint, distance_to_triangle, nearest_in_triangle};
 use super::relax::may_slide;
 use super::{Cutter, TearRefusal};
 use crate::storage::{Edit, NONE, Refusal};
@@ -16,6 +16,9 @@ const NEAR_END: f64 = 0.25;
 /// A corner is moved to a point inside its triangle if its barycentric weight there is at least this.
 const NEAR_CORNER: f64 = 0.4;
 
+/// How far a lip is probed for the tissue behind it, as a part of its triangle's size.
+const PROBE: f64 = 1e-3;
+
 /// Edits that bring a vertex to a point, and its row.
 struct Placement {
     edits: SmallVec<[Edit; 2]>,
@@ -24,9 +27,10 @@ struct Placement {
 
 impl Cutter<'_, '_> {
     /// The row of a vertex at the point of the surface nearest to `point`: one that is there, or a new or moved one.
-    /// Vertices in `held` stay where they are.
-    pub(super) fn place(&mut self, point: DVec3, held: &[u32]) -> Result<u32, TearRefusal> {
-        let at = self.nearest(point).ok_or(TearRefusal::BadPolyline)?;
+    /// Vertices in `held` stay where they are; of two lips at the same place that on the side of `inwards` is taken.
+    pub(super) fn place(&mut self, point: DVec3, inwards: Option<DVec3>, held: &[u32]) -> Result<u32, TearRefusal> {
+        let nearest = self.nearest(point).ok_or(TearRefusal::BadPolyline)?;
+        let at = inwards.and_then(|inwards| self.on_side(nearest, inwards)).unwrap_or(nearest);
         let corners = self.mesh.triangles.corners[at.triangle as usize];
         if let Some(corner) = (0..3).find(|&i| at.weights[i] >= 1.0 - ON_EDGE) {
             return Ok(corners[corner]);
@@ -52,6 +56,30 @@ impl Cutter<'_, '_> {
             }
             _ => Err(TearRefusal::NoRoom { angle }),
         }
+    }
+
+    /// The same place of the boundary, on the lip that lies towards a point; `None` inside the surface.
+    fn on_side(&self, at: SurfacePoint, inwards: DVec3) -> Option<SurfacePoint> {
+        if !self.is_on_rim(&at) {
+            return None;
+        }
+        let place = self.position(&at);
+        let size = self.rest_of(at.triangle).iter().map(|x| x.distance(place)).fold(0.0, f64::max);
+        let probe = place + (inwards - place).normalize_or_zero() * (PROBE * size);
+        let mut best: Option<(f64, SurfacePoint)> = None;
+        for triangle in 0..self.mesh.triangles.corners.len() as u32 {
+            let x = self.rest_of(triangle);
+            let weights = nearest_in_triangle(x, place);
+            let here = SurfacePoint { triangle, weights };
+            if self.position(&here).distance(place) > ON_EDGE * size {
+                continue;
+            }
+            let distance = distance_to_triangle(x, probe);
+            if best.is_none_or(|(least, _)| distance < least - ON_EDGE * size) {
+                best = Some((distance, here));
+            }
+        }
+        best.map(|(_, at)| at)
     }
 
     fn placements(&self, at: &SurfacePoint, held: &[u32]) -> SmallVec<[Placement; 6]> {

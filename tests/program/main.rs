@@ -12,6 +12,7 @@ mod mesh_files;
 mod output;
 mod overrides;
 mod readme;
+mod scene_keys;
 mod scenes;
 mod stability;
 mod stress;

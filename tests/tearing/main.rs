@@ -1,6 +1,7 @@
 //! Tears: what decides on them, how they go, what they leave; the edits of the mesh beneath them, refinement around them.
 
 mod criterion;
+mod cuts;
 mod edits;
 mod energy_criterion;
 mod fig2_tear;

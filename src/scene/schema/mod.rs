@@ -12,11 +12,12 @@ mod mesh;
 mod number;
 
 pub use body::{
-    BendingSpec, BodySpec, ContactSpec, CriterionSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
-    InitialSpec, MaterialModelSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
+    BendingSpec, BladeSpec, BodySpec, ContactSpec, CriterionSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
+    InitialSpec, MaterialModelSpec, MaterialSpec, PunctureSpec, RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
-    ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
+    ArcSpec, BallSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec,
+    SpringSpec,
 };
 pub use fibre_law::{Angles, FibreFamilySpec, HolzapfelGasserOgdenSpec, StiffeningFibresSpec};
 pub use hand::HandSpec;
@@ -226,11 +227,15 @@ pub struct OutputSpec {
     /// Whether the energy balance of every body is kept: terms in `series.csv` and `report.json`, what each advance has
     /// released in static mode in `events.jsonl`. Default false.
     pub energy: bool,
+    /// Whether the bodies as they lie at the end are written as `surface-INDEX.obj`, with normals. Default false.
+    pub obj: bool,
+    /// The same as `surface-INDEX.ply`, binary. Default false.
+    pub ply: bool,
 }
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { pictures: 5, frames: 50, velocities: false, forces: false, energy: false }
+        Self { pictures: 5, frames: 50, velocities: false, forces: false, energy: false, obj: false, ply: false }
     }
 }
 
@@ -246,12 +251,17 @@ pub struct ObstacleSpec {
     pub ellipsoid: Option<EllipsoidSpec>,
     /// `capsule = { from, to, radius }`: a cylinder with round ends.
     pub capsule: Option<CapsuleSpec>,
+    /// `box = { centre, half }`, its edges along x, y, z.
+    #[serde(rename = "box")]
+    pub cuboid: Option<BoxSpec>,
+    /// `cylinder = { from, to, radius }`, with flat ends.
+    pub cylinder: Option<CapsuleSpec>,
     /// `path = [[time, [x, y, z]], …]`: by how much it is displaced \[mm\] over time \[ms\], straight between the points, at rest before
     /// and after. What it meets on its way is taken along. Default: it stands still.
     pub path: Option<TimePath>,
 }
 
-/// A cylinder with round ends.
+/// A cylinder, with round or flat ends.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CapsuleSpec {
@@ -261,6 +271,16 @@ pub struct CapsuleSpec {
     pub to: Point,
     /// Radius \[mm\], > 0.
     pub radius: f64,
+}
+
+/// A box.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSpec {
+    /// Centre \[mm\].
+    pub centre: Point,
+    /// Half edges \[mm\], each > 0.
+    pub half: Point,
 }
 
 /// A half space.

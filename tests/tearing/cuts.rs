@@ -1,0 +1,173 @@
+//! Cuts by a polyline: what of it is cut, whatever lies in its way, and the same lips however it is given.
+
+use super::meshes::Random;
+use glam::DVec3;
+use rhexis::components::Material;
+use rhexis::membrane::Membrane;
+use rhexis::scene::{Instance, Scene, generate};
+use rhexis::settings::Settings;
+use rhexis::simulation::{Cut, CutError, Simulation};
+use rhexis::storage::TriangleMesh;
+
+const GRID: &str = "grid = { width = 10, height = 10, nx = 10, ny = 10 }";
+
+fn scene(mesh: &str, more: &str) -> Result<Instance, String> {
+    let text = format!(
+        "[scene]\nname = 's'\n[run]\ndt = 1\nsteps = 4\n[[bodies]]\nname = 'b'\nplanar = true\nmesh = {{ {mesh} }}\n\
+         material = {{ young = 1, poisson = 0.3, thickness = 0.1 }}\n\
+         [[bodies.holds]]\nname = 'all'\nregion = {{ all = true }}\n{more}"
+    );
+    Scene::parse(&text, "s.toml").and_then(|scene| scene.instantiate()).map_err(|error| error.to_string())
+}
+
+fn cuts(polylines: &[&str]) -> String {
+    polylines.iter().map(|line| format!("[[bodies.cuts]]\npolyline = {line}\n")).collect()
+}
+
+/// Asked and made \[mm\].
+fn lengths(instance: &Instance) -> (f64, f64) {
+    instance.cuts.iter().fold((0.0, 0.0), |(asked, made), cut| (asked + cut.asked, made + cut.made))
+}
+
+#[test]
+fn a_cut_goes_on_behind_a_slit_a_hole_and_itself() {
+    let crossing = scene(GRID, &cuts(&["[[2, 5], [8, 5]]", "[[5, 2], [5, 8]]"])).unwrap();
+    // Points of the grid: exact but for roundings.
+    assert!((lengths(&crossing).1 - 12.0).abs() < 1e-9, "{:?}", crossing.cuts);
+    assert_eq!(crossing.cuts[1].strokes, 2);
+    let across = scene("plate_with_hole = { points = 32 }", &cuts(&["[[-3, 0], [3, 0]]"])).unwrap();
+    assert_eq!(across.cuts[0].strokes, 2);
+    // A chord of the hole's 32 points lies 0.005 mm inside its circle.
+    assert!((lengths(&across).1 - 4.0).abs() < 0.011, "{:?}", across.cuts);
+    // A loop whose end crosses its beginning and goes on.
+    let own = scene(GRID, &cuts(&["[[2, 5], [8, 5], [8, 8], [5, 8], [5, 2]]"])).unwrap();
+    assert!((lengths(&own).1 - 18.0).abs() < 1e-9, "{:?}", own.cuts);
+}
+
+#[test]
+fn a_cut_is_clipped_where_it_enters_and_outside_it_is_refused() {
+    let entering = scene(GRID, &cuts(&["[[11, 15], [5, 6]]"])).unwrap();
+    // From (7.667, 10) to (5, 6).
+    assert!((lengths(&entering).1 - 4.807_4).abs() < 1e-3, "{:?}", entering.cuts);
+    assert!((lengths(&entering).0 - 10.816_7).abs() < 1e-3);
+    let outside = scene(GRID, &cuts(&["[[11, 15], [11, 5]]"])).err().unwrap();
+    assert!(outside.contains("outside the body"), "{outside}");
+}
+
+#[test]
+fn a_tee_is_cut_upwards_as_downwards() {
+    for branch in ["[[5, 5], [5, 8]]", "[[5, 5], [5, 2]]", "[[5, 8], [5, 5]]", "[[5, 2], [5, 5]]"] {
+        let tee = scene(GRID, &cuts(&["[[2, 5], [8, 5]]", branch])).unwrap();
+        assert!((lengths(&tee).1 - 9.0).abs() < 1e-9, "{branch}: {:?}", tee.cuts);
+    }
+}
+
+#[test]
+fn a_line_of_many_points_is_thinned() {
+    let points: Vec<String> =
+        (0..100).map(|k| format!("[{}, {}]", 2.0 + 0.06 * k as f64, 4.3 + 0.01 * k as f64)).collect();
+    let dense = scene(GRID, &cuts(&[&format!("[{}]", points.join(", "))])).unwrap();
+    let (asked, made) = lengths(&dense);
+    assert!((asked - made).abs() < 1e-9, "{asked} {made}");
+}
+
+#[test]
+fn cuts_and_blades_come_at_their_times() {
+    let more = "[[bodies.cuts]]\npolyline = [[5, 10], [5, 5]]\nat = 2\n";
+    let mut instance = scene(GRID, more).unwrap();
+    let made: Vec<usize> =
+        (0..4).map(|_| instance.advance().map(|_| ()).map(|()| instance.cuts.len()).unwrap()).collect();
+    assert_eq!(made, [0, 0, 1, 1]);
+    assert!((lengths(&instance).1 - 5.0).abs() < 1e-9 && instance.cuts[0].time == 2.0);
+    let more = "[[bodies.blades]]\npath = [[0, [5, 10, 0]], [3, [5, 5, 0]]]\nleast = 1\n";
+    let mut instance = scene(GRID, more).unwrap();
+    (0..4).for_each(|_| _ = instance.advance().unwrap());
+    assert!((lengths(&instance).1 - 5.0).abs() < 1e-6, "{:?}", instance.cuts);
+    let more = "[[bodies.punctures]]\nat = 1\npoint = [5, 5, 0]\ndirection = [1, 0, 0]\nlength = 2\n";
+    let mut instance = scene(GRID, more).unwrap();
+    (0..4).for_each(|_| _ = instance.advance().unwrap());
+    assert!((lengths(&instance).1 - 2.0).abs() < 1e-9, "{:?}", instance.cuts);
+    for (bad, key) in [("at = -1", "bodies.cuts"), ("at = 1e300", "bodies.cuts")] {
+        let refused = scene(GRID, &format!("[[bodies.cuts]]\npolyline = [[5, 10], [5, 5]]\n{bad}\n")).err();
+        assert!(refused.is_some_and(|why| why.contains("s.toml:")), "{bad} {key}");
+    }
+    for bad in ["reach = 0", "least = -1"] {
+        let more = format!("[[bodies.blades]]\npath = [[0, [5, 10, 0]], [3, [5, 5, 0]]]\n{bad}\n");
+        assert!(scene(GRID, &more).err().is_some_and(|why| why.contains("above zero")), "{bad}");
+    }
+}
+
+fn cut(mesh: &TriangleMesh, before: &[Vec<DVec3>], lines: &[Vec<DVec3>]) -> Result<Vec<Cut>, CutError> {
+    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
+    let body = simulation.spawn(Membrane::new("b", mesh.clone(), Material::isotropic(1.0, 0.3, 0.1))).unwrap();
+    before.iter().for_each(|line| _ = simulation.cut(body, line).unwrap());
+    lines.iter().map(|line| simulation.cut(body, line)).collect()
+}
+
+/// Largest distance \[mm\] of the points of some cuts from the lips of others.
+fn apart(a: &[Cut], b: &[Cut]) -> f64 {
+    let to_segment = |p: DVec3, s: &[DVec3]| {
+        let along = ((p - s[0]).dot(s[1] - s[0]) / (s[1] - s[0]).length_squared()).clamp(0.0, 1.0);
+        p.distance(s[0] + (s[1] - s[0]) * along)
+    };
+    let strokes = |cuts: &[Cut]| -> Vec<Vec<DVec3>> {
+        let mut strokes = Vec::new();
+        for cut in cuts {
+            let mut rest = cut.path.as_slice();
+            for &count in &cut.strokes {
+                strokes.push(rest[..count].to_vec());
+                rest = &rest[count..];
+            }
+        }
+        strokes
+    };
+    let b = strokes(b);
+    let to_b = |p: DVec3| b.iter().flat_map(|s| s.windows(2)).map(|s| to_segment(p, s)).fold(f64::INFINITY, f64::min);
+    strokes(a).iter().flatten().map(|&p| to_b(p)).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_same_line_given_otherwise_leaves_the_same_lips() {
+    let flat = generate::grid(10.0, 10.0, 12, 11).unwrap();
+    let slit = vec![vec![DVec3::new(3.1, 2.0, 0.0), DVec3::new(6.7, 8.1, 0.0)]];
+    let mirror = |p: DVec3| DVec3::new(10.0 - p.x, p.y, p.z);
+    let mut mirrored = flat.clone();
+    mirrored.positions.iter_mut().for_each(|p| *p = mirror(*p));
+    mirrored.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let mut dice = Random::new(11);
+    let mut made = 0;
+    for (round, before) in (0..60).map(|round| (round, if round % 2 == 0 { vec![] } else { slit.clone() })) {
+        let count = 2 + round % 3;
+        let line: Vec<DVec3> =
+            (0..count).map(|_| DVec3::new(-1.0 + 12.0 * dice.unit(), -1.0 + 12.0 * dice.unit(), 0.0)).collect();
+        let Ok(plain) = cut(&flat, &before, std::slice::from_ref(&line)) else { continue };
+        made += 1;
+        let reversed: Vec<DVec3> = line.iter().rev().copied().collect();
+        let refined: Vec<DVec3> = line
+            .windows(2)
+            .flat_map(|pair| (0..10).map(|k| pair[0].lerp(pair[1], f64::from(k) / 10.0)))
+            .chain(line.last().copied())
+            .collect();
+        let compare = |what: &str, other: Result<Vec<Cut>, CutError>, back: &dyn Fn(DVec3) -> DVec3| {
+            let mut other = other.unwrap_or_else(|error| panic!("{round} {what} {line:?}: {error}"));
+            other.iter_mut().flat_map(|cut| &mut cut.path).for_each(|p| *p = back(*p));
+            let length = |cuts: &[Cut]| cuts.iter().map(|cut| cut.made).sum::<f64>();
+            let off = apart(&plain, &other).max(apart(&other, &plain));
+            // Roundings of lines of 10 mm, at crossings of 1e-3 rad at the least.
+            assert!(off < 1e-9, "{round} {what} {line:?}: {off:e} mm apart");
+            assert!((length(&plain) - length(&other)).abs() < 1e-8, "{round} {what} {line:?}");
+        };
+        compare("refined", cut(&flat, &before, &[refined]), &|p| p);
+        compare("reversed", cut(&flat, &before, &[reversed]), &|p| p);
+        let turned: Vec<Vec<DVec3>> = before.iter().map(|l| l.iter().map(|p| mirror(*p)).collect()).collect();
+        compare("mirrored", cut(&mirrored, &turned, &[line.iter().map(|p| mirror(*p)).collect()]), &mirror);
+        if let [start, middle, ..] = line[..]
+            && count > 2
+            && (0.5..9.5).contains(&middle.x)
+            && (0.5..9.5).contains(&middle.y)
+        {
+            compare("split", cut(&flat, &before, &[vec![start, middle], line[1..].to_vec()]), &|p| p);
+        }
+    }
+    assert!(made > 30, "{made}");
+}
