@@ -27,20 +27,22 @@
 mod folds;
 mod lanes;
 pub mod nonlinear;
+mod patch;
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
-use super::kernels::path_work::Element;
 use super::linear::{Folds, Operator, reactions};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
-    Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
+    Damping, Drag, ExternalStiffness, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch,
+    Tautness, fibre_law,
 };
 use crate::math::{ElementState, Faded, FibreLaw, Orthotropic, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DVec2, DVec3};
 use lanes::Whole;
+use patch::Patch;
 
 /// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than 0.1, and
 /// what it creates has a bound.
@@ -70,7 +72,7 @@ const ROUNDING: f64 = 1e-12;
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>),
-    (Option<&'a Damping>, Option<&'a Drag>),
+    (Option<&'a Damping>, Option<&'a Drag>, Option<&'a ExternalStiffness>),
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
 
@@ -87,7 +89,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
         |(
             (vertices, triangles, topology, frames),
             (increment, scratch, folds),
-            (damping, drag),
+            (damping, drag, external),
             (pre_stretch, planar, fibres),
         )| {
             let work = scratch.residual_work;
@@ -108,6 +110,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let solved = Solved {
                 operator,
                 increment,
+                delta: &increment.delta,
                 free,
                 unstretched,
                 fibres: fibres.as_ref(),
@@ -142,6 +145,14 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (mut part, mut sum) = (1.0, before + more + work);
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
+            let mut patch = None;
+            if step.is_retried && !(sum <= most) {
+                let full = Operator { external, ..solved.operator };
+                let found = Patch::found(&solved, &full, (sum, most), |patch| {
+                    before + patch.judged(&solved).left_over(1.0, partials) + work + patch.unearned(&solved, &full)
+                });
+                (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
+            }
             if step.is_last_resort && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
                 (part, sum) = solved.shorten(&bounds, HALVED, partials);
@@ -156,6 +167,11 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             scratch.left_over = sum.max(0.0);
             scratch.is_counted = true;
+            if let Some(patch) = patch {
+                increment.delta.copy_from_slice(&patch.way);
+                increment.is_part = true;
+                increment.relaxed = increment.relaxed.max(patch.len());
+            }
             if part < 1.0 {
                 scratch.is_held_back = true;
                 increment.is_part = true;
@@ -168,9 +184,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         },
     );
-    if step.is_last_resort {
-        reactions::of_part(world, step);
-    }
+    // Those of bodies that did not go the whole answer's way.
+    reactions::of_part(world, step);
     count
 }
 
@@ -223,9 +238,12 @@ fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
 }
 
 /// A body and the solve's answer.
+#[derive(Clone, Copy)]
 struct Solved<'a> {
     operator: Operator<'a>,
     increment: &'a Increment,
+    /// The way that is judged.
+    delta: &'a [DVec3],
     free: &'a FreeAxes,
     unstretched: Sym2,
     fibres: Option<&'a FibreLaw>,
@@ -282,16 +300,14 @@ impl Solved<'_> {
 
     /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer.
     fn of_triangle(&self, t: usize, part: f64) -> f64 {
-        let Self { operator: Operator { vertices, triangles, frames, .. }, increment, .. } = self;
+        let Self { operator: Operator { vertices, triangles, frames, .. }, .. } = self;
         let rest = &triangles.rest[t];
         let corners = triangles.corners[t].map(|v| v as usize);
-        let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
+        let u = corners.map(|v| partly(self.delta[v], self.free[v], part));
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = frames.state(t);
-        let &Self { is_planar, unstretched, fibres, .. } = self;
-        let (volume, stiffness) = (self.volume(t), &triangles.stiffness[t]);
-        let end = Element { rest, stiffness, volume, is_planar, unstretched, fibres }.energy(x);
+        let (volume, end) = (self.volume(t), self.element(t).energy(x));
         let rate = membrane::stretch_rate(&start.polar, rest, u);
         let pull = self.operator.element(t).apply(u);
         let work = volume * start.stress.contract(rate)
@@ -328,7 +344,7 @@ impl Solved<'_> {
             parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
         };
         let dissipated = |v: usize| {
-            let delta = partly(increment.delta[v], self.free[v], part);
+            let delta = partly(self.delta[v], self.free[v], part);
             let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
             let gone = increment.displacement[v];
             let (earlier, dragged) = if self.is_counted {
@@ -348,7 +364,7 @@ impl Solved<'_> {
     /// left unsolved, and are no work of holds and loads.
     fn unsolved(&self, partials: &mut Vec<f64>) -> f64 {
         let Operator { vertices, triangles, inertia, .. } = self.operator;
-        let along = |v: usize| self.increment.delta[v] * self.free[v];
+        let along = |v: usize| self.delta[v] * self.free[v];
         let pulls = parallel::sum(triangles.len(), partials, |t| {
             let u = triangles.corners[t].map(|v| along(v as usize));
             let pull = self.operator.element(t).apply(u);

@@ -30,12 +30,18 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         t.part_of_way,
         "a body went only a part of its way, lest it create energy: take a smaller run.dt or more damping",
     );
+    let most = t.most_relaxed;
+    counted(
+        t.relaxed,
+        &format!("up to {most} vertices found their own way, for the solve's would have created energy"),
+    );
     counted(t.put_outside, "vertices were put back outside an obstacle, where no solve had left them");
     counted(t.cut_short, "a tear could have gone on when the step had used up run.resumes or run.static_advances");
     if t.rolled_back > 0 {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
     }
     for body in bodies {
+        list.extend(body.mesh.doubts().into_iter().map(|doubt| format!("{}: {doubt}", body.name)));
         if let Some(part) = body.relative_imbalance.filter(|&part| part > MOST_IMBALANCE) {
             let what = "of its largest term: some force or edit of this run is not accounted for (balance_mj)";
             list.push(format!("{}: the energy balance is off by {:.2} % {what}", body.name, 100.0 * part));
@@ -50,6 +56,13 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
             list.push(format!(
                 "{}: tears were held back by max_tear_speed in {} step(s), largest criterion {:.3}: raise it or take a smaller run.dt",
                 body.name, tear.held_back_steps, tear.held_back_criterion
+            ));
+        }
+        if let Some(steps) = tear.starts_without_energy.filter(|&steps| steps > 0) {
+            list.push(format!(
+                "{}: in {steps} step(s) the stress reached the strength where no tear started: opening it would have released less than the \
+                 toughness (events.jsonl says where)",
+                body.name
             ));
         }
         if tear.refusals > 0 {

@@ -141,6 +141,9 @@ pub struct Increment {
     /// Whether the one and the other have happened in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub limits: [bool; 2],
+    /// The most vertices that have found their own way in a part of it.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub relaxed: usize,
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
 }

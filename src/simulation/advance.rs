@@ -148,7 +148,7 @@ impl Retried<'_, '_> {
 
     /// A part of the step. Returns the time that was done.
     fn part(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
-        let step = StepContext::of_step(self.settings, dt, time + dt);
+        let step = StepContext { is_retried: true, ..StepContext::of_step(self.settings, dt, time + dt) };
         self.tries += 1;
         self.is_last_resort |= self.tries > TRIES * (self.settings.halvings + 1);
         let step = if self.is_last_resort { step.last_resort() } else { step };

@@ -27,7 +27,9 @@ impl Simulation {
     pub(super) fn begin_report(&mut self) {
         self.schedule.reset_reports(&mut self.report.systems);
         self.report.rolled_back = 0;
-        self.world.query_mut::<&mut Increment>().into_iter().for_each(|increment| increment.limits = [false; 2]);
+        for increment in self.world.query_mut::<&mut Increment>() {
+            (increment.limits, increment.relaxed) = ([false; 2], 0);
+        }
         self.report.has_failed = false;
     }
 
@@ -58,6 +60,7 @@ impl Simulation {
                 is_held_back: scratch.is_held_back,
                 went_part_of_way: increment.limits[0],
                 is_put_outside: increment.limits[1],
+                relaxed_vertices: increment.relaxed,
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
                 fault: scratch.fault,
