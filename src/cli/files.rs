@@ -332,6 +332,9 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
             json!({ "kind": "released", "energy_mj": energy, "length_mm": length })
         }
         EventKind::Ended { tip, at, .. } => json!({ "kind": "ended", "tip": key(tip), "at_mm": point(at) }),
+        EventKind::Cut { asked, made, strokes } => {
+            json!({ "kind": "cut", "asked_mm": asked, "made_mm": made, "strokes": strokes })
+        }
         EventKind::PieceFreed { triangle_count } => json!({ "kind": "piece_freed", "triangles": triangle_count }),
         EventKind::HeldShut { at } => json!({ "kind": "held_shut", "at_mm": point(at) }),
         EventKind::UnderResolved { tip, at, edges_per_radius } => json!({

@@ -63,6 +63,9 @@ pub(super) struct RunReport {
     /// Cuts that the scene asked for; absent where there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cuts: Vec<CutTold>,
+    /// Forces of the obstacles on the bodies; absent where no body feels them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<ForceFigures>,
     pub solver: SolverFigures,
     pub events: EventCounts,
     /// Decisions that another run could have taken the other way.
@@ -98,11 +101,14 @@ pub(super) struct BodyFigures {
     pub tear: Option<TearFigures>,
 }
 
-/// The force of a hold on its body.
+/// The force of a hold or an obstacle on a body.
 #[derive(Serialize)]
 pub(super) struct ForceFigures {
     pub name: String,
     pub force_n: [f64; 3],
+    /// Torque about the pivot of a turned hold; absent for others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque_nmm: Option<[f64; 3]>,
 }
 
 /// The force of a grip on the tissue.
@@ -275,6 +281,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         real_time_factor: real_time_factor(s.last.time, s.stepping),
         bodies,
         cuts: instance.cuts.clone(),
+        obstacles: s.last.obstacles.iter().map(force_figures).collect(),
         solver: SolverFigures {
             iterations: t.iterations,
             mean_iterations_per_step: t.iterations as f64 / t.steps.max(1) as f64,
@@ -299,6 +306,10 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
     }
 }
 
+fn force_figures((name, force): &(String, glam::DVec3)) -> ForceFigures {
+    ForceFigures { name: name.clone(), force_n: force.to_array(), torque_nmm: None }
+}
+
 /// Cuts that were refused.
 fn not_made(cuts: &[CutTold]) -> impl Iterator<Item = String> {
     cuts.iter().filter(|cut| cut.refused.is_some()).map(ToString::to_string)
@@ -314,7 +325,11 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
     let plain = |full: &str| full.strip_prefix(&prefix).unwrap_or(full).to_owned();
     let account = s.accounts.iter().find(|account| account.body() == body);
     let reactions = s.last.reactions.get(reactions).unwrap_or_default().iter();
-    let reactions = reactions.map(|(full, force)| ForceFigures { name: plain(full), force_n: force.to_array() });
+    let reactions = reactions.map(|(full, force)| {
+        let torque = s.last.torques.iter().find(|(name, _)| name == full);
+        let torque_nmm = torque.map(|(_, torque)| torque.to_array());
+        ForceFigures { name: plain(full), force_n: force.to_array(), torque_nmm }
+    });
     let grips = s.last.grips.get(grips).unwrap_or_default().iter().map(|(full, force)| {
         let (rms_n, peak_n) = s.tally.grip(full);
         let name = plain(full);

@@ -1,13 +1,16 @@
 //! Rigid surroundings that a body cannot enter. An obstacle is an entity of its own; a body that carries [`Contact`] feels all.
 
 use super::BodyError;
+use super::Hull;
 use super::Path;
 use super::check::{Check, Host, Owner, finite, not_negative, number, positive};
 use super::solid;
-use glam::DVec3;
+use super::turning::Turning;
+use glam::{DMat3, DVec3};
+use std::sync::Arc;
 
 /// The shape of an obstacle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Shape {
     /// The half space below a plane.
@@ -24,12 +27,14 @@ pub enum Shape {
         /// Radius \[mm\].
         radius: f64,
     },
-    /// An ellipsoid with axes along x, y, z.
+    /// An ellipsoid.
     Ellipsoid {
         /// Centre \[mm\].
         centre: DVec3,
         /// Half axes \[mm\].
         half_axes: DVec3,
+        /// Directions of its axes, as the columns of a rotation.
+        axes: DMat3,
     },
     /// All within a distance of a segment: a cylinder with round ends.
     Capsule {
@@ -38,12 +43,14 @@ pub enum Shape {
         /// The distance \[mm\].
         radius: f64,
     },
-    /// A box with edges along x, y, z.
+    /// A box.
     Box {
         /// Centre \[mm\].
         centre: DVec3,
         /// Half edges \[mm\].
         half: DVec3,
+        /// Directions of its edges, as the columns of a rotation.
+        axes: DMat3,
     },
     /// A cylinder with flat ends.
     Cylinder {
@@ -52,17 +59,42 @@ pub enum Shape {
         /// Radius \[mm\].
         radius: f64,
     },
+    /// The solid within a mesh, which vertices alone feel: what is thinner than an edge of a body may pierce it between them.
+    Mesh {
+        /// The solid, about the middle of its bounds.
+        #[cfg_attr(feature = "snapshot", serde(with = "shared"))]
+        hull: Arc<Hull>,
+        /// Where that middle is \[mm\].
+        centre: DVec3,
+        /// Directions of its axes, as the columns of a rotation.
+        axes: DMat3,
+    },
+}
+
+/// A hull in bytes: several obstacles that share one are written with it each.
+#[cfg(feature = "snapshot")]
+mod shared {
+    use super::{Arc, Hull};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(hull: &Arc<Hull>, serializer: S) -> Result<S::Ok, S::Error> {
+        hull.as_ref().serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arc<Hull>, D::Error> {
+        Hull::deserialize(deserializer).map(Arc::new)
+    }
 }
 
 /// A rigid obstacle. *Parameter.*
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Obstacle {
     /// Where it is.
     pub shape: Shape,
 }
 
-/// Moves an obstacle, with its orientation as it is. *Parameter.*
+/// Moves an obstacle: it is turned, then displaced. *Parameter.*
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct ObstaclePath {
@@ -70,14 +102,29 @@ pub struct ObstaclePath {
     pub origin: Shape,
     /// By how much it is displaced over time.
     pub path: Path,
+    /// How it turns, if it does.
+    pub turning: Option<Turning>,
+}
+
+impl ObstaclePath {
+    /// Its shape at a time \[ms\].
+    pub fn at(&self, time: f64) -> Shape {
+        let turned = match &self.turning {
+            Some(turning) => self.origin.turned(turning.at(time), turning.pivot),
+            None => self.origin.clone(),
+        };
+        turned.moved_by(self.path.at(time))
+    }
 }
 
 /// Where an obstacle was at the start of the step, so that none passes through a body unseen. *Derived.*
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Swept {
     /// Its shape then.
     pub from: Shape,
+    /// The rotation from there to where it is now, if it is turned.
+    pub turn: Option<DMat3>,
 }
 
 /// Makes a body feel obstacles: a penalty force along the obstacle's normal on every vertex inside, implicit in the step, and
@@ -97,14 +144,32 @@ pub struct Contact {
 impl Shape {
     /// The shape displaced.
     #[must_use]
-    pub fn moved_by(self, offset: DVec3) -> Self {
-        match self {
+    pub fn moved_by(&self, offset: DVec3) -> Self {
+        match self.clone() {
             Self::Plane { point, normal } => Self::Plane { point: point + offset, normal },
             Self::Sphere { centre, radius } => Self::Sphere { centre: centre + offset, radius },
-            Self::Ellipsoid { centre, half_axes } => Self::Ellipsoid { centre: centre + offset, half_axes },
+            Self::Ellipsoid { centre, half_axes, axes } => Self::Ellipsoid { centre: centre + offset, half_axes, axes },
             Self::Capsule { ends, radius } => Self::Capsule { ends: ends.map(|end| end + offset), radius },
-            Self::Box { centre, half } => Self::Box { centre: centre + offset, half },
+            Self::Box { centre, half, axes } => Self::Box { centre: centre + offset, half, axes },
             Self::Cylinder { ends, radius } => Self::Cylinder { ends: ends.map(|end| end + offset), radius },
+            Self::Mesh { hull, centre, axes } => Self::Mesh { hull, centre: centre + offset, axes },
+        }
+    }
+
+    /// The shape turned about a point \[mm\].
+    #[must_use]
+    pub fn turned(&self, turn: DMat3, pivot: DVec3) -> Self {
+        let at = |p: DVec3| turn * (p - pivot) + pivot;
+        match self.clone() {
+            Self::Plane { point, normal } => Self::Plane { point: at(point), normal: turn * normal },
+            Self::Sphere { centre, radius } => Self::Sphere { centre: at(centre), radius },
+            Self::Ellipsoid { centre, half_axes, axes } => {
+                Self::Ellipsoid { centre: at(centre), half_axes, axes: turn * axes }
+            }
+            Self::Capsule { ends, radius } => Self::Capsule { ends: ends.map(at), radius },
+            Self::Box { centre, half, axes } => Self::Box { centre: at(centre), half, axes: turn * axes },
+            Self::Cylinder { ends, radius } => Self::Cylinder { ends: ends.map(at), radius },
+            Self::Mesh { hull, centre, axes } => Self::Mesh { hull, centre: at(centre), axes: turn * axes },
         }
     }
 
@@ -112,15 +177,18 @@ impl Shape {
     pub fn anchor(&self) -> DVec3 {
         match *self {
             Self::Plane { point, .. } => point,
-            Self::Sphere { centre, .. } | Self::Ellipsoid { centre, .. } | Self::Box { centre, .. } => centre,
+            Self::Sphere { centre, .. }
+            | Self::Ellipsoid { centre, .. }
+            | Self::Box { centre, .. }
+            | Self::Mesh { centre, .. } => centre,
             Self::Capsule { ends: [a, b], .. } | Self::Cylinder { ends: [a, b], .. } => a.midpoint(b),
         }
     }
 
-    /// Half of its least width \[mm\]; infinite for a plane.
+    /// Half of its least width \[mm\]; infinite for a plane, and for a mesh, which vertices alone feel.
     pub fn least_half_width(&self) -> f64 {
         match *self {
-            Self::Plane { .. } => f64::INFINITY,
+            Self::Plane { .. } | Self::Mesh { .. } => f64::INFINITY,
             Self::Sphere { radius, .. } | Self::Capsule { radius, .. } => radius,
             Self::Ellipsoid { half_axes, .. } => half_axes.min_element(),
             Self::Box { half, .. } => half.min_element(),
@@ -132,7 +200,7 @@ impl Shape {
     /// flat faces.
     pub(crate) fn gauge(&self, x: DVec3) -> Option<f64> {
         match *self {
-            Self::Box { centre, half } => Some(((x - centre).abs() / half).max_element()),
+            Self::Box { centre, half, axes } => Some(((axes.transpose() * (x - centre)).abs() / half).max_element()),
             Self::Cylinder { ends: [a, b], radius } => {
                 let axis = (b - a).normalize_or_zero();
                 let from_middle = x - a.midpoint(b);
@@ -153,6 +221,7 @@ impl Shape {
             Self::Capsule { ends: [a, b], radius } => 0.5 * a.distance(b) + radius,
             Self::Box { half, .. } => half.length(),
             Self::Cylinder { ends: [a, b], radius } => (0.5 * a.distance(b)).hypot(radius),
+            Self::Mesh { ref hull, .. } => hull.radius(),
         };
         self.anchor().distance(ball_centre) <= extent + ball_radius
     }
@@ -168,17 +237,25 @@ impl Shape {
         match *self {
             Self::Plane { point, normal } => Some(((x - point).dot(normal), normal)),
             Self::Sphere { centre, radius } => from_point(centre, radius),
-            Self::Ellipsoid { centre, half_axes } => {
-                let (closest, normal) = closest_on_ellipsoid(x - centre, half_axes);
-                Some(((x - centre - closest).dot(normal), normal))
+            Self::Ellipsoid { centre, half_axes, axes } => {
+                let local = axes.transpose() * (x - centre);
+                let (closest, normal) = closest_on_ellipsoid(local, half_axes);
+                Some(((local - closest).dot(normal), axes * normal))
             }
             Self::Capsule { ends: [a, b], radius } => {
                 let axis = b - a;
                 let along = ((x - a).dot(axis) / axis.length_squared()).clamp(0.0, 1.0);
                 from_point(if along.is_finite() { a + axis * along } else { a }, radius)
             }
-            Self::Box { centre, half } => Some(solid::of_box(x - centre, half)),
+            Self::Box { centre, half, axes } => {
+                let (distance, normal) = solid::of_box(axes.transpose() * (x - centre), half);
+                Some((distance, axes * normal))
+            }
             Self::Cylinder { ends, radius } => solid::of_cylinder(x, ends, radius),
+            Self::Mesh { ref hull, centre, axes } => {
+                let (distance, normal) = hull.distance(axes.transpose() * (x - centre))?;
+                Some((distance, axes * normal))
+            }
         }
     }
 
@@ -240,6 +317,12 @@ impl Shape {
     /// Judges its numbers as a part of a component.
     pub(crate) fn check(&self, component: &'static str) -> Result<(), BodyError> {
         let point = |what, point: DVec3| finite(component, what, point.to_array());
+        let rotation = |axes: DMat3| {
+            let off =
+                (axes.transpose() * axes - DMat3::IDENTITY).to_cols_array().into_iter().map(f64::abs).sum::<f64>();
+            let is_rotation = off < 1e-6 && axes.determinant() > 0.0;
+            number(component, "the determinant of the axes", axes.determinant(), (is_rotation, "give a rotation"))
+        };
         match *self {
             Self::Plane { point: at, normal } => {
                 point("a point of the plane", at)?;
@@ -252,22 +335,28 @@ impl Shape {
                 point("centre", centre)?;
                 positive(component, "radius", radius)
             }
-            Self::Ellipsoid { centre, half_axes } => {
+            Self::Ellipsoid { centre, half_axes, axes } => {
                 point("centre", centre)?;
+                rotation(axes)?;
                 half_axes.to_array().into_iter().try_for_each(|axis| positive(component, "half axis", axis))
             }
             Self::Capsule { ends, radius } => {
                 ends.into_iter().try_for_each(|end| point("end", end))?;
                 positive(component, "radius", radius)
             }
-            Self::Box { centre, half } => {
+            Self::Box { centre, half, axes } => {
                 point("centre", centre)?;
+                rotation(axes)?;
                 half.to_array().into_iter().try_for_each(|edge| positive(component, "half edge", edge))
             }
             Self::Cylinder { ends, radius } => {
                 ends.into_iter().try_for_each(|end| point("end", end))?;
                 positive(component, "radius", radius)?;
                 positive(component, "length", ends[0].distance(ends[1]))
+            }
+            Self::Mesh { centre, axes, .. } => {
+                point("centre", centre)?;
+                rotation(axes)
             }
         }
     }
@@ -286,7 +375,9 @@ impl Check for ObstaclePath {
 
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         self.origin.check("ObstaclePath")?;
-        self.path.check("ObstaclePath")
+        self.path.check("ObstaclePath")?;
+        let Some(turning) = &self.turning else { return Ok(()) };
+        turning.check("ObstaclePath")
     }
 }
 
@@ -294,7 +385,8 @@ impl Check for Swept {
     const OWNER: Owner = Owner::Obstacle;
 
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.from.check("Swept")
+        self.from.check("Swept")?;
+        self.turn.map_or(Ok(()), |turn| finite("Swept", "turn", turn.to_cols_array()))
     }
 }
 
@@ -311,13 +403,48 @@ mod tests {
 
     #[test]
     fn distances_are_right_on_and_near_the_surface() {
-        let e = Shape::Ellipsoid { centre: DVec3::new(0.0, 0.0, -3.0), half_axes: DVec3::new(4.0, 4.0, 2.0) };
+        let e = Shape::Ellipsoid {
+            centre: DVec3::new(0.0, 0.0, -3.0),
+            half_axes: DVec3::new(4.0, 4.0, 2.0),
+            axes: DMat3::IDENTITY,
+        };
         let (d, n) = e.distance(DVec3::new(0.0, 0.0, -0.999)).unwrap();
         // Beside a plane of symmetry it is taken to be off it by 1e-12 of the half axes.
         assert!((d - 0.001).abs() < 1e-12 && (n - DVec3::Z).length() < 1e-12);
         let s = Shape::Sphere { centre: DVec3::ZERO, radius: 2.0 };
         assert_eq!(s.distance(DVec3::new(0.0, 1.0, 0.0)), Some((-1.0, DVec3::Y)));
         assert_eq!(s.distance(DVec3::ZERO), None);
+    }
+
+    #[test]
+    fn a_turned_shape_has_the_distances_of_the_turned_points() {
+        let turning = Turning {
+            pivot: DVec3::new(1.0, -2.0, 0.5),
+            vectors: Path { points: vec![(0.0, DVec3::ZERO), (2.0, DVec3::new(0.4, -1.0, 2.0))] },
+        };
+        let turn = turning.at(1.5);
+        assert!((turn.transpose() * turn - DMat3::IDENTITY).to_cols_array().iter().all(|off| off.abs() < 1e-15));
+        let (centre, ends) = (DVec3::new(0.3, 0.2, -1.0), [DVec3::ZERO, DVec3::new(1.0, 2.0, 0.5)]);
+        let (half, axes) = (DVec3::new(1.0, 2.0, 0.7), DMat3::IDENTITY);
+        let shapes = [
+            Shape::Plane { point: centre, normal: DVec3::Z },
+            Shape::Sphere { centre, radius: 0.8 },
+            Shape::Ellipsoid { centre, half_axes: half, axes },
+            Shape::Capsule { ends, radius: 0.4 },
+            Shape::Box { centre, half, axes },
+            Shape::Cylinder { ends, radius: 0.6 },
+        ];
+        for shape in shapes {
+            for i in 0..50 {
+                let at = |k: f64| 3.0 * (f64::from(i) * k).sin();
+                let x = DVec3::new(at(1.1), at(2.3), at(3.7));
+                let (distance, normal) = shape.distance(x).unwrap();
+                let turned = shape.turned(turn, turning.pivot);
+                let there = turned.distance(turn * (x - turning.pivot) + turning.pivot).unwrap();
+                assert!((there.0 - distance).abs() < 1e-9, "{shape:?} at {x}: {distance} {there:?}");
+                assert!((there.1 - turn * normal).length() < 1e-6, "{shape:?} at {x}: {normal} {there:?}");
+            }
+        }
     }
 
     #[test]

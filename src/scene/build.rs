@@ -6,17 +6,17 @@ use super::fibre_law::{fibre_law, neo_hookean};
 use super::mesh_file::MeshFile;
 use super::region::Surface;
 use super::schema::{
-    BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
-    TearModeSpec, TearingSpec,
+    BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, HoldSpec, MaterialSpec, RefinementSpec,
+    SleepSpec, TearModeSpec, TearingSpec,
 };
 use super::springs::{point_loads, springs};
 use super::{grasp, mesh_file, per_triangle, shape};
 use crate::components::{
-    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Hold, Material, PointLoads,
-    PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
+    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Hold, HoldTurns, Material,
+    PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness, Turning,
 };
 use crate::membrane::{BodyError, Membrane};
-use crate::storage::{Attached, TriangleMesh};
+use crate::storage::Attached;
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -75,7 +75,7 @@ pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) ->
         };
         membrane = membrane.with(self::refinement(refinement, tearing.radius, &key)?);
     }
-    membrane = boundary_conditions(membrane, spec, mesh, key)?;
+    membrane = boundary_conditions(membrane, spec, &sheet.file, key)?;
     Ok(membrane)
 }
 
@@ -325,18 +325,19 @@ fn refinement(spec: &RefinementSpec, radius: f64, key: &str) -> Result<Refinemen
 }
 
 /// What acts on parts of the body.
-fn boundary_conditions(
-    mut membrane: Membrane,
-    spec: &BodySpec,
-    mesh: &TriangleMesh,
-    key: &str,
-) -> Result<Membrane, Fault> {
-    let surface = Surface::new(mesh);
+fn boundary_conditions(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile, key: &str) -> Result<Membrane, Fault> {
+    let (mesh, surface) = (&file.mesh, Surface::new(file));
     let own = |kind: &str, names: Vec<&String>| {
         own_names(names.into_iter().enumerate().map(|(i, name)| (format!("{key}.{kind}.{i}"), name.clone())))
     };
     own("holds", spec.holds.iter().map(|hold| &hold.name).collect())?;
     own("grips", spec.grips.iter().map(|grip| &grip.name).collect())?;
+    let turns =
+        spec.holds.iter().enumerate().map(|(i, hold)| hold_turn(hold, i, spec.planar, &format!("{key}.holds.{i}")));
+    let turns: Vec<Option<_>> = turns.collect::<Result<_, _>>()?;
+    if turns.iter().any(Option::is_some) {
+        membrane = membrane.with(HoldTurns { list: turns.into_iter().flatten().collect() });
+    }
     for (i, hold) in spec.holds.iter().enumerate() {
         let key = format!("{key}.holds.{i}");
         let rows = surface.vertices(&hold.region, &format!("{key}.region"))?;
@@ -371,6 +372,23 @@ fn boundary_conditions(
         membrane = membrane.with(Grips::new(grips.collect::<Result<_, Fault>>()?));
     }
     Ok(membrane)
+}
+
+/// How a hold turns, with its place.
+fn hold_turn(hold: &HoldSpec, place: usize, is_planar: bool, key: &str) -> Result<Option<(u32, Turning)>, Fault> {
+    let Some(rotate) = &hold.rotate else {
+        let what = "a pivot is given, and no turn about it";
+        let fault = || Fault::new(format!("{key}.pivot"), what, "add `rotate`, or remove it");
+        return if hold.pivot.is_some() { Err(fault()) } else { Ok(None) };
+    };
+    let points: Vec<(f64, DVec3)> =
+        rotate.0.points.iter().map(|&(t, degrees)| (t, degrees.map(f64::to_radians))).collect();
+    if is_planar && points.iter().any(|(_, vector)| vector.truncate() != glam::DVec2::ZERO) {
+        let what = "a planar body turns about z only";
+        return Err(Fault::new(format!("{key}.rotate"), what, "give [0, 0, angle], or remove `planar`"));
+    }
+    let pivot = hold.pivot.map_or(DVec3::ZERO, |pivot| pivot.0);
+    Ok(Some((place as u32, Turning { pivot, vectors: crate::components::Path { points } })))
 }
 
 fn axes(text: &str, key: &str) -> Result<[bool; 3], Fault> {

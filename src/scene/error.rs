@@ -86,7 +86,7 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
 }
 
 /// What people look for and there is not, with what there is instead.
-const INSTEAD: [(&str, &str); 18] = [
+const INSTEAD: [(&str, &str); 13] = [
     ("self", "a body does not touch itself: keep its folds apart by `bending` or an obstacle between them"),
     ("prony", "stress relaxation is not there: `damping` is a strain-rate (Kelvin-Voigt) damping"),
     ("volume", "a closed gas is not there: give `pressure` as a number or a curve over time [MPa]"),
@@ -95,17 +95,12 @@ const INSTEAD: [(&str, &str); 18] = [
     ("units", "units are fixed: mm, g, ms, hence N and MPa; give 1 m as 1000 and 1 kPa as 1e-3"),
     ("seam", "a weak line is not there: cut its parts by `cuts`, or give the body along it lower strengths"),
     ("strength_map", "strengths are those of a body: `strength_transverse` with `strength_fibre` or `strength_ratio`"),
-    ("group", "regions are not read from mesh files by name: give `vertices`, `box`, `sphere` or ranges of x, y, z"),
     (
         "clamps",
         "a rigid clamp under a force is not there: hold the region and read its reaction, or load it by `total`",
     ),
-    ("normal", "holds are along x, y, z (`axes`): turn the mesh so that the direction is one of them"),
-    ("rotate", "nothing turns here: `path` displaces; holds turn by two curves, `per_y` on y and on z"),
-    ("mesh", "a mesh is no obstacle: build it from `box`, `cylinder`, `sphere`, `ellipsoid` and `capsule`"),
+    ("normal", "holds are along x, y, z (`axes`): turn the mesh by `rotate` so that the direction is one of them"),
     ("gltf", "the torn surface is written as `obj = true` or `ply = true`, which Blender turns into glTF"),
-    ("radial", "radial fibres are not there: `concentric`, `direction`, or a `file` with one direction per triangle"),
-    ("helix", "helical fibres are not there: `concentric`, `direction`, or a `file` with one direction per triangle"),
     ("torque", "torques are not there: give forces by `point_loads` or `edge_loads`"),
     ("self_contact", "a body does not touch itself: keep its folds apart by `bending` or an obstacle between them"),
 ];

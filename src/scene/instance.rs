@@ -1,13 +1,13 @@
 //! A scene in a simulation, ready to run.
 
-use super::build::{self, direction};
+use super::build;
 use super::doctor::{self, MeshSummary};
 use super::error::{Fault, positive};
-use super::schema::{BodySpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
+use super::schema::{BodySpec, Mode, OutputSpec, RunSpec};
 use super::size::Demand;
 use super::timed::{CutTold, Timed};
-use super::{Scene, SceneError, beginning, copies, settings};
-use crate::components::{EnergyAudit, Obstacle, Shape, TearLog, Tearing, Toughness};
+use super::{Scene, SceneError, beginning, copies, obstacle, settings};
+use crate::components::{EnergyAudit, Obstacle, TearLog, Tearing, Toughness};
 use crate::membrane::Membrane;
 use crate::report::Report;
 use crate::settings::Integrator;
@@ -15,6 +15,7 @@ use crate::simulation::{Simulation, SimulationError};
 #[cfg(feature = "cli")]
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::storage::{Tips, Topology, Triangles};
+use glam::DVec3;
 use hecs::Entity;
 
 /// The most steps of a run: a day's computing at 0.1 ms each.
@@ -28,6 +29,8 @@ pub struct Instance {
     pub bodies: Vec<Entity>,
     /// What the mesh of each was like before it was cut.
     pub meshes: Vec<MeshSummary>,
+    /// Names of the obstacles, in the order of the file and of spawning.
+    pub obstacles: Vec<String>,
     /// How to run it.
     pub run: Run,
     /// What to write of it.
@@ -116,16 +119,9 @@ impl Scene {
                 meshes.push(mesh.clone());
             }
         }
-        for (i, obstacle) in self.file.obstacles.iter().enumerate() {
-            let shape = Obstacle { shape: shape(obstacle, &format!("obstacles.{i}"))? };
-            let spawned = match &obstacle.path {
-                Some(path) => simulation.spawn_moving_obstacle(shape, path.0.clone()),
-                None => simulation.spawn_obstacle(shape),
-            };
-            spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
-        }
+        let obstacles = obstacle::spawn(&mut simulation, &self.file.obstacles, run, self.document.folder())?;
         let output = self.file.output.clone();
-        Ok(Instance { simulation, bodies, meshes, run, output, cuts, timed, step: 0, has_torn: false })
+        Ok(Instance { simulation, bodies, meshes, obstacles, run, output, cuts, timed, step: 0, has_torn: false })
     }
 
     fn spawn(
@@ -201,6 +197,23 @@ impl Instance {
         self.step
     }
 
+    /// The force \[N\] of every obstacle on the bodies as they are, along its normals, in the order of the file.
+    pub fn obstacle_forces(&self) -> Vec<(String, DVec3)> {
+        let mut entities: Vec<Entity> =
+            self.simulation.world().query::<(Entity, &Obstacle)>().iter().map(|(entity, _)| entity).collect();
+        entities.sort_unstable_by_key(|entity| entity.id());
+        let mut forces: Vec<(String, DVec3)> = self.obstacles.iter().map(|name| (name.clone(), DVec3::ZERO)).collect();
+        for &body in &self.bodies {
+            for (obstacle, force) in self.simulation.contact_forces(body).unwrap_or_default() {
+                let place = entities.iter().position(|entity| *entity == obstacle);
+                if let Some((_, sum)) = place.and_then(|place| forces.get_mut(place)) {
+                    *sum += force;
+                }
+            }
+        }
+        forces
+    }
+
     /// Tear tips that are alive, of all bodies.
     pub fn tip_count(&self) -> usize {
         let tips = |&body: &Entity| self.simulation.world().get::<&Tips>(body).map_or(0, |tips| tips.len());
@@ -236,40 +249,6 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         static_tolerance,
         static_advances: spec.static_advances,
     })
-}
-
-fn shape(spec: &ObstacleSpec, key: &str) -> Result<Shape, Fault> {
-    let ObstacleSpec { plane, sphere, ellipsoid, capsule, cuboid, cylinder, path: _ } = spec;
-    match (plane, sphere, ellipsoid, capsule, cuboid, cylinder) {
-        (Some(p), None, None, None, None, None) => {
-            Ok(Shape::Plane { point: p.point.0, normal: direction(p.normal.0, &format!("{key}.plane.normal"))? })
-        }
-        (None, Some(s), None, None, None, None) => {
-            let radius = positive(format!("{key}.sphere.radius"), s.radius, "mm")?;
-            Ok(Shape::Sphere { centre: s.centre.0, radius })
-        }
-        (None, None, Some(e), None, None, None) => {
-            positive(format!("{key}.ellipsoid.half_axes"), e.half_axes.0.min_element(), "mm")?;
-            Ok(Shape::Ellipsoid { centre: e.centre.0, half_axes: e.half_axes.0 })
-        }
-        (None, None, None, Some(c), None, None) => {
-            let radius = positive(format!("{key}.capsule.radius"), c.radius, "mm")?;
-            Ok(Shape::Capsule { ends: [c.from.0, c.to.0], radius })
-        }
-        (None, None, None, None, Some(b), None) => {
-            positive(format!("{key}.box.half"), b.half.0.min_element(), "mm")?;
-            Ok(Shape::Box { centre: b.centre.0, half: b.half.0 })
-        }
-        (None, None, None, None, None, Some(c)) => {
-            let radius = positive(format!("{key}.cylinder.radius"), c.radius, "mm")?;
-            direction(c.to.0 - c.from.0, &format!("{key}.cylinder.to"))?;
-            Ok(Shape::Cylinder { ends: [c.from.0, c.to.0], radius })
-        }
-        _ => {
-            let hint = "give exactly one of `plane`, `sphere`, `ellipsoid`, `capsule`, `box` and `cylinder`";
-            Err(Fault::new(key, "an obstacle has one shape", hint))
-        }
-    }
 }
 
 /// The thresholds of a body and the toughness that they imply by the law at its first tip, or at its first triangle.

@@ -47,6 +47,7 @@ mod grasp;
 mod instance;
 pub mod mesh_file;
 mod mesh_on_file;
+mod obstacle;
 mod per_triangle;
 mod region;
 pub mod schema;
@@ -134,6 +135,11 @@ impl Scene {
             }
             if let Some(schema::FibreSpec::File(file)) = &body.fibres {
                 files.push(self.document.folder().join(file));
+            }
+        }
+        for obstacle in &self.file.obstacles {
+            if let Some(schema::MeshSpec::File(file)) = &obstacle.mesh {
+                files.push(self.document.folder().join(&file.path));
             }
         }
         files.sort();

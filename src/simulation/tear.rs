@@ -165,6 +165,7 @@ impl Simulation {
             log.pending.extend(outcome.freed.iter().map(|&triangle_count| EventKind::PieceFreed { triangle_count }));
             cut.add(outcome);
         }
+        log.pending.push(EventKind::Cut { asked: cut.asked, made: cut.made, strokes: cut.strokes.len() });
         self.note_edited_energies(body, before);
         self.collect_events();
         Ok(cut)

@@ -2,7 +2,7 @@
 //!
 //! The line is thinned to what the mesh resolves and broken into strokes where it meets a boundary or itself; each stroke is cut
 //! by itself. Its points become vertices first; then the cut runs from one to the next like a tear that is told where
-//! to go, so that it ends exactly where it should.
+//! to go, so that it ends exactly where it should. Where that would leave the line, the line is laid into the mesh before it opens.
 
 use super::advance::Opening;
 use super::cut_line::{distance_to_segment, length, thinned};
@@ -16,6 +16,17 @@ use smallvec::{SmallVec, smallvec};
 const COLLINEAR: f64 = 1e-9;
 /// Parts of the mean edge by which a line that is too fine for the mesh is thinned, one after the other.
 const COARSER: [f64; 4] = [0.03, 0.06, 0.12, 0.25];
+
+/// What a cut may do to be made, the best first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Manner {
+    /// It stays on its line and leaves good triangles.
+    Fair,
+    /// It stays on its line and leaves what triangles there are.
+    Poor,
+    /// It leaves its line for good triangles.
+    BesideTheLine,
+}
 
 /// What a stroke of a cut has done.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -50,26 +61,30 @@ impl Cutter<'_, '_> {
         let mark = self.scratch.records.len();
         let edge = self.mean_edge();
         let rounding = COLLINEAR * length(polyline);
+        let tolerances = std::iter::once(rounding).chain(COARSER.map(|part| part * edge));
+        let mut lines: Vec<Vec<DVec3>> = tolerances.map(|t| thinned(polyline, t.max(rounding))).collect();
+        lines.dedup_by(|coarser, finer| coarser.len() >= finer.len());
         let mut refused = None;
-        let mut points = usize::MAX;
-        for tolerance in std::iter::once(rounding).chain(COARSER.map(|part| part * edge)) {
-            let line = thinned(polyline, tolerance.max(rounding));
-            if line.len() >= points {
-                continue;
-            }
-            points = line.len();
-            match self.cut_strokes(&line, polyline) {
-                Ok(outcomes) => return Ok(outcomes),
-                Err(refusal) => {
-                    self.roll_back(mark);
-                    refused.get_or_insert(refusal);
+        for manner in [Manner::Fair, Manner::Poor, Manner::BesideTheLine] {
+            for line in &lines {
+                match self.cut_strokes(line, polyline, manner) {
+                    Ok(outcomes) => return Ok(outcomes),
+                    Err(refusal) => {
+                        self.roll_back(mark);
+                        refused.get_or_insert(refusal);
+                    }
                 }
             }
         }
         Err(refused.unwrap_or(TearRefusal::BadPolyline))
     }
 
-    fn cut_strokes(&mut self, line: &[DVec3], polyline: &[DVec3]) -> Result<Vec<CutOutcome>, TearRefusal> {
+    fn cut_strokes(
+        &mut self,
+        line: &[DVec3],
+        polyline: &[DVec3],
+        manner: Manner,
+    ) -> Result<Vec<CutOutcome>, TearRefusal> {
         if line.len() < 2 {
             return Err(TearRefusal::BadPolyline);
         }
@@ -77,7 +92,22 @@ impl Cutter<'_, '_> {
         if strokes.is_empty() {
             return Err(TearRefusal::OutsideBody);
         }
-        strokes.iter().map(|stroke| self.cut_through(stroke, polyline)).collect()
+        strokes.iter().map(|stroke| self.cut_stroke(stroke, polyline, manner)).collect()
+    }
+
+    fn cut_stroke(&mut self, stroke: &[DVec3], polyline: &[DVec3], manner: Manner) -> Result<CutOutcome, TearRefusal> {
+        let mark = self.scratch.records.len();
+        match manner {
+            Manner::Fair => {
+                if let Ok((outcome, true)) = self.cut_through(stroke, polyline, false) {
+                    return Ok(outcome);
+                }
+                self.roll_back(mark);
+                self.cut_laid(stroke, polyline, self.quality.least)
+            }
+            Manner::Poor => self.cut_laid(stroke, polyline, 0.0),
+            Manner::BesideTheLine => self.cut_through(stroke, polyline, true).map(|(outcome, _)| outcome),
+        }
     }
 
     /// Mean length \[mm\] of the edges in the rest shape: what the mesh resolves.
@@ -88,8 +118,8 @@ impl Cutter<'_, '_> {
         triangles.map(|row| around(self.rest_of(row))).sum::<f64>() / count
     }
 
-    fn cut_through(&mut self, stroke: &[DVec3], polyline: &[DVec3]) -> Result<CutOutcome, TearRefusal> {
-        let mark = self.scratch.records.len();
+    /// The rows of vertices at the points of a stroke, in their order.
+    pub(super) fn place_all(&mut self, stroke: &[DVec3], may_miss: bool) -> Result<SmallVec<[u32; 8]>, TearRefusal> {
         let mut targets: SmallVec<[u32; 8]> = SmallVec::new();
         for (i, &point) in stroke.iter().enumerate() {
             // The lip at which it begins or ends is the one on its own side.
@@ -98,13 +128,25 @@ impl Cutter<'_, '_> {
                 _ if i + 1 == stroke.len() => stroke.get(i - 1),
                 _ => None,
             };
-            let row = self.place(point, inwards.copied(), &targets)?;
+            let row = self.place(point, inwards.copied(), &targets, may_miss)?;
             if targets.last() != Some(&row) {
                 targets.push(row);
             }
         }
+        Ok(targets)
+    }
+
+    /// One stroke, edge by edge, and whether it has kept to its line.
+    fn cut_through(
+        &mut self,
+        stroke: &[DVec3],
+        polyline: &[DVec3],
+        may_miss: bool,
+    ) -> Result<(CutOutcome, bool), TearRefusal> {
+        let mark = self.scratch.records.len();
+        let targets = self.place_all(stroke, may_miss)?;
         let &[first, second, ..] = targets.as_slice() else { return Err(TearRefusal::BadPolyline) };
-        let mut run = Run { outcome: CutOutcome::default(), held: targets.clone(), tip: first };
+        let mut run = Run { outcome: CutOutcome::default(), held: targets.clone(), tip: first, is_exact: true };
         run.outcome.path.push(self.at(first));
         let mut next = 1;
         let starts_inside = !self.mesh.topology.is_boundary_vertex(first);
@@ -113,6 +155,8 @@ impl Cutter<'_, '_> {
         }
         while let Some(&target) = targets.get(next) {
             if run.outcome.has_met_boundary || run.tip == target {
+                // What lies behind a boundary is not reached this way.
+                run.is_exact &= run.tip == target;
                 next += 1;
                 continue;
             }
@@ -120,7 +164,7 @@ impl Cutter<'_, '_> {
             let advance = self.step_towards(from, target, next, &run.held, &Opening::After(&[from]))?;
             self.pass(&mut run, advance);
         }
-        let mut outcome = run.outcome;
+        let mut outcome = std::mem::take(&mut run.outcome);
         outcome.ends = [first, run.tip];
         if !outcome.has_met_boundary {
             let count = outcome.path.len();
@@ -133,7 +177,7 @@ impl Cutter<'_, '_> {
         }
         outcome.off_line = off_line(&outcome.path, polyline);
         outcome.smallest_angle = self.smallest_touched(mark);
-        Ok(outcome)
+        Ok((outcome, run.is_exact))
     }
 
     /// Opens the first two edges of a slit at once, since one edge inside the surface cannot open. Returns the index of
@@ -176,6 +220,7 @@ impl Cutter<'_, '_> {
 
     fn pass(&self, run: &mut Run, advance: Advance) {
         run.tip = advance.vertex;
+        run.is_exact &= advance.course == Course::Exact;
         run.outcome.path.push(advance.to);
         if let Some(end) = advance.end {
             run.outcome.has_met_boundary = true;
@@ -230,9 +275,10 @@ struct Run {
     /// Vertices that must stay where they are.
     held: SmallVec<[u32; 8]>,
     tip: u32,
+    is_exact: bool,
 }
 
-fn off_line(path: &[DVec3], polyline: &[DVec3]) -> f64 {
+pub(super) fn off_line(path: &[DVec3], polyline: &[DVec3]) -> f64 {
     let to_line =
         |&p: &DVec3| polyline.windows(2).map(|s| distance_to_segment(p, s[0], s[1])).fold(f64::INFINITY, f64::min);
     path.iter().map(to_line).fold(0.0, f64::max)

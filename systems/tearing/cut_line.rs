@@ -5,6 +5,7 @@
 
 use super::Cutter;
 use super::locate::SurfacePoint;
+use super::place::ON_BOUNDARY;
 use crate::storage::NONE;
 use crate::storage::measure::rest_corners;
 use glam::DVec3;
@@ -52,9 +53,10 @@ pub(super) fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
 }
 
 impl Cutter<'_, '_> {
-    /// The strokes of a polyline, in order. Points that are not breaks stay exactly what they are.
+    /// The strokes of a polyline, in order. Points that are neither breaks nor too near to the boundary stay exactly what they are.
     pub(super) fn strokes(&self, line: &[DVec3]) -> Vec<Vec<DVec3>> {
         let reach = ROUNDING * length(line);
+        let line: &[DVec3] = &line.iter().map(|&point| self.settled(point, reach)).collect::<Vec<_>>();
         let rim = self.rim();
         let mut strokes: Vec<Vec<DVec3>> = Vec::new();
         let mut stroke: Vec<DVec3> = Vec::new();
@@ -93,6 +95,28 @@ impl Cutter<'_, '_> {
         }
         finish(&mut stroke, &mut strokes);
         strokes
+    }
+
+    /// A point inside the body that is nearer to its boundary than could be meshed is put onto it: straight across, and at the end of an
+    /// edge where that is as near.
+    fn settled(&self, point: DVec3, reach: f64) -> DVec3 {
+        let Some(at) = self.nearest(point) else { return point };
+        let neighbours = self.mesh.topology.neighbours[at.triangle as usize];
+        let opposite = |edge: usize| at.weights[(edge + 2) % 3];
+        let rim = (0..3).filter(|&edge| neighbours[edge] == NONE && opposite(edge) < ON_BOUNDARY);
+        let Some(edge) = rim.min_by(|&e, &f| opposite(e).total_cmp(&opposite(f))) else { return point };
+        let x = rest_corners(self.mesh.vertices, self.mesh.triangles.corners[at.triangle as usize]);
+        let (a, b, place) = (x[edge], x[(edge + 1) % 3], self.position(&at));
+        let along = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        let foot = a + (b - a) * along;
+        if place.distance(foot) <= reach {
+            return point;
+        }
+        match along {
+            _ if along < ON_BOUNDARY => a,
+            _ if along > 1.0 - ON_BOUNDARY => b,
+            _ => foot,
+        }
     }
 
     /// Boundary edges, each with the normal of its triangle.

@@ -1,8 +1,9 @@
 //! Bringing a vertex to a given point of the rest surface.
 
-use super::locate::{SurfacePoint, distance_to_triangle, nearest_in_triangle};
+use super::locate::{SurfacePoint, distance_to_triangle};
 use super::relax::may_slide;
 use super::{Cutter, TearRefusal};
+use crate::math::nearest_in_triangle;
 use crate::storage::{Edit, NONE, Refusal};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
@@ -10,9 +11,11 @@ use smallvec::{SmallVec, smallvec};
 /// A barycentric weight below this is zero: over a triangle of 1 mm that is 1e-9 mm.
 const ON_EDGE: f64 = 1e-9;
 /// A point nearer to a boundary edge than this part of the triangle's height is put on it: no ligament so thin could be meshed.
-const ON_BOUNDARY: f64 = 0.1;
+pub(super) const ON_BOUNDARY: f64 = 0.1;
 /// A point on a boundary edge may be moved to an end of the edge if that is nearer than this part of its length.
 const NEAR_END: f64 = 0.25;
+/// The same of a point from which a cut must not be moved: nearer, no vertex could be put beside the end.
+const TOO_NEAR_END: f64 = 0.03;
 /// A corner is moved to a point inside its triangle if its barycentric weight there is at least this.
 const NEAR_CORNER: f64 = 0.4;
 
@@ -27,8 +30,15 @@ struct Placement {
 
 impl Cutter<'_, '_> {
     /// The row of a vertex at the point of the surface nearest to `point`: one that is there, or a new or moved one.
-    /// Vertices in `held` stay where they are; of two lips at the same place that on the side of `inwards` is taken.
-    pub(super) fn place(&mut self, point: DVec3, inwards: Option<DVec3>, held: &[u32]) -> Result<u32, TearRefusal> {
+    /// Vertices in `held` stay where they are; of two lips at the same place that on the side of `inwards` is taken. Where it `may_miss`,
+    /// a vertex of the boundary nearby will do.
+    pub(super) fn place(
+        &mut self,
+        point: DVec3,
+        inwards: Option<DVec3>,
+        held: &[u32],
+        may_miss: bool,
+    ) -> Result<u32, TearRefusal> {
         let nearest = self.nearest(point).ok_or(TearRefusal::BadPolyline)?;
         let at = inwards.and_then(|inwards| self.on_side(nearest, inwards)).unwrap_or(nearest);
         let corners = self.mesh.triangles.corners[at.triangle as usize];
@@ -37,7 +47,7 @@ impl Cutter<'_, '_> {
         }
         let before = self.smallest_near(at.triangle)?;
         let mut best: Option<(f64, Placement)> = None;
-        for placement in self.placements(&at, held) {
+        for placement in self.placements(&at, held, may_miss) {
             let start = self.scratch.records.len();
             let Ok(angle) = self.try_placement(&placement) else { continue };
             if angle >= self.quality.good.min(before) {
@@ -82,7 +92,7 @@ impl Cutter<'_, '_> {
         best.map(|(_, at)| at)
     }
 
-    fn placements(&self, at: &SurfacePoint, held: &[u32]) -> SmallVec<[Placement; 6]> {
+    fn placements(&self, at: &SurfacePoint, held: &[u32], may_miss: bool) -> SmallVec<[Placement; 6]> {
         let SurfacePoint { triangle, weights } = *at;
         let corners = self.mesh.triangles.corners[triangle as usize];
         let neighbours = self.mesh.topology.neighbours[triangle as usize];
@@ -100,7 +110,7 @@ impl Cutter<'_, '_> {
             let (a, b) = (weights[edge], weights[(edge + 1) % 3]);
             placements.push(split(edge));
             let near = if a >= b { edge } else { (edge + 1) % 3 };
-            if a.min(b) <= NEAR_END * (a + b) {
+            if a.min(b) <= if may_miss { NEAR_END } else { TOO_NEAR_END } * (a + b) {
                 placements.push(Placement { edits: SmallVec::new(), vertex: corners[near] });
             }
             return placements;

@@ -1,7 +1,7 @@
 //! Absurd values in every component, by every way in: no panic, nothing that is not finite comes out, and the last good state stays.
 #![cfg(feature = "snapshot")]
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use rhexis::components::*;
 use rhexis::math::{StiffeningFibres, Sym2};
 use rhexis::membrane::Membrane;
@@ -72,11 +72,18 @@ impl Dice {
         Path { points: (0..self.below(3)).map(|_| (self.number(), self.point())).collect() }
     }
 
+    fn turning(&mut self) -> Option<Turning> {
+        (self.below(2) == 0).then(|| Turning { pivot: self.point(), vectors: self.path() })
+    }
+
     fn shape(&mut self) -> Shape {
         match self.below(4) {
             0 => Shape::Plane { point: self.point(), normal: [DVec3::Z, self.point()][self.below(2)] },
             1 => Shape::Sphere { centre: self.point(), radius: self.number() },
-            2 => Shape::Ellipsoid { centre: self.point(), half_axes: self.point() },
+            2 => {
+                let axes = [DMat3::IDENTITY, DMat3::from_diagonal(self.point())][self.below(2)];
+                Shape::Ellipsoid { centre: self.point(), half_axes: self.point(), axes }
+            }
             _ => Shape::Capsule { ends: [self.point(), self.point()], radius: self.number() },
         }
     }
@@ -192,7 +199,7 @@ fn absurd(kind: usize, s: &mut Simulation, actors: [hecs::Entity; 4], way: Way, 
         17 => put(s, obstacle, way, Obstacle { shape: d.shape() }),
         18 => {
             let (origin, path) = (d.shape(), d.path());
-            put(s, obstacle, way, ObstaclePath { origin, path })
+            put(s, obstacle, way, ObstaclePath { origin, path, turning: d.turning() })
         }
         19 => {
             let motion = Motion { from: d.pose(), to: d.pose(), start: d.number(), end: d.number() };
@@ -234,7 +241,7 @@ fn state(s: &mut Simulation, body: hecs::Entity, d: &mut Dice) {
         }
         7 => s.world_mut().insert(body, (Frames::default(), Forces::default(), Reactions::default())).unwrap(),
         _ => {
-            let swept = Swept { from: d.shape() };
+            let swept = Swept { from: d.shape(), turn: None };
             s.world_mut().insert_one(body, swept).unwrap();
         }
     }

@@ -17,4 +17,5 @@ mod scenes;
 mod stability;
 mod stress;
 mod told;
+mod turns;
 mod verify;

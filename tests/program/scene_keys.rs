@@ -45,12 +45,24 @@ fn regions_select_by_lists_boxes_and_balls() {
         ("vertices = [25]", "no vertex 25"),
         ("box = [[1, 0], [0, 0]]", "runs backwards"),
         ("sphere = { radius = -1 }", "-1"),
-        ("group = 'inlet'", "no `group`"),
+        ("group = 'inlet'", "no group \"inlet\": it has none"),
+        ("array = { name = 'part', value = 1 }", "only mesh files have arrays"),
     ] {
         let hold = format!("[[bodies.holds]]\nname = 'h'\nregion = {{ {bad} }}\n");
         let refused = scene("static", "", &hold).err().unwrap();
         assert!(refused.contains(what), "{bad}: {refused}");
     }
+}
+
+#[test]
+fn a_pre_stretch_may_be_a_tensor() {
+    let strain = |text: &str| {
+        let instance = scene("static", &format!("pre_stretch = {text}"), LEFT)?;
+        let world = instance.simulation.world();
+        Ok::<_, String>(world.get::<&rhexis::components::PreStretch>(instance.bodies[0]).unwrap().strain)
+    };
+    assert_eq!(strain("[[0.1, 0.01], [0.01, 0.02]]"), strain("[0.1, 0.02, 0.01]"));
+    assert!(strain("[[0.1, 0.01], [0.02, 0.02]]").unwrap_err().contains("symmetric tensor"));
 }
 
 #[test]
@@ -83,10 +95,18 @@ fn what_there_is_not_is_refused_with_what_there_is() {
         ("prony = [[0.3, 100]]", "", "`damping`"),
         ("pressure = { volume = 100 }", "", "`pressure` as a number"),
         ("wind = [1, 0, 0]", "", "`drag`"),
-        ("fibres = { radial = {} }", "", "`concentric`"),
-        ("", "[[obstacles]]\nmesh = { file = 'tool.stl' }", "build it from `box`"),
+        ("", "[[obstacles]]\nmesh = { file = 'tool.stl' }", "tool.stl"),
+        ("", "[[obstacles]]\nmesh = { grid = { width = 1, height = 1, nx = 1, ny = 1 } }", "not closed"),
         ("", "[[bodies.springs]]\nregion = { all = true }\nper_area = 0.1\nbreak_force = 1", "springs do not break"),
         ("", "[[bodies.clamps]]\nregion = { x = 10 }", "rigid clamp"),
+        ("", "[[bodies.holds]]\nname = 'skew'\nregion = { x = 0 }\nnormal = [1, 1, 0]", "`axes`"),
+        ("", "[[bodies.holds]]\nname = 'h'\nregion = { x = 0 }\npivot = [1, 1, 0]", "no turn about it"),
+        ("contact = {}", "[[obstacles]]\nsphere = { centre = [0, 0], radius = 1 }\npivot = [0, 0]", "no turn about it"),
+        (
+            "contact = {}",
+            "[[obstacles]]\nsphere = { centre = [0, 0], radius = 1 }\nspin = [0, 0, 1]\nrotate = [[0, [0, 0, 0]]]",
+            "given twice",
+        ),
         ("stiffening_fibres = [{ k1 = 1, k2 = 10, degrees = 40 }]", "", "holzapfel_gasser_ogden"),
     ] {
         let refused = scene("static", body, more).err().unwrap();

@@ -1,6 +1,6 @@
 //! Regions of a body, and what holds, loads and grips it there.
 
-use super::{Exactly, Interval, Point, TimeCurve};
+use super::{Exactly, Interval, Point, TimeCurve, TimePath};
 use serde::Deserialize;
 
 /// Vertices by their rest position. All given conditions must hold.
@@ -32,12 +32,26 @@ pub struct RegionSpec {
     pub inside: Option<Exactly<Point, 2>>,
     /// Only inside this ball.
     pub sphere: Option<BallSpec>,
+    /// Only this group of the mesh file: a physical group of Gmsh, a group or object of OBJ, a node or mesh of glTF.
+    pub group: Option<String>,
+    /// Only where an array of the mesh file has certain values.
+    pub array: Option<ArrayRangeSpec>,
     /// In at least one of these regions.
     pub any: Option<Vec<RegionSpec>>,
     /// Not in this region.
     pub except: Option<Box<RegionSpec>>,
     /// Widens every range by so much \[mm\]. Default 1e-6.
     pub tolerance: Option<f64>,
+}
+
+/// Values of an array of a mesh file (VTK, PLY) that select vertices: their own, or those of a triangle at them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArrayRangeSpec {
+    /// Name of the array, of one number a row.
+    pub name: String,
+    /// A number or a range.
+    pub value: Interval,
 }
 
 /// A ball that selects vertices.
@@ -68,6 +82,10 @@ pub struct HoldSpec {
     /// Factor over time. Default 1.
     #[serde(default)]
     pub curve: TimeCurve,
+    /// `rotate = [[time, [x, y, z]], …]`: by how much they are turned, before they move: along the axis, as long as the angle \[°\].
+    pub rotate: Option<TimePath>,
+    /// A point of that axis \[mm\]. Default the origin.
+    pub pivot: Option<Point>,
 }
 
 /// `move`: offset + x·per_x + y·per_y + z·per_z of the rest position, \[mm\].

@@ -18,8 +18,8 @@ pub use body::{
     SleepSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
-    ArcSpec, BallSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec,
-    SpringSpec,
+    ArcSpec, ArrayRangeSpec, BallSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec,
+    RegionSpec, SpringSpec,
 };
 pub use fibre_law::{Angles, FibreFamilySpec, HolzapfelGasserOgdenSpec, StiffeningFibresSpec};
 pub use hand::HandSpec;
@@ -246,6 +246,8 @@ impl Default for OutputSpec {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleSpec {
+    /// Name in reports. Default `obstacle-0` and so on, in the order of the file.
+    pub name: Option<String>,
     /// `plane = { point, normal }`: the half space below. An obstacle has one shape.
     pub plane: Option<PlaneSpec>,
     /// `sphere = { centre, radius }`.
@@ -259,9 +261,17 @@ pub struct ObstacleSpec {
     pub cuboid: Option<BoxSpec>,
     /// `cylinder = { from, to, radius }`, with flat ends.
     pub cylinder: Option<CapsuleSpec>,
+    /// `mesh = { file = … }`, as of a body: the solid within a closed mesh. Only vertices of bodies feel it.
+    pub mesh: Option<MeshSpec>,
     /// `path = [[time, [x, y, z]], …]`: by how much it is displaced \[mm\] over time \[ms\], straight between the points, at rest before
     /// and after. What it meets on its way is taken along. Default: it stands still.
     pub path: Option<TimePath>,
+    /// `rotate = [[time, [x, y, z]], …]`: by how much it is turned, before it is displaced: along the axis, as long as the angle \[°\].
+    pub rotate: Option<TimePath>,
+    /// Constant turn from time zero on \[°/ms\]: along the axis, as long as the rate. In place of `rotate`.
+    pub spin: Option<Point>,
+    /// The point about which it turns \[mm\]. Default its middle.
+    pub pivot: Option<Point>,
 }
 
 /// A cylinder, with round or flat ends.
