@@ -24,6 +24,7 @@ mod hull;
 mod loads;
 mod material;
 mod obstacle;
+mod obstacle_check;
 mod readings;
 mod refinement;
 mod sleeping;

@@ -1,9 +1,7 @@
 //! Rigid surroundings that a body cannot enter. An obstacle is an entity of its own; a body that carries [`Contact`] feels all.
 
-use super::BodyError;
 use super::Hull;
 use super::Path;
-use super::check::{Check, Host, Owner, finite, not_negative, number, positive};
 use super::solid;
 use super::turning::Turning;
 use glam::{DMat3, DVec3};
@@ -239,7 +237,7 @@ impl Shape {
             Self::Sphere { centre, radius } => from_point(centre, radius),
             Self::Ellipsoid { centre, half_axes, axes } => {
                 let local = axes.transpose() * (x - centre);
-                let (closest, normal) = closest_on_ellipsoid(local, half_axes);
+                let (closest, normal) = solid::closest_on_ellipsoid(local, half_axes);
                 Some(((local - closest).dot(normal), axes * normal))
             }
             Self::Capsule { ends: [a, b], radius } => {
@@ -277,123 +275,6 @@ impl Shape {
             }
         }
         None
-    }
-}
-
-/// The point of an ellipsoid about the origin that is closest to `x`, and the normal there: x = c + t·∇ with one unknown t (Eberly
-/// 2013). The function of t falls and is convex above its pole, so that Newton's method from the left never overshoots; on a plane
-/// of symmetry, where inside several points may be closest, x is taken to be a little off it.
-fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) -> (DVec3, DVec3) {
-    const OFF: f64 = 1e-12;
-    const MOST: u32 = 100;
-    let squares = half_axes * half_axes;
-    let y = x.abs().max(half_axes * OFF);
-    let sign = DVec3::select(x.cmplt(DVec3::ZERO), DVec3::NEG_ONE, DVec3::ONE);
-    let z = half_axes * y;
-    // t counts from the pole of the shortest axis, where the sums would cancel.
-    let above = squares - DVec3::splat(squares.min_element());
-    let newton = |t: f64| {
-        let ratio = z / (above + DVec3::splat(t));
-        let value = ratio.length_squared() - 1.0;
-        let slope = -2.0 * (ratio * ratio / (above + DVec3::splat(t))).element_sum();
-        t - value / slope
-    };
-    // Where one term alone is one: left of the root. A step from where it is for x on the surface leads left of it as well, and is
-    // all but there for what is near.
-    let mut t = (z - above).max_element().max(newton(squares.min_element()));
-    for _ in 0..MOST {
-        let next = newton(t);
-        // To rounding, or no further.
-        if !(next > t) {
-            break;
-        }
-        t = next;
-    }
-    let closest = squares * y / (above + DVec3::splat(t)) * sign;
-    (closest, (closest / squares).normalize_or(DVec3::Z))
-}
-
-impl Shape {
-    /// Judges its numbers as a part of a component.
-    pub(crate) fn check(&self, component: &'static str) -> Result<(), BodyError> {
-        let point = |what, point: DVec3| finite(component, what, point.to_array());
-        let rotation = |axes: DMat3| {
-            let off =
-                (axes.transpose() * axes - DMat3::IDENTITY).to_cols_array().into_iter().map(f64::abs).sum::<f64>();
-            let is_rotation = off < 1e-6 && axes.determinant() > 0.0;
-            number(component, "the determinant of the axes", axes.determinant(), (is_rotation, "give a rotation"))
-        };
-        match *self {
-            Self::Plane { point: at, normal } => {
-                point("a point of the plane", at)?;
-                let length = normal.length();
-                // Unit vectors that were read from text or turned are so to some digits.
-                let is_unit = (length - 1.0).abs() < 1e-6;
-                number(component, "the length of the normal", length, (is_unit, "it must be 1: normalize it"))
-            }
-            Self::Sphere { centre, radius } => {
-                point("centre", centre)?;
-                positive(component, "radius", radius)
-            }
-            Self::Ellipsoid { centre, half_axes, axes } => {
-                point("centre", centre)?;
-                rotation(axes)?;
-                half_axes.to_array().into_iter().try_for_each(|axis| positive(component, "half axis", axis))
-            }
-            Self::Capsule { ends, radius } => {
-                ends.into_iter().try_for_each(|end| point("end", end))?;
-                positive(component, "radius", radius)
-            }
-            Self::Box { centre, half, axes } => {
-                point("centre", centre)?;
-                rotation(axes)?;
-                half.to_array().into_iter().try_for_each(|edge| positive(component, "half edge", edge))
-            }
-            Self::Cylinder { ends, radius } => {
-                ends.into_iter().try_for_each(|end| point("end", end))?;
-                positive(component, "radius", radius)?;
-                positive(component, "length", ends[0].distance(ends[1]))
-            }
-            Self::Mesh { centre, axes, .. } => {
-                point("centre", centre)?;
-                rotation(axes)
-            }
-        }
-    }
-}
-
-impl Check for Obstacle {
-    const OWNER: Owner = Owner::Obstacle;
-
-    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.shape.check("Obstacle")
-    }
-}
-
-impl Check for ObstaclePath {
-    const OWNER: Owner = Owner::Obstacle;
-
-    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.origin.check("ObstaclePath")?;
-        self.path.check("ObstaclePath")?;
-        let Some(turning) = &self.turning else { return Ok(()) };
-        turning.check("ObstaclePath")
-    }
-}
-
-impl Check for Swept {
-    const OWNER: Owner = Owner::Obstacle;
-
-    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.from.check("Swept")?;
-        self.turn.map_or(Ok(()), |turn| finite("Swept", "turn", turn.to_cols_array()))
-    }
-}
-
-impl Check for Contact {
-    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.stiffness.map_or(Ok(()), |stiffness| positive("Contact", "contact stiffness", stiffness))?;
-        not_negative("Contact", "contact friction", self.friction)
     }
 }
 
@@ -445,30 +326,6 @@ mod tests {
                 assert!((there.1 - turn * normal).length() < 1e-6, "{shape:?} at {x}: {normal} {there:?}");
             }
         }
-    }
-
-    #[test]
-    fn the_closest_point_of_an_ellipsoid_lies_on_it_along_the_normal() {
-        let half_axes = DVec3::new(4.9, 4.9, 2.4);
-        for i in 0..400 {
-            let at = |k: f64| (f64::from(i) * k).sin();
-            let x = DVec3::new(7.0 * at(1.1), 7.0 * at(2.3), 5.0 * at(3.7));
-            let (closest, normal) = closest_on_ellipsoid(x, half_axes);
-            assert!(((closest / half_axes).length_squared() - 1.0).abs() < 1e-11, "{x}: {closest}");
-            let off = (x - closest) - normal * (x - closest).dot(normal);
-            assert!(off.length() < 1e-9, "{x}: {closest} {normal}");
-            // None of many other points is closer.
-            let distance = x.distance(closest);
-            for j in 0..200 {
-                let (s, c) = (f64::from(j) * 0.7).sin_cos();
-                let z = (f64::from(j) * 1.3).sin();
-                let other = DVec3::new(c * (1.0 - z * z).sqrt(), s * (1.0 - z * z).sqrt(), z) * half_axes;
-                assert!(x.distance(other) > distance - 1e-9);
-            }
-        }
-        // The middle, where a point of the shortest axis is closest.
-        let (closest, _) = closest_on_ellipsoid(DVec3::ZERO, half_axes);
-        assert!((closest.length() - 2.4).abs() < 1e-9, "{closest}");
     }
 
     #[test]

@@ -6,14 +6,14 @@ use super::fibre_law::{fibre_law, neo_hookean};
 use super::mesh_file::MeshFile;
 use super::region::Surface;
 use super::schema::{
-    BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, HoldSpec, MaterialSpec, RefinementSpec,
-    SleepSpec, TearModeSpec, TearingSpec,
+    BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
+    TearModeSpec, TearingSpec,
 };
 use super::springs::{point_loads, springs};
-use super::{grasp, mesh_file, per_triangle, shape};
+use super::{grasp, held, mesh_file, per_triangle, shape};
 use crate::components::{
     Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Hold, HoldTurns, Material,
-    PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness, Turning,
+    PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::Attached;
@@ -333,7 +333,7 @@ fn boundary_conditions(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile,
     own("holds", spec.holds.iter().map(|hold| &hold.name).collect())?;
     own("grips", spec.grips.iter().map(|grip| &grip.name).collect())?;
     let turns =
-        spec.holds.iter().enumerate().map(|(i, hold)| hold_turn(hold, i, spec.planar, &format!("{key}.holds.{i}")));
+        spec.holds.iter().enumerate().map(|(i, hold)| held::turn(hold, i, spec.planar, &format!("{key}.holds.{i}")));
     let turns: Vec<Option<_>> = turns.collect::<Result<_, _>>()?;
     if turns.iter().any(Option::is_some) {
         membrane = membrane.with(HoldTurns { list: turns.into_iter().flatten().collect() });
@@ -346,7 +346,7 @@ fn boundary_conditions(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile,
         membrane = membrane.hold(Hold {
             name: hold.name.clone(),
             members: Attached::new(rows.into_iter().map(|row| (row, offset(mesh.positions[row as usize])))),
-            axes: axes(&hold.axes, &format!("{key}.axes"))?,
+            axes: held::axes(&hold.axes, &format!("{key}.axes"))?,
             curve: hold.curve.0.clone(),
         });
     }
@@ -372,30 +372,6 @@ fn boundary_conditions(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile,
         membrane = membrane.with(Grips::new(grips.collect::<Result<_, Fault>>()?));
     }
     Ok(membrane)
-}
-
-/// How a hold turns, with its place.
-fn hold_turn(hold: &HoldSpec, place: usize, is_planar: bool, key: &str) -> Result<Option<(u32, Turning)>, Fault> {
-    let Some(rotate) = &hold.rotate else {
-        let what = "a pivot is given, and no turn about it";
-        let fault = || Fault::new(format!("{key}.pivot"), what, "add `rotate`, or remove it");
-        return if hold.pivot.is_some() { Err(fault()) } else { Ok(None) };
-    };
-    let points: Vec<(f64, DVec3)> =
-        rotate.0.points.iter().map(|&(t, degrees)| (t, degrees.map(f64::to_radians))).collect();
-    if is_planar && points.iter().any(|(_, vector)| vector.truncate() != glam::DVec2::ZERO) {
-        let what = "a planar body turns about z only";
-        return Err(Fault::new(format!("{key}.rotate"), what, "give [0, 0, angle], or remove `planar`"));
-    }
-    let pivot = hold.pivot.map_or(DVec3::ZERO, |pivot| pivot.0);
-    Ok(Some((place as u32, Turning { pivot, vectors: crate::components::Path { points } })))
-}
-
-fn axes(text: &str, key: &str) -> Result<[bool; 3], Fault> {
-    if text.is_empty() || text.chars().any(|c| !"xyz".contains(c)) {
-        return Err(Fault::new(key, format!("`{text}` names no axes"), "write some of the letters xyz, as in \"xy\""));
-    }
-    Ok(['x', 'y', 'z'].map(|axis| text.contains(axis)))
 }
 
 /// What spawning found, under the key that caused it.

@@ -93,7 +93,7 @@ const INSTEAD: [(&str, &str); 13] = [
     ("wind", "wind is not there: `drag` resists motion, `pressure` and `edge_loads` push"),
     ("break_force", "springs do not break: a grip with `force_limit` lets go, `tearing` parts the tissue"),
     ("units", "units are fixed: mm, g, ms, hence N and MPa; give 1 m as 1000 and 1 kPa as 1e-3"),
-    ("seam", "a weak line is not there: cut its parts by `cuts`, or give the body along it lower strengths"),
+    ("seam", "a weak line is not there: cut it, or parts of it with bridges between, by `cuts`"),
     ("strength_map", "strengths are those of a body: `strength_transverse` with `strength_fibre` or `strength_ratio`"),
     (
         "clamps",

@@ -120,6 +120,7 @@ impl Scene {
             }
         }
         let obstacles = obstacle::spawn(&mut simulation, &self.file.obstacles, run, self.document.folder())?;
+        cuts.extend(timed.too_late(run.steps, run.dt * run.steps as f64));
         let output = self.file.output.clone();
         Ok(Instance { simulation, bodies, meshes, obstacles, run, output, cuts, timed, step: 0, has_torn: false })
     }

@@ -44,6 +44,7 @@ mod fibre_field;
 mod fibre_law;
 pub mod generate;
 mod grasp;
+mod held;
 mod instance;
 pub mod mesh_file;
 mod mesh_on_file;

@@ -16,7 +16,7 @@ use std::fmt;
 const LATEST: f64 = 1e15;
 
 /// A cut that a scene asked for, and what has become of it.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct CutTold {
     /// Name of the body.
     pub body: String,
@@ -67,6 +67,8 @@ enum Deed {
 #[derive(Clone, Debug)]
 struct Action {
     step: u64,
+    /// \[ms\].
+    at: f64,
     body: Entity,
     name: String,
     what: String,
@@ -107,19 +109,20 @@ impl Timed {
             }
             Ok(count as u64)
         };
-        let action = |step, what, deed| Action { step, body, name: name.to_owned(), what, deed };
+        let action = |step, at, what, deed| Action { step, at, body, name: name.to_owned(), what, deed };
         for (i, cut) in spec.cuts.iter().enumerate() {
             let key = format!("{key}.cuts.{i}");
             let Some(at) = cut.at else { continue };
             let polyline = beginning::polyline(cut, &key)?;
-            self.actions.push(action(step(format!("{key}.at"), at)?, format!("cuts.{i}"), Deed::Cut(polyline)));
+            self.actions.push(action(step(format!("{key}.at"), at)?, at, format!("cuts.{i}"), Deed::Cut(polyline)));
         }
         for (i, puncture) in spec.punctures.iter().enumerate() {
             let key = format!("{key}.punctures.{i}");
             let direction = build::direction(puncture.direction.0, &format!("{key}.direction"))?;
             let length = positive(format!("{key}.length"), puncture.length, "mm")?;
             let deed = Deed::Puncture { point: puncture.point.0, direction, length };
-            self.actions.push(action(step(format!("{key}.at"), puncture.at)?, format!("punctures.{i}"), deed));
+            let at = puncture.at;
+            self.actions.push(action(step(format!("{key}.at"), at)?, at, format!("punctures.{i}"), deed));
         }
         for (i, blade) in spec.blades.iter().enumerate() {
             let key = format!("{key}.blades.{i}");
@@ -131,6 +134,19 @@ impl Timed {
             self.blades.push(Drawn { body, name, what, path });
         }
         Ok(())
+    }
+
+    /// What comes after the last step of a run that ends at a time \[ms\].
+    pub fn too_late(&self, steps: u64, end: f64) -> Vec<CutTold> {
+        let late = self.actions.iter().filter(|action| action.step >= steps);
+        let told = late.map(|Action { name, what, at, .. }| CutTold {
+            body: name.clone(),
+            what: what.clone(),
+            time: *at,
+            refused: Some(format!("the run ends at {end} ms")),
+            ..CutTold::default()
+        });
+        told.collect()
     }
 
     /// Does what comes before a step, and moves the blades to where they are at its beginning.

@@ -6,6 +6,7 @@
 
 use super::advance::Opening;
 use super::cut_line::{distance_to_segment, length, thinned};
+use super::place::{NEAR_END, TOO_NEAR_END};
 use super::{Advance, Cutter, TearRefusal, TipChart, Way, Ways, plan_free};
 use crate::event::Course;
 use crate::storage::{Edit, Refusal};
@@ -24,6 +25,8 @@ enum Manner {
     Fair,
     /// It stays on its line and leaves what triangles there are.
     Poor,
+    /// Its ends go to vertices of the boundary that are all but there.
+    EndsMoved,
     /// It leaves its line for good triangles.
     BesideTheLine,
 }
@@ -65,7 +68,7 @@ impl Cutter<'_, '_> {
         let mut lines: Vec<Vec<DVec3>> = tolerances.map(|t| thinned(polyline, t.max(rounding))).collect();
         lines.dedup_by(|coarser, finer| coarser.len() >= finer.len());
         let mut refused = None;
-        for manner in [Manner::Fair, Manner::Poor, Manner::BesideTheLine] {
+        for manner in [Manner::Fair, Manner::Poor, Manner::EndsMoved, Manner::BesideTheLine] {
             for line in &lines {
                 match self.cut_strokes(line, polyline, manner) {
                     Ok(outcomes) => return Ok(outcomes),
@@ -99,14 +102,15 @@ impl Cutter<'_, '_> {
         let mark = self.scratch.records.len();
         match manner {
             Manner::Fair => {
-                if let Ok((outcome, true)) = self.cut_through(stroke, polyline, false) {
+                if let Ok((outcome, true)) = self.cut_through(stroke, polyline, 0.0) {
                     return Ok(outcome);
                 }
                 self.roll_back(mark);
-                self.cut_laid(stroke, polyline, self.quality.least)
+                self.cut_laid(stroke, polyline, (self.quality.least, 0.0))
             }
-            Manner::Poor => self.cut_laid(stroke, polyline, 0.0),
-            Manner::BesideTheLine => self.cut_through(stroke, polyline, true).map(|(outcome, _)| outcome),
+            Manner::Poor => self.cut_laid(stroke, polyline, (0.0, 0.0)),
+            Manner::EndsMoved => self.cut_laid(stroke, polyline, (0.0, TOO_NEAR_END)),
+            Manner::BesideTheLine => self.cut_through(stroke, polyline, NEAR_END).map(|(outcome, _)| outcome),
         }
     }
 
@@ -119,7 +123,7 @@ impl Cutter<'_, '_> {
     }
 
     /// The rows of vertices at the points of a stroke, in their order.
-    pub(super) fn place_all(&mut self, stroke: &[DVec3], may_miss: bool) -> Result<SmallVec<[u32; 8]>, TearRefusal> {
+    pub(super) fn place_all(&mut self, stroke: &[DVec3], miss: f64) -> Result<SmallVec<[u32; 8]>, TearRefusal> {
         let mut targets: SmallVec<[u32; 8]> = SmallVec::new();
         for (i, &point) in stroke.iter().enumerate() {
             // The lip at which it begins or ends is the one on its own side.
@@ -128,7 +132,7 @@ impl Cutter<'_, '_> {
                 _ if i + 1 == stroke.len() => stroke.get(i - 1),
                 _ => None,
             };
-            let row = self.place(point, inwards.copied(), &targets, may_miss)?;
+            let row = self.place(point, inwards.copied(), &targets, miss)?;
             if targets.last() != Some(&row) {
                 targets.push(row);
             }
@@ -141,10 +145,10 @@ impl Cutter<'_, '_> {
         &mut self,
         stroke: &[DVec3],
         polyline: &[DVec3],
-        may_miss: bool,
+        miss: f64,
     ) -> Result<(CutOutcome, bool), TearRefusal> {
         let mark = self.scratch.records.len();
-        let targets = self.place_all(stroke, may_miss)?;
+        let targets = self.place_all(stroke, miss)?;
         let &[first, second, ..] = targets.as_slice() else { return Err(TearRefusal::BadPolyline) };
         let mut run = Run { outcome: CutOutcome::default(), held: targets.clone(), tip: first, is_exact: true };
         run.outcome.path.push(self.at(first));

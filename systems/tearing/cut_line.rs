@@ -13,6 +13,10 @@ use glam::DVec3;
 /// Lengths below this part of the line's length are rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// Chords that cross over a curved surface are no farther apart than this part of the shorter one, along its normal within 30°.
+const ABOVE: f64 = 0.1;
+const ALONG_NORMAL: f64 = 0.866;
+
 /// A break of a segment: its place from 0 to 1, and whether a stroke ends there.
 #[derive(Clone, Copy, Debug)]
 struct Break {
@@ -63,7 +67,7 @@ impl Cutter<'_, '_> {
         for (i, pair) in line.windows(2).enumerate() {
             let (from, to) = (pair[0], pair[1]);
             let mut breaks = self.rim_breaks(&rim, from, to, reach);
-            breaks.extend(own_breaks(line, i, reach));
+            breaks.extend(self.own_breaks(line, i, reach));
             breaks.sort_by(|a, b| a.at.total_cmp(&b.at));
             let span = from.distance(to);
             let mut start = (from, breaks.iter().any(|b| b.ends && b.at * span <= reach));
@@ -173,6 +177,34 @@ impl Cutter<'_, '_> {
         breaks
     }
 
+    /// Where a segment meets other segments of its own line. The stroke ends where the other one comes first.
+    fn own_breaks(&self, line: &[DVec3], segment: usize, reach: f64) -> Vec<Break> {
+        let (from, to) = (line[segment], line[segment + 1]);
+        let is_closed = line.first().zip(line.last()).is_some_and(|(a, b)| a.distance(*b) <= reach);
+        let mut breaks = Vec::new();
+        for (other, pair) in line.windows(2).enumerate() {
+            if other.abs_diff(segment) < 2 || (is_closed && other.abs_diff(segment) == line.len() - 2) {
+                continue;
+            }
+            let Some((at, place)) = meeting(from, to, pair[0], pair[1]) else { continue };
+            let points = (from + (to - from) * at, pair[0] + (pair[1] - pair[0]) * place);
+            let near = ABOVE * from.distance(to).min(pair[0].distance(pair[1]));
+            if points.0.distance(points.1) <= reach || self.is_above(points, near) {
+                breaks.push(Break { at, ends: other < segment });
+            }
+        }
+        breaks
+    }
+
+    /// Whether one point lies over the other as seen along the normal there, no farther than `near` \[mm\]: chords of a curved surface
+    /// that cross on it pass each other in space.
+    fn is_above(&self, (p, q): (DVec3, DVec3), near: f64) -> bool {
+        let Some(at) = self.nearest(p.midpoint(q)).filter(|_| p.distance(q) <= near) else { return false };
+        let x = rest_corners(self.mesh.vertices, self.mesh.triangles.corners[at.triangle as usize]);
+        let normal = (x[1] - x[0]).cross(x[2] - x[0]).normalize_or_zero();
+        (p - q).normalize_or_zero().dot(normal).abs() > ALONG_NORMAL
+    }
+
     /// Whether the surface nearest to a point is inside the body, not on its boundary.
     fn is_tissue(&self, point: DVec3) -> bool {
         self.nearest(point).is_some_and(|at| !self.is_on_rim(&at))
@@ -200,24 +232,6 @@ fn finish(stroke: &mut Vec<DVec3>, strokes: &mut Vec<Vec<DVec3>>) {
         strokes.push(std::mem::take(stroke));
     }
     stroke.clear();
-}
-
-/// Where a segment meets other segments of its own line. The stroke ends where the other one comes first.
-fn own_breaks(line: &[DVec3], segment: usize, reach: f64) -> Vec<Break> {
-    let (from, to) = (line[segment], line[segment + 1]);
-    let is_closed = line.first().zip(line.last()).is_some_and(|(a, b)| a.distance(*b) <= reach);
-    let mut breaks = Vec::new();
-    for (other, pair) in line.windows(2).enumerate() {
-        if other.abs_diff(segment) < 2 || (is_closed && other.abs_diff(segment) == line.len() - 2) {
-            continue;
-        }
-        let Some((at, place)) = meeting(from, to, pair[0], pair[1]) else { continue };
-        let points = (from + (to - from) * at, pair[0] + (pair[1] - pair[0]) * place);
-        if points.0.distance(points.1) <= reach {
-            breaks.push(Break { at, ends: other < segment });
-        }
-    }
-    breaks
 }
 
 /// Parameters of the nearest points of two segments that are not parallel.

@@ -37,16 +37,16 @@ impl Cutter<'_, '_> {
     ///
     /// # Errors
     /// Why the line cannot be laid, or [`TearRefusal::NoRoom`] where a triangle stays poorer than `least` \[rad\]; the caller rolls
-    /// back.
+    /// back. Points go to vertices of the boundary that are no farther than the part `miss` of an edge, if they must.
     pub(super) fn cut_laid(
         &mut self,
         stroke: &[DVec3],
         polyline: &[DVec3],
-        least: f64,
+        (least, miss): (f64, f64),
     ) -> Result<CutOutcome, TearRefusal> {
         let quality = self.quality;
         (self.quality.least, self.quality.exact) = (POOREST, POOREST);
-        let laid = self.lay(stroke);
+        let laid = self.lay(stroke, miss);
         self.quality = quality;
         let mut laid = laid?;
         let angle = self.mend(&mut laid);
@@ -58,8 +58,8 @@ impl Cutter<'_, '_> {
         Ok(CutOutcome { off_line, smallest_angle: angle, ..outcome })
     }
 
-    fn lay(&mut self, stroke: &[DVec3]) -> Result<Laid, TearRefusal> {
-        let points = self.place_all(stroke, false)?;
+    fn lay(&mut self, stroke: &[DVec3], miss: f64) -> Result<Laid, TearRefusal> {
+        let points = self.place_all(stroke, miss)?;
         let &[first, _, ..] = points.as_slice() else { return Err(TearRefusal::BadPolyline) };
         let mut path = vec![first];
         for (point, &target) in points.iter().enumerate().skip(1) {

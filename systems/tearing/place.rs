@@ -13,9 +13,9 @@ const ON_EDGE: f64 = 1e-9;
 /// A point nearer to a boundary edge than this part of the triangle's height is put on it: no ligament so thin could be meshed.
 pub(super) const ON_BOUNDARY: f64 = 0.1;
 /// A point on a boundary edge may be moved to an end of the edge if that is nearer than this part of its length.
-const NEAR_END: f64 = 0.25;
-/// The same of a point from which a cut must not be moved: nearer, no vertex could be put beside the end.
-const TOO_NEAR_END: f64 = 0.03;
+pub(super) const NEAR_END: f64 = 0.25;
+/// The same of a point from which a cut should not be moved: nearer, no vertex can be put beside the end.
+pub(super) const TOO_NEAR_END: f64 = 0.03;
 /// A corner is moved to a point inside its triangle if its barycentric weight there is at least this.
 const NEAR_CORNER: f64 = 0.4;
 
@@ -30,14 +30,14 @@ struct Placement {
 
 impl Cutter<'_, '_> {
     /// The row of a vertex at the point of the surface nearest to `point`: one that is there, or a new or moved one.
-    /// Vertices in `held` stay where they are; of two lips at the same place that on the side of `inwards` is taken. Where it `may_miss`,
-    /// a vertex of the boundary nearby will do.
+    /// Vertices in `held` stay where they are; of two lips at the same place that on the side of `inwards` is taken. A vertex of the
+    /// boundary will do that is no farther than the part `miss` of its edge.
     pub(super) fn place(
         &mut self,
         point: DVec3,
         inwards: Option<DVec3>,
         held: &[u32],
-        may_miss: bool,
+        miss: f64,
     ) -> Result<u32, TearRefusal> {
         let nearest = self.nearest(point).ok_or(TearRefusal::BadPolyline)?;
         let at = inwards.and_then(|inwards| self.on_side(nearest, inwards)).unwrap_or(nearest);
@@ -46,11 +46,14 @@ impl Cutter<'_, '_> {
             return Ok(corners[corner]);
         }
         let before = self.smallest_near(at.triangle)?;
+        // What lies on the boundary stays there if it can at all.
+        let is_rim = self.is_near_rim(&at);
+        let enough = if is_rim && miss < NEAR_END { self.quality.least } else { self.quality.good };
         let mut best: Option<(f64, Placement)> = None;
-        for placement in self.placements(&at, held, may_miss) {
+        for placement in self.placements(&at, held, miss) {
             let start = self.scratch.records.len();
             let Ok(angle) = self.try_placement(&placement) else { continue };
-            if angle >= self.quality.good.min(before) {
+            if angle >= enough.min(before) {
                 return Ok(placement.vertex);
             }
             self.roll_back(start);
@@ -92,7 +95,13 @@ impl Cutter<'_, '_> {
         best.map(|(_, at)| at)
     }
 
-    fn placements(&self, at: &SurfacePoint, held: &[u32], may_miss: bool) -> SmallVec<[Placement; 6]> {
+    /// Whether a point is so near to the boundary that it is put onto it.
+    fn is_near_rim(&self, at: &SurfacePoint) -> bool {
+        let neighbours = self.mesh.topology.neighbours[at.triangle as usize];
+        (0..3).any(|edge| neighbours[edge] == NONE && at.weights[(edge + 2) % 3] < ON_BOUNDARY)
+    }
+
+    fn placements(&self, at: &SurfacePoint, held: &[u32], miss: f64) -> SmallVec<[Placement; 6]> {
         let SurfacePoint { triangle, weights } = *at;
         let corners = self.mesh.triangles.corners[triangle as usize];
         let neighbours = self.mesh.topology.neighbours[triangle as usize];
@@ -110,7 +119,7 @@ impl Cutter<'_, '_> {
             let (a, b) = (weights[edge], weights[(edge + 1) % 3]);
             placements.push(split(edge));
             let near = if a >= b { edge } else { (edge + 1) % 3 };
-            if a.min(b) <= if may_miss { NEAR_END } else { TOO_NEAR_END } * (a + b) {
+            if a.min(b) <= miss * (a + b) {
                 placements.push(Placement { edits: SmallVec::new(), vertex: corners[near] });
             }
             return placements;

@@ -72,17 +72,14 @@ impl Dice {
         Path { points: (0..self.below(3)).map(|_| (self.number(), self.point())).collect() }
     }
 
-    fn turning(&mut self) -> Option<Turning> {
-        (self.below(2) == 0).then(|| Turning { pivot: self.point(), vectors: self.path() })
-    }
-
     fn shape(&mut self) -> Shape {
         match self.below(4) {
             0 => Shape::Plane { point: self.point(), normal: [DVec3::Z, self.point()][self.below(2)] },
             1 => Shape::Sphere { centre: self.point(), radius: self.number() },
             2 => {
-                let axes = [DMat3::IDENTITY, DMat3::from_diagonal(self.point())][self.below(2)];
-                Shape::Ellipsoid { centre: self.point(), half_axes: self.point(), axes }
+                let (centre, half_axes) = (self.point(), self.point());
+                let axes = if half_axes.x < 0.5 { DMat3::from_diagonal(half_axes) } else { DMat3::IDENTITY };
+                Shape::Ellipsoid { centre, half_axes, axes }
             }
             _ => Shape::Capsule { ends: [self.point(), self.point()], radius: self.number() },
         }
@@ -199,7 +196,9 @@ fn absurd(kind: usize, s: &mut Simulation, actors: [hecs::Entity; 4], way: Way, 
         17 => put(s, obstacle, way, Obstacle { shape: d.shape() }),
         18 => {
             let (origin, path) = (d.shape(), d.path());
-            put(s, obstacle, way, ObstaclePath { origin, path, turning: d.turning() })
+            let turn = |path: &Path| Turning { pivot: path.points[0].1, vectors: path.clone() };
+            let turning = (path.points.len() == 1).then(|| turn(&path));
+            put(s, obstacle, way, ObstaclePath { origin, path, turning })
         }
         19 => {
             let motion = Motion { from: d.pose(), to: d.pose(), start: d.number(), end: d.number() };

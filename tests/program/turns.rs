@@ -64,7 +64,7 @@ fn a_turned_hold_stands_where_it_is_turned_to_and_its_torque_is_that_of_the_ener
     let turned = |degrees: f64| {
         let more = format!(
             "[[bodies.holds]]\nname = 'left'\nregion = {{ x = 0 }}\n[[bodies.holds]]\nname = 'right'\n\
-             region = {{ x = 10 }}\nrotate = [[0, [0, 0, 0]], [1, [0, 0, {degrees}]]]\npivot = [10, 5]\nmove = {{ offset = [0.2, 0] }}\n"
+             region = {{ x = 10 }}\nrotate = [[0, [0, 0, 0]], [1, [0, 0, {degrees}]]]\npivot = [10, 5]\n"
         );
         let mut instance = scene(folder.path(), "static", &format!("planar = true\n{SQUARE}"), &more).unwrap();
         instance.advance().unwrap();
@@ -79,7 +79,7 @@ fn a_turned_hold_stands_where_it_is_turned_to_and_its_torque_is_that_of_the_ener
     let (sin, cos) = 10_f64.to_radians().sin_cos();
     for (rest, x) in vertices.rest_position.iter().zip(&vertices.position).filter(|(rest, _)| rest.x == 10.0) {
         let arm = rest.y - 5.0;
-        assert!((*x - DVec3::new(10.2 - sin * arm, 5.0 + cos * arm, 0.0)).length() < 1e-12, "{rest}: {x}");
+        assert!((*x - DVec3::new(10.0 - sin * arm, 5.0 + cos * arm, 0.0)).length() < 1e-12, "{rest}: {x}");
     }
     // dE/dθ by central differences of half a degree: off by 1e-4 of the third derivative's share.
     let slope = (turned(10.5).1 - turned(9.5).1) / 1_f64.to_radians();
@@ -140,7 +140,7 @@ fn a_closed_mesh_holds_a_sheet_as_the_box_that_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let corner = |i: u32| {
         [1.0, 9.0][(i & 1) as usize].to_string()
-            + &format!(" {} {}\n", [1, 9][(i >> 1 & 1) as usize], [-2.1, -0.1][(i >> 2 & 1) as usize])
+            + &format!(" {} {}\n", [1, 9][(i >> 1 & 1) as usize], [-8.1, -0.1][(i >> 2 & 1) as usize])
     };
     let corners: String = (0..8).map(|i| format!("v {}", corner(i))).collect();
     let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
@@ -159,11 +159,12 @@ fn a_closed_mesh_holds_a_sheet_as_the_box_that_it_is() {
         (positions, instance.obstacle_forces()[0].1)
     };
     let (mesh, force) = run("mesh = { file = 'tool.obj' }");
-    let (cuboid, of_box) = run("box = { centre = [5, 5, -1.1], half = [4, 4, 1] }");
-    // Edges of 1.25 mm are short beside the box, so that triangles are left to their vertices there too.
+    let (cuboid, of_box) = run("box = { centre = [5, 5, -4.1], half = [4, 4, 4] }");
+    // Edges of 1.25 mm are short beside the box, so that triangles are left to their vertices there too, all but those that are stretched
+    // over its rim.
     let off = mesh.iter().zip(&cuboid).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(off < 1e-9, "{off}");
-    assert!(force.z > 0.0 && (force - of_box).length() < 1e-9 * force.length(), "{force} {of_box}");
+    assert!(off < 1e-4, "{off}");
+    assert!(force.z > 0.0 && (force - of_box).length() < 1e-3 * force.length(), "{force} {of_box}");
     let open = "[[obstacles]]\nmesh = { file = 'open.obj' }\n";
     std::fs::write(folder.path().join("open.obj"), OBJ).unwrap();
     let refused = scene(folder.path(), "dynamic", &body, open).err().unwrap();

@@ -11,11 +11,12 @@ mod hand;
 mod mesh;
 mod mesh_file;
 mod number;
+mod tool;
 
 pub use body::{
-    AxisSpec, BendingSpec, BladeSpec, BodySpec, ContactSpec, CriterionSpec, CutSpec, EnergyCriterionSpec, FibreSpec,
-    GradingSpec, InitialSpec, MaterialModelSpec, MaterialSpec, PerTriangleSpec, PunctureSpec, RefinementSpec,
-    SleepSpec, TearModeSpec, TearingSpec,
+    AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
+    InitialSpec, MaterialModelSpec, MaterialSpec, PerTriangleSpec, RefinementSpec, SleepSpec, TearModeSpec,
+    TearingSpec,
 };
 pub use constraint::{
     ArcSpec, ArrayRangeSpec, BallSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec,
@@ -26,6 +27,7 @@ pub use hand::HandSpec;
 pub use mesh::MeshSpec;
 pub use mesh_file::{FileSpec, ReadingSpec, UnitSpec};
 pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve, TimePath};
+pub use tool::{BladeSpec, CutSpec, PunctureSpec};
 
 use crate::settings::LinearParams;
 use serde::Deserialize;
