@@ -218,7 +218,7 @@ impl Shape {
             Self::Ellipsoid { half_axes, .. } => half_axes.max_element(),
             Self::Capsule { ends: [a, b], radius } => 0.5 * a.distance(b) + radius,
             Self::Box { half, .. } => half.length(),
-            Self::Cylinder { ends: [a, b], radius } => (0.5 * a.distance(b)).hypot(radius),
+            Self::Cylinder { ends: [a, b], radius } => (0.25 * a.distance_squared(b) + radius * radius).sqrt(),
             Self::Mesh { ref hull, .. } => hull.radius(),
         };
         self.anchor().distance(ball_centre) <= extent + ball_radius
