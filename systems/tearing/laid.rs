@@ -37,7 +37,8 @@ impl Cutter<'_, '_> {
     ///
     /// # Errors
     /// Why the line cannot be laid, or [`TearRefusal::NoRoom`] where a triangle stays poorer than `least` \[rad\]; the caller rolls
-    /// back. Points go to vertices of the boundary that are no farther than the part `miss` of an edge, if they must.
+    /// back. With `miss` above zero, points go to vertices of the boundary that are no farther than this part of an edge, and the line to
+    /// vertices in its way, if they must.
     pub(super) fn cut_laid(
         &mut self,
         stroke: &[DVec3],
@@ -64,7 +65,7 @@ impl Cutter<'_, '_> {
         let mut path = vec![first];
         for (point, &target) in points.iter().enumerate().skip(1) {
             while let Some(&from) = path.last().filter(|from| **from != target) {
-                let reached = self.lay_step(&path, &points, from, target)?;
+                let reached = self.lay_step((&path, &points), from, target, miss > 0.0)?;
                 let at = |row: u32| self.mesh.vertices.rest_position[row as usize];
                 let is_nearer = at(reached).distance(at(target)) < at(from).distance(at(target)) * (1.0 - 1e-9);
                 if !is_nearer || path.contains(&reached) && Some(&reached) != path.first() {
@@ -77,7 +78,13 @@ impl Cutter<'_, '_> {
     }
 
     /// The next vertex of the line, which an edge joins to the last one then.
-    fn lay_step(&mut self, path: &[u32], points: &[u32], from: u32, target: u32) -> Result<u32, TearRefusal> {
+    fn lay_step(
+        &mut self,
+        (path, points): (&[u32], &[u32]),
+        from: u32,
+        target: u32,
+        may_miss: bool,
+    ) -> Result<u32, TearRefusal> {
         let tip = TipChart::new(self.mesh, from)?;
         if (0..tip.spoke_count()).any(|spoke| tip.end(self.mesh, spoke) == Some(target)) {
             return Ok(target);
@@ -90,8 +97,8 @@ impl Cutter<'_, '_> {
             Ok(advance) => Ok(advance.vertex),
             // A vertex that cannot be moved, so near to the line that no other fits beside it.
             Err(refusal) => {
-                let at_vertex =
-                    ways.snaps.into_iter().find(|way| way.deviation <= BESIDE && !path.contains(&way.reaches));
+                let is_beside = |reaches: u32, turn: f64| may_miss && turn <= BESIDE && !path.contains(&reaches);
+                let at_vertex = ways.snaps.into_iter().find(|way| is_beside(way.reaches, way.deviation));
                 at_vertex.map(|way| way.reaches).ok_or(refusal)
             }
         }

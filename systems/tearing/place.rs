@@ -46,14 +46,16 @@ impl Cutter<'_, '_> {
             return Ok(corners[corner]);
         }
         let before = self.smallest_near(at.triangle)?;
-        // What lies on the boundary stays there if it can at all.
-        let is_rim = self.is_near_rim(&at);
-        let enough = if is_rim && miss < NEAR_END { self.quality.least } else { self.quality.good };
+        // What lies on the boundary stays where it is if it can at all.
+        let stays = miss < NEAR_END && self.is_near_rim(&at);
         let mut best: Option<(f64, Placement)> = None;
         for placement in self.placements(&at, held, miss) {
+            if stays && best.as_ref().is_some_and(|(angle, _)| *angle >= self.quality.least.min(before)) {
+                break;
+            }
             let start = self.scratch.records.len();
             let Ok(angle) = self.try_placement(&placement) else { continue };
-            if angle >= enough.min(before) {
+            if angle >= self.quality.good.min(before) {
                 return Ok(placement.vertex);
             }
             self.roll_back(start);
