@@ -268,4 +268,13 @@ pub enum EventKind {
         /// Why.
         reason: String,
     },
+    /// A tool has cut a body.
+    Cut {
+        /// Length \[mm\] of the polyline that was asked for.
+        asked: f64,
+        /// Length \[mm, rest shape\] that was cut.
+        made: f64,
+        /// Number of strokes: pieces of the line with a boundary or a slit between them.
+        strokes: usize,
+    },
 }

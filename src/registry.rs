@@ -23,6 +23,7 @@ macro_rules! components {
         $made! {
             parameter, saved, recorded {
                 holds: Holds,
+                hold_turns: HoldTurns,
                 springs: Springs,
                 grips: Grips,
                 point_loads: PointLoads,

@@ -16,7 +16,7 @@ use crate::components::{
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use hecs::World;
 use smallvec::SmallVec;
 
@@ -36,8 +36,31 @@ const BEARABLE: f64 = 0.1;
 /// The slip in a step, over the length of an edge, from which on friction is Coulomb's; below it is in proportion to the slip.
 const STICKING: f64 = 1e-3;
 
-/// An obstacle at the end of the step, and how far it has come in it \[mm\].
-type Moved = (Obstacle, DVec3);
+/// An obstacle at the end of the step, and how it has come there.
+type Moved = (Obstacle, Travel);
+
+/// The rigid motion of an obstacle in a step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Travel {
+    /// Displacement of its anchor \[mm\].
+    offset: DVec3,
+    /// Its turn, and where its anchor was \[mm\].
+    turn: Option<(DMat3, DVec3)>,
+}
+
+impl Travel {
+    /// Where a point that goes with the obstacle is at the end of the step.
+    fn carry(&self, start: DVec3) -> DVec3 {
+        match self.turn {
+            None => start + self.offset,
+            Some((turn, anchor)) => turn * (start - anchor) + anchor + self.offset,
+        }
+    }
+
+    fn is_none(&self) -> bool {
+        self.offset == DVec3::ZERO && self.turn.is_none()
+    }
+}
 
 type Obstacles = SmallVec<[Moved; 8]>;
 
@@ -53,17 +76,21 @@ pub fn move_obstacles(world: &mut World, step: &StepContext) -> usize {
     let mut count = 0;
     for (obstacle, motion, swept) in world.query_mut::<(&mut Obstacle, &ObstaclePath, &mut Swept)>() {
         count += 1;
-        let at = |time: f64| motion.origin.moved_by(motion.path.at(time));
-        *swept = Swept { from: at(step.time - step.reach()) };
-        obstacle.shape = at(step.time);
+        let before = step.time - step.reach();
+        let turn = motion.turning.as_ref().map(|turning| turning.at(step.time) * turning.at(before).transpose());
+        *swept = Swept { from: motion.at(before), turn: turn.filter(|turn| *turn != DMat3::IDENTITY) };
+        obstacle.shape = motion.at(step.time);
     }
     count
 }
 
 fn obstacles(world: &mut World) -> Obstacles {
     let travel = |(obstacle, swept): (&Obstacle, Option<&Swept>)| {
-        let travel = swept.map_or(DVec3::ZERO, |swept| obstacle.shape.anchor() - swept.from.anchor());
-        (*obstacle, travel)
+        let travel = swept.map_or(Travel::default(), |swept| {
+            let anchor = swept.from.anchor();
+            Travel { offset: obstacle.shape.anchor() - anchor, turn: swept.turn.map(|turn| (turn, anchor)) }
+        });
+        (obstacle.clone(), travel)
     };
     world.query_mut::<(&Obstacle, Option<&Swept>)>().into_iter().map(travel).collect()
 }
@@ -72,7 +99,7 @@ fn obstacles(world: &mut World) -> Obstacles {
 fn held((obstacle, travel): &Moved, start: DVec3, x: DVec3) -> Option<Held> {
     let shape = &obstacle.shape;
     // Where it would have started with the obstacle where it is at the end.
-    let from = start + *travel;
+    let from = travel.carry(start);
     let (distance, normal) = shape.distance(from)?;
     let (point, normal) = if distance >= 0.0 {
         if distance > from.distance(x) {
@@ -126,12 +153,16 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                     let mut block = Sym3::outer(normal) * stiffness;
                     let mut force = normal * (depth * stiffness);
                     if contact.friction > 0.0 {
+                        let slipped = |x: DVec3| match moved.1.turn {
+                            None => x - start - moved.1.offset,
+                            Some(_) => x - moved.1.carry(start),
+                        };
                         let along = |u: DVec3| u - normal * u.dot(normal);
                         // By how much it slips is taken from the guess; the force then grows with the slip that comes. Newton's
                         // method has been there already.
-                        let slip = along(x - start - moved.1);
+                        let slip = along(slipped(x));
                         let guess = if step.newton_iterations > 1 { DVec3::ZERO } else { increment.delta[v] };
-                        let expected = along(x + guess - start - moved.1).length();
+                        let expected = along(slipped(x + guess)).length();
                         let least = STICKING * topology.vertex_area(triangles, v as u32).sqrt();
                         let brake = contact.friction * depth * stiffness / expected.max(least);
                         force -= slip * brake;
@@ -198,13 +229,13 @@ fn is_in_step(
 /// How deep a solve may leave a body in an obstacle that stands, whatever its edges \[mm\]: what is inside was pushed there, and is
 /// pushed out in the steps that come. But what springs back goes deeper than that in one step, out at the other side.
 fn bearable((obstacle, travel): &Moved) -> f64 {
-    if *travel == DVec3::ZERO { BEARABLE * obstacle.shape.least_half_width() } else { 0.0 }
+    if travel.is_none() { BEARABLE * obstacle.shape.least_half_width() } else { 0.0 }
 }
 
 /// The obstacles in which a body may be deep: those that move, and those into which it has come far enough.
 fn looked_at(obstacles: &Obstacles, increment: &Increment) -> Obstacles {
     let largest = increment.displacement.iter().map(|u| u.length_squared()).fold(0.0, f64::max).sqrt();
-    obstacles.iter().filter(|moved| moved.1 != DVec3::ZERO || largest > bearable(moved)).copied().collect()
+    obstacles.iter().filter(|moved| !moved.1.is_none() || largest > bearable(moved)).cloned().collect()
 }
 
 fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&Vertices, &Triangles)) -> bool {

@@ -2,7 +2,9 @@
 
 use super::context::SECOND_STAGE;
 use super::{StepContext, parallel};
-use crate::components::{Forces, Grips, Holds, Increment, Pinch, Planar, Read, Sleeping, SolverScratch, TearDecisions};
+use crate::components::{
+    Forces, Grips, HoldTurns, Holds, Increment, Pinch, Planar, Read, Sleeping, SolverScratch, TearDecisions,
+};
 use crate::storage::Vertices;
 use glam::DVec3;
 
@@ -97,14 +99,14 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
 }
 
 /// What prescribes where vertices are: holds, and jaws that are a constraint.
-type Prescription<'a> = (Option<&'a Holds>, Option<&'a mut Grips>);
+type Prescription<'a> = ((Option<&'a Holds>, Option<&'a HoldTurns>), Option<&'a mut Grips>);
 
 /// Marks the free axes, and puts what is left of the prescribed motion into the first guess.
 fn mark_axes(
     vertices: &Vertices,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
-    (holds, grips): Prescription<'_>,
+    ((holds, turns), grips): Prescription<'_>,
     planar: Option<&Planar>,
     time: f64,
 ) {
@@ -113,11 +115,14 @@ fn mark_axes(
     if planar.is_some() {
         increment.delta.iter_mut().for_each(|d| d.z = 0.0);
     }
-    for hold in holds.map(|h| h.groups.as_slice()).unwrap_or_default() {
+    for (place, hold) in holds.map(|h| h.groups.as_slice()).unwrap_or_default().iter().enumerate() {
         let factor = hold.curve.at(time);
+        let turning = turns.and_then(|turns| turns.of(place)).map(|turning| (turning.at(time), turning.pivot));
         for (&row, &offset) in hold.members.rows().iter().zip(hold.members.values()) {
             let v = row as usize;
-            let target = vertices.rest_position[v] + offset * factor;
+            let rest = vertices.rest_position[v];
+            let turned = turning.map_or(rest, |(turn, pivot)| turn * (rest - pivot) + pivot);
+            let target = turned + offset * factor;
             for axis in 0..3 {
                 if hold.axes[axis] {
                     scratch.free.prescribe(v, axis);

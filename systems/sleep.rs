@@ -8,8 +8,8 @@
 use super::linear::{self, Folds, Inner, InnerSolver, Means, Operator};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
-    Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Obstacle, PointLoads,
-    Pose, Pressure, Sleeping, Slumber, SolverScratch, TearDecisions, TearLog, Tearing,
+    Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, HoldTurns, Holds, Increment, Obstacle,
+    PointLoads, Pose, Pressure, Sleeping, Slumber, SolverScratch, TearDecisions, TearLog, Tearing,
 };
 use crate::event::{EventKind, WokenBy};
 use crate::settings::{LinearParams, Tangent};
@@ -27,8 +27,10 @@ const TRIAL: LinearParams = LinearParams::by_residual(1e-3, 1000);
 const LONGEST_WAIT: u32 = 128;
 
 /// What drives a body from outside.
-type Drive<'a> =
-    ((Option<&'a Holds>, Option<&'a Grips>), (Option<&'a Pressure>, Option<&'a PointLoads>, Option<&'a EdgeLoads>));
+type Drive<'a> = (
+    (Option<&'a Holds>, Option<&'a HoldTurns>, Option<&'a Grips>),
+    (Option<&'a Pressure>, Option<&'a PointLoads>, Option<&'a EdgeLoads>),
+);
 
 /// What the solves before sleep take.
 type Body<'a> = (
@@ -43,7 +45,7 @@ type Obstacles = SmallVec<[Obstacle; 8]>;
 
 /// Wakes the bodies that sleep although something has changed that acts on them; a static solve wakes all.
 pub fn wake(world: &mut hecs::World, step: &StepContext) -> usize {
-    let obstacles: Obstacles = world.query_mut::<&Obstacle>().into_iter().copied().collect();
+    let obstacles: Obstacles = world.query_mut::<&Obstacle>().into_iter().cloned().collect();
     let mut count = 0;
     type Query<'a> = (&'a mut Sleeping, &'a mut TearLog, Option<&'a Contact>, Drive<'a>);
     for (sleeping, log, contact, drive) in world.query_mut::<Query>().with::<&SolverScratch>() {
@@ -73,7 +75,7 @@ pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
     if step.is_static || step.is_resumed || !is_beginning {
         return 0;
     }
-    let obstacles: Obstacles = world.query_mut::<&Obstacle>().into_iter().copied().collect();
+    let obstacles: Obstacles = world.query_mut::<&Obstacle>().into_iter().cloned().collect();
     type Query<'a> = (Body<'a>, (&'a mut Sleeping, &'a mut TearLog), TearState<'a>, Option<&'a Contact>, Drive<'a>);
     parallel::for_bodies::<hecs::Without<Query, &EnergyAudit>>(
         world,
@@ -107,7 +109,7 @@ pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
 
 /// The values of everything that moves or loads a body over time.
 fn driven<'a>(drive: Drive<'a>, time: f64) -> impl Iterator<Item = f64> + 'a {
-    let ((holds, grips), (pressure, point_loads, edge_loads)) = drive;
+    let ((holds, turns, grips), (pressure, point_loads, edge_loads)) = drive;
     let holds = holds.into_iter().flat_map(|holds| &holds.groups).map(|hold| &hold.curve);
     let pressure = pressure.into_iter().map(|pressure| &pressure.curve);
     let point_loads = point_loads.into_iter().flat_map(|loads| &loads.groups).map(|load| &load.curve);
@@ -123,7 +125,9 @@ fn driven<'a>(drive: Drive<'a>, time: f64) -> impl Iterator<Item = f64> + 'a {
         let hand = if is_closed { grip.path.at(time) } else { DVec3::ZERO };
         [f64::from(u8::from(is_closed)), hand.x, hand.y, hand.z]
     });
-    curves.chain(grips).chain(hands)
+    let turns = turns.into_iter().flat_map(|turns| &turns.list);
+    let turns = turns.flat_map(move |(_, turning)| turning.vectors.at(time).to_array());
+    curves.chain(grips).chain(hands).chain(turns)
 }
 
 /// Whether an obstacle that has come, gone or moved could touch the body, where it was or where it is.

@@ -10,8 +10,7 @@ use super::{Stop, checkpoint};
 use crate::components::WithheldStart;
 use crate::event::{Event, EventKind, Verdict};
 use crate::frame::Frame;
-use crate::output::gltf;
-use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
+use crate::output::{OutputError, PictureSettings, PvdWriter, file, gltf, render, write_obj, write_ply};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -199,6 +198,17 @@ impl Files {
         }
     }
 
+    /// The surfaces of the bodies at the end, as OBJ and as PLY.
+    pub fn surfaces(&mut self, frame: &Frame, [obj, ply]: [bool; 2]) {
+        for (index, body) in frame.bodies.iter().enumerate() {
+            let path = |ending: &str| self.folder.join(format!("surface-{index}.{ending}"));
+            let written = [obj.then(|| write_obj(&path("obj"), body)), ply.then(|| write_ply(&path("ply"), body))];
+            for error in written.into_iter().flatten().filter_map(Result::err) {
+                self.fault("surfaces", error.to_string());
+            }
+        }
+    }
+
     /// A row of `series.csv`, after its header if it is the first.
     ///
     /// # Errors
@@ -334,6 +344,9 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
             json!({ "kind": "released", "energy_mj": energy, "length_mm": length })
         }
         EventKind::Ended { tip, at, .. } => json!({ "kind": "ended", "tip": key(tip), "at_mm": point(at) }),
+        EventKind::Cut { asked, made, strokes } => {
+            json!({ "kind": "cut", "asked_mm": asked, "made_mm": made, "strokes": strokes })
+        }
         EventKind::PieceFreed { triangle_count } => json!({ "kind": "piece_freed", "triangles": triangle_count }),
         EventKind::Renewed { tip, at, by } => {
             json!({ "kind": "renewed", "tip": key(tip), "at_mm": point(at), "by": by.to_string() })

@@ -10,7 +10,7 @@ use super::timings::{SystemTime, Timings};
 use crate::components::{Body, EnergyCriterion, Refined, Refinement, RingFault, TearLog, Tearing};
 use crate::report::{TearAccount, TearCourse};
 use crate::scene::schema::Mode;
-use crate::scene::{Instance, MeshSummary, Scene, thresholds};
+use crate::scene::{CutTold, Instance, MeshSummary, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
 use hecs::Entity;
 use serde::Serialize;
@@ -60,6 +60,12 @@ pub(super) struct RunReport {
     /// Simulated time over `stepping_s`.
     pub real_time_factor: f64,
     pub bodies: Vec<BodyFigures>,
+    /// Cuts that the scene asked for; absent where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cuts: Vec<CutTold>,
+    /// Forces of the obstacles on the bodies; absent where no body feels them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<ForceFigures>,
     pub solver: SolverFigures,
     pub events: EventCounts,
     /// Decisions that another run could have taken the other way.
@@ -95,11 +101,14 @@ pub(super) struct BodyFigures {
     pub tear: Option<TearFigures>,
 }
 
-/// The force of a hold on its body.
+/// The force of a hold or an obstacle on a body.
 #[derive(Serialize)]
 pub(super) struct ForceFigures {
     pub name: String,
     pub force_n: [f64; 3],
+    /// Torque about the pivot of a turned hold; absent for others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque_nmm: Option<[f64; 3]>,
 }
 
 /// The force of a grip on the tissue.
@@ -266,7 +275,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         mode: if instance.run.mode == Mode::Static { "static" } else { "dynamic" },
         dt_ms: instance.run.dt,
         threads: instance.simulation.thread_count(),
-        caveats: caveats(&s, &bodies),
+        caveats: caveats(&s, &bodies).into_iter().chain(not_made(&instance.cuts)).collect(),
         end: s.end,
         steps: s.last.step,
         steps_planned: instance.run.steps,
@@ -275,6 +284,8 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         stepping_s: s.stepping.as_secs_f64(),
         real_time_factor: real_time_factor(s.last.time, s.stepping),
         bodies,
+        cuts: instance.cuts.clone(),
+        obstacles: s.last.obstacles.iter().map(force_figures).collect(),
         solver: SolverFigures {
             iterations: t.iterations,
             mean_iterations_per_step: t.iterations as f64 / t.steps.max(1) as f64,
@@ -299,6 +310,15 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
     }
 }
 
+fn force_figures((name, force): &(String, glam::DVec3)) -> ForceFigures {
+    ForceFigures { name: name.clone(), force_n: force.to_array(), torque_nmm: None }
+}
+
+/// Cuts that were refused.
+fn not_made(cuts: &[CutTold]) -> impl Iterator<Item = String> {
+    cuts.iter().filter(|cut| cut.refused.is_some()).map(ToString::to_string)
+}
+
 /// The body that is the scene's `index`-th.
 fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources<'_>) -> BodyFigures {
     let name = body_name(instance, body);
@@ -309,7 +329,11 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
     let plain = |full: &str| full.strip_prefix(&prefix).unwrap_or(full).to_owned();
     let account = s.accounts.iter().find(|account| account.body() == body);
     let reactions = s.last.reactions.get(reactions).unwrap_or_default().iter();
-    let reactions = reactions.map(|(full, force)| ForceFigures { name: plain(full), force_n: force.to_array() });
+    let reactions = reactions.map(|(full, force)| {
+        let torque = s.last.torques.iter().find(|(name, _)| name == full);
+        let torque_nmm = torque.map(|(_, torque)| torque.to_array());
+        ForceFigures { name: plain(full), force_n: force.to_array(), torque_nmm }
+    });
     let grips = s.last.grips.get(grips).unwrap_or_default().iter().map(|(full, force)| {
         let (rms_n, peak_n) = s.tally.grip(full);
         let name = plain(full);

@@ -148,6 +148,8 @@ impl Running<'_> {
         }
         let frame = self.frame();
         self.files.frame(&frame, self.last.step, self.tally.events.started, true);
+        let output = &self.instance.output;
+        self.files.surfaces(&frame, [output.obj, output.ply]);
         let report = self.report(end);
         self.files.report(&report);
         if self.instance.output.gltf {

@@ -1,6 +1,6 @@
 //! What is noted of every step: the rows of `series.csv` and the figures that the report adds up.
 
-use crate::components::{EnergyBalance, EnergyCriterion, Grips, Holds, TearLog};
+use crate::components::{Contact, EnergyBalance, EnergyCriterion, Grips, Holds, TearLog};
 use crate::report::BodyReport;
 use crate::scene::Instance;
 use crate::storage::Tips;
@@ -44,6 +44,10 @@ pub(super) struct Observation {
     pub reactions: Vec<(String, DVec3)>,
     /// Force of every grip on the tissue \[N\].
     pub grips: Vec<(String, DVec3)>,
+    /// Torque of every turned hold on its body about its pivot \[N·mm\].
+    pub torques: Vec<(String, DVec3)>,
+    /// Force of every obstacle on the bodies \[N\]; none where no body feels them.
+    pub obstacles: Vec<(String, DVec3)>,
     /// Which of the reactions and which of the grips are those of each body, in the order of the scene's bodies.
     pub own: Vec<[Range<usize>; 2]>,
 }
@@ -78,6 +82,8 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         }
         o.balances.push(balance);
         let reactions = instance.simulation.reactions(body).unwrap_or_default();
+        let torques = instance.simulation.torques(body).unwrap_or_default();
+        o.torques.extend(torques.into_iter().map(|(hold, torque)| (named(&name, &hold), torque)));
         let world = instance.simulation.world();
         if let Ok(holds) = world.get::<&Holds>(body) {
             // Before the first step there are holds but no reactions yet.
@@ -100,6 +106,10 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         }
         let forces = instance.simulation.material_forces(body).unwrap_or_default();
         o.release = forces.iter().map(|force| force.along).fold(o.release, f64::max);
+    }
+    let world = instance.simulation.world();
+    if instance.bodies.iter().any(|&body| world.satisfies::<&Contact>(body)) {
+        o.obstacles = instance.obstacle_forces();
     }
     o
 }
@@ -127,8 +137,11 @@ impl Observation {
         if self.surface_energy.is_some() {
             header.extend(["of_which_surface_energy_mJ", "max_overshoot"].map(str::to_owned));
         }
-        for (name, _) in self.reactions.iter().chain(&self.grips) {
+        for (name, _) in self.reactions.iter().chain(&self.grips).chain(&self.obstacles) {
             header.extend(["x", "y", "z"].map(|axis| format!("{name}_{axis}_N")));
+        }
+        for (name, _) in &self.torques {
+            header.extend(["x", "y", "z"].map(|axis| format!("{name}_torque_{axis}_Nmm")));
         }
         header
     }
@@ -154,8 +167,11 @@ impl Observation {
             // A step without an advance has no overshoot, which is not one of zero.
             row.extend([format!("{energy:e}"), self.overshoot.unwrap_or(f64::NAN).to_string()]);
         }
-        for (_, force) in self.reactions.iter().chain(&self.grips) {
+        for (_, force) in self.reactions.iter().chain(&self.grips).chain(&self.obstacles) {
             row.extend(force.to_array().map(|f| format!("{f:e}")));
+        }
+        for (_, torque) in &self.torques {
+            row.extend(torque.to_array().map(|t| format!("{t:e}")));
         }
         row
     }

@@ -31,7 +31,8 @@ pub(super) fn summary(report: &RunReport) -> String {
         for r in &body.reactions {
             // Adding zero turns a rounded −0 into 0.
             let [x, y, z] = r.force_n.map(|f| (f * 1e6).round() * 1e-6 + 0.0);
-            lines.push(format!("    {}: {x:.6}, {y:.6}, {z:.6} N", r.name));
+            let torque = r.torque_nmm.map_or(String::new(), |[x, y, z]| format!("; {x:.6}, {y:.6}, {z:.6} N·mm"));
+            lines.push(format!("    {}: {x:.6}, {y:.6}, {z:.6} N{torque}", r.name));
         }
         for grip in body.grips.iter().filter(|grip| grip.peak_n > 0.0) {
             let jump = grip
@@ -62,6 +63,11 @@ pub(super) fn summary(report: &RunReport) -> String {
             }
         }
     }
+    for obstacle in &report.obstacles {
+        let [x, y, z] = obstacle.force_n.map(|f| (f * 1e6).round() * 1e-6 + 0.0);
+        lines.push(format!("  {}: {x:.6}, {y:.6}, {z:.6} N", obstacle.name));
+    }
+    lines.extend(report.cuts.iter().filter(|cut| cut.refused.is_none()).map(|cut| format!("  {cut}")));
     lines.extend(report.caveats.iter().map(|caveat| format!("  note: {caveat}")));
     lines.join("\n")
 }

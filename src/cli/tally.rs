@@ -90,6 +90,9 @@ pub(super) struct EventCounts {
     pub ambiguous: u64,
     pub ended: u64,
     pub piece_freed: u64,
+    /// Cuts by tools.
+    #[serde(default)]
+    pub cut: u64,
     pub held_shut: u64,
     pub renewed: u64,
     pub parted: u64,
@@ -158,6 +161,7 @@ impl Tally {
             }
             // A consequence of advances, which are counted.
             EventKind::Released { .. } => {}
+            EventKind::Cut { .. } => counts.cut += 1,
             EventKind::Slipped { .. } => counts.slipped += 1,
             EventKind::FellAsleep => counts.fell_asleep += 1,
             EventKind::Woke { .. } => counts.woke += 1,

@@ -8,10 +8,12 @@ pub(crate) mod file;
 pub mod gltf;
 pub mod picture;
 pub mod pvd;
+pub mod surface;
 pub mod vtu;
 
 pub use error::OutputError;
 pub use gltf::write_gltf;
 pub use picture::{PictureSettings, View, render};
 pub use pvd::PvdWriter;
+pub use surface::{write_obj, write_ply};
 pub use vtu::write_vtu;

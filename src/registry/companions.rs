@@ -54,9 +54,9 @@ pub(crate) fn complete_in(world: &mut World, entity: Entity) {
 pub(crate) fn complete(entity: &mut impl Give) {
     if entity.has::<ObstaclePath>()
         && !entity.has::<Swept>()
-        && let Some(from) = entity.look(|obstacle: &Obstacle| obstacle.shape)
+        && let Some(from) = entity.look(|obstacle: &Obstacle| obstacle.shape.clone())
     {
-        entity.give(Swept { from });
+        entity.give(Swept { from, turn: None });
     }
     if !entity.has::<Body>() {
         return;

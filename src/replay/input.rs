@@ -1,6 +1,6 @@
 //! The calls of a host that change a simulation. A new one is a variant here and an arm of `Simulation::repeat`.
 
-use crate::components::{Jaws, Obstacle, Path, Pose, Shape};
+use crate::components::{Jaws, Obstacle, Path, Pose, Shape, Turning};
 use crate::registry::Parameters;
 use crate::settings::Settings;
 use crate::simulation::Grasp;
@@ -54,8 +54,8 @@ pub enum Input {
     Spawn(Spawned),
     /// An obstacle was put into the world.
     SpawnObstacle(Obstacle),
-    /// An obstacle was put into the world that follows a path.
-    SpawnMovingObstacle(Obstacle, Path),
+    /// An obstacle was put into the world that follows a path, and turns.
+    SpawnMovingObstacle(Obstacle, Path, Option<Turning>),
     /// An obstacle was moved.
     MoveObstacle {
         /// The obstacle.

@@ -2,18 +2,24 @@
 
 use super::error::Fault;
 use super::schema::{CutSpec, InitialSpec};
-use crate::simulation::Simulation;
+use crate::simulation::{Cut, Simulation};
 use crate::storage::Vertices;
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
-/// A notch or slit made before the first step.
-pub(super) fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key: &str) -> Result<(), Fault> {
+/// The points of a cut's line.
+pub(super) fn polyline(spec: &CutSpec, key: &str) -> Result<Vec<DVec3>, Fault> {
     let polyline: Vec<DVec3> = spec.polyline.iter().map(|point| point.0).collect();
     if polyline.len() < 2 || polyline.windows(2).any(|pair| pair[0] == pair[1]) {
         let hint = "give two or more points [x, y, z], no two in a row the same";
         return Err(Fault::new(format!("{key}.polyline"), "this is no line", hint));
     }
+    Ok(polyline)
+}
+
+/// A notch or slit made before the first step.
+pub(super) fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key: &str) -> Result<Cut, Fault> {
+    let polyline = polyline(spec, key)?;
     let hint = "move its points onto the body, away from other cuts, or make it longer than an edge of the mesh";
     let refused = |what: String| Fault::new(format!("{key}.polyline"), what, hint);
     let cut = simulation.cut(body, &polyline).map_err(|error| refused(error.to_string()))?;
@@ -22,7 +28,7 @@ pub(super) fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key
     if cut.off_line > 0.5 * length {
         return Err(refused(format!("the line runs up to {} mm off the body", (cut.off_line * 1e3).round() / 1e3)));
     }
-    Ok(())
+    Ok(cut)
 }
 
 /// Sets the positions and velocities of `initial`.

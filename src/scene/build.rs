@@ -9,14 +9,14 @@ use super::schema::{
     BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
     TearModeSpec, TearingSpec,
 };
-use super::springs::springs;
-use super::{grasp, mesh_file, per_triangle, shape};
+use super::springs::{point_loads, springs};
+use super::{grasp, held, mesh_file, per_triangle, shape};
 use crate::components::{
-    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Hold, Material, PointLoad,
+    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Hold, HoldTurns, Material,
     PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
-use crate::storage::{Attached, TriangleMesh};
+use crate::storage::Attached;
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -75,7 +75,7 @@ pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) ->
         };
         membrane = membrane.with(self::refinement(refinement, tearing.radius, &key)?);
     }
-    membrane = boundary_conditions(membrane, spec, mesh, key)?;
+    membrane = boundary_conditions(membrane, spec, &sheet.file, key)?;
     Ok(membrane)
 }
 
@@ -338,18 +338,19 @@ fn refinement(spec: &RefinementSpec, radius: f64, key: &str) -> Result<Refinemen
 }
 
 /// What acts on parts of the body.
-fn boundary_conditions(
-    mut membrane: Membrane,
-    spec: &BodySpec,
-    mesh: &TriangleMesh,
-    key: &str,
-) -> Result<Membrane, Fault> {
-    let surface = Surface::new(mesh);
+fn boundary_conditions(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile, key: &str) -> Result<Membrane, Fault> {
+    let (mesh, surface) = (&file.mesh, Surface::new(file));
     let own = |kind: &str, names: Vec<&String>| {
         own_names(names.into_iter().enumerate().map(|(i, name)| (format!("{key}.{kind}.{i}"), name.clone())))
     };
     own("holds", spec.holds.iter().map(|hold| &hold.name).collect())?;
     own("grips", spec.grips.iter().map(|grip| &grip.name).collect())?;
+    let turns =
+        spec.holds.iter().enumerate().map(|(i, hold)| held::turn(hold, i, spec.planar, &format!("{key}.holds.{i}")));
+    let turns: Vec<Option<_>> = turns.collect::<Result<_, _>>()?;
+    if turns.iter().any(Option::is_some) {
+        membrane = membrane.with(HoldTurns { list: turns.into_iter().flatten().collect() });
+    }
     for (i, hold) in spec.holds.iter().enumerate() {
         let key = format!("{key}.holds.{i}");
         let rows = surface.vertices(&hold.region, &format!("{key}.region"))?;
@@ -358,16 +359,16 @@ fn boundary_conditions(
         membrane = membrane.hold(Hold {
             name: hold.name.clone(),
             members: Attached::new(rows.into_iter().map(|row| (row, offset(mesh.positions[row as usize])))),
-            axes: axes(&hold.axes, &format!("{key}.axes"))?,
+            axes: held::axes(&hold.axes, &format!("{key}.axes"))?,
             curve: hold.curve.0.clone(),
         });
     }
     if !spec.point_loads.is_empty() {
-        let groups = spec.point_loads.iter().enumerate().map(|(i, load)| {
-            let rows = surface.vertices(&load.region, &format!("{key}.point_loads.{i}.region"))?;
-            Ok(PointLoad { rows, force: load.force.0, curve: load.curve.0.clone() })
-        });
-        membrane = membrane.with(PointLoads { groups: groups.collect::<Result<_, Fault>>()? });
+        let mut groups = Vec::new();
+        for (i, load) in spec.point_loads.iter().enumerate() {
+            groups.extend(point_loads(load, mesh, &surface, &format!("{key}.point_loads.{i}"))?);
+        }
+        membrane = membrane.with(PointLoads { groups });
     }
     if !spec.edge_loads.is_empty() {
         let groups = spec.edge_loads.iter().enumerate().map(|(i, load)| {
@@ -384,13 +385,6 @@ fn boundary_conditions(
         membrane = membrane.with(Grips::new(grips.collect::<Result<_, Fault>>()?));
     }
     Ok(membrane)
-}
-
-fn axes(text: &str, key: &str) -> Result<[bool; 3], Fault> {
-    if text.is_empty() || text.chars().any(|c| !"xyz".contains(c)) {
-        return Err(Fault::new(key, format!("`{text}` names no axes"), "write some of the letters xyz, as in \"xy\""));
-    }
-    Ok(['x', 'y', 'z'].map(|axis| text.contains(axis)))
 }
 
 /// What spawning found, under the key that caused it.

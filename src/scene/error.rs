@@ -85,6 +85,26 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
     scored.filter(|(score, _)| *score > 0.75).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, word)| word)
 }
 
+/// What people look for and there is not, with what there is instead.
+const INSTEAD: [(&str, &str); 13] = [
+    ("self", "a body does not touch itself: keep its folds apart by `bending` or an obstacle between them"),
+    ("prony", "stress relaxation is not there: `damping` is a strain-rate (Kelvin-Voigt) damping"),
+    ("volume", "a closed gas is not there: give `pressure` as a number or a curve over time [MPa]"),
+    ("wind", "wind is not there: `drag` resists motion, `pressure` and `edge_loads` push"),
+    ("break_force", "springs do not break: a grip with `force_limit` lets go, `tearing` parts the tissue"),
+    ("units", "units are fixed: mm, g, ms, hence N and MPa; give 1 m as 1000 and 1 kPa as 1e-3"),
+    ("seam", "a weak line is not there: cut it, or parts of it with bridges between, by `cuts`"),
+    ("strength_map", "strengths are those of a body: `strength_transverse` with `strength_fibre` or `strength_ratio`"),
+    (
+        "clamps",
+        "a rigid clamp under a force is not there: hold the region and read its reaction, or load it by `total`",
+    ),
+    ("normal", "holds are along x, y, z (`axes`): turn the mesh by `rotate` so that the direction is one of them"),
+    ("gltf", "the torn surface is written as `obj = true` or `ply = true`, which Blender turns into glTF"),
+    ("torque", "torques are not there: give forces by `point_loads` or `edge_loads`"),
+    ("self_contact", "a body does not touch itself: keep its folds apart by `bending` or an obstacle between them"),
+];
+
 /// What is wrong and the hint, from a deserialiser's message: its lists of names become a suggestion.
 pub(super) fn explain(message: &str) -> (String, String) {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
@@ -94,6 +114,9 @@ pub(super) fn explain(message: &str) -> (String, String) {
         ("value", message.starts_with("unknown variant"))
     };
     if let (true, Some((given, known))) = (is_name, quoted.split_first()) {
+        if let Some((_, hint)) = INSTEAD.iter().find(|(name, _)| name == given) {
+            return (format!("there is no `{given}` here"), (*hint).to_owned());
+        }
         let suggestion = nearest(given, known.iter().copied());
         let list = format!("valid {kind}s here: {}", known.join(", "));
         let hint = suggestion.map_or(list.clone(), |word| format!("did you mean `{word}`? {list}"));

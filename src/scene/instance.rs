@@ -1,12 +1,13 @@
 //! A scene in a simulation, ready to run.
 
-use super::build::{self, direction};
+use super::build;
 use super::doctor::{self, MeshSummary};
 use super::error::{Fault, positive};
-use super::schema::{BodySpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
+use super::schema::{BodySpec, Mode, OutputSpec, RunSpec};
 use super::size::Demand;
-use super::{Scene, SceneError, beginning, copies, settings};
-use crate::components::{EnergyAudit, Obstacle, Shape, TearLog, Tearing, Toughness};
+use super::timed::{CutTold, Timed};
+use super::{Scene, SceneError, beginning, copies, obstacle, settings};
+use crate::components::{EnergyAudit, Obstacle, TearLog, Tearing, Toughness};
 use crate::membrane::Membrane;
 use crate::report::Report;
 use crate::settings::Integrator;
@@ -14,6 +15,7 @@ use crate::simulation::{Simulation, SimulationError};
 #[cfg(feature = "cli")]
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::storage::{Tips, Topology, Triangles};
+use glam::DVec3;
 use hecs::Entity;
 use std::sync::Arc;
 
@@ -30,10 +32,15 @@ pub struct Instance {
     pub textures: Vec<Option<Arc<Vec<u8>>>>,
     /// What the mesh of each was like before it was cut.
     pub meshes: Vec<MeshSummary>,
+    /// Names of the obstacles, in the order of the file and of spawning.
+    pub obstacles: Vec<String>,
     /// How to run it.
     pub run: Run,
     /// What to write of it.
     pub output: OutputSpec,
+    /// Cuts that were made so far, as the scene asked for them; since it was taken up again, of a run that was.
+    pub cuts: Vec<CutTold>,
+    timed: Timed,
     step: u64,
     has_torn: bool,
 }
@@ -91,6 +98,7 @@ impl Scene {
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
         let (mut bodies, mut meshes) = (Vec::new(), Vec::new());
+        let (mut cuts, mut timed) = (Vec::new(), Timed::default());
         let specs = &self.file.bodies;
         // Before anything of that size is made.
         Demand::announced(specs)?.files(&self.file.output, run.steps)?;
@@ -107,20 +115,32 @@ impl Scene {
             for name in copies::names(spec) {
                 textures.push(texture.clone());
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
-                bodies.push(self.spawn(&mut simulation, membrane, spec, key)?);
+                let body = self.spawn(&mut simulation, membrane, spec, key)?;
+                for (i, cut) in spec.cuts.iter().enumerate().filter(|(_, cut)| cut.at.is_none()) {
+                    let made = beginning::cut(&mut simulation, body, cut, &format!("{key}.cuts.{i}"))?;
+                    cuts.push(CutTold::new(&name, format!("cuts.{i}"), 0.0, &Ok(made)));
+                }
+                timed.add(&mut simulation, (body, &name), spec, run.dt, key)?;
+                bodies.push(body);
                 meshes.push(mesh.clone());
             }
         }
-        for (i, obstacle) in self.file.obstacles.iter().enumerate() {
-            let shape = Obstacle { shape: shape(obstacle, &format!("obstacles.{i}"))? };
-            let spawned = match &obstacle.path {
-                Some(path) => simulation.spawn_moving_obstacle(shape, path.0.clone()),
-                None => simulation.spawn_obstacle(shape),
-            };
-            spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
-        }
+        let obstacles = obstacle::spawn(&mut simulation, &self.file.obstacles, run, self.document.folder())?;
+        cuts.extend(timed.too_late(run.steps, run.dt * run.steps as f64));
         let output = self.file.output.clone();
-        Ok(Instance { simulation, bodies, textures, meshes, run, output, step: 0, has_torn: false })
+        Ok(Instance {
+            simulation,
+            bodies,
+            textures,
+            meshes,
+            obstacles,
+            run,
+            output,
+            cuts,
+            timed,
+            step: 0,
+            has_torn: false,
+        })
     }
 
     fn spawn(
@@ -138,9 +158,6 @@ impl Scene {
         if let Some(initial) = &spec.initial {
             beginning::start(simulation, body, initial, spec.planar, &format!("{key}.initial"))?;
         }
-        for (i, cut) in spec.cuts.iter().enumerate() {
-            beginning::cut(simulation, body, cut, &format!("{key}.cuts.{i}"))?;
-        }
         Ok(body)
     }
 }
@@ -151,6 +168,7 @@ impl Instance {
     /// # Errors
     /// In static mode where no equilibrium is found; the last good state stands.
     pub fn advance(&mut self) -> Result<&Report, SimulationError> {
+        self.timed.before(&mut self.simulation, self.step, &mut self.cuts);
         self.has_torn |= self.tip_count() > 0;
         match self.run.mode {
             Mode::Dynamic => self.simulation.step(self.run.dt)?,
@@ -198,6 +216,23 @@ impl Instance {
         self.step
     }
 
+    /// The force \[N\] of every obstacle on the bodies as they are, along its normals, in the order of the file.
+    pub fn obstacle_forces(&self) -> Vec<(String, DVec3)> {
+        let mut entities: Vec<Entity> =
+            self.simulation.world().query::<(Entity, &Obstacle)>().iter().map(|(entity, _)| entity).collect();
+        entities.sort_unstable_by_key(|entity| entity.id());
+        let mut forces: Vec<(String, DVec3)> = self.obstacles.iter().map(|name| (name.clone(), DVec3::ZERO)).collect();
+        for &body in &self.bodies {
+            for (obstacle, force) in self.simulation.contact_forces(body).unwrap_or_default() {
+                let place = entities.iter().position(|entity| *entity == obstacle);
+                if let Some((_, sum)) = place.and_then(|place| forces.get_mut(place)) {
+                    *sum += force;
+                }
+            }
+        }
+        forces
+    }
+
     /// Tear tips that are alive, of all bodies.
     pub fn tip_count(&self) -> usize {
         let tips = |&body: &Entity| self.simulation.world().get::<&Tips>(body).map_or(0, |tips| tips.len());
@@ -233,31 +268,6 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         static_tolerance,
         static_advances: spec.static_advances,
     })
-}
-
-fn shape(spec: &ObstacleSpec, key: &str) -> Result<Shape, Fault> {
-    let ObstacleSpec { plane, sphere, ellipsoid, capsule, path: _ } = spec;
-    match (plane, sphere, ellipsoid, capsule) {
-        (Some(p), None, None, None) => {
-            Ok(Shape::Plane { point: p.point.0, normal: direction(p.normal.0, &format!("{key}.plane.normal"))? })
-        }
-        (None, Some(s), None, None) => {
-            let radius = positive(format!("{key}.sphere.radius"), s.radius, "mm")?;
-            Ok(Shape::Sphere { centre: s.centre.0, radius })
-        }
-        (None, None, Some(e), None) => {
-            positive(format!("{key}.ellipsoid.half_axes"), e.half_axes.0.min_element(), "mm")?;
-            Ok(Shape::Ellipsoid { centre: e.centre.0, half_axes: e.half_axes.0 })
-        }
-        (None, None, None, Some(c)) => {
-            let radius = positive(format!("{key}.capsule.radius"), c.radius, "mm")?;
-            Ok(Shape::Capsule { ends: [c.from.0, c.to.0], radius })
-        }
-        _ => {
-            let hint = "give exactly one of `plane`, `sphere`, `ellipsoid` and `capsule`";
-            Err(Fault::new(key, "an obstacle has one shape", hint))
-        }
-    }
 }
 
 /// The thresholds of a body and the toughness that they imply by the law at its first tip, or at its first triangle.

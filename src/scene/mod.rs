@@ -44,9 +44,11 @@ mod fibre_field;
 mod fibre_law;
 pub mod generate;
 mod grasp;
+mod held;
 mod instance;
 pub mod mesh_file;
 mod mesh_on_file;
+mod obstacle;
 mod per_triangle;
 mod region;
 pub mod schema;
@@ -56,6 +58,7 @@ mod size;
 mod springs;
 mod summary;
 mod texture;
+mod timed;
 
 pub use doctor::MeshSummary;
 pub use document::Document;
@@ -64,6 +67,7 @@ pub use error::{SceneError, nearest};
 pub(crate) use instance::thresholds;
 pub use instance::{Instance, MOST_STEPS, Run};
 pub use summary::{BodySummary, Summary};
+pub use timed::CutTold;
 
 use error::Span;
 use schema::SceneFile;
@@ -135,6 +139,11 @@ impl Scene {
                 files.push(self.document.folder().join(file));
             }
             files.extend(body.texture.iter().map(|texture| self.document.folder().join(texture)));
+        }
+        for obstacle in &self.file.obstacles {
+            if let Some(schema::MeshSpec::File(file)) = &obstacle.mesh {
+                files.push(self.document.folder().join(&file.path));
+            }
         }
         files.sort();
         files.dedup();

@@ -3,7 +3,7 @@
 use super::error::Fault;
 use super::mesh_file::MeshFile;
 use super::mesh_on_file::Arrays;
-use super::schema::{BodySpec, FibreSpec, MeshSpec};
+use super::schema::{BodySpec, FibreSpec, MeshSpec, RegionSpec};
 use crate::membrane::Membrane;
 
 /// The arrays that a body asks of its mesh file; `key` is the body's path in the scene.
@@ -15,8 +15,14 @@ pub(super) fn arrays(spec: &BodySpec, key: &str) -> Result<Arrays, Fault> {
         Some(FibreSpec::Array(name)) => Some(name.clone()),
         _ => None,
     };
-    let others: Vec<String> = spec.per_triangle.iter().filter_map(|arrays| arrays.thickness.clone()).collect();
+    let mut others: Vec<String> = spec.per_triangle.iter().filter_map(|arrays| arrays.thickness.clone()).collect();
+    let count = others.len();
+    regions(spec).for_each(|region| arrays_of(region, &mut others));
     let asked = [(fibres.is_some(), "fibres.array"), (spec.per_triangle.is_some(), "per_triangle")];
+    if others.len() > count && !matches!(spec.mesh, MeshSpec::File(_)) {
+        let what = "a region asks for an array, and only mesh files have arrays";
+        return Err(Fault::new(key, what, "give `mesh = { file = … }`, or a region by x, y, z"));
+    }
     match asked.iter().find(|(is_asked, _)| *is_asked) {
         Some((_, name)) if !matches!(spec.mesh, MeshSpec::File(_)) => {
             let what = "arrays are those of mesh files, and this mesh is none";
@@ -24,6 +30,19 @@ pub(super) fn arrays(spec: &BodySpec, key: &str) -> Result<Arrays, Fault> {
         }
         _ => Ok(Arrays { fibres, others }),
     }
+}
+
+/// All regions of a body.
+fn regions(spec: &BodySpec) -> impl Iterator<Item = &RegionSpec> {
+    let holds = spec.holds.iter().map(|hold| &hold.region);
+    let loads = spec.point_loads.iter().map(|load| &load.region);
+    let edges = spec.edge_loads.iter().map(|load| &load.region);
+    holds.chain(loads).chain(edges).chain(spec.springs.iter().map(|spring| &spring.region))
+}
+
+fn arrays_of(region: &RegionSpec, names: &mut Vec<String>) {
+    names.extend(region.array.iter().map(|array| array.name.clone()));
+    region.any.iter().flatten().chain(region.except.as_deref()).for_each(|region| arrays_of(region, names));
 }
 
 /// Gives a membrane the values of its triangles.

@@ -4,6 +4,7 @@ use super::doctor::{MeshSummary, length};
 use super::instance::{Run, thresholds};
 use super::schema::Mode;
 use super::size::{BYTES_PER_TRIANGLE, bytes};
+use super::timed::CutTold;
 use super::{Scene, SceneError};
 use crate::components::{Body, EnergyCriterion, Holds, Refinement, Tearing, Toughness};
 use crate::simulation::Simulation;
@@ -23,6 +24,8 @@ pub struct Summary {
     pub bodies: Vec<BodySummary>,
     /// Number of obstacles.
     pub obstacle_count: usize,
+    /// Cuts made before the first step.
+    pub cuts: Vec<CutTold>,
 }
 
 /// One body of a [`Summary`].
@@ -64,6 +67,7 @@ impl Scene {
             run: instance.run,
             bodies: bodies.collect(),
             obstacle_count: self.file.obstacles.len(),
+            cuts: instance.cuts,
         })
     }
 }
@@ -97,6 +101,9 @@ impl fmt::Display for Summary {
         write!(f, "{}: {kind}, {steps} steps of {dt} ms", self.name)?;
         if self.obstacle_count > 0 {
             write!(f, ", {} obstacle(s)", self.obstacle_count)?;
+        }
+        for cut in &self.cuts {
+            write!(f, "\n  {cut}")?;
         }
         for body in &self.bodies {
             let (low, high) = body.bounds;

@@ -2,7 +2,7 @@
 
 use super::frame::RestToSpace;
 use super::{Simulation, SimulationError};
-use crate::components::{Contact, Frames, Grips, Holds, Obstacle, TearDecisions};
+use crate::components::{Contact, Frames, Grips, HoldTurns, Holds, Obstacle, TearDecisions};
 use crate::math::elementary;
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
@@ -101,11 +101,16 @@ impl Simulation {
         self.refresh(body)?;
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<(&'a Tips, &'a TearDecisions)>, Option<&'a Contact>, Option<&'a Grips>, Option<&'a Holds>),
+            (
+                Option<(&'a Tips, &'a TearDecisions)>,
+                Option<&'a Contact>,
+                Option<&'a Grips>,
+                (Option<&'a Holds>, Option<&'a HoldTurns>),
+            ),
         );
         let time = self.report.time;
         let mut query = self.world.query_one::<Query>(body);
-        let ((vertices, triangles, topology, frames), (tips, contact, grips, holds)) =
+        let ((vertices, triangles, topology, frames), (tips, contact, grips, (holds, turns))) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let mut push = |kind, from, to| into.push(DebugLine { from, to, kind });
         of_triangles(which, vertices, triangles, frames, &mut push);
@@ -127,11 +132,14 @@ impl Simulation {
                 push(DebugKind::Grip, at, target);
             }
         }
-        for hold in holds.filter(|_| which.grips).into_iter().flat_map(|holds| &holds.groups) {
+        let holds = holds.filter(|_| which.grips).into_iter().flat_map(|holds| &holds.groups);
+        for (place, hold) in holds.enumerate() {
+            let turning = turns.and_then(|turns| turns.of(place)).map(|turning| (turning.at(time), turning.pivot));
             let held = DVec3::from_array(hold.axes.map(|a| f64::from(u8::from(a))));
             for (&row, &offset) in hold.members.rows().iter().zip(hold.members.values()) {
                 let v = row as usize;
                 let Some((&at, &rest)) = vertices.position.get(v).zip(vertices.rest_position.get(v)) else { continue };
+                let rest = turning.map_or(rest, |(turn, pivot)| turn * (rest - pivot) + pivot);
                 push(DebugKind::Hold, at, at + (rest + offset * hold.curve.at(time) - at) * held);
             }
         }

@@ -44,10 +44,7 @@ pub enum SimulationError {
     #[error("the body or obstacle does not carry all of the components asked for")]
     NoSuchComponents,
     /// No equilibrium was found; the last good state stands.
-    #[error(
-        "no equilibrium at time {time} ms: imbalance {imbalance:e} N after {iterations} iterations; \
-         use smaller load steps, more holds, or a dynamic run"
-    )]
+    #[error("no equilibrium at time {time} ms: imbalance {imbalance:e} N after {iterations} iterations; {advice}")]
     NoEquilibrium {
         /// Time whose loads were applied \[ms\].
         time: f64,
@@ -55,6 +52,8 @@ pub enum SimulationError {
         imbalance: f64,
         /// Newton iterations done.
         iterations: u32,
+        /// What helps.
+        advice: String,
     },
     /// The linear system of a linear response was not solved; the last good state stands.
     #[error(

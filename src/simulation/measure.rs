@@ -2,8 +2,8 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::{
-    Bending, Body, Energies, EnergyAudit, EnergyBalance, FibreLaws, Frames, Holds, Planar, PreStretch, Reactions,
-    fibre_law,
+    Bending, Body, Energies, EnergyAudit, EnergyBalance, FibreLaws, Frames, HoldTurns, Holds, Planar, PreStretch,
+    Reactions, Turning, fibre_law,
 };
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::corotation;
@@ -59,6 +59,23 @@ impl Simulation {
         let Some((holds, reactions)) = held else { return Ok(Vec::new()) };
         let sum = |group: usize| reactions.groups.get(group).map_or(DVec3::ZERO, |forces| forces.iter().sum());
         Ok(holds.groups.iter().enumerate().map(|(group, hold)| (hold.name.clone(), sum(group))).collect())
+    }
+
+    /// The torque \[N·mm\] of every turned hold on a body about its pivot, in the order of the holds.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn torques(&self, body: Entity) -> Result<Vec<(String, DVec3)>, SimulationError> {
+        let mut query = self.world.query_one::<(&Body, &Vertices, Option<(&Holds, &HoldTurns, &Reactions)>)>(body);
+        let (_, vertices, held) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let Some((holds, turns, reactions)) = held else { return Ok(Vec::new()) };
+        let torque = |(place, turning): &(u32, Turning)| {
+            let hold = holds.groups.get(*place as usize)?;
+            let forces = reactions.groups.get(*place as usize).map(Vec::as_slice).unwrap_or_default();
+            let arms = hold.members.rows().iter().map(|&row| vertices.position[row as usize] - turning.pivot);
+            Some((hold.name.clone(), arms.zip(forces).map(|(arm, force)| arm.cross(*force)).sum()))
+        };
+        Ok(turns.list.iter().filter_map(torque).collect())
     }
 
     /// Brings [`Frames`] up to the current positions: stresses for whoever looks between steps.

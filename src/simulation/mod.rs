@@ -1,6 +1,7 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
 mod advance;
+mod advice;
 mod apply_force;
 mod blade;
 mod debug_lines;
@@ -249,11 +250,12 @@ impl Simulation {
         self.finish_report();
         let is_finite = is_finite(&mut self.world) && self.have_finite_energies();
         let failed = self.report.bodies.iter().filter(|b| !(b.is_converged && is_finite));
-        let worst = failed.map(|b| (b.imbalance, b.newton_iterations));
-        if let Some((imbalance, iterations)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        let worst = failed.map(|b| (b.imbalance, b.newton_iterations, b.body));
+        if let Some((imbalance, iterations, body)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
             self.undo(&step);
             let imbalance = imbalance.min(f64::MAX);
-            return Err(SimulationError::NoEquilibrium { time: step.time, imbalance, iterations });
+            let advice = self.advice(body, iterations >= step.newton_iterations);
+            return Err(SimulationError::NoEquilibrium { time: step.time, imbalance, iterations, advice });
         }
         self.report.time = step.time;
         self.rest_obstacles();

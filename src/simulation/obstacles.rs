@@ -2,7 +2,7 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::check::{Check, Host};
-use crate::components::{Body, BodyError, Contact, Obstacle, ObstaclePath, Path, Shape, Swept};
+use crate::components::{Body, BodyError, Contact, Obstacle, ObstaclePath, Path, Shape, Swept, Turning};
 use crate::registry::Refused;
 use crate::replay::Input;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -16,7 +16,7 @@ impl Simulation {
     /// # Errors
     /// For a shape with a number that is not finite, a radius or half axis that is not positive, or a normal that is no unit vector.
     pub fn spawn_obstacle(&mut self, obstacle: Obstacle) -> Result<Entity, BodyError> {
-        self.note(|| Input::SpawnObstacle(obstacle));
+        self.note(|| Input::SpawnObstacle(obstacle.clone()));
         obstacle.check(&Host::default())?;
         Ok(self.world.spawn((obstacle,)))
     }
@@ -26,12 +26,25 @@ impl Simulation {
     /// # Errors
     /// As [`spawn_obstacle`](Self::spawn_obstacle), and for a path whose numbers are not finite or whose times do not ascend.
     pub fn spawn_moving_obstacle(&mut self, obstacle: Obstacle, path: Path) -> Result<Entity, BodyError> {
-        self.note(|| Input::SpawnMovingObstacle(obstacle, path.clone()));
-        let origin = obstacle.shape;
-        let path = ObstaclePath { origin, path };
+        self.spawn_turning_obstacle(obstacle, path, None)
+    }
+
+    /// Puts an obstacle into the world that is turned, then displaced over time. What it meets on the way is taken along.
+    ///
+    /// # Errors
+    /// As [`spawn_moving_obstacle`](Self::spawn_moving_obstacle), and for a turn whose numbers are not finite.
+    pub fn spawn_turning_obstacle(
+        &mut self,
+        obstacle: Obstacle,
+        path: Path,
+        turning: Option<Turning>,
+    ) -> Result<Entity, BodyError> {
+        self.note(|| Input::SpawnMovingObstacle(obstacle.clone(), path.clone(), turning.clone()));
+        let origin = obstacle.shape.clone();
+        let path = ObstaclePath { origin: origin.clone(), path, turning };
         obstacle.check(&Host::default())?;
         path.check(&Host::default())?;
-        Ok(self.world.spawn((obstacle, path, Swept { from: origin })))
+        Ok(self.world.spawn((obstacle, path, Swept { from: origin, turn: None })))
     }
 
     /// Moves an obstacle during the next step: it begins where it is and ends as `shape`. What it meets on a straight way is taken
@@ -40,7 +53,7 @@ impl Simulation {
     /// # Errors
     /// If there is no such obstacle, and for a shape as [`spawn_obstacle`](Self::spawn_obstacle).
     pub fn move_obstacle(&mut self, obstacle: Entity, shape: Shape) -> Result<(), SimulationError> {
-        self.note(|| Input::MoveObstacle { obstacle, shape });
+        self.note(|| Input::MoveObstacle { obstacle, shape: shape.clone() });
         if !self.world.satisfies::<&Obstacle>(obstacle) {
             return Err(SimulationError::NoSuchBody);
         }
@@ -49,9 +62,9 @@ impl Simulation {
         let found = self.world.query_one_mut::<&mut Obstacle>(obstacle).map_err(|_| SimulationError::NoSuchBody)?;
         let from = std::mem::replace(&mut found.shape, shape);
         // Moved twice before a step: from where it was at its start.
-        let from = self.world.get::<&Swept>(obstacle).map_or(from, |swept| swept.from);
+        let from = self.world.get::<&Swept>(obstacle).map_or(from, |swept| swept.from.clone());
         let _ = self.world.remove_one::<ObstaclePath>(obstacle);
-        self.world.insert_one(obstacle, Swept { from }).map_err(|_| SimulationError::NoSuchBody)
+        self.world.insert_one(obstacle, Swept { from, turn: None }).map_err(|_| SimulationError::NoSuchBody)
     }
 
     /// The forces \[N\] of the obstacles on a body as it is, along their normals, each with its obstacle; those that do not touch
@@ -76,7 +89,7 @@ impl Simulation {
     /// After a step: the obstacles that were moved stay.
     pub(super) fn rest_obstacles(&mut self) {
         for (obstacle, swept) in self.world.query_mut::<(&Obstacle, &mut Swept)>() {
-            swept.from = obstacle.shape;
+            *swept = Swept { from: obstacle.shape.clone(), turn: None };
         }
     }
 }

@@ -103,9 +103,11 @@ impl Simulation {
             Input::LinearResponse { dt } => _ = self.linear_response(*dt),
             Input::Cut { body, polyline } => _ = self.cut(*body, polyline),
             Input::Spawn(Spawned(saved)) => self.put_back(saved),
-            Input::SpawnObstacle(obstacle) => _ = self.spawn_obstacle(*obstacle),
-            Input::SpawnMovingObstacle(obstacle, path) => _ = self.spawn_moving_obstacle(*obstacle, path.clone()),
-            Input::MoveObstacle { obstacle, shape } => _ = self.move_obstacle(*obstacle, *shape),
+            Input::SpawnObstacle(obstacle) => _ = self.spawn_obstacle(obstacle.clone()),
+            Input::SpawnMovingObstacle(obstacle, path, turning) => {
+                _ = self.spawn_turning_obstacle(obstacle.clone(), path.clone(), turning.clone());
+            }
+            Input::MoveObstacle { obstacle, shape } => _ = self.move_obstacle(*obstacle, shape.clone()),
             Input::SpawnForceps { name, jaws, pose } => _ = self.spawn_forceps(name, *jaws, *pose),
             Input::MoveForceps { forceps, pose, within } => _ = self.move_forceps(*forceps, *pose, *within),
             Input::CloseForceps { forceps, body, grasp } => _ = self.close_forceps(*forceps, *body, grasp),

@@ -22,8 +22,14 @@ use hecs::Entity;
 /// What a cut has done.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cut {
-    /// Points along the cut \[mm, rest shape\].
+    /// Points along the cut \[mm, rest shape\], one stroke after the other.
     pub path: Vec<DVec3>,
+    /// Number of points of each stroke; a boundary, or tissue that is cut already, lies between two.
+    pub strokes: Vec<usize>,
+    /// Length \[mm\] of the polyline that was asked for.
+    pub asked: f64,
+    /// Length \[mm, rest shape\] that was cut.
+    pub made: f64,
     /// Tips at its ends inside the tissue, for a body that can tear.
     pub tips: Vec<TipKey>,
     /// Largest distance \[mm\] of a point of the cut from the polyline.
@@ -64,10 +70,28 @@ pub enum CutError {
     Written(#[from] Refused),
 }
 
+impl Cut {
+    fn add(&mut self, outcome: CutOutcome) {
+        self.made += length(&outcome.path);
+        self.strokes.push(outcome.path.len());
+        let is_first = self.strokes.len() == 1;
+        self.smallest_angle =
+            if is_first { outcome.smallest_angle } else { self.smallest_angle.min(outcome.smallest_angle) };
+        self.off_line = self.off_line.max(outcome.off_line);
+        self.piece_count += outcome.freed.len();
+        self.path.extend(outcome.path);
+    }
+}
+
+fn length(path: &[DVec3]) -> f64 {
+    path.windows(2).map(|way| way[0].distance(way[1])).sum()
+}
+
 impl Simulation {
     /// Cuts a body along a polyline \[mm, rest shape\], taken at the nearest points of the surface. A polyline that starts on
     /// the boundary makes a notch, one that starts inside a slit with two ends. Where the body can tear, the cut's ends
-    /// inside the tissue become tips; a cut that starts at a tip leads that tip on.
+    /// inside the tissue become tips; a cut that starts at a tip leads that tip on. What lies outside the body is left out, and
+    /// behind a hole, a slit or its own line the cut goes on; points that are too near to each other for the mesh are thinned out.
     ///
     /// # Errors
     /// Why the cut was not made; the body is as it was.
@@ -119,31 +143,30 @@ impl Simulation {
         };
         let parted: Vec<u32> = scratch.records.iter().flat_map(EditRecord::parted).collect();
         followers.follow(&mut scratch.records, &mut mesh, tips.as_deref_mut());
-        let outcome = outcome?;
-        let led = tips.as_deref_mut().and_then(|tips| lead_tip(tips, &outcome, log));
-        note_parted(&parted, tips.as_deref_mut(), log, &followers, mesh.vertices);
-        log.length += outcome.path.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
-        log.note_angle(outcome.smallest_angle);
-        log.piece_count += outcome.freed.len() as u32;
-        let mut keys = Vec::new();
-        if let Some(tips) = tips {
-            let led_to = led.and_then(|tip| tips.row(tip)).map(|row| tips.vertex[row as usize]);
-            keys.extend(led.filter(|_| led_to.is_some()));
-            for &(vertex, direction) in outcome.tips.iter().filter(|(vertex, _)| Some(*vertex) != led_to) {
-                let at = mesh.vertices.rest_position[vertex as usize];
-                let tip = add_tip(tips, NewTip { vertex, direction, ideal: at });
-                log.pending.push(EventKind::Started { tip, at, verdict: None });
-                keys.push(tip);
+        let outcomes = outcome?;
+        let mut cut = Cut { asked: length(polyline), ..Cut::default() };
+        for (i, outcome) in outcomes.into_iter().enumerate() {
+            let led = tips.as_deref_mut().and_then(|tips| lead_tip(tips, &outcome, log));
+            if i == 0 {
+                note_parted(&parted, tips.as_deref_mut(), log, &followers, mesh.vertices);
             }
+            log.length += length(&outcome.path);
+            log.note_angle(outcome.smallest_angle);
+            log.piece_count += outcome.freed.len() as u32;
+            if let Some(tips) = tips.as_deref_mut() {
+                let led_to = led.and_then(|tip| tips.row(tip)).map(|row| tips.vertex[row as usize]);
+                cut.tips.extend(led.filter(|_| led_to.is_some()));
+                for &(vertex, direction) in outcome.tips.iter().filter(|(vertex, _)| Some(*vertex) != led_to) {
+                    let at = mesh.vertices.rest_position[vertex as usize];
+                    let tip = add_tip(tips, NewTip { vertex, direction, ideal: at });
+                    log.pending.push(EventKind::Started { tip, at, verdict: None });
+                    cut.tips.push(tip);
+                }
+            }
+            log.pending.extend(outcome.freed.iter().map(|&triangle_count| EventKind::PieceFreed { triangle_count }));
+            cut.add(outcome);
         }
-        log.pending.extend(outcome.freed.iter().map(|&triangle_count| EventKind::PieceFreed { triangle_count }));
-        let cut = Cut {
-            path: outcome.path,
-            tips: keys,
-            off_line: outcome.off_line,
-            smallest_angle: outcome.smallest_angle,
-            piece_count: outcome.freed.len(),
-        };
+        log.pending.push(EventKind::Cut { asked: cut.asked, made: cut.made, strokes: cut.strokes.len() });
         self.note_edited_energies(body, before);
         self.collect_events();
         Ok(cut)

@@ -246,6 +246,7 @@ pub(super) fn shape(dice: &mut Dice, size: f64) -> Shape {
         2 => Shape::Ellipsoid {
             centre,
             half_axes: DVec3::from_array([(); 3].map(|()| radius * dice.decades(-1.0, 0.5))),
+            axes: glam::DMat3::IDENTITY,
         },
         _ => Shape::Capsule { ends: [centre, centre + dice.point() * size], radius },
     }

@@ -5,16 +5,15 @@
 //! weights. They are coupled by it; the stiffness that the solve is told of is the sum of each corner's row, which is no less, so
 //! that a step stays stable and only comes to rest a little later.
 
-use super::{DEEP, Held, Moved, STIFFNESS, held, shift};
+use super::{DEEP, Held, Moved, STIFFNESS, Travel, held, shift};
 use crate::components::{Contact, Increment, Obstacle, Shape, SolverScratch};
-use crate::math::{Sym3, elementary};
+use crate::math::{Sym3, elementary, nearest_in_triangle};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::kernels::gather::{at_corners, less};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::membrane_lanes::dot;
 use crate::systems::kernels::simd::{Pass, pass};
-use crate::systems::tearing::nearest_in_triangle;
 use glam::DVec3;
 
 /// A triangle whose longest edge is no longer than this part of the obstacle's least radius of curvature is left to its
@@ -55,22 +54,56 @@ impl HeldFace {
 /// The least radius of curvature \[mm\]; infinite for a plane.
 fn least_radius(shape: &Shape) -> f64 {
     match *shape {
-        Shape::Plane { .. } => f64::INFINITY,
+        Shape::Plane { .. } | Shape::Mesh { .. } => f64::INFINITY,
         Shape::Sphere { radius, .. } | Shape::Capsule { radius, .. } => radius,
         Shape::Ellipsoid { half_axes, .. } => elementary::powi(half_axes.min_element(), 2) / half_axes.max_element(),
+        // Edges have none: triangles are held where they are long against the whole.
+        Shape::Box { .. } | Shape::Cylinder { .. } => shape.least_half_width(),
     }
 }
 
 /// The place of a triangle that is deepest in a shape: of a ball and a capsule in length, of an ellipsoid on the smallest of those
-/// similar to it. `None` for a plane, whose deepest place is a vertex.
+/// similar to it. `None` for a plane, whose deepest place is a vertex, and for a
+/// mesh, which vertices alone feel.
 pub(super) fn deepest(shape: &Shape, x: [DVec3; 3]) -> Option<[f64; 3]> {
     let weights = match *shape {
-        Shape::Plane { .. } => return None,
+        Shape::Plane { .. } | Shape::Mesh { .. } => return None,
         Shape::Sphere { centre, .. } => nearest_in_triangle(x, centre),
-        Shape::Ellipsoid { centre, half_axes } => nearest_in_triangle(x.map(|x| (x - centre) / half_axes), DVec3::ZERO),
+        Shape::Ellipsoid { centre, half_axes, axes } => {
+            let local = axes.transpose();
+            nearest_in_triangle(x.map(|x| local * (x - centre) / half_axes), DVec3::ZERO)
+        }
         Shape::Capsule { ends, .. } => nearest_to_segment(x, ends),
+        Shape::Box { .. } | Shape::Cylinder { .. } => innermost(shape, x),
     };
     weights.iter().all(|w| w.is_finite()).then_some(weights)
+}
+
+/// The place of a triangle on the smallest similar shape: the gauge is convex, so that a search on ever finer parts finds it.
+fn innermost(shape: &Shape, x: [DVec3; 3]) -> [f64; 3] {
+    const STEPS: i32 = 4;
+    const ROUNDS: i32 = 5;
+    let gauge = |weights: [f64; 3]| shape.gauge(at(x, weights)).unwrap_or(f64::INFINITY);
+    let mut best = [1.0 / 3.0; 3];
+    let mut least = gauge(best);
+    let mut reach = 1.0;
+    for _ in 0..ROUNDS {
+        let middle = best;
+        for i in -STEPS..=STEPS {
+            for j in -STEPS..=STEPS {
+                let part = |k: i32| reach * f64::from(k) / f64::from(STEPS);
+                let u = (middle[0] + part(i)).clamp(0.0, 1.0);
+                let v = (middle[1] + part(j)).clamp(0.0, 1.0 - u);
+                let weights = [u, v, 1.0 - u - v];
+                let value = gauge(weights);
+                if value < least {
+                    (best, least) = (weights, value);
+                }
+            }
+        }
+        reach /= f64::from(STEPS);
+    }
+    best
 }
 
 pub(super) fn at(x: [DVec3; 3], weights: [f64; 3]) -> DVec3 {
@@ -127,7 +160,7 @@ fn held_face(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3]) -> Option<HeldFace
 fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64, f64)) -> Option<HeldFace> {
     let (obstacle, travel) = moved;
     let shape = &obstacle.shape;
-    let from = start.map(|start| start + *travel);
+    let from = start.map(|start| travel.carry(start));
     let all = || from.iter().chain(&x);
     let middle = all().sum::<DVec3>() / 6.0;
     if !shape.reaches(middle, all().map(|p| p.distance(middle)).fold(0.0, f64::max)) {
@@ -255,7 +288,7 @@ pub(super) fn push(
 /// The force \[N\] of an obstacle on the triangles as they are.
 pub(super) fn force_of(obstacle: &Obstacle, contact: &Contact, vertices: &Vertices, triangles: &Triangles) -> DVec3 {
     let (x, mut force) = (&vertices.position[..], DVec3::ZERO);
-    for_held(&(*obstacle, DVec3::ZERO), x, (x, triangles), |t, HeldFace { held, part, .. }| {
+    for_held(&(obstacle.clone(), Travel::default()), x, (x, triangles), |t, HeldFace { held, part, .. }| {
         force += held.normal * (held.depth * part * stiffness(contact, triangles, t));
     });
     force
@@ -338,7 +371,10 @@ mod tests {
     fn a_ball_is_caught_between_the_vertices_wherever_it_ends() {
         let ball = |z: f64| Shape::Sphere { centre: DVec3::new(0.5, 0.5, z), radius: 0.3 };
         let pushed = |from: f64, to: f64| {
-            let moved = (crate::components::Obstacle { shape: ball(to) }, DVec3::Z * (to - from));
+            let moved = (
+                crate::components::Obstacle { shape: ball(to) },
+                Travel { offset: DVec3::Z * (to - from), turn: None },
+            );
             held_face(&moved, TRIANGLE, TRIANGLE).map(|face| (face.held.depth, face.held.normal))
         };
         assert!(pushed(-1.0, -0.31).is_none());

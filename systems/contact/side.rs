@@ -31,12 +31,15 @@ const MOST: u32 = 60;
 const SHORTENED: u32 = 8;
 const STOPPED: u32 = 200;
 
-/// How near a triangle is to the middle of a shape, over the shape's own size. `None` for a plane.
+/// How near a triangle is to the middle of a shape, over the shape's own size. `None` for a plane and a mesh.
 fn nearness(shape: &Shape, x: [DVec3; 3]) -> Option<f64> {
     let point = at(x, deepest(shape, x)?);
     match *shape {
-        Shape::Plane { .. } => None,
-        Shape::Ellipsoid { centre, half_axes } => Some(((point - centre) / half_axes).length()),
+        Shape::Plane { .. } | Shape::Mesh { .. } => None,
+        Shape::Box { .. } | Shape::Cylinder { .. } => shape.gauge(point),
+        Shape::Ellipsoid { centre, half_axes, axes } => {
+            Some((axes.transpose() * (point - centre) / half_axes).length())
+        }
         Shape::Sphere { radius, .. } | Shape::Capsule { radius, .. } => {
             Some(shape.distance(point).map_or(0.0, |(distance, _)| (distance + radius) / radius))
         }
@@ -93,7 +96,7 @@ pub(super) fn keep(
             if !(sweeps.is_due(t, corners) || round == 0 || round == SHORTENED) {
                 continue;
             }
-            let from = corners.map(|v| increment.start[v] + *travel);
+            let from = corners.map(|v| travel.carry(increment.start[v]));
             let part = part_outside(shape, from, corners.map(|v| vertices.position[v]));
             if !(part < 1.0) {
                 continue;
@@ -174,7 +177,8 @@ mod tests {
     #[test]
     fn rods_and_ellipsoids_have_cores_as_long_as_they_are() {
         let rod = Shape::Capsule { ends: [DVec3::NEG_X, DVec3::X], radius: 0.2 };
-        let ellipsoid = Shape::Ellipsoid { centre: DVec3::ZERO, half_axes: DVec3::new(1.0, 0.2, 0.2) };
+        let ellipsoid =
+            Shape::Ellipsoid { centre: DVec3::ZERO, half_axes: DVec3::new(1.0, 0.2, 0.2), axes: glam::DMat3::IDENTITY };
         for shape in [rod, ellipsoid] {
             for x in [-0.85, 0.0, 0.85] {
                 let from = OVER.map(|p| p * DVec3::new(0.01, 0.01, 1.0) + DVec3::X * x);

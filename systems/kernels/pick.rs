@@ -1,6 +1,6 @@
 //! The triangle that a ray meets first, and the one nearest to a point: what tools point at.
 
-use crate::systems::tearing::nearest_in_triangle;
+use crate::math::nearest_in_triangle;
 use glam::{DVec2, DVec3};
 
 /// A point of a surface.

@@ -12,13 +12,15 @@ pub(super) enum Opening<'p> {
     After(&'p [u32]),
     /// The edge stays whole, to be opened with a later step.
     Later,
+    /// The edge and the path that leads up to the tip stay whole.
+    Whole(&'p [u32]),
 }
 
 impl Opening<'_> {
     /// The path that is opened now or later and must not be flipped away.
     fn path(&self, tip: u32, reaches: u32) -> SmallVec<[u32; 4]> {
         let mut path: SmallVec<[u32; 4]> = match self {
-            Self::After(prefix) => (*prefix).into(),
+            Self::After(prefix) | Self::Whole(prefix) => (*prefix).into(),
             Self::Later => smallvec![tip],
         };
         path.push(reaches);
@@ -173,7 +175,7 @@ impl Cutter<'_, '_> {
     ) -> Result<Advance, TearRefusal> {
         self.make_room_to_walk();
         let ends = self.mesh.topology.is_boundary_vertex(advance.vertex);
-        if let Opening::Later = opening {
+        if let Opening::Later | Opening::Whole(_) = opening {
             return Ok(Advance { end: ends.then_some(End { freed: None }), ..advance });
         }
         if let Err(refusal) = self.edit(&Edit::Open { path: opening.path(tip.vertex, advance.vertex) }) {

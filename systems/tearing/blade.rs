@@ -1,16 +1,37 @@
 //! The blade: a cut along a polyline in the rest shape. From the boundary it is a notch, from inside a slit with two tips.
 //!
-//! The points of the polyline become vertices first; then the cut runs from one to the next like a tear that is told where
-//! to go, so that it ends exactly where it should.
+//! The line is thinned to what the mesh resolves and broken into strokes where it meets a boundary or itself; each stroke is cut
+//! by itself. Its points become vertices first; then the cut runs from one to the next like a tear that is told where
+//! to go, so that it ends exactly where it should. Where that would leave the line, the line is laid into the mesh before it opens.
 
 use super::advance::Opening;
+use super::cut_line::{distance_to_segment, length, thinned};
+use super::place::{NEAR_END, TOO_NEAR_END};
 use super::{Advance, Cutter, TearRefusal, TipChart, Way, Ways, plan_free};
 use crate::event::Course;
 use crate::storage::{Edit, Refusal};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-/// What a cut has done.
+/// Points this near to the line through their neighbours, as a part of its length, say nothing.
+const COLLINEAR: f64 = 1e-9;
+/// Parts of the mean edge by which a line that is too fine for the mesh is thinned, one after the other.
+const COARSER: [f64; 4] = [0.03, 0.06, 0.12, 0.25];
+
+/// What a cut may do to be made, the best first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Manner {
+    /// It stays on its line and leaves good triangles.
+    Fair,
+    /// It stays on its line and leaves what triangles there are.
+    Poor,
+    /// Its ends go to vertices of the boundary that are all but there.
+    EndsMoved,
+    /// It leaves its line for good triangles.
+    BesideTheLine,
+}
+
+/// What a stroke of a cut has done.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CutOutcome {
     /// Points along the cut \[mm, rest shape\].
@@ -21,7 +42,7 @@ pub struct CutOutcome {
     pub tips: SmallVec<[(u32, DVec3); 2]>,
     /// Triangles of each piece that came free.
     pub freed: SmallVec<[usize; 2]>,
-    /// Whether the cut has run into a boundary; the polyline is followed no further then.
+    /// Whether the stroke has run into a boundary.
     pub has_met_boundary: bool,
     /// Largest distance \[mm\] of a point of the cut from the polyline.
     pub off_line: f64,
@@ -31,33 +52,105 @@ pub struct CutOutcome {
 
 impl Cutter<'_, '_> {
     /// Cuts along a polyline of at least two points \[mm, rest shape\], taken at the nearest points of the surface. A first
-    /// point on the boundary, or nearer to it than a tenth of a triangle's height, starts a notch there.
+    /// point on the boundary, or nearer to it than a tenth of a triangle's height, starts a notch there. What lies outside the
+    /// body is left out, and behind a boundary the cut goes on: one outcome per stroke, at least one.
     ///
     /// # Errors
     /// Why the cut cannot be made; the mesh is as it was.
-    pub fn cut(&mut self, polyline: &[DVec3]) -> Result<CutOutcome, TearRefusal> {
-        let mark = self.scratch.records.len();
-        let outcome = self.cut_through(polyline);
-        if outcome.is_err() {
-            self.roll_back(mark);
-        }
-        outcome
-    }
-
-    fn cut_through(&mut self, polyline: &[DVec3]) -> Result<CutOutcome, TearRefusal> {
-        let mark = self.scratch.records.len();
+    pub fn cut(&mut self, polyline: &[DVec3]) -> Result<Vec<CutOutcome>, TearRefusal> {
         if polyline.iter().any(|point| !point.is_finite()) {
             return Err(TearRefusal::BadPolyline);
         }
+        let mark = self.scratch.records.len();
+        let edge = self.mean_edge();
+        let rounding = COLLINEAR * length(polyline);
+        let tolerances = std::iter::once(rounding).chain(COARSER.map(|part| part * edge));
+        let mut lines: Vec<Vec<DVec3>> = tolerances.map(|t| thinned(polyline, t.max(rounding))).collect();
+        lines.dedup_by(|coarser, finer| coarser.len() >= finer.len());
+        let mut refused = None;
+        for manner in [Manner::Fair, Manner::Poor, Manner::EndsMoved, Manner::BesideTheLine] {
+            for line in &lines {
+                match self.cut_strokes(line, polyline, manner) {
+                    Ok(outcomes) => return Ok(outcomes),
+                    Err(refusal) => {
+                        self.roll_back(mark);
+                        refused.get_or_insert(refusal);
+                    }
+                }
+            }
+        }
+        Err(refused.unwrap_or(TearRefusal::BadPolyline))
+    }
+
+    fn cut_strokes(
+        &mut self,
+        line: &[DVec3],
+        polyline: &[DVec3],
+        manner: Manner,
+    ) -> Result<Vec<CutOutcome>, TearRefusal> {
+        if line.len() < 2 {
+            return Err(TearRefusal::BadPolyline);
+        }
+        let strokes = self.strokes(line);
+        if strokes.is_empty() {
+            return Err(TearRefusal::OutsideBody);
+        }
+        strokes.iter().map(|stroke| self.cut_stroke(stroke, polyline, manner)).collect()
+    }
+
+    fn cut_stroke(&mut self, stroke: &[DVec3], polyline: &[DVec3], manner: Manner) -> Result<CutOutcome, TearRefusal> {
+        let mark = self.scratch.records.len();
+        match manner {
+            Manner::Fair => {
+                if let Ok((outcome, true)) = self.cut_through(stroke, polyline, 0.0) {
+                    return Ok(outcome);
+                }
+                self.roll_back(mark);
+                self.cut_laid(stroke, polyline, (self.quality.least, 0.0))
+            }
+            Manner::Poor => self.cut_laid(stroke, polyline, (0.0, 0.0)),
+            Manner::EndsMoved => self.cut_laid(stroke, polyline, (0.0, TOO_NEAR_END)),
+            Manner::BesideTheLine => self.cut_through(stroke, polyline, NEAR_END).map(|(outcome, _)| outcome),
+        }
+    }
+
+    /// Mean length \[mm\] of the edges in the rest shape: what the mesh resolves.
+    fn mean_edge(&self) -> f64 {
+        let triangles = 0..self.mesh.triangles.corners.len() as u32;
+        let count = (3 * triangles.len()).max(1) as f64;
+        let around = |x: [DVec3; 3]| x[0].distance(x[1]) + x[1].distance(x[2]) + x[2].distance(x[0]);
+        triangles.map(|row| around(self.rest_of(row))).sum::<f64>() / count
+    }
+
+    /// The rows of vertices at the points of a stroke, in their order.
+    pub(super) fn place_all(&mut self, stroke: &[DVec3], miss: f64) -> Result<SmallVec<[u32; 8]>, TearRefusal> {
         let mut targets: SmallVec<[u32; 8]> = SmallVec::new();
-        for &point in polyline {
-            let row = self.place(point, &targets)?;
+        for (i, &point) in stroke.iter().enumerate() {
+            // The lip at which it begins or ends is the one on its own side.
+            let inwards = match i {
+                0 => stroke.get(1),
+                _ if i + 1 == stroke.len() => stroke.get(i - 1),
+                _ => None,
+            };
+            let row = self.place(point, inwards.copied(), &targets, miss)?;
             if targets.last() != Some(&row) {
                 targets.push(row);
             }
         }
+        Ok(targets)
+    }
+
+    /// One stroke, edge by edge, and whether it has kept to its line.
+    fn cut_through(
+        &mut self,
+        stroke: &[DVec3],
+        polyline: &[DVec3],
+        miss: f64,
+    ) -> Result<(CutOutcome, bool), TearRefusal> {
+        let mark = self.scratch.records.len();
+        let targets = self.place_all(stroke, miss)?;
         let &[first, second, ..] = targets.as_slice() else { return Err(TearRefusal::BadPolyline) };
-        let mut run = Run { outcome: CutOutcome::default(), held: targets.clone(), tip: first };
+        let mut run = Run { outcome: CutOutcome::default(), held: targets.clone(), tip: first, is_exact: true };
         run.outcome.path.push(self.at(first));
         let mut next = 1;
         let starts_inside = !self.mesh.topology.is_boundary_vertex(first);
@@ -66,6 +159,8 @@ impl Cutter<'_, '_> {
         }
         while let Some(&target) = targets.get(next) {
             if run.outcome.has_met_boundary || run.tip == target {
+                // What lies behind a boundary is not reached this way.
+                run.is_exact &= run.tip == target;
                 next += 1;
                 continue;
             }
@@ -73,7 +168,7 @@ impl Cutter<'_, '_> {
             let advance = self.step_towards(from, target, next, &run.held, &Opening::After(&[from]))?;
             self.pass(&mut run, advance);
         }
-        let mut outcome = run.outcome;
+        let mut outcome = std::mem::take(&mut run.outcome);
         outcome.ends = [first, run.tip];
         if !outcome.has_met_boundary {
             let count = outcome.path.len();
@@ -86,7 +181,7 @@ impl Cutter<'_, '_> {
         }
         outcome.off_line = off_line(&outcome.path, polyline);
         outcome.smallest_angle = self.smallest_touched(mark);
-        Ok(outcome)
+        Ok((outcome, run.is_exact))
     }
 
     /// Opens the first two edges of a slit at once, since one edge inside the surface cannot open. Returns the index of
@@ -129,6 +224,7 @@ impl Cutter<'_, '_> {
 
     fn pass(&self, run: &mut Run, advance: Advance) {
         run.tip = advance.vertex;
+        run.is_exact &= advance.course == Course::Exact;
         run.outcome.path.push(advance.to);
         if let Some(end) = advance.end {
             run.outcome.has_met_boundary = true;
@@ -154,11 +250,19 @@ impl Cutter<'_, '_> {
                 let direction = tip.chart.to_chart(self.direction(from, target));
                 let is_movable = |row: u32| !held.contains(&row) && (self.is_movable)(row);
                 let ways = plan_free(self.mesh, &tip, direction, &self.quality, &is_movable)?;
-                // A blade goes where it is led: a cut that cannot follow its line is refused.
+                // A blade goes where it is led: on the line if that leaves fair triangles, else beside it; no detours.
+                let exact = Ways { exact: ways.exact.clone(), ..Ways::default() };
+                if let Ok(advance) = self.take(&tip, &exact, opening) {
+                    return self.nearer(advance, target, point);
+                }
                 Ways { detours: SmallVec::new(), ..ways }
             }
         };
         let advance = self.take(&tip, &ways, opening)?;
+        self.nearer(advance, target, point)
+    }
+
+    fn nearer(&self, advance: Advance, target: u32, point: usize) -> Result<Advance, TearRefusal> {
         let goal = self.at(target);
         let is_nearer = advance.to.distance(goal) < advance.from.distance(goal) * (1.0 - 1e-9);
         if is_nearer { Ok(advance) } else { Err(TearRefusal::NoProgress { point }) }
@@ -175,13 +279,11 @@ struct Run {
     /// Vertices that must stay where they are.
     held: SmallVec<[u32; 8]>,
     tip: u32,
+    is_exact: bool,
 }
 
-fn off_line(path: &[DVec3], polyline: &[DVec3]) -> f64 {
-    let to_segment = |p: DVec3, a: DVec3, b: DVec3| {
-        let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-        p.distance(a + (b - a) * along)
-    };
-    let to_line = |&p: &DVec3| polyline.windows(2).map(|s| to_segment(p, s[0], s[1])).fold(f64::INFINITY, f64::min);
+pub(super) fn off_line(path: &[DVec3], polyline: &[DVec3]) -> f64 {
+    let to_line =
+        |&p: &DVec3| polyline.windows(2).map(|s| distance_to_segment(p, s[0], s[1])).fold(f64::INFINITY, f64::min);
     path.iter().map(to_line).fold(0.0, f64::max)
 }

@@ -8,12 +8,14 @@
 mod advance;
 mod bisect;
 mod blade;
+mod cut_line;
 mod edge;
 mod energy_decision;
 mod followers;
 mod free;
 mod heading;
 mod held_shut;
+mod laid;
 mod locate;
 mod parting;
 mod piece;
@@ -40,7 +42,7 @@ pub use followers::Followers;
 pub use free::{Way, Ways, plan_free};
 pub use heading::turned_axis;
 pub use held_shut::{field_tip, lay_at_tip};
-pub use locate::{distance_to_triangle, nearest_in_triangle};
+pub use locate::distance_to_triangle;
 pub use parting::{PartingSites, parting};
 pub use reach::{Reach, may_go_on, will_tear};
 pub use ring::{Contour, Ring};
@@ -132,6 +134,9 @@ pub enum TearRefusal {
         /// Row of the tip.
         vertex: u32,
     },
+    /// No part of a cut's line lies inside the body.
+    #[error("the line lies outside the body, or along its boundary, over its whole length")]
+    OutsideBody,
     /// A cut needs two points that are finite and differ.
     #[error("a cut needs at least two different points")]
     BadPolyline,

@@ -1,8 +1,9 @@
 //! Bringing a vertex to a given point of the rest surface.
 
-use super::locate::SurfacePoint;
+use super::locate::{SurfacePoint, distance_to_triangle};
 use super::relax::may_slide;
 use super::{Cutter, TearRefusal};
+use crate::math::nearest_in_triangle;
 use crate::storage::{Edit, NONE, Refusal};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
@@ -10,11 +11,16 @@ use smallvec::{SmallVec, smallvec};
 /// A barycentric weight below this is zero: over a triangle of 1 mm that is 1e-9 mm.
 const ON_EDGE: f64 = 1e-9;
 /// A point nearer to a boundary edge than this part of the triangle's height is put on it: no ligament so thin could be meshed.
-const ON_BOUNDARY: f64 = 0.1;
+pub(super) const ON_BOUNDARY: f64 = 0.1;
 /// A point on a boundary edge may be moved to an end of the edge if that is nearer than this part of its length.
-const NEAR_END: f64 = 0.25;
+pub(super) const NEAR_END: f64 = 0.25;
+/// The same of a point from which a cut should not be moved: nearer, no vertex can be put beside the end.
+pub(super) const TOO_NEAR_END: f64 = 0.03;
 /// A corner is moved to a point inside its triangle if its barycentric weight there is at least this.
 const NEAR_CORNER: f64 = 0.4;
+
+/// How far a lip is probed for the tissue behind it, as a part of its triangle's size.
+const PROBE: f64 = 1e-3;
 
 /// Edits that bring a vertex to a point, and its row.
 struct Placement {
@@ -24,16 +30,29 @@ struct Placement {
 
 impl Cutter<'_, '_> {
     /// The row of a vertex at the point of the surface nearest to `point`: one that is there, or a new or moved one.
-    /// Vertices in `held` stay where they are.
-    pub(super) fn place(&mut self, point: DVec3, held: &[u32]) -> Result<u32, TearRefusal> {
-        let at = self.nearest(point).ok_or(TearRefusal::BadPolyline)?;
+    /// Vertices in `held` stay where they are; of two lips at the same place that on the side of `inwards` is taken. A vertex of the
+    /// boundary will do that is no farther than the part `miss` of its edge.
+    pub(super) fn place(
+        &mut self,
+        point: DVec3,
+        inwards: Option<DVec3>,
+        held: &[u32],
+        miss: f64,
+    ) -> Result<u32, TearRefusal> {
+        let nearest = self.nearest(point).ok_or(TearRefusal::BadPolyline)?;
+        let at = inwards.and_then(|inwards| self.on_side(nearest, inwards)).unwrap_or(nearest);
         let corners = self.mesh.triangles.corners[at.triangle as usize];
         if let Some(corner) = (0..3).find(|&i| at.weights[i] >= 1.0 - ON_EDGE) {
             return Ok(corners[corner]);
         }
         let before = self.smallest_near(at.triangle)?;
+        // What lies on the boundary stays where it is if it can at all.
+        let stays = miss < NEAR_END && self.is_near_rim(&at);
         let mut best: Option<(f64, Placement)> = None;
-        for placement in self.placements(&at, held) {
+        for placement in self.placements(&at, held, miss) {
+            if stays && best.as_ref().is_some_and(|(angle, _)| *angle >= self.quality.least.min(before)) {
+                break;
+            }
             let start = self.scratch.records.len();
             let Ok(angle) = self.try_placement(&placement) else { continue };
             if angle >= self.quality.good.min(before) {
@@ -54,7 +73,37 @@ impl Cutter<'_, '_> {
         }
     }
 
-    fn placements(&self, at: &SurfacePoint, held: &[u32]) -> SmallVec<[Placement; 6]> {
+    /// The same place of the boundary, on the lip that lies towards a point; `None` inside the surface.
+    fn on_side(&self, at: SurfacePoint, inwards: DVec3) -> Option<SurfacePoint> {
+        if !self.is_on_rim(&at) {
+            return None;
+        }
+        let place = self.position(&at);
+        let size = self.rest_of(at.triangle).iter().map(|x| x.distance(place)).fold(0.0, f64::max);
+        let probe = place + (inwards - place).normalize_or_zero() * (PROBE * size);
+        let mut best: Option<(f64, SurfacePoint)> = None;
+        for triangle in 0..self.mesh.triangles.corners.len() as u32 {
+            let x = self.rest_of(triangle);
+            let weights = nearest_in_triangle(x, place);
+            let here = SurfacePoint { triangle, weights };
+            if self.position(&here).distance(place) > ON_EDGE * size {
+                continue;
+            }
+            let distance = distance_to_triangle(x, probe);
+            if best.is_none_or(|(least, _)| distance < least - ON_EDGE * size) {
+                best = Some((distance, here));
+            }
+        }
+        best.map(|(_, at)| at)
+    }
+
+    /// Whether a point is so near to the boundary that it is put onto it.
+    fn is_near_rim(&self, at: &SurfacePoint) -> bool {
+        let neighbours = self.mesh.topology.neighbours[at.triangle as usize];
+        (0..3).any(|edge| neighbours[edge] == NONE && at.weights[(edge + 2) % 3] < ON_BOUNDARY)
+    }
+
+    fn placements(&self, at: &SurfacePoint, held: &[u32], miss: f64) -> SmallVec<[Placement; 6]> {
         let SurfacePoint { triangle, weights } = *at;
         let corners = self.mesh.triangles.corners[triangle as usize];
         let neighbours = self.mesh.topology.neighbours[triangle as usize];
@@ -72,7 +121,7 @@ impl Cutter<'_, '_> {
             let (a, b) = (weights[edge], weights[(edge + 1) % 3]);
             placements.push(split(edge));
             let near = if a >= b { edge } else { (edge + 1) % 3 };
-            if a.min(b) <= NEAR_END * (a + b) {
+            if a.min(b) <= miss * (a + b) {
                 placements.push(Placement { edits: SmallVec::new(), vertex: corners[near] });
             }
             return placements;

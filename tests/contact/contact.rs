@@ -1,6 +1,6 @@
 //! Contact: obstacles that push through, the shape of a taut membrane on a ball, forces, friction.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use hecs::Entity;
 use rhexis::components::{Contact, Curve, Gravity, Hold, Material, Obstacle, Path, PreStretch, Shape};
 use rhexis::math::Sym2;
@@ -36,7 +36,7 @@ fn an_obstacle_pushed_through_at_a_metre_per_second_never_leaves_the_membrane_on
     let shapes = [
         Shape::Sphere { centre: DVec3::NEG_Z * 1.2, radius: 1.0 },
         Shape::Capsule { ends: [DVec3::new(-1.0, 0.0, -0.7), DVec3::new(1.0, 0.3, -0.7)], radius: 0.5 },
-        Shape::Ellipsoid { centre: DVec3::NEG_Z * 1.2, half_axes: DVec3::new(1.5, 1.0, 0.8) },
+        Shape::Ellipsoid { centre: DVec3::NEG_Z * 1.2, half_axes: DVec3::new(1.5, 1.0, 0.8), axes: DMat3::IDENTITY },
     ];
     // The drum of 5 mm radius is raised by 4 mm: strains of 30 to 60 %. Edges are 0.26 mm on average.
     let edge = 0.26;
@@ -45,8 +45,8 @@ fn an_obstacle_pushed_through_at_a_metre_per_second_never_leaves_the_membrane_on
             let mut simulation = Simulation::new(Settings::default()).unwrap();
             let body = simulation.spawn(drum(5.0, 2700, 0.08, Contact::default())).unwrap();
             let path = Path { points: vec![(0.0, DVec3::ZERO), (4.0, DVec3::Z * 4.0)] };
-            let obstacle = simulation.spawn_moving_obstacle(Obstacle { shape }, path).unwrap();
-            let (mut moved, mut worst) = (shape, 0.0_f64);
+            let obstacle = simulation.spawn_moving_obstacle(Obstacle { shape: shape.clone() }, path).unwrap();
+            let (mut moved, mut worst) = (shape.clone(), 0.0_f64);
             while simulation.time() < 4.0 {
                 simulation.step(dt).unwrap();
                 moved = shape.moved_by(DVec3::Z * simulation.time());
@@ -139,13 +139,13 @@ fn an_obstacle_as_small_as_an_edge_takes_the_membrane_along_as_far_as_it_goes() 
     let all = [(0.1, 5.0), (1.0, 1.0), (1.0, 4.0)].as_slice();
     // Motions are in m/s, and steps in ms.
     for (triangles, shape, width, motions) in
-        [(300, ball, 1.0, all), (300, small_ball, 0.4, slow), (300, rod, 0.3, slow), (2700, ball, 1.0, slow)]
+        [(300, ball.clone(), 1.0, all), (300, small_ball, 0.4, slow), (300, rod, 0.3, slow), (2700, ball, 1.0, slow)]
     {
         for &(speed, dt) in motions {
             let mut simulation = Simulation::new(Settings::default()).unwrap();
             let body = simulation.spawn(drum(5.0, triangles, 0.08, Contact::default())).unwrap();
             let path = Path { points: vec![(0.0, DVec3::ZERO), (10.0 / speed, DVec3::Z * 10.0)] };
-            simulation.spawn_moving_obstacle(Obstacle { shape }, path).unwrap();
+            simulation.spawn_moving_obstacle(Obstacle { shape: shape.clone() }, path).unwrap();
             let mut worst = f64::NEG_INFINITY;
             while simulation.time() < 10.0 / speed + 2.0 * dt {
                 let failed = simulation.step(dt).unwrap().has_failed;
@@ -211,7 +211,7 @@ fn friction_holds_a_sheet_on_a_slope_up_to_its_coefficient() {
         let mut simulation = Simulation::new(Settings::default()).unwrap();
         let body = simulation.spawn(sheet).unwrap();
         let shape = Shape::Plane { point: DVec3::NEG_Z * 1e-6, normal: DVec3::Z };
-        simulation.spawn_obstacle(Obstacle { shape }).unwrap();
+        simulation.spawn_obstacle(Obstacle { shape: shape.clone() }).unwrap();
         for _ in 0..100 {
             simulation.step(1.0).unwrap();
         }

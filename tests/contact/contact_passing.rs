@@ -1,6 +1,6 @@
 //! Obstacles thinner than what they push: rods and ellipsoids that lie along the sheet, small balls.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use hecs::Entity;
 use rhexis::components::{Contact, Curve, Hold, Material, Obstacle, Path, PreStretch, Shape};
 use rhexis::math::Sym2;
@@ -50,7 +50,7 @@ fn inside(shape: &Shape) -> Vec<DVec3> {
     let along = |a: DVec3, b: DVec3| (0..=20).map(|i| a.lerp(b, f64::from(i) / 20.0)).collect();
     match *shape {
         Shape::Capsule { ends: [a, b], .. } => along(a, b),
-        Shape::Ellipsoid { centre, half_axes } => {
+        Shape::Ellipsoid { centre, half_axes, .. } => {
             let axis = DVec3::X * (0.85 * half_axes.x);
             along(centre - axis, centre + axis)
         }
@@ -64,7 +64,11 @@ fn shapes() -> [Shape; 7] {
         ends: [DVec3::new(-1.0, 0.0, -radius - 0.1), DVec3::new(1.0, 0.3, -radius - 0.1)],
         radius,
     };
-    let ellipsoid = |half_axes: DVec3| Shape::Ellipsoid { centre: DVec3::NEG_Z * (half_axes.z + 0.1), half_axes };
+    let ellipsoid = |half_axes: DVec3| Shape::Ellipsoid {
+        centre: DVec3::NEG_Z * (half_axes.z + 0.1),
+        half_axes,
+        axes: DMat3::IDENTITY,
+    };
     [
         ball(0.4),
         ball(0.2),
@@ -86,9 +90,9 @@ fn nothing_passes(settings: &Settings, triangles: usize, motions: &[(f64, f64)],
             let body = simulation.spawn(drum(triangles, fall, end)).unwrap();
             if is_obstacle_moved {
                 let path = Path { points: vec![(0.0, DVec3::ZERO), (end, DVec3::Z * rise)] };
-                simulation.spawn_moving_obstacle(Obstacle { shape }, path).unwrap();
+                simulation.spawn_moving_obstacle(Obstacle { shape: shape.clone() }, path).unwrap();
             } else {
-                simulation.spawn_obstacle(Obstacle { shape }).unwrap();
+                simulation.spawn_obstacle(Obstacle { shape: shape.clone() }).unwrap();
             }
             let mut rolled_back = 0;
             while simulation.time() < end + 20.0 * dt {

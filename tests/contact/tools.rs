@@ -258,6 +258,9 @@ fn a_needle_punctures_and_a_blade_cuts_on() {
                 );
                 (led, way) = ([led, vec![tip]].concat(), Some(to));
             }
+            EventKind::Cut { asked, made, strokes } => {
+                assert!((asked - made).abs() < 1e-9 && strokes == 1, "{made} of {asked} mm in {strokes}");
+            }
             other => panic!("{other:?}"),
         }
     }

@@ -1,7 +1,7 @@
 //! Absurd values in every component, by every way in: no panic, nothing that is not finite comes out, and the last good state stays.
 #![cfg(feature = "snapshot")]
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use rhexis::components::*;
 use rhexis::math::{StiffeningFibres, Sym2};
 use rhexis::membrane::Membrane;
@@ -76,7 +76,11 @@ impl Dice {
         match self.below(4) {
             0 => Shape::Plane { point: self.point(), normal: [DVec3::Z, self.point()][self.below(2)] },
             1 => Shape::Sphere { centre: self.point(), radius: self.number() },
-            2 => Shape::Ellipsoid { centre: self.point(), half_axes: self.point() },
+            2 => {
+                let (centre, half_axes) = (self.point(), self.point());
+                let axes = if half_axes.x < 0.5 { DMat3::from_diagonal(half_axes) } else { DMat3::IDENTITY };
+                Shape::Ellipsoid { centre, half_axes, axes }
+            }
             _ => Shape::Capsule { ends: [self.point(), self.point()], radius: self.number() },
         }
     }
@@ -192,7 +196,9 @@ fn absurd(kind: usize, s: &mut Simulation, actors: [hecs::Entity; 4], way: Way, 
         17 => put(s, obstacle, way, Obstacle { shape: d.shape() }),
         18 => {
             let (origin, path) = (d.shape(), d.path());
-            put(s, obstacle, way, ObstaclePath { origin, path })
+            let turn = |path: &Path| Turning { pivot: path.points[0].1, vectors: path.clone() };
+            let turning = (path.points.len() == 1).then(|| turn(&path));
+            put(s, obstacle, way, ObstaclePath { origin, path, turning })
         }
         19 => {
             let motion = Motion { from: d.pose(), to: d.pose(), start: d.number(), end: d.number() };
@@ -234,7 +240,7 @@ fn state(s: &mut Simulation, body: hecs::Entity, d: &mut Dice) {
         }
         7 => s.world_mut().insert(body, (Frames::default(), Forces::default(), Reactions::default())).unwrap(),
         _ => {
-            let swept = Swept { from: d.shape() };
+            let swept = Swept { from: d.shape(), turn: None };
             s.world_mut().insert_one(body, swept).unwrap();
         }
     }

@@ -1,7 +1,7 @@
 //! Obstacles and tools are judged when they are put in, moved, set and written past the calls.
 
 use crate::doors::{NAN, drawn, simulation, sphere};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rhexis::components::{Contact, Jaws, Obstacle, Path, Pose, Shape};
 use rhexis::membrane::BodyError;
 use rhexis::simulation::{SetError, SimulationError};
@@ -9,7 +9,8 @@ use rhexis::simulation::{SetError, SimulationError};
 #[test]
 fn obstacles_and_tools_are_judged_when_they_are_put_in_and_moved() {
     let mut s = simulation();
-    let axes = |half_axes| Shape::Ellipsoid { centre: DVec3::ZERO, half_axes };
+    let axes = |half_axes| Shape::Ellipsoid { centre: DVec3::ZERO, half_axes, axes: DMat3::IDENTITY };
+    let turned = |axes| Shape::Ellipsoid { centre: DVec3::ZERO, half_axes: DVec3::ONE, axes };
     let shapes = [
         sphere(-1.0),
         sphere(f64::NAN),
@@ -18,18 +19,20 @@ fn obstacles_and_tools_are_judged_when_they_are_put_in_and_moved() {
         Shape::Plane { point: NAN, normal: DVec3::Z },
         axes(DVec3::new(1.0, 0.0, 1.0)),
         axes(DVec3::INFINITY),
+        turned(DMat3::ZERO),
+        turned(DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0))),
         Shape::Capsule { ends: [DVec3::ZERO, NAN], radius: 1.0 },
         Shape::Capsule { ends: [DVec3::ZERO, DVec3::X], radius: 0.0 },
     ];
     let ball = s.spawn_obstacle(Obstacle { shape: sphere(1.0) }).unwrap();
     for shape in shapes {
         assert!(matches!(
-            s.spawn_obstacle(Obstacle { shape }),
+            s.spawn_obstacle(Obstacle { shape: shape.clone() }),
             Err(BodyError::OutOfRange { component: "Obstacle", .. })
         ));
-        assert!(s.spawn_moving_obstacle(Obstacle { shape }, Path::default()).is_err());
-        assert!(matches!(s.move_obstacle(ball, shape), Err(SimulationError::Written(_))), "{shape:?}");
-        assert!(matches!(s.set(ball, Obstacle { shape }), Err(SetError::Refused(_))), "{shape:?}");
+        assert!(s.spawn_moving_obstacle(Obstacle { shape: shape.clone() }, Path::default()).is_err());
+        assert!(matches!(s.move_obstacle(ball, shape.clone()), Err(SimulationError::Written(_))), "{shape:?}");
+        assert!(matches!(s.set(ball, Obstacle { shape: shape.clone() }), Err(SetError::Refused(_))), "{shape:?}");
     }
     let path = Path { points: vec![(0.0, NAN)] };
     assert!(s.spawn_moving_obstacle(Obstacle { shape: sphere(1.0) }, path).is_err());

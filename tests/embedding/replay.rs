@@ -40,7 +40,7 @@ fn every_call_is_repeated() {
     let second = s.spawn(square.hanging()).unwrap();
     s.cut(first, &common::NOTCH).unwrap();
     let ball = Obstacle { shape: Shape::Sphere { centre: DVec3::NEG_Z * 40.0, radius: 1.0 } };
-    let (obstacle, gone) = (s.spawn_obstacle(ball).unwrap(), s.spawn_obstacle(ball).unwrap());
+    let (obstacle, gone) = (s.spawn_obstacle(ball.clone()).unwrap(), s.spawn_obstacle(ball).unwrap());
     (0..5).for_each(|_| _ = s.step(5.0));
     s.despawn(gone).unwrap();
     assert!(s.despawn(gone).is_err() && s.step(f64::NAN).is_err() && s.cut(first, &[]).is_err());

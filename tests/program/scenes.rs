@@ -324,7 +324,8 @@ fn an_obstacle_goes_its_path() {
     let mut instance = Scene::parse(&text, "strip.toml").unwrap().instantiate().unwrap();
     for centre in [1.0, 3.0] {
         instance.advance().unwrap();
-        let mut found = instance.simulation.world().query::<&Obstacle>().iter().map(|o| o.shape).collect::<Vec<_>>();
+        let mut found =
+            instance.simulation.world().query::<&Obstacle>().iter().map(|o| o.shape.clone()).collect::<Vec<_>>();
         let centre = glam::DVec3::new(2.0, 1.0, centre);
         assert_eq!(found.pop(), Some(Shape::Sphere { centre, radius: 0.5 }));
     }

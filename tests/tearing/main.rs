@@ -3,6 +3,7 @@
 mod account;
 mod attributes;
 mod criterion;
+mod cuts;
 mod edits;
 mod energy_criterion;
 mod fig2_tear;

@@ -158,7 +158,8 @@ impl Storm {
         if self.random.below(4) == 0 {
             line.push(line[0]);
         }
-        if let Ok(cut) = cutter(&mut self.body.mesh(), &mut self.scratch).cut(&line) {
+        let strokes = cutter(&mut self.body.mesh(), &mut self.scratch).cut(&line);
+        for cut in strokes.into_iter().flatten() {
             self.tally.cuts += 1;
             let tips = cut.tips.iter().map(|&(vertex, direction)| (vertex, direction, self.at(vertex)));
             let tips: Vec<_> = tips.collect();

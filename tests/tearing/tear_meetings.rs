@@ -88,7 +88,7 @@ fn a_tear_that_meets_a_lip_ends_there() {
     for (sheet, aside) in [(meshes::grid(20, 18, 20.0, 18.0), 0.0), (meshes::jittered(20, 18, 20.0, 18.0, 4), 0.3)] {
         let mut body = Body::new(&sheet, DVec3::X);
         let mut scratch = TearScratch::default();
-        let slit = cutter(&mut body.mesh(), &mut scratch).cut(&[mm(6.3, 8.2), mm(13.8, 8.9)]).unwrap();
+        let slit = cutter(&mut body.mesh(), &mut scratch).cut(&[mm(6.3, 8.2), mm(13.8, 8.9)]).unwrap().remove(0);
         let mut tip = nearest(&body, mm(10.0, 0.0));
         let end = loop {
             let direction = mm(aside, 1.0).normalize();

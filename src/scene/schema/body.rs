@@ -1,6 +1,7 @@
 //! `[[bodies]]`: a membrane and what it carries.
 
 use super::constraint::{EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, SpringSpec};
+use super::tool::{BladeSpec, CutSpec, PunctureSpec};
 use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Point, StiffeningFibresSpec, Strain, TimeCurve};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Visitor};
@@ -74,9 +75,15 @@ pub struct BodySpec {
     /// Forceps.
     #[serde(default)]
     pub grips: Vec<GripSpec>,
-    /// Notches and slits made before the first step.
+    /// Notches and slits, made before the first step or at a time.
     #[serde(default)]
     pub cuts: Vec<CutSpec>,
+    /// Slits by a needle at a time.
+    #[serde(default)]
+    pub punctures: Vec<PunctureSpec>,
+    /// Blades that are drawn through the tissue.
+    #[serde(default)]
+    pub blades: Vec<BladeSpec>,
 }
 
 /// `material`: either `young` and `poisson`, or `young_fibre`, `young_transverse`, `poisson_major` and, if known,
@@ -332,14 +339,6 @@ pub struct InitialSpec {
     /// Angular velocity about the centre of mass \[rad/ms\].
     #[serde(default)]
     pub spin: Point,
-}
-
-/// One of `[[bodies.cuts]]`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CutSpec {
-    /// Points in the rest shape \[mm\]: a notch if it begins at the boundary, else a slit.
-    pub polyline: Vec<Point>,
 }
 
 /// One number; what else people write there is told where it goes.

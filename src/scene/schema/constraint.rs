@@ -1,6 +1,6 @@
 //! Regions of a body, and what holds, loads and grips it there.
 
-use super::{Interval, Point, TimeCurve};
+use super::{Exactly, Interval, Point, TimeCurve, TimePath};
 use serde::Deserialize;
 
 /// Vertices by their rest position. All given conditions must hold.
@@ -25,12 +25,44 @@ pub struct RegionSpec {
     pub boundary: bool,
     /// Only the vertex nearest to this point \[mm\].
     pub nearest: Option<Point>,
+    /// Only these vertices, by their numbers from 0 in the order of the mesh.
+    pub vertices: Option<Vec<u32>>,
+    /// Only inside this box: its least and its greatest corner \[mm\].
+    #[serde(rename = "box")]
+    pub inside: Option<Exactly<Point, 2>>,
+    /// Only inside this ball.
+    pub sphere: Option<BallSpec>,
+    /// Only this group of the mesh file: a physical group of Gmsh, a group or object of OBJ, a node or mesh of glTF.
+    pub group: Option<String>,
+    /// Only where an array of the mesh file has certain values.
+    pub array: Option<ArrayRangeSpec>,
     /// In at least one of these regions.
     pub any: Option<Vec<RegionSpec>>,
     /// Not in this region.
     pub except: Option<Box<RegionSpec>>,
     /// Widens every range by so much \[mm\]. Default 1e-6.
     pub tolerance: Option<f64>,
+}
+
+/// Values of an array of a mesh file (VTK, PLY) that select vertices: their own, or those of a triangle at them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArrayRangeSpec {
+    /// Name of the array, of one number a row.
+    pub name: String,
+    /// A number or a range.
+    pub value: Interval,
+}
+
+/// A ball that selects vertices.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BallSpec {
+    /// Centre \[mm\]. Default the origin.
+    #[serde(default)]
+    pub centre: Point,
+    /// Radius \[mm\], ≥ 0.
+    pub radius: f64,
 }
 
 /// One of `[[bodies.holds]]`: the vertices stand at rest position + curve(t) · move.
@@ -50,6 +82,10 @@ pub struct HoldSpec {
     /// Factor over time. Default 1.
     #[serde(default)]
     pub curve: TimeCurve,
+    /// `rotate = [[time, [x, y, z]], …]`: by how much they are turned, before they move: along the axis, as long as the angle \[°\].
+    pub rotate: Option<TimePath>,
+    /// A point of that axis \[mm\]. Default the origin.
+    pub pivot: Option<Point>,
 }
 
 /// `move`: offset + x·per_x + y·per_y + z·per_z of the rest position, \[mm\].
@@ -66,14 +102,16 @@ pub struct MoveSpec {
     pub per_z: Point,
 }
 
-/// One of `[[bodies.point_loads]]`: a force on each vertex of a region.
+/// One of `[[bodies.point_loads]]`: a force on each vertex of a region, or on all of them together.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointLoadSpec {
     /// Which vertices.
     pub region: RegionSpec,
-    /// Force on each \[N\].
-    pub force: Point,
+    /// Force on each \[N\]. Give either this or `total`.
+    pub force: Option<Point>,
+    /// Force on all of them together \[N\], shared by rest area.
+    pub total: Option<Point>,
     /// Factor over time. Default 1.
     #[serde(default)]
     pub curve: TimeCurve,

@@ -11,20 +11,23 @@ mod hand;
 mod mesh;
 mod mesh_file;
 mod number;
+mod tool;
 
 pub use body::{
-    AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
+    AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
     InitialSpec, MaterialModelSpec, MaterialSpec, PerTriangleSpec, RefinementSpec, SleepSpec, TearModeSpec,
     TearingSpec,
 };
 pub use constraint::{
-    ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
+    ArcSpec, ArrayRangeSpec, BallSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec,
+    RegionSpec, SpringSpec,
 };
 pub use fibre_law::{Angles, FibreFamilySpec, HolzapfelGasserOgdenSpec, StiffeningFibresSpec};
 pub use hand::HandSpec;
 pub use mesh::MeshSpec;
 pub use mesh_file::{FileSpec, ReadingSpec, UnitSpec};
 pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve, TimePath};
+pub use tool::{BladeSpec, CutSpec, PunctureSpec};
 
 use crate::settings::LinearParams;
 use serde::Deserialize;
@@ -229,14 +232,26 @@ pub struct OutputSpec {
     /// Whether the energy balance of every body is kept: terms in `series.csv` and `report.json`, what each advance has
     /// released in static mode in `events.jsonl`. Default false.
     pub energy: bool,
-    /// Whether the bodies as they lie at the end are written as `surface-INDEX.glb`, with normals, texture coordinates, colours and
-    /// `texture` where they have them. Default false.
+    /// Whether the bodies as they lie at the end are written as `surface-INDEX.obj`, with normals. Default false.
+    pub obj: bool,
+    /// The same as `surface-INDEX.ply`, binary. Default false.
+    pub ply: bool,
+    /// The same as `surface-INDEX.glb`, with texture coordinates, colours and `texture` where they have them. Default false.
     pub gltf: bool,
 }
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { pictures: 5, frames: 50, velocities: false, forces: false, energy: false, gltf: false }
+        Self {
+            pictures: 5,
+            frames: 50,
+            velocities: false,
+            forces: false,
+            energy: false,
+            obj: false,
+            ply: false,
+            gltf: false,
+        }
     }
 }
 
@@ -244,6 +259,8 @@ impl Default for OutputSpec {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleSpec {
+    /// Name in reports. Default `obstacle-0` and so on, in the order of the file.
+    pub name: Option<String>,
     /// `plane = { point, normal }`: the half space below. An obstacle has one shape.
     pub plane: Option<PlaneSpec>,
     /// `sphere = { centre, radius }`.
@@ -252,12 +269,25 @@ pub struct ObstacleSpec {
     pub ellipsoid: Option<EllipsoidSpec>,
     /// `capsule = { from, to, radius }`: a cylinder with round ends.
     pub capsule: Option<CapsuleSpec>,
+    /// `box = { centre, half }`, its edges along x, y, z.
+    #[serde(rename = "box")]
+    pub cuboid: Option<BoxSpec>,
+    /// `cylinder = { from, to, radius }`, with flat ends.
+    pub cylinder: Option<CapsuleSpec>,
+    /// `mesh = { file = … }`, as of a body: the solid within a closed mesh. Only vertices of bodies feel it.
+    pub mesh: Option<MeshSpec>,
     /// `path = [[time, [x, y, z]], …]`: by how much it is displaced \[mm\] over time \[ms\], straight between the points, at rest before
     /// and after. What it meets on its way is taken along. Default: it stands still.
     pub path: Option<TimePath>,
+    /// `rotate = [[time, [x, y, z]], …]`: by how much it is turned, before it is displaced: along the axis, as long as the angle \[°\].
+    pub rotate: Option<TimePath>,
+    /// Constant turn from time zero on \[°/ms\]: along the axis, as long as the rate. In place of `rotate`.
+    pub spin: Option<Point>,
+    /// The point about which it turns \[mm\]. Default its middle.
+    pub pivot: Option<Point>,
 }
 
-/// A cylinder with round ends.
+/// A cylinder, with round or flat ends.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CapsuleSpec {
@@ -267,6 +297,16 @@ pub struct CapsuleSpec {
     pub to: Point,
     /// Radius \[mm\], > 0.
     pub radius: f64,
+}
+
+/// A box.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSpec {
+    /// Centre \[mm\].
+    pub centre: Point,
+    /// Half edges \[mm\], each > 0.
+    pub half: Point,
 }
 
 /// A half space.

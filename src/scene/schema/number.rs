@@ -205,11 +205,23 @@ impl TryFrom<Numbers> for TimePath {
     }
 }
 
-/// A strain in the fibre's axes: one number (the same in all directions), `[along, across]` or `[along, across, shear]`
-/// (tensor shear).
+/// A strain in the fibre's axes: one number (the same in all directions), `[along, across]`, `[along, across, shear]` (tensor shear) or the
+/// tensor, `[[along, shear], [shear, across]]`.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(try_from = "Numbers")]
 pub struct Strain(pub Sym2);
+
+impl Strain {
+    /// The strain of two equal off-diagonals.
+    fn tensor(numbers: &Numbers) -> Option<Self> {
+        let Numbers::List(rows) = numbers else { return None };
+        let [first, second] = rows.as_slice() else { return None };
+        match (first.flat()?.as_slice(), second.flat()?.as_slice()) {
+            (&[along, shear], &[other, across]) if shear == other => Some(Self(Sym2::new(along, across, shear))),
+            _ => None,
+        }
+    }
+}
 
 impl TryFrom<Numbers> for Strain {
     type Error = &'static str;
@@ -218,7 +230,8 @@ impl TryFrom<Numbers> for Strain {
             (Some(e), _) => Ok(Self(Sym2::new(e, e, 0.0))),
             (_, Some(&[along, across])) => Ok(Self(Sym2::new(along, across, 0.0))),
             (_, Some(&[along, across, shear])) => Ok(Self(Sym2::new(along, across, shear))),
-            _ => Err("not a strain; write one number, [along, across] or [along, across, shear]"),
+            _ => Self::tensor(&numbers)
+                .ok_or("not a strain; write one number, [along, across], [along, across, shear] or a symmetric tensor"),
         }
     }
 }

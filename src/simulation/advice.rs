@@ -1,0 +1,80 @@
+//! What helps where no static equilibrium was found.
+
+use super::Simulation;
+use crate::components::{Bending, Body, Contact, Grips, Holds, Planar, PreStretch, Springs};
+use crate::storage::{Topology, Triangles, Vertices};
+use glam::DVec3;
+use hecs::Entity;
+
+/// A body whose vertices lie this near to one plane, as a part of its extent, is flat.
+const FLAT: f64 = 1e-9;
+
+impl Simulation {
+    /// A sentence for the body that has no equilibrium; `is_used_up` where the iterations were.
+    pub(super) fn advice(&mut self, body: Entity, is_used_up: bool) -> String {
+        self.free_piece(body).or_else(|| self.slack_sheet(body)).unwrap_or_else(|| {
+            if is_used_up {
+                "the iterations are used up: allow more (`static_iterations`), or use smaller load steps".to_owned()
+            } else {
+                "use smaller load steps, more holds, or a dynamic run".to_owned()
+            }
+        })
+    }
+
+    /// Names a piece that nothing holds.
+    fn free_piece(&mut self, body: Entity) -> Option<String> {
+        type Query<'a> = (
+            (&'a Body, &'a Vertices, &'a Triangles, &'a Topology),
+            (Option<&'a Holds>, Option<&'a Springs>, Option<&'a Grips>, Option<&'a Contact>),
+        );
+        let ((body, vertices, triangles, topology), (holds, springs, grips, contact)) =
+            self.world.query_one_mut::<Query>(body).ok()?;
+        if contact.is_some() || grips.is_some() {
+            // Obstacles and jaws may hold a piece.
+            return None;
+        }
+        let (count, pieces) = topology.components();
+        let mut is_held = vec![false; count];
+        let held = holds.iter().flat_map(|holds| &holds.groups).flat_map(|hold| hold.members.rows());
+        let sprung = springs.iter().flat_map(|springs| springs.anchors.rows());
+        for &row in held.chain(sprung) {
+            let around = topology.incident.get(row as usize).into_iter().flatten();
+            around.for_each(|&corner| is_held[pieces[corner as usize / 3] as usize] = true);
+        }
+        let free = is_held.iter().position(|held| !held)?;
+        let of_piece = || pieces.iter().zip(triangles.corners.iter()).filter(|(piece, _)| **piece as usize == free);
+        let triangle_count = of_piece().count();
+        let corners = || of_piece().flat_map(|(_, corners)| corners).map(|&v| vertices.rest_position[v as usize]);
+        let centre = corners().sum::<DVec3>() / (3 * triangle_count) as f64;
+        Some(format!(
+            "piece {free} of {count} of body `{}`, {triangle_count} triangle(s) about ({:.3}, {:.3}, {:.3}) mm, is held by \
+             nothing: hold it, give it springs, or leave it out",
+            body.name, centre.x, centre.y, centre.z
+        ))
+    }
+
+    /// Says of a sheet without stiffness across its plane that it is one.
+    fn slack_sheet(&mut self, body: Entity) -> Option<String> {
+        type Query<'a> = (&'a Body, &'a Vertices, Option<&'a Planar>, Option<&'a Bending>, Option<&'a PreStretch>);
+        let (body, vertices, planar, bending, pre_stretch) = self.world.query_one_mut::<Query>(body).ok()?;
+        if planar.is_some() || bending.is_some() || pre_stretch.is_some() || !is_flat(&vertices.position) {
+            return None;
+        }
+        Some(format!(
+            "body `{}` is a flat sheet without tension, which has no stiffness across its plane: give it `bending = {{}}` or a \
+             `pre_stretch`, begin out of the plane, or keep it in it by `planar = true`",
+            body.name
+        ))
+    }
+}
+
+/// Whether points lie in one plane.
+fn is_flat(points: &[DVec3]) -> bool {
+    let Some(&first) = points.first() else { return false };
+    let offsets = || points.iter().map(|p| *p - first);
+    let longest = offsets().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared())).unwrap_or(DVec3::ZERO);
+    let normals = offsets().map(|offset| longest.cross(offset));
+    let normal = normals.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    let normal = normal.unwrap_or(DVec3::ZERO).normalize_or_zero();
+    offsets().all(|offset| offset.dot(normal).abs() <= FLAT * longest.length())
+}
