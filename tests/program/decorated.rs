@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3, dvec3};
 use rhexis::components::{Attributes, Channel};
 use rhexis::frame::{BodyFrame, Frame};
-use rhexis::output::write_gltf;
+use rhexis::output::{write_gltf, write_obj, write_ply};
 use rhexis::scene::mesh_file::{MeshFile, Reading, from_bytes_with};
 use rhexis::scene::{Document, generate};
 use rhexis::simulation::Simulation;
@@ -161,6 +161,28 @@ fn a_torn_body_as_gltf_is_what_another_reader_finds() {
     assert!(again.mesh.positions.iter().zip(&body.positions).all(|(a, b)| a.distance(*b * 1e-3) < 1e-8));
     let back = channel(&again, Channel::TextureCoordinates);
     assert!(back.iter().zip(&body.rest_positions).all(|(found, rest)| (found[1] - uv(*rest)[1]).abs() < 1e-6));
+}
+
+/// Numbers of OBJ and of binary PLY read back to the same bits; the reader of OBJ numbers vertices as triangles use them.
+#[test]
+fn a_torn_body_as_obj_and_ply_keeps_its_texture_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    let frame = torn();
+    let body = &frame.bodies[0];
+    let [obj, ply] = ["a.obj", "a.ply"].map(|name| folder.path().join(name));
+    write_obj(&obj, body).unwrap();
+    write_ply(&ply, body).unwrap();
+    let carried = body.attributes.as_ref().unwrap();
+    let carried: Vec<&[f64]> = carried.channel(Channel::TextureCoordinates).unwrap().collect();
+    for path in [obj, ply] {
+        let file = read(path.file_name().unwrap().to_str().unwrap(), std::fs::read(&path).unwrap());
+        let back = channel(&file, Channel::TextureCoordinates);
+        assert_eq!((back.len(), file.seams), (carried.len(), 0));
+        let corners = file.mesh.triangles.iter().zip(&body.triangles);
+        for (found, own) in corners.flat_map(|(found, own)| found.iter().zip(own)) {
+            assert_eq!(back[*found as usize], carried[*own as usize], "{}", path.display());
+        }
+    }
 }
 
 /// Lips that lie on each other are joined when they are read: at one place and with one texture coordinate they are no seam.
