@@ -18,16 +18,14 @@ const COLLINEAR: f64 = 1e-9;
 /// Parts of the mean edge by which a line that is too fine for the mesh is thinned, one after the other.
 const COARSER: [f64; 4] = [0.03, 0.06, 0.12, 0.25];
 
-/// What a cut may do to be made, the best first.
+/// What a cut may do to leave good triangles, the best first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Manner {
-    /// It stays on its line and leaves good triangles.
-    Fair,
-    /// It stays on its line and leaves what triangles there are.
-    Poor,
+    /// It stays on its line.
+    OnTheLine,
     /// Its ends go to vertices of the boundary that are all but there.
     EndsMoved,
-    /// It leaves its line for good triangles.
+    /// It leaves its line.
     BesideTheLine,
 }
 
@@ -50,6 +48,16 @@ pub struct CutOutcome {
     pub smallest_angle: f64,
 }
 
+impl CutOutcome {
+    /// The same stroke, begun at its end.
+    fn reversed(mut self) -> Self {
+        self.path.reverse();
+        self.ends.reverse();
+        self.has_met_boundary = !self.tips.iter().any(|(row, _)| *row == self.ends[1]);
+        self
+    }
+}
+
 impl Cutter<'_, '_> {
     /// Cuts along a polyline of at least two points \[mm, rest shape\], taken at the nearest points of the surface. A first
     /// point on the boundary, or nearer to it than a tenth of a triangle's height, starts a notch there. What lies outside the
@@ -68,7 +76,7 @@ impl Cutter<'_, '_> {
         let mut lines: Vec<Vec<DVec3>> = tolerances.map(|t| thinned(polyline, t.max(rounding))).collect();
         lines.dedup_by(|coarser, finer| coarser.len() >= finer.len());
         let mut refused = None;
-        for manner in [Manner::Fair, Manner::Poor, Manner::EndsMoved, Manner::BesideTheLine] {
+        for manner in [Manner::OnTheLine, Manner::EndsMoved, Manner::BesideTheLine] {
             for line in &lines {
                 match self.cut_strokes(line, polyline, manner) {
                     Ok(outcomes) => return Ok(outcomes),
@@ -101,15 +109,19 @@ impl Cutter<'_, '_> {
     fn cut_stroke(&mut self, stroke: &[DVec3], polyline: &[DVec3], manner: Manner) -> Result<CutOutcome, TearRefusal> {
         let mark = self.scratch.records.len();
         match manner {
-            Manner::Fair => {
+            Manner::OnTheLine => {
                 if let Ok((outcome, true)) = self.cut_through(stroke, polyline, 0.0) {
                     return Ok(outcome);
                 }
                 self.roll_back(mark);
-                self.cut_laid(stroke, polyline, (self.quality.least, 0.0))
+                self.cut_laid(stroke, polyline, 0.0).or_else(|refusal| {
+                    // What finds no way from one end may find it from the other.
+                    self.roll_back(mark);
+                    let reversed: Vec<DVec3> = stroke.iter().rev().copied().collect();
+                    self.cut_laid(&reversed, polyline, 0.0).map(CutOutcome::reversed).map_err(|_| refusal)
+                })
             }
-            Manner::Poor => self.cut_laid(stroke, polyline, (0.0, 0.0)),
-            Manner::EndsMoved => self.cut_laid(stroke, polyline, (0.0, TOO_NEAR_END)),
+            Manner::EndsMoved => self.cut_laid(stroke, polyline, TOO_NEAR_END),
             Manner::BesideTheLine => self.cut_through(stroke, polyline, NEAR_END).map(|(outcome, _)| outcome),
         }
     }

@@ -36,16 +36,18 @@ impl Cutter<'_, '_> {
     /// Cuts one stroke along its line and nowhere else.
     ///
     /// # Errors
-    /// Why the line cannot be laid, or [`TearRefusal::NoRoom`] where a triangle stays poorer than `least` \[rad\]; the caller rolls
+    /// Why the line cannot be laid, or [`TearRefusal::NoRoom`] where a triangle stays poorer than any was or may be; the caller rolls
     /// back. With `miss` above zero, points go to vertices of the boundary that are no farther than this part of an edge, and the line to
     /// vertices in its way, if they must.
     pub(super) fn cut_laid(
         &mut self,
         stroke: &[DVec3],
         polyline: &[DVec3],
-        (least, miss): (f64, f64),
+        miss: f64,
     ) -> Result<CutOutcome, TearRefusal> {
         let quality = self.quality;
+        let least =
+            (0..self.mesh.triangles.corners.len() as u32).map(|t| self.angle_of(t)).fold(quality.least, f64::min);
         (self.quality.least, self.quality.exact) = (POOREST, POOREST);
         let laid = self.lay(stroke, miss);
         self.quality = quality;
@@ -74,7 +76,24 @@ impl Cutter<'_, '_> {
                 path.push(reached);
             }
         }
-        Ok(Laid { path, points })
+        let mut laid = Laid { path, points };
+        self.halve_single_edge(&mut laid)?;
+        Ok(laid)
+    }
+
+    /// A line of one edge inside the surface could not open: it is given a vertex in its middle.
+    fn halve_single_edge(&mut self, laid: &mut Laid) -> Result<(), TearRefusal> {
+        let &[first, last] = laid.path.as_slice() else { return Ok(()) };
+        if [first, last].iter().any(|&row| self.mesh.topology.is_boundary_vertex(row)) {
+            return Ok(());
+        }
+        let missing = Refusal::NoSuchEdge { from: first, to: last };
+        let edge = self.mesh.topology.directed_edge(&self.mesh.triangles.corners, first, last);
+        let (triangle, edge) = edge.ok_or(missing)?;
+        let middle = self.mesh.vertices.len() as u32;
+        self.edit(&Edit::SplitEdge { triangle, edge, weight: 0.5 })?;
+        laid.path.insert(1, middle);
+        Ok(())
     }
 
     /// The next vertex of the line, which an edge joins to the last one then.
@@ -188,7 +207,8 @@ impl Cutter<'_, '_> {
         };
         let row = laid.path[place];
         let [a, p, b] = [before, row, after].map(|row| self.mesh.vertices.rest_position[row as usize]);
-        !laid.points.contains(&row)
+        laid.path.len() > 3
+            && !laid.points.contains(&row)
             && (self.is_movable)(row)
             && !self.mesh.topology.is_boundary_vertex(row)
             && super::cut_line::distance_to_segment(p, a, b) <= STRAIGHT * a.distance(b)
@@ -255,15 +275,6 @@ impl Cutter<'_, '_> {
         let (first, last) = (piece[0], piece[piece.len() - 1]);
         let starts_at_rim = self.mesh.topology.is_boundary_vertex(first);
         let ends_at_rim = self.mesh.topology.is_boundary_vertex(last);
-        if let ([_, _], false, false) = (piece.as_slice(), starts_at_rim, ends_at_rim) {
-            // One edge inside the surface cannot open.
-            let missing = Refusal::NoSuchEdge { from: first, to: last };
-            let edge = self.mesh.topology.directed_edge(&self.mesh.triangles.corners, first, last);
-            let (triangle, edge) = edge.ok_or(missing)?;
-            let middle = self.mesh.vertices.len() as u32;
-            self.edit(&Edit::SplitEdge { triangle, edge, weight: 0.5 })?;
-            piece.insert(1, middle);
-        }
         self.make_room_to_walk();
         let before = piece[piece.len() - 2];
         self.edit(&Edit::Open { path: piece.as_slice().into() })?;

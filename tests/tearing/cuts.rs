@@ -140,15 +140,14 @@ struct Case {
     reach: f64,
     /// A point this near to the middle, in x and in y, is inside the body.
     inside: f64,
+    /// Chords lie on the body.
+    is_flat: bool,
     /// How near lips are to each other \[mm\].
     near: f64,
 }
 
 /// Wedges \[rad\] below 15° are left to the mesh: it keeps angles of 10° where it can.
 const SHARPEST: f64 = 15.0 * PI / 180.0;
-
-/// A line that leaves triangles below 3° comes near to what edits refuse, 1°, and may have to leave its way from the other end.
-const POOREST: f64 = 3.0 * PI / 180.0;
 
 fn mirrored(p: DVec3) -> DVec3 {
     DVec3::new(-p.x, p.y, p.z)
@@ -168,15 +167,10 @@ fn check_lips(case: &Case, rounds: usize) {
         let count = 2 + round % 3;
         let mut place = || case.reach * (2.0 * dice.unit() - 1.0);
         let line: Vec<DVec3> = (0..count).map(|_| (case.on_surface)(DVec3::new(place(), place(), 0.0))).collect();
-        let plain = match cut(mesh, before, std::slice::from_ref(&line)) {
-            Ok(plain) => plain,
-            Err(error) => {
-                println!("{} {round}: {error} {line:?}", case.name);
-                continue;
-            }
-        };
+        let Ok(plain) = cut(mesh, before, std::slice::from_ref(&line)) else { continue };
         made += 1;
-        if plain[0].smallest_angle < POOREST {
+        if case.is_flat && plain[0].off_line > *near {
+            // The mesh has no room for good triangles along the line, or it begins or ends beside the rim.
             continue;
         }
         if line.windows(3).any(|p| (p[1] - p[0]).angle_between(p[2] - p[1]) > PI - SHARPEST) {
@@ -194,15 +188,8 @@ fn check_lips(case: &Case, rounds: usize) {
             let length = |cuts: &[Cut]| cuts.iter().map(|cut| cut.made).sum::<f64>();
             let off = apart(&plain, &other).max(apart(&other, &plain));
             let longer = length(&other) - length(&plain);
-            let angle = |cuts: &[Cut]| cuts.iter().map(|c| c.smallest_angle.to_degrees()).fold(180.0, f64::min);
             if off > *near || longer.abs() > 10.0 * near {
-                bad.push(format!(
-                    "{} {round} {what} {line:?}: {off:e} mm apart, {longer:e} mm longer, off line {:?} {:?} angles {} {}",
-                    case.name,
-                    plain.iter().map(|c| c.off_line).collect::<Vec<_>>(),
-                    other.iter().map(|c| c.off_line).collect::<Vec<_>>(),
-                    angle(&plain), angle(&other)
-                ));
+                bad.push(format!("{} {round} {what} {line:?}: {off:e} mm apart, {longer:e} mm longer", case.name));
             }
         };
         let pairs = line.windows(2);
@@ -217,9 +204,9 @@ fn check_lips(case: &Case, rounds: usize) {
             compare("split", cut(mesh, before, &[line[..2].to_vec(), line[1..].to_vec()]), |p| p);
         }
     }
-    println!("{} {}/{rounds}", case.name, made);
     assert!(bad.is_empty(), "{} bad:\n{}", bad.len(), bad.join("\n"));
-    assert!(made * 10 >= rounds * 7, "{}: {made} of {rounds}", case.name);
+    // Random lines pass as near to vertices that may not move as they like, where nothing fits between.
+    assert!(made * 10 >= rounds * 8, "{}: {made} of {rounds}", case.name);
 }
 
 fn plate() -> TriangleMesh {
@@ -232,7 +219,8 @@ fn plate() -> TriangleMesh {
 fn the_same_line_given_otherwise_leaves_the_same_lips_on_a_plate() {
     // Roundings of lines of 10 mm, at crossings of 1e-3 rad at the least.
     let (mesh, near) = (plate(), 1e-9);
-    let case = Case { name: "flat", mesh, before: vec![], on_surface: |p| p, reach: 6.0, inside: 4.5, near };
+    let case =
+        Case { name: "flat", is_flat: true, mesh, before: vec![], on_surface: |p| p, reach: 6.0, inside: 4.5, near };
     check_lips(&case, 60);
 }
 
@@ -240,7 +228,8 @@ fn the_same_line_given_otherwise_leaves_the_same_lips_on_a_plate() {
 fn the_same_line_given_otherwise_leaves_the_same_lips_on_a_torn_plate() {
     let slit = vec![vec![DVec3::new(-1.9, -3.0, 0.0), DVec3::new(1.7, 3.1, 0.0)]];
     let (mesh, near) = (plate(), 1e-9);
-    let case = Case { name: "torn", mesh, before: slit, on_surface: |p| p, reach: 6.0, inside: 4.5, near };
+    let case =
+        Case { name: "torn", is_flat: true, mesh, before: slit, on_surface: |p| p, reach: 6.0, inside: 4.5, near };
     check_lips(&case, 60);
 }
 
@@ -248,6 +237,8 @@ fn the_same_line_given_otherwise_leaves_the_same_lips_on_a_torn_plate() {
 fn the_same_line_given_otherwise_leaves_the_same_lips_on_a_cap() {
     let mesh = generate::cap(10.0, 10.0, 600).unwrap();
     let on_surface = |p: DVec3| DVec3::new(p.x, p.y, (100.0 - p.x * p.x - p.y * p.y).sqrt() - 10.0);
-    let case = Case { name: "cap", mesh, before: vec![], on_surface, reach: 3.4, inside: 3.4, near: 0.02 };
+    // A way over the triangles from either end leaves that of the other by some sagittas of an edge of 0.6 mm, h²/(8·R) = 5 µm.
+    let case =
+        Case { name: "cap", is_flat: false, mesh, before: vec![], on_surface, reach: 3.4, inside: 3.4, near: 0.02 };
     check_lips(&case, 60);
 }
