@@ -1,8 +1,10 @@
 //! What a step did and what it cost.
 
+mod guard;
 mod opening;
 mod tear_course;
 
+pub use guard::{GuardCause, GuardFigures, GuardPlace};
 pub use opening::{Axis, Opening, boundary_loops};
 pub use tear_course::{CourseFigures, Outcome, TearCourse};
 
@@ -79,6 +81,8 @@ pub struct BodyReport {
     pub held_back_criterion: f64,
     /// Why the body's step was given up, where it was: its last good state stands, at this time or before.
     pub fault: Option<Fault>,
+    /// What the guard against created energy did to the body in this step.
+    pub guard: GuardFigures,
     /// Whether the body sleeps: no system ran on it, and the other figures are those of the last step that did.
     pub is_asleep: bool,
 }

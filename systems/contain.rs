@@ -27,6 +27,7 @@
 mod folds;
 mod lanes;
 pub mod nonlinear;
+mod place;
 
 use super::kernels::membrane;
 use super::kernels::membrane_lanes::Far;
@@ -37,6 +38,7 @@ use crate::components::{
     Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
 };
 use crate::math::{ElementState, Faded, FibreLaw, Orthotropic, Sym2};
+use crate::report::{GuardCause, GuardPlace};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::{DVec2, DVec3};
@@ -69,7 +71,7 @@ const ROUNDING: f64 = 1e-12;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>),
+    (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>, place::Holders<'a>),
     (Option<&'a Damping>, Option<&'a Drag>),
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
@@ -83,10 +85,10 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     let count = parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), (_, scratch, _), ..)| scratch.rows_to_solve(triangles.len()),
+        |((_, triangles, ..), (_, scratch, ..), ..)| scratch.rows_to_solve(triangles.len()),
         |(
             (vertices, triangles, topology, frames),
-            (increment, scratch, folds),
+            (increment, scratch, folds, holders),
             (damping, drag),
             (pre_stretch, planar, fibres),
         )| {
@@ -131,7 +133,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 scratch.left_over = (before + work).max(0.0);
                 return;
             }
-            let more = solved.left_over(1.0, partials);
+            let more = solved.left_over(Way::Part(1.0), partials);
             if bound.is_finite() {
                 // What was not looked at has created as much of its bound as what is looked at now.
                 before += *unseen * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
@@ -139,9 +141,12 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             let most = most - *unseen;
             let before = before.min(most);
-            let (mut part, mut sum) = (1.0, before + more + work);
+            let (mut part, mut sum, mut place) = (1.0, before + more + work, None);
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
+            if !(sum <= most) {
+                place = Some(solved.place(work, more + work, holders, partials));
+            }
             if step.is_last_resort && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
                 (part, sum) = solved.shorten(&bounds, HALVED, partials);
@@ -151,6 +156,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 }
             }
             scratch.creates_energy = !(sum <= most);
+            increment.creates_at = place;
             if scratch.creates_energy {
                 return;
             }
@@ -160,6 +166,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 scratch.is_held_back = true;
                 increment.is_part = true;
                 increment.limits[0] = true;
+                let place = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
+                increment.guard.limit(place, increment.delta.len());
                 increment
                     .delta
                     .iter_mut()
@@ -222,6 +230,15 @@ fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
     delta * (DVec3::ONE - free * (1.0 - part))
 }
 
+/// How far vertices go of a solve's answer.
+#[derive(Clone, Copy)]
+enum Way<'a> {
+    /// The same part along free axes.
+    Part(f64),
+    /// Displacements of their own \[mm\].
+    Each(&'a [DVec3]),
+}
+
 /// A body and the solve's answer.
 struct Solved<'a> {
     operator: Operator<'a>,
@@ -263,7 +280,7 @@ impl Solved<'_> {
             if part < least {
                 part = 0.0;
             }
-            let left_over = self.left_over(part, partials);
+            let left_over = self.left_over(Way::Part(part), partials);
             let sum = before + left_over + part * (work - (1.0 - part) * unsolved);
             if sum <= most || part == 0.0 {
                 return (part, sum);
@@ -280,12 +297,20 @@ impl Solved<'_> {
         0.5 * self.volume(t) * membrane::twice_energy(state, &self.operator.triangles.stiffness[t], law)
     }
 
-    /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer.
-    fn of_triangle(&self, t: usize, part: f64) -> f64 {
-        let Self { operator: Operator { vertices, triangles, frames, .. }, increment, .. } = self;
+    /// The displacement of a vertex that goes this `way` \[mm\].
+    fn along(&self, way: Way<'_>, v: usize) -> DVec3 {
+        match way {
+            Way::Part(part) => partly(self.increment.delta[v], self.free[v], part),
+            Way::Each(each) => each[v],
+        }
+    }
+
+    /// What a triangle leaves over \[mJ\] where it goes this `way`.
+    fn of_triangle(&self, t: usize, way: Way<'_>) -> f64 {
+        let Self { operator: Operator { vertices, triangles, frames, .. }, .. } = self;
         let rest = &triangles.rest[t];
         let corners = triangles.corners[t].map(|v| v as usize);
-        let u = corners.map(|v| partly(increment.delta[v], self.free[v], part));
+        let u = corners.map(|v| self.along(way, v));
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = frames.state(t);
@@ -298,6 +323,16 @@ impl Solved<'_> {
             + self.damped(t, rate)
             + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
         end - self.stored(t, &start) - work
+    }
+
+    /// [`damped`](Self::damped) where a triangle goes this `way`.
+    fn damped_along(&self, t: usize, way: Way<'_>) -> f64 {
+        if !self.is_damped_before {
+            return 0.0;
+        }
+        let Operator { triangles, frames, .. } = self.operator;
+        let u = triangles.corners[t].map(|v| self.along(way, v as usize));
+        self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
     }
 
     /// What damping by what the step's earlier solves have gone does along a stretch rate \[mJ\], and in these where they are not counted.
@@ -313,10 +348,10 @@ impl Solved<'_> {
         self.volume(t) * stress.contract(along)
     }
 
-    /// What this `part` of the answer leaves over \[mJ\].
-    fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
+    /// What this `way` leaves over \[mJ\].
+    fn left_over(&self, way: Way<'_>, partials: &mut Vec<f64>) -> f64 {
         let Self { operator: Operator { vertices, triangles, topology, tangent, .. }, increment, .. } = self;
-        let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
+        let is_alike = matches!(way, Way::Part(1.0)) && self.fibres.is_none() && *tangent == Tangent::Rotated;
         let sum = if is_alike {
             let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
             if frames.is_planar() {
@@ -325,10 +360,10 @@ impl Solved<'_> {
                 parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.solid })
             }
         } else {
-            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
+            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, way))
         };
         let dissipated = |v: usize| {
-            let delta = partly(increment.delta[v], self.free[v], part);
+            let delta = self.along(way, v);
             let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
             let gone = increment.displacement[v];
             let (earlier, dragged) = if self.is_counted {
@@ -340,7 +375,7 @@ impl Solved<'_> {
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
                 + drag * (dragged + delta.dot(gone + delta))
         };
-        let sum = sum + self.bent(part, partials);
+        let sum = sum + self.bent(way, partials);
         if sum == 0.0 { 0.0 } else { sum - parallel::sum(vertices.len(), partials, dissipated) }
     }
 

@@ -26,16 +26,13 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
     counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
     counted(t.late, "a linear solve stopped because its time was up: another run may give other figures");
-    counted(
-        t.part_of_way,
-        "a body went only a part of its way, lest it create energy: take a smaller run.dt or more damping",
-    );
     counted(t.put_outside, "vertices were put back outside an obstacle, where no solve had left them");
     counted(t.cut_short, "a tear could have gone on when the step had used up run.resumes or run.static_advances");
     if t.rolled_back > 0 {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
     }
     for body in bodies {
+        list.extend(body.guard.caveat(&body.name, t.steps));
         if let Some(part) = body.relative_imbalance.filter(|&part| part > MOST_IMBALANCE) {
             let what = "of its largest term: some force or edit of this run is not accounted for (balance_mj)";
             list.push(format!("{}: the energy balance is off by {:.2} % {what}", body.name, 100.0 * part));

@@ -12,6 +12,7 @@ mod checkpoint;
 mod course;
 mod dump;
 mod files;
+mod guard;
 mod inputs;
 mod interrupt;
 mod journal;

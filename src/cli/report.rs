@@ -2,6 +2,7 @@
 
 use super::caveats::caveats;
 use super::course::CourseReport;
+use super::guard::GuardTally;
 use super::progress::real_time_factor;
 use super::series::Observation;
 use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
@@ -86,6 +87,8 @@ pub(super) struct BodyFigures {
     pub relative_unbalanced: Option<f64>,
     pub reactions: Vec<ForceFigures>,
     pub grips: Vec<GripFigures>,
+    /// What the guard against created energy did.
+    pub guard: GuardTally,
     /// Absent for a body that cannot tear or is not gripped.
     pub course: Option<CourseReport>,
     /// Absent for a body that cannot tear and was not cut.
@@ -310,6 +313,7 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
         balance_mj: balance.map(|balance| balance.terms().into_iter().collect()),
         reactions,
         grips,
+        guard: s.tally.guard(index),
         course: s.courses.iter().find(|course| course.body() == body).map(|c| CourseReport::of(&c.figures())),
         tear: tear_figures(instance, body),
     }

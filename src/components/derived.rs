@@ -2,7 +2,7 @@
 
 use super::{FreeAxes, Readings, Stops};
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
-use crate::report::Fault;
+use crate::report::{Fault, GuardFigures, GuardPlace};
 use crate::settings::Tangent;
 use crate::storage::room::grow;
 use crate::storage::{Edit, EditRecord, Triangles};
@@ -141,6 +141,12 @@ pub struct Increment {
     /// Whether the one and the other have happened in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub limits: [bool; 2],
+    /// What the guard against created energy did in the step that was asked for.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub guard: GuardFigures,
+    /// Where the last solve would have created energy.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub creates_at: Option<GuardPlace>,
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
 }

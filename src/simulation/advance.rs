@@ -4,7 +4,7 @@ use crate::components::{
     EnergyAudit, Forceps, Grips, Increment, Reactions, Sleeping, SolverScratch, TearDecisions, Tearing,
 };
 use crate::math::elementary;
-use crate::report::{Fault, Report};
+use crate::report::{Fault, GuardCause, GuardPlace, Report};
 use crate::schedule::{Schedule, Stage};
 use crate::settings::{LinearParams, Settings};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -352,8 +352,10 @@ fn has_sound(world: &mut World, failed: &mut Aside) -> bool {
         return true;
     }
     for (body, fault) in unsound {
-        if let Ok(found) = world.query_one_mut::<Started>(body) {
-            set_back(found);
+        if let Ok(((vertices, increment, scratch, audit), read)) = world.query_one_mut::<Started>(body) {
+            let place = refused_at(fault, vertices, increment);
+            increment.guard.refuse(place);
+            set_back(((vertices, increment, scratch, audit), read));
         }
         if let Ok(mut scratch) = world.remove_one::<SolverScratch>(body) {
             scratch.fault = Some(fault);
@@ -361,6 +363,22 @@ fn has_sound(world: &mut World, failed: &mut Aside) -> bool {
         }
     }
     world.query_mut::<&SolverScratch>().into_iter().next().is_some()
+}
+
+/// Why and where a body's step is undone.
+fn refused_at(fault: Fault, vertices: &Vertices, increment: &mut Increment) -> GuardPlace {
+    let found = increment.creates_at.take();
+    let cause = match fault {
+        Fault::CreatesEnergy => return found.unwrap_or(GuardPlace::nowhere(GuardCause::Iterations)),
+        Fault::NotFinite => GuardCause::NotFinite,
+        Fault::Unsolvable => GuardCause::Unsolvable,
+    };
+    let Vertices { position, velocity, mass, .. } = vertices;
+    let motion = |v: usize| mass[v] * velocity[v].length_squared();
+    let is_finite = |v: usize| position[v].is_finite() && motion(v).is_finite();
+    let nowhere = GuardPlace::nowhere(cause);
+    let Some(v) = (0..vertices.len()).find(|&v| !is_finite(v)) else { return nowhere };
+    GuardPlace { vertex: u32::try_from(v).ok(), at: vertices.rest_position[v], ..nowhere }
 }
 
 type Started<'a> = (

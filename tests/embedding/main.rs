@@ -7,6 +7,7 @@ mod doors;
 mod embed;
 mod examples;
 mod forces;
+mod guarded;
 mod hostile_calls;
 mod obstacles;
 mod one_bad_body;
