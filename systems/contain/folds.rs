@@ -1,6 +1,7 @@
 //! What bending adds to what a step leaves over.
 
-use super::{Solved, Way};
+use super::Solved;
+use super::patch::Way;
 use crate::components::Increment;
 use crate::settings::Tangent;
 

@@ -11,6 +11,7 @@ mod found_by_stress;
 mod holzapfel_gasser_ogden;
 mod integrator;
 mod noise;
+mod patches;
 mod rest_and_release;
 mod stiffening_fibres;
 
