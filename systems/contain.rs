@@ -24,28 +24,29 @@
 //!
 //! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
 
-mod bound;
 mod folds;
 mod lanes;
 pub mod nonlinear;
-mod patch;
 mod place;
 
 use super::kernels::membrane;
+use super::kernels::membrane_lanes::Far;
 use super::kernels::path_work::Element;
 use super::linear::{Folds, Operator, reactions};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
     Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
 };
-use crate::math::{ElementState, FibreLaw, Orthotropic, Sym2};
+use crate::math::{ElementState, Faded, FibreLaw, Orthotropic, Sym2};
 use crate::report::{GuardCause, GuardPlace};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
-use bound::bound;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use lanes::Whole;
-use patch::Way;
+
+/// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than 0.1, and
+/// what it creates has a bound.
+const FAR: f64 = 0.1;
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
 /// much smaller one would refuse steps that do no harm.
@@ -140,19 +141,15 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             let most = most - *unseen;
             let before = before.min(most);
-            let (mut part, mut sum, mut place, mut patches) = (1.0, before + more + work, None, None);
+            let (mut part, mut sum, mut place) = (1.0, before + more + work, None);
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
             if !(sum <= most) {
                 place = Some(solved.place(work, more + work, holders, partials));
             }
             if step.is_last_resort && !(sum <= most) {
-                let bounds = Bounds { before, more, work, unsolved: solved.unsolved(partials), most };
-                patches = solved.limit_patches(&bounds, holders.1, partials);
-                (part, sum) = match &patches {
-                    Some(limited) => (1.0, limited.sum),
-                    None => solved.shorten(&bounds, HALVED, partials),
-                };
+                let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
+                (part, sum) = solved.shorten(&bounds, HALVED, partials);
                 // What stands and would stand for ever goes as little as need be.
                 if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
                     (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
@@ -165,21 +162,12 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             scratch.left_over = sum.max(0.0);
             scratch.is_counted = true;
-            let vertex_count = match &patches {
-                Some(limited) => limited.vertices,
-                None if part < 1.0 => increment.delta.len(),
-                None => 0,
-            };
-            if vertex_count > 0 {
+            if part < 1.0 {
+                scratch.is_held_back = true;
                 increment.is_part = true;
                 increment.limits[0] = true;
                 let place = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
-                increment.guard.limit(place, vertex_count);
-            }
-            if let Some(limited) = patches {
-                increment.delta.copy_from_slice(&limited.way);
-            } else if part < 1.0 {
-                scratch.is_held_back = true;
+                increment.guard.limit(place, increment.delta.len());
                 increment
                     .delta
                     .iter_mut()
@@ -203,9 +191,52 @@ fn shorter(part: f64) -> f64 {
     }
 }
 
+/// No less \[mJ\] than what the triangles create, none where one may go [far](FAR).
+///
+/// Of a stretch the tangent leaves out no more than a²/t, with the change a of the triangle's gradient and t twice its [mean
+/// stretch](uncrushed): Σ V·(|T|·a²/t + (a²/t)·C·(a²/t)) is bounded by the stored energy and Schwarz's inequality.
+fn bound(
+    (increment, triangles, frames): (&Increment, &Triangles, &Frames),
+    (twice_stored, stiffest): (f64, f64),
+    partials: &mut Vec<f64>,
+    pairs: &mut Vec<DVec2>,
+) -> f64 {
+    let least = parallel::least(frames.len(), partials, |t| uncrushed(&frames.state(t), frames.is_planar()));
+    let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
+    let far = Far { corners, rest, displacement, from: FAR * least };
+    let DVec2 { x: count, y: fourth } = parallel::sum_chunks(&mut vec![(); triangles.len()], pairs, &far);
+    if count > 0.0 {
+        return f64::INFINITY;
+    }
+    let missed = stiffest * fourth / (4.0 * least * least);
+    (twice_stored * missed).sqrt() + missed
+}
+
+/// The mean stretch, between 0 and 1, or what part of it is no mirror image: a turn changes the gradient of a triangle
+/// that is crushed by so much less, and where nothing is left of its stretches, or the law fades, any change may turn
+/// it over.
+fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
+    let stretch = state.polar.stretch;
+    if Faded::at(stretch, is_planar).is_some() {
+        return 0.0;
+    }
+    let (deviator, shear) = (stretch.xx - stretch.yy, 2.0 * stretch.xy);
+    let (trace, mirrored) = (stretch.trace(), (deviator * deviator + shear * shear).sqrt());
+    (0.5 * trace * (trace / mirrored).min(1.0)).clamp(0.0, 1.0)
+}
+
 /// A displacement of which only a part is gone along free axes.
 fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
     delta * (DVec3::ONE - free * (1.0 - part))
+}
+
+/// How far vertices go of a solve's answer.
+#[derive(Clone, Copy)]
+enum Way<'a> {
+    /// The same part along free axes.
+    Part(f64),
+    /// Displacements of their own \[mm\].
+    Each(&'a [DVec3]),
 }
 
 /// A body and the solve's answer.
@@ -230,8 +261,6 @@ struct Solved<'a> {
 struct Bounds {
     /// What earlier solves have left over.
     before: f64,
-    /// What the whole answer leaves over.
-    more: f64,
     /// What the residual has done.
     work: f64,
     /// See [`Solved::unsolved`].
@@ -244,7 +273,7 @@ impl Solved<'_> {
     /// The largest part of the answer, down to the `least`, that leaves no more over than is bearable, and that; a part of 0 whatever it
     /// leaves over.
     fn shorten(&self, bounds: &Bounds, least: f64, partials: &mut Vec<f64>) -> (f64, f64) {
-        let &Bounds { before, work, unsolved, most, .. } = bounds;
+        let &Bounds { before, work, unsolved, most } = bounds;
         let mut part = 1.0;
         loop {
             part = shorter(part);

@@ -1,7 +1,6 @@
 //! What bending adds to what a step leaves over.
 
-use super::Solved;
-use super::patch::Way;
+use super::{Solved, Way};
 use crate::components::Increment;
 use crate::settings::Tangent;
 

@@ -11,7 +11,6 @@ mod found_by_stress;
 mod holzapfel_gasser_ogden;
 mod integrator;
 mod noise;
-mod patches;
 mod rest_and_release;
 mod stiffening_fibres;
 
