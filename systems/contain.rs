@@ -24,29 +24,26 @@
 //!
 //! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
 
+mod bound;
 mod folds;
 mod lanes;
 pub mod nonlinear;
 mod place;
 
 use super::kernels::membrane;
-use super::kernels::membrane_lanes::Far;
 use super::kernels::path_work::Element;
 use super::linear::{Folds, Operator, reactions};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
     Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
 };
-use crate::math::{ElementState, Faded, FibreLaw, Orthotropic, Sym2};
+use crate::math::{ElementState, FibreLaw, Orthotropic, Sym2};
 use crate::report::{GuardCause, GuardPlace};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
-use glam::{DVec2, DVec3};
+use bound::bound;
+use glam::DVec3;
 use lanes::Whole;
-
-/// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than 0.1, and
-/// what it creates has a bound.
-const FAR: f64 = 0.1;
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
 /// much smaller one would refuse steps that do no harm.
@@ -133,7 +130,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 scratch.left_over = (before + work).max(0.0);
                 return;
             }
-            let more = solved.left_over(Way::Part(1.0), partials);
+            let more = solved.left_over(1.0, partials);
             if bound.is_finite() {
                 // What was not looked at has created as much of its bound as what is looked at now.
                 before += *unseen * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
@@ -191,52 +188,9 @@ fn shorter(part: f64) -> f64 {
     }
 }
 
-/// No less \[mJ\] than what the triangles create, none where one may go [far](FAR).
-///
-/// Of a stretch the tangent leaves out no more than a²/t, with the change a of the triangle's gradient and t twice its [mean
-/// stretch](uncrushed): Σ V·(|T|·a²/t + (a²/t)·C·(a²/t)) is bounded by the stored energy and Schwarz's inequality.
-fn bound(
-    (increment, triangles, frames): (&Increment, &Triangles, &Frames),
-    (twice_stored, stiffest): (f64, f64),
-    partials: &mut Vec<f64>,
-    pairs: &mut Vec<DVec2>,
-) -> f64 {
-    let least = parallel::least(frames.len(), partials, |t| uncrushed(&frames.state(t), frames.is_planar()));
-    let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
-    let far = Far { corners, rest, displacement, from: FAR * least };
-    let DVec2 { x: count, y: fourth } = parallel::sum_chunks(&mut vec![(); triangles.len()], pairs, &far);
-    if count > 0.0 {
-        return f64::INFINITY;
-    }
-    let missed = stiffest * fourth / (4.0 * least * least);
-    (twice_stored * missed).sqrt() + missed
-}
-
-/// The mean stretch, between 0 and 1, or what part of it is no mirror image: a turn changes the gradient of a triangle
-/// that is crushed by so much less, and where nothing is left of its stretches, or the law fades, any change may turn
-/// it over.
-fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
-    let stretch = state.polar.stretch;
-    if Faded::at(stretch, is_planar).is_some() {
-        return 0.0;
-    }
-    let (deviator, shear) = (stretch.xx - stretch.yy, 2.0 * stretch.xy);
-    let (trace, mirrored) = (stretch.trace(), (deviator * deviator + shear * shear).sqrt());
-    (0.5 * trace * (trace / mirrored).min(1.0)).clamp(0.0, 1.0)
-}
-
 /// A displacement of which only a part is gone along free axes.
 fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
     delta * (DVec3::ONE - free * (1.0 - part))
-}
-
-/// How far vertices go of a solve's answer.
-#[derive(Clone, Copy)]
-enum Way<'a> {
-    /// The same part along free axes.
-    Part(f64),
-    /// Displacements of their own \[mm\].
-    Each(&'a [DVec3]),
 }
 
 /// A body and the solve's answer.
@@ -280,7 +234,7 @@ impl Solved<'_> {
             if part < least {
                 part = 0.0;
             }
-            let left_over = self.left_over(Way::Part(part), partials);
+            let left_over = self.left_over(part, partials);
             let sum = before + left_over + part * (work - (1.0 - part) * unsolved);
             if sum <= most || part == 0.0 {
                 return (part, sum);
@@ -297,20 +251,12 @@ impl Solved<'_> {
         0.5 * self.volume(t) * membrane::twice_energy(state, &self.operator.triangles.stiffness[t], law)
     }
 
-    /// The displacement of a vertex that goes this `way` \[mm\].
-    fn along(&self, way: Way<'_>, v: usize) -> DVec3 {
-        match way {
-            Way::Part(part) => partly(self.increment.delta[v], self.free[v], part),
-            Way::Each(each) => each[v],
-        }
-    }
-
-    /// What a triangle leaves over \[mJ\] where it goes this `way`.
-    fn of_triangle(&self, t: usize, way: Way<'_>) -> f64 {
+    /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer.
+    fn of_triangle(&self, t: usize, part: f64) -> f64 {
         let Self { operator: Operator { vertices, triangles, frames, .. }, .. } = self;
         let rest = &triangles.rest[t];
         let corners = triangles.corners[t].map(|v| v as usize);
-        let u = corners.map(|v| self.along(way, v));
+        let u = corners.map(|v| partly(self.increment.delta[v], self.free[v], part));
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = frames.state(t);
@@ -325,13 +271,13 @@ impl Solved<'_> {
         end - self.stored(t, &start) - work
     }
 
-    /// [`damped`](Self::damped) where a triangle goes this `way`.
-    fn damped_along(&self, t: usize, way: Way<'_>) -> f64 {
+    /// [`damped`](Self::damped) where a triangle goes this `part` of the answer.
+    fn damped_along(&self, t: usize, part: f64) -> f64 {
         if !self.is_damped_before {
             return 0.0;
         }
         let Operator { triangles, frames, .. } = self.operator;
-        let u = triangles.corners[t].map(|v| self.along(way, v as usize));
+        let u = triangles.corners[t].map(|v| partly(self.increment.delta[v as usize], self.free[v as usize], part));
         self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
     }
 
@@ -348,10 +294,10 @@ impl Solved<'_> {
         self.volume(t) * stress.contract(along)
     }
 
-    /// What this `way` leaves over \[mJ\].
-    fn left_over(&self, way: Way<'_>, partials: &mut Vec<f64>) -> f64 {
+    /// What this `part` of the answer leaves over \[mJ\].
+    fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
         let Self { operator: Operator { vertices, triangles, topology, tangent, .. }, increment, .. } = self;
-        let is_alike = matches!(way, Way::Part(1.0)) && self.fibres.is_none() && *tangent == Tangent::Rotated;
+        let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
         let sum = if is_alike {
             let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
             if frames.is_planar() {
@@ -360,10 +306,10 @@ impl Solved<'_> {
                 parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.solid })
             }
         } else {
-            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, way))
+            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
         };
         let dissipated = |v: usize| {
-            let delta = self.along(way, v);
+            let delta = partly(self.increment.delta[v], self.free[v], part);
             let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
             let gone = increment.displacement[v];
             let (earlier, dragged) = if self.is_counted {
@@ -375,7 +321,7 @@ impl Solved<'_> {
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
                 + drag * (dragged + delta.dot(gone + delta))
         };
-        let sum = sum + self.bent(way, partials);
+        let sum = sum + self.bent(part, partials);
         if sum == 0.0 { 0.0 } else { sum - parallel::sum(vertices.len(), partials, dissipated) }
     }
 

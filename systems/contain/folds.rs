@@ -1,17 +1,17 @@
 //! What bending adds to what a step leaves over.
 
-use super::{Solved, Way};
+use super::{Solved, partly};
 use crate::components::Increment;
 use crate::settings::Tangent;
 
 impl Solved<'_> {
-    /// What the folds leave over by this `way` \[mJ\].
-    pub(super) fn bent(&self, way: Way<'_>, partials: &mut Vec<f64>) -> f64 {
+    /// What the folds leave over by this `part` of the answer \[mJ\].
+    pub(super) fn bent(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
         let Some(folds) = self.operator.folds else { return 0.0 };
-        let Increment { start, displacement, .. } = self.increment;
+        let Increment { start, displacement, delta, .. } = self.increment;
         let before = self.is_damped_before.then_some((displacement.as_slice(), self.is_counted));
         let motion = |v: usize| {
-            let u = self.along(way, v);
+            let u = partly(delta[v], self.free[v], part);
             [u, start[v] + (displacement[v] + u)]
         };
         let is_exact = self.operator.tangent == Tangent::Exact;

@@ -1,6 +1,6 @@
 //! What a solve leaves over, for four triangles side by side: bodies of the linear law with the rotated tangent, and all of the answer.
 
-use super::{Solved, Way};
+use super::Solved;
 use crate::math::GeometricStiffness;
 use crate::systems::kernels::gather::{StateLanes, Stored, at_corners, gradients_of, law_of, less};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
@@ -113,11 +113,7 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
             let sound = if solved.is_planar { zero - (zero - end.sound).max(zero - trace * trace) } else { end.sound };
             let [sound, least] = [sound.to_array(), end.least.to_array()];
             for lane in 0..count {
-                sum += if sound[lane] > least[lane] {
-                    more[lane]
-                } else {
-                    solved.of_triangle(start + lane, Way::Part(1.0))
-                };
+                sum += if sound[lane] > least[lane] { more[lane] } else { solved.of_triangle(start + lane, 1.0) };
             }
         }
         sum
@@ -194,7 +190,7 @@ mod tests {
                 // The step's first solve; a later one, with what damping has done in the first or without.
                 for (is_damped_before, is_counted) in [(false, false), (true, true), (true, false)] {
                     (solved.is_damped_before, solved.is_counted) = (is_damped_before, is_counted);
-                    let each: Vec<f64> = (0..count).map(|t| solved.of_triangle(t, Way::Part(1.0))).collect();
+                    let each: Vec<f64> = (0..count).map(|t| solved.of_triangle(t, 1.0)).collect();
                     let wide = [true, false].map(|is_portable| {
                         force_portable(is_portable);
                         let Frames { solid, flat, .. } = solved.operator.frames;
@@ -236,7 +232,7 @@ mod tests {
                 solved.is_counted = is_counted;
                 let [with, without] = [2e-3, 0.0].map(|drag| {
                     solved.drag = drag;
-                    solved.left_over(Way::Part(1.0), &mut Vec::new())
+                    solved.left_over(1.0, &mut Vec::new())
                 });
                 // Rounding of what is left over, some hundred times what drag takes.
                 assert!((without - with - 2e-3 * way).abs() < 1e-12 * without.abs(), "{without} {with} {way}");
