@@ -8,14 +8,15 @@ use divan::{Bencher, black_box, counter::ItemsCount};
 use fig2::{LARGE, SMALL, hand, square};
 use glam::{DVec2, DVec3};
 use hecs::Entity;
-use rhexis::components::{DecidedBy, EnergyCriterion, Tearing, Toughness};
+use rhexis::components::{Bending, DecidedBy, EnergyCriterion, Tearing, Toughness};
 use rhexis::math::Sym2;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{EditRecord, Mesh, Tips, Topology, Triangles, Vertices, undo};
 use rhexis::systems::kernels::failure::{Cone, Search, Sector, Strength, evaluate};
 use rhexis::systems::tearing::{
-    Cutter, Disc, EnergyTerms, Quality, Surface, TearScratch, TipMemory, Walk, energy_decision, lay_at_tip, strength,
+    Cutter, Disc, EnergyTerms, Quality, ShiftedDisc, Surface, TearScratch, TipMemory, Walk, energy_decision,
+    lay_at_tip, strength,
 };
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
@@ -158,6 +159,30 @@ fn energy_at_rest(bencher: Bencher, edges_per_radius: f64) {
         let mut decide = || energy_decision(surface, terms, 0, (tip, DVec3::NEG_Y), &mut memory);
         assert!(decide().is_some_and(|(decision, _)| decision.by == DecidedBy::Energy));
         bencher.bench_local(decide);
+    });
+}
+
+/// The material force at a tip that rests, of a membrane in space; items are triangles of the disc.
+#[divan::bench(args = [3.0, 6.0])]
+fn material_force(bencher: Bencher, edges_per_radius: f64) {
+    shifted_disc(bencher, edges_per_radius, None);
+}
+
+/// The same with bending.
+#[divan::bench(args = [3.0, 6.0])]
+fn material_force_with_bending(bencher: Bencher, edges_per_radius: f64) {
+    shifted_disc(bencher, edges_per_radius, Some(&Bending::default()));
+}
+
+fn shifted_disc(bencher: Bencher, edges_per_radius: f64, bending: Option<&Bending>) {
+    at_tip(edges_per_radius, |surface, tip, radius| {
+        let surface = &Surface { is_planar: false, bending, ..*surface };
+        let (mut disc, mut walk) = (ShiftedDisc::default(), Walk::default());
+        let axes = surface.chart(tip).expect("a fan").axes();
+        let start = surface.topology.incident[tip as usize].iter().map(|entry| entry / 3);
+        disc.lay(surface, (tip, axes, radius), start, &mut walk);
+        let count = disc.triangles().count();
+        bencher.counter(ItemsCount::new(count)).bench_local(|| disc.force(black_box(surface)));
     });
 }
 

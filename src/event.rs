@@ -1,6 +1,6 @@
 //! What happened to the tissue, in order.
 
-use crate::components::DecidedBy;
+use crate::components::{DecidedBy, WithheldStart};
 use crate::report::GuardPlace;
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
@@ -62,6 +62,25 @@ pub struct Verdict {
     pub margin: f64,
     /// Whether the margin is under 5 %: by its nature another run could have gone the other way.
     pub is_ambiguous: bool,
+}
+
+/// What an advance costs by the toughness of its body, and by how much it came too late.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct TearCost {
+    /// Area torn: new length times thickness \[mm²\].
+    pub area: f64,
+    /// Toughness G_c in the direction that was taken \[N/mm\].
+    pub toughness: f64,
+    /// Overshoot G/G_c − 1 in the direction that was chosen: what a tear finds in excess when a step ends.
+    pub overshoot: f64,
+}
+
+impl TearCost {
+    /// Surface energy that the toughness claims for the area \[mJ\]. No step takes it out of the body.
+    pub fn surface_energy(&self) -> f64 {
+        self.area * self.toughness
+    }
 }
 
 /// What woke a body.
@@ -126,6 +145,8 @@ pub enum EventKind {
         by: DecidedBy,
         /// Energy that the advance was to release per area of tear \[N/mm\], where the criterion is on energy.
         release: Option<f64>,
+        /// What it costs, where the body has a toughness and no blade led it.
+        cost: Option<TearCost>,
         /// Whether it went there, or which other way.
         course: Course,
     },
@@ -177,6 +198,9 @@ pub enum EventKind {
         /// The criterion there.
         criterion: f64,
     },
+    /// The stress reaches the strength where there is no tear, and opening one would release less than the toughness. Told once, until
+    /// no start is refused for that; how often one was is counted ([`TearLog`](crate::components::TearLog)).
+    StartWithheld(WithheldStart),
     /// The criterion asked for an advance that the mesh could not make in any way. The tip rests, and is tried again in later
     /// steps; told once until it moves or relaxes.
     Refused {

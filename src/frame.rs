@@ -55,6 +55,8 @@ pub struct TipFrame {
     pub curve: Vec<(DVec3, f64)>,
     /// Material force \[N/mm\]: the energy released per area of tear by an advance along d is its product with d.
     pub material_force: DVec3,
+    /// Whether that decides where the tear goes: not where a stress or the field in a ring does.
+    pub is_by_force: bool,
     /// Averaging radius R \[mm\].
     pub radius: f64,
 }

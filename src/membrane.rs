@@ -17,6 +17,7 @@ pub struct Membrane {
     mesh: TriangleMesh,
     material: Box<dyn Fn(DVec3) -> Material + Send + Sync>,
     fibres: Option<Fibres>,
+    thicknesses: Option<Vec<f64>>,
     holds: Vec<Hold>,
     components: EntityBuilder,
 }
@@ -30,6 +31,7 @@ impl Membrane {
             mesh,
             material: Box::new(move |_| material),
             fibres: None,
+            thicknesses: None,
             holds: Vec::new(),
             components: EntityBuilder::new(),
         }
@@ -46,6 +48,13 @@ impl Membrane {
     #[must_use]
     pub fn fibres(mut self, fibres: Fibres) -> Self {
         self.fibres = Some(fibres);
+        self
+    }
+
+    /// Sets the thickness \[mm\] of each triangle, in the mesh's order, in place of the material's.
+    #[must_use]
+    pub fn thicknesses(mut self, list: Vec<f64>) -> Self {
+        self.thicknesses = Some(list);
         self
     }
 
@@ -135,12 +144,18 @@ impl Membrane {
         {
             return Err(BodyError::FibreCount { given: list.len(), needed });
         }
+        if let Some(list) = self.thicknesses.as_ref().filter(|list| list.len() != needed) {
+            return Err(BodyError::ThicknessCount { given: list.len(), needed });
+        }
         let mut triangles = Triangles::default();
         triangles.reserve(needed + self.room()[1]);
         for (t, &corners) in self.mesh.triangles.iter().enumerate() {
             let x = corners.map(|v| self.mesh.positions[v as usize]);
             let centroid = (x[0] + x[1] + x[2]) / 3.0;
-            let material = (self.material)(centroid);
+            let mut material = (self.material)(centroid);
+            if let Some(&thickness) = self.thicknesses.as_ref().and_then(|list| list.get(t)) {
+                material.thickness = thickness;
+            }
             positive("Material", "thickness", material.thickness)?;
             positive("Material", "density", material.density)?;
             let stiffness = material.stiffness().map_err(|source| BodyError::Material { triangle: t, source })?;

@@ -2,11 +2,13 @@
 
 mod guard;
 mod opening;
+mod tear_account;
 mod tear_course;
 
 pub use guard::{GuardCause, GuardFigures, GuardPlace};
 pub use opening::{Axis, Opening, boundary_loops};
-pub use tear_course::{CourseFigures, Outcome, TearCourse};
+pub use tear_account::{AccountFigures, Overshoot, TearAccount, TearSpan};
+pub use tear_course::{CourseFigures, GraspFigures, Outcome, TearCourse};
 
 use hecs::Entity;
 use std::time::Duration;
@@ -75,6 +77,8 @@ pub struct BodyReport {
     pub went_part_of_way: bool,
     /// Whether vertices were put back outside an obstacle in any part of the step: no solve had left them there.
     pub is_put_outside: bool,
+    /// The most vertices in any part of the step that found their own way, for the solve's would have created energy.
+    pub relaxed_vertices: usize,
     /// Steps since the body was spawned in which `max_tear_speed` held a tear back that was to advance.
     pub tear_held_back: u32,
     /// Largest criterion at a tip that was held back; zero before the first.

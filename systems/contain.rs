@@ -28,10 +28,10 @@ mod bound;
 mod folds;
 mod lanes;
 pub mod nonlinear;
+mod patch;
 mod place;
 
 use super::kernels::membrane;
-use super::kernels::path_work::Element;
 use super::linear::{Folds, Operator, reactions};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
@@ -44,6 +44,7 @@ use crate::storage::{Topology, Triangles, Vertices};
 use bound::bound;
 use glam::DVec3;
 use lanes::Whole;
+use patch::Patch;
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
 /// much smaller one would refuse steps that do no harm.
@@ -107,6 +108,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let solved = Solved {
                 operator,
                 increment,
+                delta: &increment.delta,
                 free,
                 unstretched,
                 fibres: fibres.as_ref(),
@@ -144,6 +146,14 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if !(sum <= most) {
                 place = Some(solved.place(work, more + work, holders, partials));
             }
+            let mut patch = None;
+            if step.is_retried && !(sum <= most) {
+                let full = Operator { external: holders.1, ..solved.operator };
+                let found = Patch::found(&solved, &full, (sum, most), |patch| {
+                    before + patch.judged(&solved).left_over(1.0, partials) + work + patch.unearned(&solved, &full)
+                });
+                (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
+            }
             if step.is_last_resort && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
                 (part, sum) = solved.shorten(&bounds, HALVED, partials);
@@ -159,6 +169,12 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             scratch.left_over = sum.max(0.0);
             scratch.is_counted = true;
+            if let Some(patch) = patch {
+                increment.delta.copy_from_slice(&patch.way);
+                increment.is_part = true;
+                increment.relaxed = increment.relaxed.max(patch.len());
+                increment.guard.relax(place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane)));
+            }
             if part < 1.0 {
                 scratch.is_held_back = true;
                 increment.is_part = true;
@@ -173,9 +189,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         },
     );
-    if step.is_last_resort {
-        reactions::of_part(world, step);
-    }
+    // Those of bodies that did not go the whole answer's way.
+    reactions::of_part(world, step);
     count
 }
 
@@ -194,9 +209,12 @@ fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
 }
 
 /// A body and the solve's answer.
+#[derive(Clone, Copy)]
 struct Solved<'a> {
     operator: Operator<'a>,
     increment: &'a Increment,
+    /// The way that is judged.
+    delta: &'a [DVec3],
     free: &'a FreeAxes,
     unstretched: Sym2,
     fibres: Option<&'a FibreLaw>,
@@ -256,13 +274,11 @@ impl Solved<'_> {
         let Self { operator: Operator { vertices, triangles, frames, .. }, .. } = self;
         let rest = &triangles.rest[t];
         let corners = triangles.corners[t].map(|v| v as usize);
-        let u = corners.map(|v| partly(self.increment.delta[v], self.free[v], part));
+        let u = corners.map(|v| partly(self.delta[v], self.free[v], part));
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = frames.state(t);
-        let &Self { is_planar, unstretched, fibres, .. } = self;
-        let (volume, stiffness) = (self.volume(t), &triangles.stiffness[t]);
-        let end = Element { rest, stiffness, volume, is_planar, unstretched, fibres }.energy(x);
+        let (volume, end) = (self.volume(t), self.element(t).energy(x));
         let rate = membrane::stretch_rate(&start.polar, rest, u);
         let pull = self.operator.element(t).apply(u);
         let work = volume * start.stress.contract(rate)
@@ -277,7 +293,7 @@ impl Solved<'_> {
             return 0.0;
         }
         let Operator { triangles, frames, .. } = self.operator;
-        let u = triangles.corners[t].map(|v| partly(self.increment.delta[v as usize], self.free[v as usize], part));
+        let u = triangles.corners[t].map(|v| partly(self.delta[v as usize], self.free[v as usize], part));
         self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
     }
 
@@ -309,7 +325,7 @@ impl Solved<'_> {
             parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
         };
         let dissipated = |v: usize| {
-            let delta = partly(self.increment.delta[v], self.free[v], part);
+            let delta = partly(self.delta[v], self.free[v], part);
             let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
             let gone = increment.displacement[v];
             let (earlier, dragged) = if self.is_counted {
@@ -329,7 +345,7 @@ impl Solved<'_> {
     /// left unsolved, and are no work of holds and loads.
     fn unsolved(&self, partials: &mut Vec<f64>) -> f64 {
         let Operator { vertices, triangles, inertia, .. } = self.operator;
-        let along = |v: usize| self.increment.delta[v] * self.free[v];
+        let along = |v: usize| self.delta[v] * self.free[v];
         let pulls = parallel::sum(triangles.len(), partials, |t| {
             let u = triangles.corners[t].map(|v| along(v as usize));
             let pull = self.operator.element(t).apply(u);

@@ -52,6 +52,8 @@ pub struct StepContext {
     pub is_static: bool,
     /// Taken up again after tears have advanced: no new allowance for tips.
     pub is_resumed: bool,
+    /// A part of a step that has failed: a few vertices that would create energy find their own way.
+    pub is_retried: bool,
     /// No shorter step is left to be tried: a body that would create energy goes only a part of its way.
     pub is_last_resort: bool,
     /// Tangent of the solves.
@@ -80,6 +82,7 @@ impl StepContext {
             },
             is_static: false,
             is_resumed: false,
+            is_retried: false,
             is_last_resort: false,
             tangent: settings.tangent,
             linear: settings.linear,
@@ -109,6 +112,7 @@ impl StepContext {
             formula: Formula::BackwardEuler,
             is_static: true,
             is_resumed: false,
+            is_retried: false,
             is_last_resort: false,
             tangent: Tangent::Exact,
             linear: LinearParams::by_residual(1e-12, 20_000),

@@ -2,15 +2,16 @@
 
 use super::kernels::failure;
 use super::tearing::{
-    EnergyTerms, Surface, TipMemory, decision, disc_average, energy_decision, strength, tip_decision, vertex_decision,
+    EnergyTerms, Surface, SurfaceQuery, TipMemory, decision, disc_average, energy_decision, strength, tip_decision,
+    vertex_decision,
 };
 use super::{StepContext, parallel};
 use crate::components::{
-    Bending, EnergyCriterion, FibreLaws, Grips, Holds, Planar, PreStretch, Sleeping, SolverScratch, TearDecision,
-    TearDecisions, TearSite, Tearing, fibre_law,
+    DecidedBy, EnergyCriterion, Grips, Holds, Sleeping, SolverScratch, TearDecision, TearDecisions, TearSite, Tearing,
+    WithheldStart,
 };
 use crate::math::elementary;
-use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::storage::Tips;
 use glam::DVec3;
 
 /// A tear starts at least so many averaging radii from every tip, and from every vertex that a hold or a closed grip has hold
@@ -27,20 +28,16 @@ const TIP: usize = 100;
 pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
     type Left<'a> = hecs::With<(&'a mut TearDecisions, Option<&'a Sleeping>), &'a SolverScratch>;
     for (decisions, _) in world.query_mut::<Left>().into_iter().filter(|(_, sleeping)| !is_asleep(sleeping)) {
-        decisions.tips.clear();
-        decisions.start = None;
+        decisions.forget();
     }
     type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Tearing),
+        (SurfaceQuery<'a>, &'a Tearing),
         (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>),
-        (
-            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
-            (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
-        ),
+        (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
     );
     parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
         world,
-        |((_, triangles, _, tearing), (tips, decisions, _, sleeping), _)| {
+        |((((_, triangles, _), _), tearing), (tips, decisions, _, sleeping), _)| {
             let is_done = is_asleep(sleeping) || step.is_done(Some(decisions));
             match (is_done, tearing.may_initiate) {
                 (true, _) => 0,
@@ -48,12 +45,8 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                 (false, false) => tips.len() * TIP,
             }
         },
-        |((vertices, triangles, topology, tearing), (tips, decisions, memory, _), about)| {
-            let ((planar, pre_stretch, fibres), (holds, grips, energy, bending)) = about;
-            let unstretched = PreStretch::unstretched(pre_stretch);
-            let fibres = fibre_law(fibres, pre_stretch);
-            let surface =
-                Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
+        |((surface, tearing), (tips, decisions, memory, _), (holds, grips, energy))| {
+            let surface = Surface::of(surface);
             for tip in 0..tips.len() {
                 let place = (tips.vertex[tip], tips.previous[tip]);
                 let decision = match energy {
@@ -65,7 +58,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                 decisions.tips.push(decision);
             }
             if tearing.may_initiate {
-                let at = |&row: &u32| vertices.rest_position[row as usize];
+                let at = |&row: &u32| surface.vertices.rest_position[row as usize];
                 let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
                 let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
                 let least_sq = elementary::powi(APART * tearing.radius, 2);
@@ -73,7 +66,13 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                     let mut others = tips.vertex.iter().chain(held()).chain(gripped()).map(at);
                     others.all(|q| q.distance_squared(p) >= least_sq)
                 };
-                decisions.start = strongest_start(&surface, tearing, &may_start, (&mut decisions.rim, memory));
+                let scratch = (&mut decisions.rim, &mut *memory);
+                match energy {
+                    None => decisions.start = strongest_start(&surface, tearing, &may_start, scratch),
+                    Some(energy) => {
+                        coupled_start(&surface, EnergyTerms { tearing, energy }, &may_start, decisions, memory)
+                    }
+                }
             }
         },
     )
@@ -83,23 +82,85 @@ fn is_asleep(sleeping: &Option<&Sleeping>) -> bool {
     sleeping.is_some_and(Sleeping::is_asleep)
 }
 
-/// The place whose disc average exceeds the criterion most; of equal ones triangles before vertices, and the lowest row. The
-/// cheap bound comes first: a triangle whose own largest principal stress is under every threshold cannot be the centre of
-/// a start, nor a vertex of the boundary whose triangles are all such.
+/// The place whose disc average exceeds the criterion most; of equal ones triangles before vertices, and the lowest row.
 fn strongest_start(
     surface: &Surface,
     tearing: &Tearing,
     may_start: &dyn Fn(DVec3) -> bool,
-    (rim, memory): (&mut Vec<u32>, &mut TipMemory),
+    scratch: (&mut Vec<u32>, &mut TipMemory),
 ) -> Option<(TearSite, TearDecision)> {
-    let strength = strength(tearing);
-    let rest = &surface.vertices.rest_position;
     let mut best: Option<(TearSite, TearDecision)> = None;
-    let mut offer = |site: TearSite, found: Option<TearDecision>| {
-        if let Some(found) = found.filter(|found| found.value > best.map_or(1.0, |(_, best)| best.value)) {
+    for_each_start(surface, tearing, may_start, scratch, |site, found| {
+        if found.value > best.map_or(1.0, |(_, best)| best.value) {
             best = Some((site, found));
         }
-    };
+    });
+    best
+}
+
+/// The first of the places, by the value of their criterion of strength, that opening a whole length releases the energy for.
+/// One of them at most: a tear unloads its surroundings, which are asked again after the next solve.
+fn coupled_start(
+    surface: &Surface,
+    terms: EnergyTerms<'_>,
+    may_start: &dyn Fn(DVec3) -> bool,
+    decisions: &mut TearDecisions,
+    memory: &mut TipMemory,
+) {
+    let mut reached: Vec<(TearSite, TearDecision)> = Vec::new();
+    for_each_start(surface, terms.tearing, may_start, (&mut decisions.rim, &mut *memory), |site, found| {
+        if found.value > 1.0 {
+            reached.push((site, found));
+        }
+    });
+    // Where a tip's own field reaches the strength, the tip decides: one that runs through equilibria far above its toughness would raise a
+    // swarm ahead of it.
+    let rest = &surface.vertices.rest_position;
+    for tip in decisions.tips.iter().flatten() {
+        let (at, reach) = (rest[tip.row as usize], terms.overstressed(surface, tip));
+        reached.retain(|&(site, _)| site_at(surface, site).distance(at) >= reach);
+    }
+    // Stable: of equal ones the first offered stays first.
+    reached.sort_by(|a, b| b.1.value.total_cmp(&a.1.value));
+    for (site, found) in reached {
+        let Some(trial) = terms.trial(surface, site, &found, (&mut memory.passing, &mut memory.walk)) else { continue };
+        if trial.opens {
+            let found = TearDecision { by: DecidedBy::Start, release: Some(trial.release), ..found };
+            (decisions.start, decisions.start_length) = (Some((site, found)), trial.length);
+            decisions.withheld = None;
+            return;
+        }
+        decisions.withheld.get_or_insert_with(|| WithheldStart {
+            at: site_at(surface, site),
+            criterion: found.value,
+            length: trial.length,
+            release: trial.release,
+            toughness: trial.toughness,
+        });
+    }
+}
+
+/// Where a site lies \[mm, rest shape\].
+fn site_at(surface: &Surface, site: TearSite) -> DVec3 {
+    let at = |v: u32| surface.vertices.rest_position[v as usize];
+    match site {
+        TearSite::Vertex(vertex) => at(vertex),
+        TearSite::Triangle(t) => surface.triangles.corners[t as usize].into_iter().map(at).sum::<DVec3>() / 3.0,
+    }
+}
+
+/// Offers what the criterion says of every place that may start a tear, triangles before vertices of the boundary, by rows. The
+/// cheap bound comes first: a triangle whose own largest principal stress is under every threshold cannot be the centre of
+/// a start, nor a vertex of the boundary whose triangles are all such.
+fn for_each_start(
+    surface: &Surface,
+    tearing: &Tearing,
+    may_start: &dyn Fn(DVec3) -> bool,
+    (rim, memory): (&mut Vec<u32>, &mut TipMemory),
+    mut offer: impl FnMut(TearSite, TearDecision),
+) {
+    let strength = strength(tearing);
+    let rest = &surface.vertices.rest_position;
     rim.clear();
     for t in 0..surface.triangles.len() {
         if failure::cannot_tear(surface.stress(t), &strength) {
@@ -111,14 +172,17 @@ fn strongest_start(
         if !may_start((x[0] + x[1] + x[2]) / 3.0) {
             continue;
         }
-        offer(TearSite::Triangle(t as u32), in_triangle(surface, tearing, t, x, memory));
+        if let Some(found) = in_triangle(surface, tearing, t, x, memory) {
+            offer(TearSite::Triangle(t as u32), found);
+        }
     }
     rim.sort_unstable();
     rim.dedup();
     for &vertex in rim.iter().filter(|&&vertex| may_start(rest[vertex as usize])) {
-        offer(TearSite::Vertex(vertex), vertex_decision(surface, tearing, vertex, memory));
+        if let Some(found) = vertex_decision(surface, tearing, vertex, memory) {
+            offer(TearSite::Vertex(vertex), found);
+        }
     }
-    best
 }
 
 /// The criterion at the centroid of a triangle, from the average over the disc about it.

@@ -4,13 +4,15 @@
 use super::StepContext;
 use super::linear::Factor;
 use super::tearing::{
-    Advance, Cutter, End, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart, TipMemory, may_go_on,
+    Advance, Cutter, End, EnergyTerms, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart,
+    TipMemory, may_go_on,
 };
 use crate::components::{
-    Changes, DecidedBy, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, RefusedSite, SolverScratch, Springs,
-    StepForces, TearDecision, TearDecisions, TearLog, TearMode, TearSite, Tearing,
+    Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PointLoads, Refined, RefusedSite,
+    SolverScratch, Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, TearSite, Tearing,
 };
-use crate::event::{Course, EventKind, Verdict};
+use crate::event::{Course, EventKind, TearCost, Verdict};
+use crate::math::elementary;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -23,7 +25,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
-        (&'a Tearing, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
+        (&'a Tearing, Option<&'a EnergyCriterion>, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
         (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
@@ -31,7 +33,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     );
     for (
         (vertices, triangles, topology, increment),
-        (tearing, tips, decisions, log),
+        (tearing, energy, tips, decisions, log),
         (scratch, memory, factor),
         (holds, springs, grips),
         (point_loads, edge_loads, step_forces),
@@ -44,6 +46,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let reach = Reach::new(step, tearing);
         if !step.is_resumed {
             log.note_decisions(&decisions.tips);
+            note_withheld(decisions, log);
         }
         if !decisions.ask() {
             (0..tips.len()).for_each(|tip| rest(tips, tip, reach));
@@ -68,6 +71,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
                 changes,
             },
             tearing,
+            energy,
             tips,
             log,
             scratch,
@@ -81,7 +85,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             }
         }
         if let Some((site, decision)) = decisions.start {
-            let refused = tearer.start(site, &decision);
+            let refused = tearer.start(site, &decision, decisions.start_length);
             tearer.tell_refused_start(refused, &mut decisions.refused_start);
         }
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
@@ -97,6 +101,17 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
+/// Counts a step in which a start has the stress and not the energy, and tells of it once.
+fn note_withheld(decisions: &mut TearDecisions, log: &mut TearLog) {
+    let was_told = std::mem::replace(&mut decisions.is_withheld_told, decisions.withheld.is_some());
+    if let Some(withheld) = decisions.withheld {
+        log.withheld_start_count = log.withheld_start_count.saturating_add(1);
+        if !was_told {
+            log.pending.push(EventKind::StartWithheld(withheld));
+        }
+    }
+}
+
 /// A tip that does not want to advance saves nothing up; only what it went too far is paid off in time.
 fn rest(tips: &mut Tips, tip: usize, reach: Reach) {
     let more = if let Reach::New(more) = reach { more } else { 0.0 };
@@ -109,6 +124,7 @@ struct Tearer<'a> {
     mesh: Mesh<'a>,
     followers: Followers<'a>,
     tearing: &'a Tearing,
+    energy: Option<&'a EnergyCriterion>,
     tips: &'a mut Tips,
     log: &'a mut TearLog,
     scratch: &'a mut TearScratch,
@@ -142,18 +158,10 @@ impl Tearer<'_> {
         if !reach.allows(self.tips.allowance[tip], way) {
             return self.note_held_back(key, at, decision.value);
         }
-        let mode = self.tearing.mode;
-        let result = chart.and_then(|tip| {
-            self.cut(|cutter| match mode {
-                TearMode::Free => cutter.advance_from(&tip, decision.direction).map(|advance| (advance, advance.to)),
-                TearMode::Edge => {
-                    let step = cutter.advance_along_edge_from(&tip, ideal, decision.direction)?;
-                    Ok((step.advance, step.ideal))
-                }
-            })
-        });
+        let thickness = self.thickness_at(vertex);
+        let result = chart.and_then(|tip| self.cut_from(&tip, ideal, decision.direction));
         match result {
-            Ok((advance, ideal)) => self.record_advance(key, decision, &advance, ideal),
+            Ok((advance, ideal)) => self.record_advance(key, decision, (&advance, thickness), ideal),
             Err(refusal) => {
                 self.tips.allowance[tip] = self.tips.allowance[tip].min(0.0);
                 if !std::mem::replace(&mut self.tips.is_refused[tip], true) {
@@ -172,9 +180,20 @@ impl Tearer<'_> {
         self.log.held_back_criterion = self.log.held_back_criterion.max(criterion);
     }
 
-    fn record_advance(&mut self, key: TipKey, decision: &TearDecision, advance: &Advance, ideal: DVec3) {
+    /// Takes down an advance from where the sheet was so thick \[mm\].
+    fn record_advance(
+        &mut self,
+        key: TipKey,
+        decision: &TearDecision,
+        (advance, thickness): (&Advance, f64),
+        ideal: DVec3,
+    ) {
         let Some(tip) = self.tips.row(key) else { return };
         let length = advance.length();
+        let area = length * 0.5 * (thickness + self.thickness_at(advance.vertex));
+        let toughness = self.toughness(decision, advance.to - advance.from);
+        self.log.note_area(area, toughness);
+        let overshoot = decision.value * decision.value - 1.0;
         let before = self.tips.at(tip);
         self.tips.set(
             tip,
@@ -205,9 +224,25 @@ impl Tearer<'_> {
             is_ambiguous: decision.is_ambiguous,
             by: decision.by,
             release: decision.release,
+            cost: toughness.map(|toughness| TearCost { area, toughness, overshoot }),
             course: advance.course,
         });
         self.finish_cut(advance.end.and_then(|End { freed }| freed));
+    }
+
+    /// Mean thickness of the triangles around a vertex \[mm\].
+    fn thickness_at(&self, vertex: u32) -> f64 {
+        let around = &self.mesh.topology.incident[vertex as usize];
+        let thickness = around.iter().map(|entry| self.mesh.triangles.thickness[(entry / 3) as usize]);
+        thickness.sum::<f64>() / around.len().max(1) as f64
+    }
+
+    /// Toughness against a tear along a way near a decision \[N/mm\], of a body that has one.
+    fn toughness(&self, decision: &TearDecision, way: DVec3) -> Option<f64> {
+        let terms = EnergyTerms { tearing: self.tearing, energy: self.energy? };
+        let (fibre, way) = (decision.fibre, way.normalize_or(decision.direction));
+        let delta = elementary::atan2(fibre.cross(way).length(), fibre.dot(way).abs());
+        Some(terms.toughness().threshold(delta))
     }
 
     /// What follows from a cut, once the tip that made it has moved on.
@@ -220,7 +255,9 @@ impl Tearer<'_> {
     }
 
     /// Starts a tear at the site or, where the mesh refuses that, at a corner of the triangle.
-    fn start(&mut self, site: TearSite, decision: &TearDecision) -> Result<(), (TearSite, TearRefusal)> {
+    /// It opens so much of its `length` \[mm\] at once as the mesh lets it.
+    fn start(&mut self, site: TearSite, decision: &TearDecision, length: f64) -> Result<(), (TearSite, TearRefusal)> {
+        let from = self.site_at(site);
         let mode = self.tearing.mode;
         let corners = match site {
             TearSite::Vertex(_) => None,
@@ -237,18 +274,66 @@ impl Tearer<'_> {
         let rest = &self.mesh.vertices.rest_position;
         let lengths = slit.path.windows(2).map(|w| rest[w[0] as usize].distance(rest[w[1] as usize]));
         self.log.length += lengths.sum::<f64>();
+        for ends in slit.path.windows(2) {
+            let way =
+                self.mesh.vertices.rest_position[ends[1] as usize] - self.mesh.vertices.rest_position[ends[0] as usize];
+            let thickness = 0.5 * (self.thickness_at(ends[0]) + self.thickness_at(ends[1]));
+            self.log.note_area(way.length() * thickness, self.toughness(decision, way));
+        }
         self.log.start_count += 1;
         self.log.ambiguous_count += u32::from(decision.is_ambiguous);
         self.log.note_angle(slit.smallest_angle);
         let TearDecision { value: criterion, margin, is_ambiguous, .. } = *decision;
         let verdict = Some(Verdict { criterion, margin, is_ambiguous });
         self.finish_cut(slit.freed);
+        let mut opening: SmallVec<[(TipKey, DVec3); 2]> = SmallVec::new();
         for tip in slit.tips {
             let at = self.mesh.vertices.rest_position[tip.vertex as usize];
+            let direction = tip.direction;
             let tip = add_tip(self.tips, tip);
             self.log.pending.push(EventKind::Started { tip, at, verdict });
+            opening.push((tip, direction));
+        }
+        for (tip, direction) in opening {
+            self.open_further(tip, TearDecision { direction, ..*decision }, (from, length));
         }
         Ok(())
+    }
+
+    /// Leads the tip of a start on until the tear is so long \[mm\], to half of a triangle.
+    fn open_further(&mut self, key: TipKey, decision: TearDecision, (from, length): (DVec3, f64)) {
+        let edge = self.tearing.radius / decision.edges_per_radius;
+        while let Some(tip) = self.tips.row(key).map(|row| row as usize)
+            && let (vertex, ideal) = (self.tips.vertex[tip], self.tips.ideal[tip])
+            && let at = self.mesh.vertices.rest_position[vertex as usize]
+            && at.distance(from) + 0.5 * edge < length
+            && let thickness = self.thickness_at(vertex)
+            && let Ok(chart) = TipChart::new(&self.mesh, vertex)
+            && let Ok((advance, ideal)) = self.cut_from(&chart, ideal, decision.direction)
+        {
+            self.record_advance(key, &decision, (&advance, thickness), ideal);
+        }
+    }
+
+    /// Where a start lies \[mm, rest shape\].
+    fn site_at(&self, site: TearSite) -> DVec3 {
+        let at = |v: u32| self.mesh.vertices.rest_position[v as usize];
+        match site {
+            TearSite::Vertex(vertex) => at(vertex),
+            TearSite::Triangle(t) => self.mesh.triangles.corners[t as usize].into_iter().map(at).sum::<DVec3>() / 3.0,
+        }
+    }
+
+    /// One triangle or edge further from a tip, with where it would be if it could leave the edges.
+    fn cut_from(&mut self, tip: &TipChart, ideal: DVec3, direction: DVec3) -> Result<(Advance, DVec3), TearRefusal> {
+        let mode = self.tearing.mode;
+        self.cut(|cutter| match mode {
+            TearMode::Free => cutter.advance_from(tip, direction).map(|advance| (advance, advance.to)),
+            TearMode::Edge => {
+                let step = cutter.advance_along_edge_from(tip, ideal, direction)?;
+                Ok((step.advance, step.ideal))
+            }
+        })
     }
 
     /// Tells of a start that was refused, unless the last one was refused at the same site.

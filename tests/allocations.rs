@@ -61,15 +61,14 @@ fn main() {
     a_refined_tear_hardly_allocates();
 }
 
-/// The lens capsule, coarser and at twice the time step: tips advance, are refined around and coarsened behind.
+/// The lens capsule, coarser: tips advance, are refined around and coarsened behind.
 fn a_refined_tear_hardly_allocates() {
     let mut document = Document::named("capsulorhexis").unwrap();
     for set in [
-        "run.dt=20",
         "run.threads=1",
         "run.preconditioner=incomplete_cholesky",
         "bodies.0.mesh.cap.triangles=2500",
-        "bodies.0.tearing.strength_transverse=1.4",
+        "bodies.0.tearing.toughness_along=0.5",
     ] {
         document.set(set).unwrap();
     }
@@ -89,14 +88,15 @@ fn a_refined_tear_hardly_allocates() {
     };
     // The mesh has grown to its budget, and most lists to their length, after two thirds of the steps.
     let warm_up = run(WARM_UP);
-    let (count, advances) = run(1000 - WARM_UP);
+    let (count, advances) = run(STEPS - WARM_UP);
     println!("refined tear: {warm_up:?} allocations and advances at first, then {count} and {advances}");
-    // Some forty edits go with every advance; jaws close meanwhile, and a step is set back and taken in halves. A list may be longer
-    // than ever before once or twice.
-    assert!(advances > 20 && count <= 2, "{count} allocations in {advances} advances");
+    // Some forty edits go with every advance, and jaws close meanwhile. The matrix of the flap, which bends, still grows: each of its
+    // lists takes an eighth more room once in a while. Per advance, none does.
+    assert!(advances > 40 && count <= 6, "{count} allocations in {advances} advances");
 }
 
-const WARM_UP: usize = 700;
+const WARM_UP: usize = 1000;
+const STEPS: usize = 1400;
 
 fn accurate_steps_allocate_nothing() {
     let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };

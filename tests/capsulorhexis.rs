@@ -3,18 +3,22 @@
 //! happens. The ignored tests make the tables of `docs/capsulorhexis.md`.
 
 use glam::DVec3;
-use rhexis::components::{Grips, Refined, TearLog};
+use rhexis::components::{Bending, EnergyCriterion, Grips, PreStretch, Refined, TearDecisions, TearLog, Tearing};
 use rhexis::event::{Event, EventKind};
 use rhexis::report::{CourseFigures, Outcome, TearCourse};
 use rhexis::scene::{Document, Instance};
-use rhexis::storage::{Topology, Triangles, Vertices, measure, validate};
+use rhexis::storage::{Tips, Topology, Triangles, Vertices, measure, validate};
+use rhexis::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision};
 use std::f64::consts::TAU;
 
-/// Half of the catalog's triangles and twice its time step: a third of its cost.
-const COARSE: [&str; 3] = ["bodies.0.mesh.cap.triangles=2500", "bodies.0.refinement.budget=2.2", "run.dt=20"];
+/// Half of the catalog's triangles: half of its cost.
+const COARSE: [&str; 2] = ["bodies.0.mesh.cap.triangles=2500", "bodies.0.refinement.budget=2.2"];
 
-/// The fewest triangles that the refinement resolves, at the catalog's time step.
-const FEW: [&str; 2] = ["bodies.0.mesh.cap.triangles=1500", "bodies.0.refinement.budget=3"];
+/// The fewest triangles that the refinement resolves. Their flap, coarse as it is, whips too fast for the catalog's time step.
+const FEW: [&str; 3] = ["bodies.0.mesh.cap.triangles=1500", "bodies.0.refinement.budget=3", "run.dt=5"];
+
+/// A run-out that the hand draws all the way, over a lens in its place.
+const HELD: [&str; 2] = ["bodies.0.grips.0.until=9000", "obstacles.0.sphere.radius=10"];
 
 fn instance(scene: &str, sets: &[String]) -> Instance {
     let mut document = Document::named(scene).unwrap();
@@ -55,7 +59,8 @@ fn run(instance: &mut Instance) -> (CourseFigures, Vec<Event>) {
 }
 
 fn row(figures: &CourseFigures) -> String {
-    let CourseFigures { outcome, opening, completion, largest_radius, grasps, time, force_rms, force_peak } = figures;
+    let CourseFigures { outcome, opening, completion, largest_radius, grasps, time, force_rms, force_peak, .. } =
+        figures;
     let shape = opening
         .map_or("–, –, –".into(), |o| format!("{:.2}, {:.3}, {:.2}", o.diameter, o.circularity, o.decentration));
     format!(
@@ -79,7 +84,7 @@ fn the_tear_follows_the_circle_and_closes() {
     assert!((5.0..=5.5).contains(&opening.diameter), "{}", row(&figures));
     assert!(opening.circularity >= 0.9 && opening.decentration <= 0.3, "{}", row(&figures));
     assert!((3e-3..=30e-3).contains(&figures.force_rms), "{}", row(&figures));
-    assert!((5..=7).contains(&figures.grasps) && figures.completion == TAU);
+    assert!((4..=7).contains(&figures.grasps) && figures.completion == TAU);
     let freed = events.iter().find_map(|event| match event.kind {
         EventKind::PieceFreed { triangle_count } => Some(triangle_count),
         _ => None,
@@ -99,21 +104,55 @@ fn the_tear_follows_the_circle_and_closes() {
 }
 
 #[test]
-fn drawn_outwards_late_it_runs_out_to_the_rim() {
-    let (figures, _) = run(&mut instance("capsulorhexis-runout", &sets(&COARSE)));
-    assert_eq!(figures.outcome, Outcome::RanOut, "{}", row(&figures));
-    // The rim is a polygon in a circle of 4.9 mm. The tear goes straight there from 160°.
-    assert!(figures.largest_radius > 4.85 && (0.4 * TAU..0.6 * TAU).contains(&figures.completion), "{}", row(&figures));
+fn every_advance_takes_the_toughness_of_the_scene() {
+    let (figures, events) = run(&mut instance("capsulorhexis", &sets(&COARSE)));
+    let mut releases: Vec<f64> = events
+        .iter()
+        .filter_map(|event| match event.kind {
+            EventKind::Advanced { release, criterion, .. } => release.map(|_| criterion * criterion),
+            _ => None,
+        })
+        .collect();
+    releases.sort_by(f64::total_cmp);
+    let share = |part: f64| releases[(part * releases.len() as f64) as usize];
+    // Energy over toughness before an advance: at 5 ms 1.05 in the median, at 10 ms 1.07, as the release grows by a tenth in a step
+    // of this hand.
+    assert!(releases.len() > 100 && releases[0] >= 1.0, "{}", row(&figures));
+    assert!(share(0.5) < 1.1 && share(0.9) < 1.25, "{} {}", share(0.5), share(0.9));
+    // By the hands of experts 9 mN RMS were measured, by those of novices 17.
+    assert!((7e-3..=12e-3).contains(&figures.force_rms), "{}", row(&figures));
 }
 
 #[test]
-fn it_runs_out_as_the_scene_stands() {
-    // With 5,000 triangles the slit's lips, refined, have more points than the rim and a centroid that roundings put anywhere.
-    let (figures, _) = run(&mut instance("capsulorhexis-runout", &["run.threads=1".to_owned()]));
+fn let_go_of_it_runs_out_to_the_rim_by_itself() {
+    let mut instance = instance("capsulorhexis-runout", &sets(&COARSE));
+    let until = instance.simulation.world().get::<&Grips>(instance.bodies[0]).unwrap().list[0].until;
+    let (figures, events) = run(&mut instance);
     assert_eq!(figures.outcome, Outcome::RanOut, "{}", row(&figures));
+    // The rim is a polygon in a circle of 4.9 mm. The tear goes straight there from 160°.
     assert!(figures.largest_radius > 4.85 && (0.4 * TAU..0.6 * TAU).contains(&figures.completion), "{}", row(&figures));
-    // In its own time, and with the force of a hand: a strap that is stretched at length holds with ten times as much.
-    assert!(figures.time < 6000.0 && figures.force_rms < 0.06, "{}", row(&figures));
+    let alone: f64 = events
+        .iter()
+        .filter(|event| event.time > until)
+        .filter_map(|event| match event.kind {
+            EventKind::Advanced { from, to, .. } => Some(from.distance(to)),
+            _ => None,
+        })
+        .sum();
+    // Most of the 1.9 mm to the rim.
+    assert!(alone > 1.0, "{alone}");
+}
+
+#[test]
+fn drawn_back_and_inwards_it_turns_round_and_drawn_inwards_alone_it_does_not() {
+    let (figures, _) = run(&mut instance("capsulorhexis-rescue", &sets(&COARSE)));
+    assert_eq!(figures.outcome, Outcome::Closed, "{}", row(&figures));
+    // 3.10 mm had been cut.
+    assert!(figures.largest_radius < 3.4, "{}", row(&figures));
+    let central: Vec<String> = sets(&COARSE).into_iter().chain(["scene.preset=central".to_owned()]).collect();
+    let (figures, _) = run(&mut instance("capsulorhexis-rescue", &central));
+    assert_eq!(figures.outcome, Outcome::RanOut, "{}", row(&figures));
+    assert!(figures.time < 5000.0 && figures.completion < 0.6 * TAU, "{}", row(&figures));
 }
 
 #[test]
@@ -127,6 +166,7 @@ fn a_flap_that_tears_off_is_no_tear_that_runs_out() {
     let points: Vec<String> = [1.2, 2.0].map(|radius| on_lens(radius, 0.0)).into_iter().chain(circle).collect();
     let mut all = sets(&FEW);
     all.push(format!("bodies.0.cuts.0.polyline=[{}]", points.join(", ")));
+    all.extend(sets(&HELD));
     all.push("bodies.0.grips.0.path.1.by=[6.13, -5.14, 0.3]".to_owned());
     let (figures, events) = run(&mut instance("capsulorhexis-runout", &all));
     assert_eq!(figures.outcome, Outcome::TornOff, "{}", row(&figures));
@@ -141,18 +181,67 @@ fn a_flap_that_tears_off_is_no_tear_that_runs_out() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture meshes"]
-fn the_diameter_is_that_of_every_mesh() {
-    let mut diameters = Vec::new();
-    for (triangles, budget) in [(1500, 3.0), (5000, 1.6), (20000, 1.6)] {
-        let size = [format!("bodies.0.mesh.cap.triangles={triangles}"), format!("bodies.0.refinement.budget={budget}")];
-        let (figures, _) = run(&mut instance("capsulorhexis", &size));
-        println!("| {triangles} | {} |", row(&figures));
-        diameters.push(figures.opening.unwrap().diameter);
+fn what_tips_remember_of_their_discs_follows_every_edit() {
+    // Bending reads a ring of triangles around the disc as well, and refinement edits them while the disc itself stays as it is.
+    let mut instance = instance("capsulorhexis", &sets(&FEW));
+    let body = instance.bodies[0];
+    let mut compared = 0;
+    for _ in 0..120 {
+        instance.advance().unwrap();
+        let has_edited = instance.simulation.drain_events().count() > 0;
+        let world = instance.simulation.world();
+        let mut query = world.query_one::<(
+            (&Vertices, &Triangles, &Topology, &Tips, &TearDecisions),
+            (&Tearing, &EnergyCriterion, &PreStretch, &Bending),
+        )>(body);
+        let ((vertices, triangles, topology, tips, decisions), (tearing, energy, pre_stretch, bending)) =
+            query.get().unwrap();
+        let unstretched = PreStretch::unstretched(Some(pre_stretch));
+        let surface = Surface {
+            vertices,
+            triangles,
+            topology,
+            is_planar: false,
+            unstretched,
+            fibres: None,
+            bending: Some(bending),
+        };
+        let mut memory = TipMemory::default();
+        for (tip, kept) in decisions.tips.iter().enumerate().filter(|_| !has_edited) {
+            let place = (tips.vertex[tip], tips.previous[tip]);
+            let anew = energy_decision(&surface, EnergyTerms { tearing, energy }, tip, place, &mut memory);
+            assert_eq!(kept.map(|kept| kept.release), anew.map(|(anew, _)| anew.release));
+            compared += 1;
+        }
     }
-    let largest = diameters.iter().copied().fold(0.0, f64::max);
-    let least = diameters.iter().copied().fold(f64::INFINITY, f64::min);
-    assert!(largest / least - 1.0 <= 0.03, "{diameters:?}");
+    assert!(compared > 50, "{compared}");
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture time_step"]
+fn diameter_and_force_are_those_of_every_mesh_and_time_step() {
+    let mut diameters = Vec::new();
+    let mut forces = Vec::new();
+    for (triangles, budget, dt) in
+        [(1500, 3.0, 5), (2500, 2.2, 10), (5000, 1.6, 10), (5000, 1.6, 5), (20000, 1.6, 10), (20000, 1.6, 5)]
+    {
+        let size = [
+            format!("bodies.0.mesh.cap.triangles={triangles}"),
+            format!("bodies.0.refinement.budget={budget}"),
+            format!("run.dt={dt}"),
+        ];
+        let (figures, _) = run(&mut instance("capsulorhexis", &size));
+        println!("| {triangles} | {dt} | {} |", row(&figures));
+        diameters.push(figures.opening.unwrap().diameter);
+        forces.push(figures.force_rms);
+    }
+    let spread = |values: &[f64]| {
+        let (least, largest) = values.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &v| (a.min(v), b.max(v)));
+        (largest - least) / (largest + least)
+    };
+    // Half of the range over the middle.
+    assert!(spread(&diameters) <= 0.03, "{diameters:?}");
+    assert!(spread(&forces) <= 0.1, "{forces:?}");
 }
 
 #[test]
@@ -226,7 +315,9 @@ fn the_trends() {
     ];
     for (what, values) in series {
         for (value, change) in values {
-            let all: Vec<String> = sets(&FEW).into_iter().chain([change]).collect();
+            let mut all = sets(&FEW);
+            all.extend(sets(&HELD));
+            all.push(change);
             let (figures, _) = run(&mut instance("capsulorhexis-runout", &all));
             println!("| {what} | {value} | {} |", row(&figures));
         }
@@ -257,7 +348,7 @@ fn straight_grasps(degrees: f64) -> String {
 #[test]
 #[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture angles"]
 fn the_angles_of_a_hand_that_no_fibre_guides() {
-    let isotropic = ["bodies.0.grading.ratio_at_rim=1", "bodies.0.tearing.strength_ratio=1", "run.duration=28200"];
+    let isotropic = ["bodies.0.grading.ratio_at_rim=1", "bodies.0.tearing.toughness_across=0.7", "run.duration=28200"];
     for degrees in [30.0, 45.0, 60.0, 80.0, 110.0] {
         let mut all = sets(&FEW);
         all.extend(sets(&isotropic));

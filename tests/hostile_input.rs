@@ -124,6 +124,30 @@ fn heads_that_claim_billions_take_no_memory() {
         refused("a.vtu", vtu("3", count, "2").as_bytes());
         refused("a.vtu", vtu("3", "1", count).as_bytes());
     }
+    for count in ["4000000000", "18446744073709551615", "-1", "nan"] {
+        for (extension, text) in NEW_FORMATS {
+            for (from, to) in [
+                ("\n5 2 0", format!("\n{count} 2 0")),
+                ("\n5 2 0", format!("\n5 {count} 0")),
+                ("$Nodes\n4", format!("$Nodes\n{count}")),
+                ("$Elements\n2", format!("$Elements\n{count}")),
+                ("\n3\n2\n1 1", format!("\n{count}\n2\n1 1")),
+                ("\n3\n2\n1 1", format!("\n3\n{count}\n1 1")),
+                ("$PhysicalNames\n1", format!("$PhysicalNames\n{count}")),
+                ("NumberOfPolys=\"1\"", format!("NumberOfPolys=\"{count}\"")),
+                ("NumberOfPoints=\"4\"", format!("NumberOfPoints=\"{count}\"")),
+                ("\"count\":3", format!("\"count\":{count}")),
+                ("\"byteLength\":36,\"byteS", format!("\"byteLength\":36,\"byteOffset\":{count},\"byteS")),
+                ("\"byteStride\":12", format!("\"byteStride\":{count}")),
+                ("face 1", format!("face {count}")),
+                ("\n4 0 1", format!("\n{count} 0 1")),
+            ] {
+                if text.contains(from) {
+                    refused(&format!("a.{extension}"), text.replacen(from, &to, 1).as_bytes());
+                }
+            }
+        }
+    }
     let mut stl = vec![b' '; 80];
     stl.extend(u32::MAX.to_le_bytes());
     stl.extend([0; 50]);
@@ -286,12 +310,56 @@ fn edits_from_any_bytes_are_refused_or_whole() {
         .unwrap();
 }
 
+/// Small files of the formats of which no program's own lies in `tests/data`.
+const NEW_FORMATS: [(&str, &str); 6] = [
+    ("off", "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0.25\n0 1 0\n0.2 0.2 0\n4 0 1 2 4\n4 0 4 2 3\n"),
+    ("obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.4 0.4 0\ng skin\nf 1 2 3 5 4\nf -3 \\\n-2 -1\n"),
+    (
+        "msh",
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \"skin\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n\
+         $EndNodes\n$Elements\n2\n1 2 2 7 1 1 2 3\n2 2 2 7 1 1 3 4\n$EndElements\n$ElementData\n1\n\"fibre\"\n1\n0\n3\n0\n3\n2\n1 1 0 0\n2 0 1 0\n\
+         $EndElementData\n",
+    ),
+    (
+        "vtp",
+        "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"4\" NumberOfPolys=\"1\"><CellData><DataArray Name=\"f0\" format=\"ascii\">1 0 0\
+         </DataArray></CellData><Points><DataArray format=\"ascii\">0 0 0 1 0 0 1 1 0 0 1 0</DataArray></Points><Polys>\
+         <DataArray Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray><DataArray Name=\"offsets\" format=\"ascii\">4</DataArray></Polys>\
+         </Piece></PolyData></VTKFile>",
+    ),
+    (
+        "gltf",
+        "{\"asset\":{\"version\":\"2.0\"},\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,\"scale\":[2,2,2]}],\"meshes\":[{\"primitives\":\
+         [{\"attributes\":{\"POSITION\":0},\"mode\":5}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"type\":\"VEC3\",\"count\":3}],\
+         \"bufferViews\":[{\"buffer\":0,\"byteLength\":36,\"byteStride\":12}],\"buffers\":[{\"byteLength\":36,\"uri\":\"data:;base64,\
+         AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}",
+    ),
+    (
+        "ply",
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+         property list uchar int64 vertex_indices\nproperty float fibre_x\nproperty float fibre_y\nproperty float fibre_z\nend_header\n\
+         0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 1 0 0\n",
+    ),
+];
+
+/// They are read as they stand.
+#[test]
+fn the_new_formats_are_good_before_they_are_changed() {
+    for (extension, text) in NEW_FORMATS {
+        let name = format!("a.{extension}");
+        let read = mesh_file::from_bytes(Path::new(&name), text.as_bytes().to_vec());
+        assert!(read.is_ok(), "{name}: {}", read.unwrap_err());
+    }
+}
+
 #[test]
 fn mesh_files_of_any_bytes_are_refused_or_sound() {
     let good: Vec<(&str, Vec<u8>)> =
         ["gmsh_patch.msh", "legacy_binary.vtk", "legacy_text.vtk", "appended_raw_zlib.vtu", "inline_zlib.vtu"]
             .map(|name| (name.rsplit('.').next().unwrap(), std::fs::read(format!("tests/data/{name}")).unwrap()))
-            .to_vec();
+            .into_iter()
+            .chain(NEW_FORMATS.map(|(extension, text)| (extension, text.as_bytes().to_vec())))
+            .collect();
     let change = (0_u8..3, 0.0..1.0, any::<u8>(), word());
     runner(1500)
         .run(&(prop::sample::select(good), prop::collection::vec(change, 1..6)), |((extension, mut bytes), changes)| {

@@ -26,6 +26,11 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
     counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
     counted(t.late, "a linear solve stopped because its time was up: another run may give other figures");
+    let most = t.most_relaxed;
+    counted(
+        t.relaxed,
+        &format!("up to {most} vertices found their own way, for the solve's would have created energy"),
+    );
     counted(t.put_outside, "vertices were put back outside an obstacle, where no solve had left them");
     counted(t.cut_short, "a tear could have gone on when the step had used up run.resumes or run.static_advances");
     if t.rolled_back > 0 {
@@ -33,6 +38,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     }
     for body in bodies {
         list.extend(body.guard.caveat(&body.name, t.steps));
+        list.extend(body.mesh.doubts().into_iter().map(|doubt| format!("{}: {doubt}", body.name)));
         if let Some(part) = body.relative_imbalance.filter(|&part| part > MOST_IMBALANCE) {
             let what = "of its largest term: some force or edit of this run is not accounted for (balance_mj)";
             list.push(format!("{}: the energy balance is off by {:.2} % {what}", body.name, 100.0 * part));
@@ -47,6 +53,13 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
             list.push(format!(
                 "{}: tears were held back by max_tear_speed in {} step(s), largest criterion {:.3}: raise it or take a smaller run.dt",
                 body.name, tear.held_back_steps, tear.held_back_criterion
+            ));
+        }
+        if let Some(steps) = tear.starts_without_energy.filter(|&steps| steps > 0) {
+            list.push(format!(
+                "{}: in {steps} step(s) the stress reached the strength where no tear started: opening it would have released less than the \
+                 toughness (events.jsonl says where)",
+                body.name
             ));
         }
         if tear.refusals > 0 {

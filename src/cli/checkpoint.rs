@@ -4,7 +4,7 @@ use super::Stop;
 use super::files::Marks;
 use super::inputs::Inputs;
 use super::tally::Tally;
-use crate::report::TearCourse;
+use crate::report::{TearAccount, TearCourse};
 use crate::snapshot::bytes::{Kind, pack, read, replace, unpack};
 use crate::snapshot::{Snapshot, SnapshotError};
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,7 @@ pub(super) struct Checkpoint {
     pub progress: (u64, bool),
     pub tally: Tally,
     pub courses: Vec<TearCourse>,
+    pub accounts: Vec<TearAccount>,
     pub marks: Marks,
     /// Steps in a row that had failed.
     pub failures: u32,

@@ -7,6 +7,7 @@ use super::moments::Moments;
 use super::report::RunReport;
 use super::series::Observation;
 use super::{Stop, checkpoint};
+use crate::components::WithheldStart;
 use crate::event::{Event, EventKind, Verdict};
 use crate::frame::Frame;
 use crate::output::{OutputError, PictureSettings, PvdWriter, file, render};
@@ -221,6 +222,12 @@ impl Files {
         self.note_journal("events.jsonl", written);
     }
 
+    /// A line of `events.jsonl` that no event of the engine is.
+    pub fn event_line(&mut self, line: &Value) {
+        let written = self.events.append(format!("{line}\n").as_bytes());
+        self.note_journal("events.jsonl", written);
+    }
+
     fn note_journal(&mut self, name: &'static str, written: std::io::Result<Written>) {
         match written {
             Ok(Written::All) => self.mended(name),
@@ -289,11 +296,25 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
             "kind": "started", "tip": key(tip), "at_mm": point(at),
             "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
         }),
-        EventKind::Advanced { tip, from, to, direction, criterion, margin, is_ambiguous, by, release, course } => {
+        EventKind::Advanced {
+            tip,
+            from,
+            to,
+            direction,
+            criterion,
+            margin,
+            is_ambiguous,
+            by,
+            release,
+            cost,
+            course,
+        } => {
             json!({
                 "kind": "advanced", "tip": key(tip), "from_mm": point(from), "to_mm": point(to),
                 "direction": point(direction), "criterion": criterion, "margin": margin, "is_ambiguous": is_ambiguous,
                 "decided_by": by.to_string(), "release_n_per_mm": release, "course": course.to_string(),
+                "torn_area_mm2": cost.map(|cost| cost.area), "overshoot": cost.map(|cost| cost.overshoot),
+                "surface_energy_mj": cost.map(|cost| cost.surface_energy()),
             })
         }
         EventKind::Released { energy, length } => {
@@ -308,6 +329,10 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         EventKind::HeldBack { tip, at, criterion } => {
             json!({ "kind": "held_back", "tip": key(tip), "at_mm": point(at), "criterion": criterion })
         }
+        EventKind::StartWithheld(WithheldStart { at, criterion, length, release, toughness }) => json!({
+            "kind": "start_withheld", "at_mm": point(at), "criterion": criterion, "length_mm": length,
+            "release_n_per_mm": release, "toughness_n_per_mm": toughness,
+        }),
         EventKind::Refused { tip, at, reason } => {
             json!({ "kind": "refused", "tip": tip.as_ref().map(key), "at_mm": point(at), "reason": reason })
         }

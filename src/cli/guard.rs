@@ -19,6 +19,9 @@ pub(super) struct GuardTally {
     pub refused_by_cause: BTreeMap<String, u64>,
     /// Parts of steps whose answer was limited, by cause.
     pub limited_by_cause: BTreeMap<String, u64>,
+    /// Parts of steps in which a few vertices found their own way, by cause.
+    #[serde(default)]
+    pub relaxed_by_cause: BTreeMap<String, u64>,
     /// Most vertices limited in one part of a step.
     pub largest_limited_vertices: u32,
     /// Vertices of the body in that step.
@@ -56,10 +59,14 @@ impl GuardTally {
         let Some(first) = &guard.first else { return };
         self.refused.note(guard.refusals() > 0, step);
         self.limited.note(guard.limitations() > 0, step);
-        for (cause, (refused, limited)) in GuardCause::ALL.iter().zip(guard.refused.iter().zip(&guard.limited)) {
-            let counts = [(&mut self.refused_by_cause, *refused), (&mut self.limited_by_cause, *limited)];
-            for (counts, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
-                *counts.entry(cause.to_string()).or_default() += u64::from(count);
+        let counts = [
+            (&mut self.refused_by_cause, &guard.refused),
+            (&mut self.limited_by_cause, &guard.limited),
+            (&mut self.relaxed_by_cause, &guard.relaxed),
+        ];
+        for (counts, by_cause) in counts {
+            for (cause, count) in GuardCause::ALL.iter().zip(by_cause).filter(|(_, count)| **count > 0) {
+                *counts.entry(cause.to_string()).or_default() += u64::from(*count);
             }
         }
         if guard.limited_vertices > self.largest_limited_vertices {
@@ -83,7 +90,10 @@ impl GuardTally {
             format!("first in step {} at ({x:.3}, {y:.3}, {z:.3}) mm, {:.2e} mJ", place.step, place.energy_mj)
         });
         if self.limited.first.is_none() {
-            self.refused.first?;
+            if self.refused.first.is_none() {
+                let causes = listed(&self.relaxed_by_cause);
+                return (!causes.is_empty()).then(|| format!("{name}: few vertices relaxed ({causes}); {first}"));
+            }
             let (part, causes) = (100.0 * share(self.refused), listed(&self.refused_by_cause));
             let steps_refused = self.refused.steps;
             return Some(format!("{name}: {steps_refused} step(s), {part:.1} %, retried in parts ({causes}); {first}"));
@@ -127,6 +137,7 @@ mod tests {
             limited: Count { steps: limited, first: (limited > 0).then_some(8) },
             refused_by_cause: BTreeMap::from([("membrane".into(), limited + 1)]),
             limited_by_cause: BTreeMap::from([("membrane".into(), limited)]),
+            relaxed_by_cause: BTreeMap::new(),
             largest_limited_vertices: 12,
             vertices_then: 100,
             first: Some(place),

@@ -5,6 +5,7 @@
 //! `stress` end with what they have, a second one ends them at once, as the first does for the others: they write nothing before
 //! they are done.
 
+mod account;
 mod bench;
 mod caveats;
 mod check;
@@ -29,6 +30,7 @@ mod series;
 mod soak;
 mod stability;
 mod stress;
+mod summary;
 mod tally;
 mod timings;
 mod verify;

@@ -1,5 +1,6 @@
 //! `report.json`: the figures of a run. Every number has its unit in its name.
 
+use super::account::AccountReport;
 use super::caveats::caveats;
 use super::course::CourseReport;
 use super::guard::GuardTally;
@@ -8,9 +9,9 @@ use super::series::Observation;
 use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
 use super::timings::{SystemTime, Timings};
 use crate::components::{Body, EnergyCriterion, Refined, Refinement, RingFault, TearLog, Tearing};
-use crate::report::TearCourse;
+use crate::report::{TearAccount, TearCourse};
 use crate::scene::schema::Mode;
-use crate::scene::{Instance, Scene, thresholds};
+use crate::scene::{Instance, MeshSummary, Scene, thresholds};
 use crate::storage::{Tips, Triangles, Vertices};
 use hecs::Entity;
 use serde::Serialize;
@@ -76,6 +77,8 @@ pub(super) struct BodyFigures {
     pub name: String,
     pub vertices: usize,
     pub triangles: usize,
+    /// The mesh before any cut.
+    pub mesh: MeshSummary,
     pub mass_g: f64,
     pub elastic_mj: f64,
     pub kinetic_mj: f64,
@@ -111,6 +114,8 @@ pub(super) struct GripFigures {
     /// Root mean square while it was closed.
     pub rms_n: f64,
     pub peak_n: f64,
+    /// Largest change of the force over a step in which a tip advanced, or the next one; absent where none did between closed jaws.
+    pub largest_jump_n: Option<f64>,
 }
 
 /// What was torn.
@@ -119,7 +124,11 @@ pub(super) struct TearFigures {
     /// Torn and cut, in the rest shape.
     pub length_mm: f64,
     pub starts: u32,
+    /// Steps in which a start had the stress and not the energy; absent for a body without an energy criterion.
+    pub starts_without_energy: Option<u32>,
     pub advances: u32,
+    /// What the toughness claims, and where the energy went; absent for a body that cannot tear.
+    pub account: Option<AccountReport>,
     /// Advances by another way than the one wanted.
     pub detours: u32,
     /// Starts and advances.
@@ -210,6 +219,9 @@ pub(super) struct SolverFigures {
     pub late: Count,
     /// Steps in which a body went only a part of its way, lest it create energy.
     pub part_of_way: Count,
+    /// Vertices found their own way, for the solve's would have created energy, and the most at once.
+    pub relaxed: Count,
+    pub most_relaxed_vertices: usize,
     /// Steps at whose end vertices were put back outside an obstacle.
     pub put_outside: Count,
     /// Steps in which a tear could have gone on when the resumes or rounds were used up.
@@ -233,6 +245,7 @@ pub(super) struct Sources<'a> {
     pub timings: &'a Timings,
     pub last: &'a Observation,
     pub courses: &'a [TearCourse],
+    pub accounts: &'a [TearAccount],
     pub elapsed: Duration,
     pub stepping: Duration,
     pub end: End,
@@ -272,6 +285,8 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             fell_back: t.fell_back,
             late: t.late,
             part_of_way: t.part_of_way,
+            relaxed: t.relaxed,
+            most_relaxed_vertices: t.most_relaxed,
             put_outside: t.put_outside,
             cut_short: t.cut_short,
             failed: t.failed,
@@ -291,11 +306,14 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
     let [reactions, grips] = s.last.own.get(index).cloned().unwrap_or_default();
     let prefix = format!("{name}/");
     let plain = |full: &str| full.strip_prefix(&prefix).unwrap_or(full).to_owned();
+    let account = s.accounts.iter().find(|account| account.body() == body);
     let reactions = s.last.reactions.get(reactions).unwrap_or_default().iter();
     let reactions = reactions.map(|(full, force)| ForceFigures { name: plain(full), force_n: force.to_array() });
     let grips = s.last.grips.get(grips).unwrap_or_default().iter().map(|(full, force)| {
         let (rms_n, peak_n) = s.tally.grip(full);
-        GripFigures { name: plain(full), force_n: force.to_array(), rms_n, peak_n }
+        let name = plain(full);
+        let largest_jump_n = account.and_then(|account| account.force_jump(&name));
+        GripFigures { name, force_n: force.to_array(), rms_n, peak_n, largest_jump_n }
     });
     let (reactions, grips) = (reactions.collect(), grips.collect());
     let balance = instance.simulation.energy_balance(body).ok().flatten();
@@ -305,21 +323,23 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
         name,
         vertices: vertices.as_ref().map_or(0, |v| v.len()),
         triangles: world.get::<&Triangles>(body).map_or(0, |t| t.len()),
+        mesh: instance.meshes.get(index).cloned().unwrap_or_default(),
         mass_g: vertices.map_or(0.0, |v| v.mass.iter().sum()),
         elastic_mj: energies.elastic,
         kinetic_mj: energies.kinetic,
         relative_imbalance: balance.map(|balance| balance.relative_imbalance()),
         relative_unbalanced: balance.map(|balance| balance.relative_unbalanced()),
-        balance_mj: balance.map(|balance| balance.terms().into_iter().collect()),
+        balance_mj: balance
+            .map(|balance| balance.terms().into_iter().chain([("dissipated", balance.dissipated())]).collect()),
         reactions,
         grips,
         guard: s.tally.guard(index),
-        course: s.courses.iter().find(|course| course.body() == body).map(|c| CourseReport::of(&c.figures())),
-        tear: tear_figures(instance, body),
+        course: s.courses.iter().find(|course| course.body() == body).map(CourseReport::of),
+        tear: tear_figures(instance, body, account),
     }
 }
 
-fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
+fn tear_figures(instance: &Instance, body: Entity, account: Option<&TearAccount>) -> Option<TearFigures> {
     let world = instance.simulation.world();
     let log = world.get::<&TearLog>(body).ok()?;
     let can_tear = world.get::<&Tearing>(body).is_ok();
@@ -342,7 +362,9 @@ fn tear_figures(instance: &Instance, body: Entity) -> Option<TearFigures> {
     Some(TearFigures {
         length_mm: log.length,
         starts: log.start_count,
+        starts_without_energy: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.withheld_start_count),
         advances: log.advance_count,
+        account: account.map(|account| AccountReport::of(&account.figures())),
         detours: log.detour_count,
         ambiguous: log.ambiguous_count,
         by_material_force: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.material_force_count),

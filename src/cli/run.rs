@@ -1,7 +1,7 @@
 //! `rhexis run`.
 
+use super::account;
 use super::checkpoint::{self, Checkpoint};
-use super::course::CourseReport;
 use super::files::Files;
 use super::inputs::Inputs;
 use super::interrupt::{self, Interrupt};
@@ -10,12 +10,14 @@ use super::moments::Moments;
 use super::progress::Progress;
 use super::report::{self, End, RunReport, Sources};
 use super::series::{Observation, observe};
+use super::summary::summary;
 use super::tally::Tally;
 use super::timings::Timings;
 use super::{RunArgs, Stop, document, dump, outputs, say::complain, say::say};
 use crate::components::{Grips, Tearing};
+use crate::event::EventKind;
 use crate::frame::Frame;
-use crate::report::TearCourse;
+use crate::report::{TearAccount, TearCourse};
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene};
 use std::path::{Path, PathBuf};
@@ -35,6 +37,8 @@ struct Running<'a> {
     last: Observation,
     /// Of the bodies that can tear and are gripped, in their order.
     courses: Vec<TearCourse>,
+    /// Of the bodies that can tear, in their order.
+    accounts: Vec<TearAccount>,
     start: Instant,
     stepping: Duration,
     /// Steps in a row that have failed.
@@ -106,6 +110,9 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
     let drawn = instance.bodies.iter().filter(|&&body| world.satisfies::<(&Tearing, &Grips)>(body));
     let courses = drawn.filter_map(|&body| TearCourse::new(world, body, last.time)).collect();
     let courses = kept.as_ref().map_or(courses, |kept| kept.courses.clone());
+    let torn = instance.bodies.iter().filter(|&&body| world.satisfies::<&Tearing>(body));
+    let accounts = torn.map(|&body| TearAccount::new(world, body)).collect();
+    let accounts = kept.as_ref().map_or(accounts, |kept| kept.accounts.clone());
     let times = kept.as_ref().map_or([Duration::ZERO; 2], |kept| kept.times);
     let failures = kept.as_ref().map_or(0, |kept| kept.failures);
     let mut running = Running {
@@ -117,6 +124,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
         timings: Timings::new(),
         last,
         courses,
+        accounts,
         start: Instant::now().checked_sub(times[1]).unwrap_or_else(Instant::now),
         stepping: times[0],
         failures,
@@ -242,6 +250,7 @@ impl Running<'_> {
             progress: self.instance.progress(),
             tally: self.tally.clone(),
             courses: self.courses.clone(),
+            accounts: self.accounts.clone(),
             marks,
             failures: self.failures,
             times: [self.stepping, self.start.elapsed()],
@@ -265,6 +274,19 @@ impl Running<'_> {
             let body = report::body_name(&self.instance, event.body);
             self.tally.add_event(self.last.step, &body, &event.kind);
             self.files.event(self.last.step, &body, event);
+            if let EventKind::Advanced { cost: Some(cost), .. } = event.kind {
+                let overshoot = self.last.overshoot.get_or_insert(cost.overshoot);
+                *overshoot = overshoot.max(cost.overshoot);
+            }
+        }
+        let Self { instance, files, last, accounts, .. } = self;
+        for account in accounts {
+            let index = instance.bodies.iter().position(|&body| body == account.body());
+            let balance = index.and_then(|index| last.balances.get(index).copied().flatten());
+            if let Some(span) = account.note(instance.simulation.world(), last.time, &events, balance) {
+                let body = report::body_name(instance, account.body());
+                files.event_line(&account::line(last.step, &body, &span));
+            }
         }
     }
 
@@ -293,9 +315,9 @@ impl Running<'_> {
     }
 
     fn report(&mut self, end: End) -> RunReport {
-        let Self { scene, overrides, instance, tally, timings, last, courses, start, stepping, .. } = self;
+        let Self { scene, overrides, instance, tally, timings, last, courses, accounts, start, stepping, .. } = self;
         let (elapsed, stepping) = (start.elapsed(), *stepping);
-        let sources = Sources { scene, overrides, tally, timings, last, courses, elapsed, stepping, end };
+        let sources = Sources { scene, overrides, tally, timings, last, courses, accounts, elapsed, stepping, end };
         let mut report = report::report(instance, sources);
         report.caveats.extend(self.files.notes.iter().cloned());
         report
@@ -322,61 +344,4 @@ fn file_name(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).take(60).collect();
     if plain.is_empty() { "scene".to_owned() } else { plain }
-}
-
-/// The few lines at the end.
-fn summary(report: &RunReport) -> String {
-    let end = match &report.end {
-        End::Running => "running",
-        End::Interrupted => "interrupted (--resume goes on)",
-        End::Done => "done",
-        End::TornThrough => "torn through",
-        End::TearEnded => "the tear has ended",
-        End::Failed(_) => "FAILED",
-    };
-    let mut lines = vec![format!(
-        "{}: {end} after {} of {} steps, {:.6} ms simulated in {:.2} s ({:.3} × real time)",
-        report.scene,
-        report.steps,
-        report.steps_planned,
-        report.simulated_ms,
-        report.stepping_s,
-        report.real_time_factor
-    )];
-    for body in &report.bodies {
-        lines.push(format!(
-            "  {}: {} triangles, elastic {:.6} mJ, kinetic {:.3e} mJ",
-            body.name, body.triangles, body.elastic_mj, body.kinetic_mj
-        ));
-        for r in &body.reactions {
-            // Adding zero turns a rounded −0 into 0.
-            let [x, y, z] = r.force_n.map(|f| (f * 1e6).round() * 1e-6 + 0.0);
-            lines.push(format!("    {}: {x:.6}, {y:.6}, {z:.6} N", r.name));
-        }
-        for grip in body.grips.iter().filter(|grip| grip.peak_n > 0.0) {
-            lines.push(format!("    {}: {:.2} mN rms, {:.2} mN peak", grip.name, 1e3 * grip.rms_n, 1e3 * grip.peak_n));
-        }
-        lines.extend(body.course.as_ref().map(CourseReport::summary));
-        if let Some(tear) = &body.tear {
-            lines.push(format!(
-                "    torn {:.3} mm in {} advances, {} tip(s) left, {} ended, {} piece(s) free",
-                tear.length_mm,
-                tear.advances,
-                tear.tips.len(),
-                tear.ended,
-                tear.pieces_freed
-            ));
-            if let Some(refinement) = &tear.refinement {
-                lines.push(format!(
-                    "    refined by {} splits, coarsened by {} vertices; {} triangles more than at the start and torn, {} allowed",
-                    refinement.splits,
-                    refinement.vertices_removed,
-                    refinement.triangles_added,
-                    refinement.most_triangles_added
-                ));
-            }
-        }
-    }
-    lines.extend(report.caveats.iter().map(|caveat| format!("  note: {caveat}")));
-    lines.join("\n")
 }

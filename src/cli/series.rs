@@ -1,6 +1,6 @@
 //! What is noted of every step: the rows of `series.csv` and the figures that the report adds up.
 
-use crate::components::{EnergyBalance, Grips, Holds, TearLog};
+use crate::components::{EnergyBalance, EnergyCriterion, Grips, Holds, TearLog};
 use crate::report::BodyReport;
 use crate::scene::Instance;
 use crate::storage::Tips;
@@ -34,6 +34,12 @@ pub(super) struct Observation {
     pub release: f64,
     /// Sums of the bodies' energy balances, where they are kept.
     pub balance: Option<EnergyBalance>,
+    /// Each body's balance of energy, where it is kept, in the order of the scene's bodies.
+    pub balances: Vec<Option<EnergyBalance>>,
+    /// Surface energy that the toughness of bodies claims for what they have torn \[mJ\], where a body has one.
+    pub surface_energy: Option<f64>,
+    /// Largest overshoot of the toughness, G/G_c − 1, of the step's advances; none in a step without one.
+    pub overshoot: Option<f64>,
     /// Force of every hold on its body \[N\].
     pub reactions: Vec<(String, DVec3)>,
     /// Force of every grip on the tissue \[N\].
@@ -66,9 +72,11 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
             o.elastic += energies.elastic;
             o.kinetic += energies.kinetic;
         }
-        if let Ok(Some(balance)) = instance.simulation.energy_balance(body) {
-            o.balance.get_or_insert_default().add(&balance);
+        let balance = instance.simulation.energy_balance(body).ok().flatten();
+        if let Some(balance) = &balance {
+            o.balance.get_or_insert_default().add(balance);
         }
+        o.balances.push(balance);
         let reactions = instance.simulation.reactions(body).unwrap_or_default();
         let world = instance.simulation.world();
         if let Ok(holds) = world.get::<&Holds>(body) {
@@ -82,6 +90,9 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
         o.own.push([before[0]..o.reactions.len(), before[1]..o.grips.len()]);
         if let Ok(log) = world.get::<&TearLog>(body) {
             o.torn += log.length;
+            if world.satisfies::<&EnergyCriterion>(body) {
+                *o.surface_energy.get_or_insert_default() += log.surface_energy.unwrap_or(0.0);
+            }
         }
         if let Ok(tips) = world.get::<&Tips>(body) {
             o.tips += tips.len();
@@ -112,6 +123,10 @@ impl Observation {
         let mut header: Vec<String> = fixed.map(str::to_owned).to_vec();
         let balance = self.balance.iter().flat_map(EnergyBalance::terms);
         header.extend(balance.map(|(name, _)| format!("{name}_mJ")));
+        header.extend(self.balance.map(|_| "dissipated_mJ".to_owned()));
+        if self.surface_energy.is_some() {
+            header.extend(["of_which_surface_energy_mJ", "max_overshoot"].map(str::to_owned));
+        }
         for (name, _) in self.reactions.iter().chain(&self.grips) {
             header.extend(["x", "y", "z"].map(|axis| format!("{name}_{axis}_N")));
         }
@@ -134,6 +149,11 @@ impl Observation {
             format!("{:e}", self.release),
         ];
         row.extend(self.balance.iter().flat_map(EnergyBalance::terms).map(|(_, term)| format!("{term:e}")));
+        row.extend(self.balance.map(|balance| format!("{:e}", balance.dissipated())));
+        if let Some(energy) = self.surface_energy {
+            // A step without an advance has no overshoot, which is not one of zero.
+            row.extend([format!("{energy:e}"), self.overshoot.unwrap_or(f64::NAN).to_string()]);
+        }
         for (_, force) in self.reactions.iter().chain(&self.grips) {
             row.extend(force.to_array().map(|f| format!("{f:e}")));
         }

@@ -43,6 +43,9 @@ pub(super) struct Tally {
     pub late: Count,
     /// Steps in which a body went only a part of its way, lest it create energy.
     pub part_of_way: Count,
+    /// Vertices that found their own way, and the most at once.
+    pub relaxed: Count,
+    pub most_relaxed: usize,
     /// Steps at whose end vertices were put back outside an obstacle.
     pub put_outside: Count,
     /// Steps that were given up.
@@ -93,6 +96,8 @@ pub(super) struct EventCounts {
     pub held_shut: u64,
     pub under_resolved: u64,
     pub held_back: u64,
+    #[serde(default)]
+    pub start_withheld: u64,
     pub refused: u64,
     pub slipped: u64,
     pub fell_asleep: u64,
@@ -124,6 +129,9 @@ impl Tally {
         self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);
         self.late.note(report.bodies.iter().any(|body| body.is_late), o.step);
         self.part_of_way.note(report.bodies.iter().any(|body| body.went_part_of_way), o.step);
+        let relaxed = report.bodies.iter().map(|body| body.relaxed_vertices).max().unwrap_or(0);
+        self.relaxed.note(relaxed > 0, o.step);
+        self.most_relaxed = self.most_relaxed.max(relaxed);
         self.put_outside.note(report.bodies.iter().any(|body| body.is_put_outside), o.step);
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
@@ -163,6 +171,7 @@ impl Tally {
             EventKind::HeldShut { .. } => counts.held_shut += 1,
             EventKind::UnderResolved { .. } => counts.under_resolved += 1,
             EventKind::HeldBack { .. } => counts.held_back += 1,
+            EventKind::StartWithheld(_) => counts.start_withheld += 1,
             EventKind::Refused { .. } => counts.refused += 1,
             EventKind::StepFailed { .. } => counts.step_failed += 1,
             EventKind::StepGuarded { .. } => counts.step_guarded += 1,

@@ -49,6 +49,14 @@ pub enum BodyError {
     /// Bending of a body that stays in its plane.
     #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
     BendingInPlane,
+    /// Thicknesses and triangles differ in number.
+    #[error("{given} thicknesses for {needed} triangles: give one per triangle")]
+    ThicknessCount {
+        /// How many were given.
+        given: usize,
+        /// How many the mesh takes.
+        needed: usize,
+    },
     /// A fibre list of the wrong length.
     #[error("{given} fibre directions for {needed} triangles: give one per triangle, in the mesh's order")]
     FibreCount {

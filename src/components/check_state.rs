@@ -134,6 +134,7 @@ impl Check for TearLog {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         let counts = [
             self.start_count,
+            self.withheld_start_count,
             self.advance_count,
             self.detour_count,
             self.ambiguous_count,

@@ -147,6 +147,9 @@ pub struct Increment {
     /// Where the last solve would have created energy.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub creates_at: Option<GuardPlace>,
+    /// The most vertices that have found their own way in a part of it.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub relaxed: usize,
     /// The time step that `displacement` belongs to \[ms\].
     pub dt: f64,
 }

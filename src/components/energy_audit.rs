@@ -41,11 +41,12 @@ pub struct EnergyBalance {
     pub edits: Energies,
     /// Change of the elastic and kinetic energy from the start of the audit to now.
     pub stored: Energies,
-    /// Dissipated by strain-rate damping: dt·v·C·v, ≥ 0.
+    /// Dissipated by strain-rate damping along the step's straight way: dt·v·C·v, ≥ 0. In a long step it may exceed what there is to
+    /// dissipate; the numerical elastic term then gives that back.
     pub damping: f64,
     /// Dissipated by drag, ≥ 0.
     pub drag: f64,
-    /// Taken by the scheme from the elastic energy: (the force that it used − the true one along the step) · displacement,
+    /// Taken by the scheme from the elastic energy, or given back where negative: (the force that it used − the true one along the step) · displacement,
     /// the true one integrated by quadrature. Steps longer than a tear takes to spring open dissipate here what it releases.
     /// In static solves, what the trapezoidal rule of the works over a load step is off.
     pub numerical_elastic: f64,
@@ -84,7 +85,12 @@ impl EnergyBalance {
         if largest > 0.0 { term.abs() / largest } else { 0.0 }
     }
 
-    /// Dissipation by the scheme \[mJ\].
+    /// What has left the body \[mJ\]: damping, drag and the scheme's share together. That it does not fall is what steps are checked for.
+    pub fn dissipated(&self) -> f64 {
+        self.damping + self.drag + self.numerical()
+    }
+
+    /// The scheme's share \[mJ\]: negative where damping took more than its linearised step had, and the scheme gave that back.
     pub fn numerical(&self) -> f64 {
         self.numerical_elastic + self.numerical_kinetic
     }
@@ -117,8 +123,19 @@ impl EnergyBalance {
         ]
     }
 
+    /// The balance of the time since an earlier one of the same body.
+    pub fn since(&self, earlier: &Self) -> Self {
+        let mut since = *self;
+        since.add_times(earlier, -1.0);
+        since
+    }
+
     /// Adds the terms of a later span of time.
     pub(crate) fn add(&mut self, other: &Self) {
+        self.add_times(other, 1.0);
+    }
+
+    fn add_times(&mut self, other: &Self, factor: f64) {
         let pairs = [
             (&mut self.work_of_holds, other.work_of_holds),
             (&mut self.work_of_jaws, other.work_of_jaws),
@@ -135,7 +152,7 @@ impl EnergyBalance {
             (&mut self.unbalanced, other.unbalanced),
             (&mut self.released, other.released),
         ];
-        pairs.into_iter().for_each(|(sum, term)| *sum += term);
+        pairs.into_iter().for_each(|(sum, term)| *sum += factor * term);
     }
 }
 

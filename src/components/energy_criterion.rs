@@ -13,8 +13,9 @@ use super::check::{Check, Host, number, positive};
 /// is √(G/G_c), which grows with the load as that of stress does.
 ///
 /// Where the ring does not have the field of one straight crack in a plane ([`RingFault`](super::RingFault)), the material force takes its
-/// place: the derivative of the energy by the place of the tip, right on folds, in any law, beside jaws and contact. Starts have no crack:
-/// there the strengths of `Tearing` decide, so give both to fit: [`Tearing::of_toughness`](super::Tearing::of_toughness) does.
+/// place: the derivative of the energy by the place of the tip, right on folds, in any law, beside jaws and contact. A start
+/// has no crack: it asks for both, the strengths of `Tearing` along a whole length and the toughness by opening that length (Leguillon
+/// 2002). [`Tearing::of_toughness`](super::Tearing::of_toughness) gives strengths that fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyCriterion {

@@ -63,6 +63,6 @@ pub use sleeping::{Sleeping, Slumber};
 pub use springs::{Anchor, Springs};
 pub use step_forces::StepForces;
 pub use stops::Stops;
-pub use tear_decisions::{DecidedBy, RefusedSite, RingFault, TearDecision, TearDecisions, TearSite};
+pub use tear_decisions::{DecidedBy, RefusedSite, RingFault, TearDecision, TearDecisions, TearSite, WithheldStart};
 pub use tear_log::TearLog;
 pub use tearing::{InadmissibleToughness, TearMode, Tearing, Toughness};

@@ -38,6 +38,8 @@ pub enum DecidedBy {
     MaterialForce(RingFault),
     /// None: a blade led the tip.
     Blade,
+    /// The start itself, whose whole length opens at once: strength along it and the energy of opening it.
+    Start,
 }
 
 /// Why the ring around a tip does not have the field of one straight crack.
@@ -76,6 +78,7 @@ impl fmt::Display for DecidedBy {
             Self::Stress => f.write_str("stress"),
             Self::Energy => f.write_str("energy"),
             Self::Blade => f.write_str("blade"),
+            Self::Start => f.write_str("strength and energy of a start"),
             Self::MaterialForce(fault) => write!(f, "energy by the material force: {fault}"),
         }
     }
@@ -97,7 +100,7 @@ pub struct TearDecision {
     pub is_ambiguous: bool,
     /// Which criterion this is.
     pub by: DecidedBy,
-    /// Energy that an advance in this direction releases per area of tear \[N/mm\], where the criterion is on energy.
+    /// Energy that an advance in this direction, or the whole opening of a start, releases per area of tear \[N/mm\], where energy counts.
     pub release: Option<f64>,
     /// Mean Biot stress over the averaging disc \[MPa\], in `axes`.
     pub stress: Sym2,
@@ -109,6 +112,22 @@ pub struct TearDecision {
     pub edges_per_radius: f64,
 }
 
+/// A start whose stress reaches the strength, and which does not open for want of energy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct WithheldStart {
+    /// Where \[mm, rest shape\].
+    pub at: DVec3,
+    /// The criterion of strength there, above 1.
+    pub criterion: f64,
+    /// Length along which the strength is reached \[mm\], in whole edges; zero where that is less than one.
+    pub length: f64,
+    /// Energy that opening it would release, per area \[N/mm\].
+    pub release: f64,
+    /// Mean toughness along it \[N/mm\].
+    pub toughness: f64,
+}
+
 /// *Derived.* One decision per tip, in the order of the tips' rows, and one for the place where a tear may start.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -117,6 +136,13 @@ pub struct TearDecisions {
     pub tips: Vec<Option<TearDecision>>,
     /// The place with the largest criterion above 1, if the body may tear where there is no tip.
     pub start: Option<(TearSite, TearDecision)>,
+    /// Length that this start opens at once \[mm\], to either side of a start from inside; zero for one edge, where the strength
+    /// alone decides.
+    pub start_length: f64,
+    /// The strongest of the places where strength is reached and none may start for want of energy.
+    pub withheld: Option<WithheldStart>,
+    /// Whether that was told: once until no start is withheld.
+    pub is_withheld_told: bool,
     /// Where the last start was refused, if it was.
     pub refused_start: Option<RefusedSite>,
     /// Vertices of the boundary at which a tear may start: scratch of the search.
@@ -129,7 +155,7 @@ impl TearDecisions {
     /// Forgets what was found, before an edit that gives rows to others; what was refused stays known.
     pub fn forget(&mut self) {
         self.tips.clear();
-        self.start = None;
+        (self.start, self.start_length, self.withheld) = (None, 0.0, None);
     }
 
     /// Whether the criterion asks for an advance or a start anywhere.

@@ -9,8 +9,14 @@ use crate::event::EventKind;
 pub struct TearLog {
     /// Total length torn or cut in the rest shape \[mm\].
     pub length: f64,
+    /// Area torn by the criterion \[mm²\]: length times thickness of advances and starts, without cuts.
+    pub area: f64,
+    /// Surface energy that the toughness claims for that area \[mJ\]; `None` where none of it was torn under a toughness.
+    pub surface_energy: Option<f64>,
     /// Tears that the criterion has started.
     pub start_count: u32,
+    /// Steps in which a start was refused for want of energy: its stress reached the strength, and opening it released too little.
+    pub withheld_start_count: u32,
     /// Advances of tips.
     pub advance_count: u32,
     /// Advances that took another way than the one wanted: by a snap, a part of the way or, in free mode, along an edge.
@@ -50,9 +56,17 @@ impl TearLog {
             let count = match decision.by {
                 DecidedBy::Energy => &mut self.energy_decision_count,
                 DecidedBy::MaterialForce(fault) => &mut self.force_decision_counts[fault as usize],
-                DecidedBy::Stress | DecidedBy::Blade => continue,
+                DecidedBy::Stress | DecidedBy::Blade | DecidedBy::Start => continue,
             };
             *count = count.saturating_add(1);
+        }
+    }
+
+    /// Counts an area \[mm²\] that the criterion has torn, with the toughness \[N/mm\] of a body that has one.
+    pub(crate) fn note_area(&mut self, area: f64, toughness: Option<f64>) {
+        self.area += area;
+        if let Some(toughness) = toughness {
+            *self.surface_energy.get_or_insert(0.0) += area * toughness;
         }
     }
 

@@ -43,7 +43,8 @@ pub struct Tearing {
     /// Whether tears may start where nothing was cut, inside the tissue and at its boundary: at most one per body and pass of
     /// the step, at least 2R from every tip and from every vertex that a hold or a closed grip has hold of. Failure at a clamp
     /// is not modelled: the stress there is the clamp's, and singular at its corners; cut a notch where a tear is
-    /// wanted. Without it only existing tips advance.
+    /// wanted. With an [`EnergyCriterion`](super::EnergyCriterion) a start needs the energy of its opening as well as the strength, and
+    /// opens a whole length at once. Without `may_initiate` only existing tips advance.
     pub may_initiate: bool,
 }
 

@@ -96,6 +96,8 @@ pub struct GuardFigures {
     pub refused: [u32; GuardCause::COUNT],
     /// Parts of the step whose answer was limited, by cause in the same order.
     pub limited: [u32; GuardCause::COUNT],
+    /// Parts of the step in which a few vertices found their own way, by cause in the same order.
+    pub relaxed: [u32; GuardCause::COUNT],
     /// Most vertices whose displacement was limited in one part of the step.
     pub limited_vertices: u32,
     /// The first place.
@@ -113,6 +115,11 @@ impl GuardFigures {
         self.limited.iter().sum()
     }
 
+    /// Number of parts in which a few vertices found their own way.
+    pub fn relaxations(&self) -> u32 {
+        self.relaxed.iter().sum()
+    }
+
     /// Whether the guard did anything.
     pub fn has_acted(&self) -> bool {
         self.first.is_some()
@@ -128,6 +135,12 @@ impl GuardFigures {
     pub(crate) fn limit(&mut self, place: GuardPlace, vertices: usize) {
         self.limited[place.cause as usize] += 1;
         self.limited_vertices = self.limited_vertices.max(u32::try_from(vertices).unwrap_or(u32::MAX));
+        self.first.get_or_insert(place);
+    }
+
+    /// Counts an answer in which a few vertices found their own way.
+    pub(crate) fn relax(&mut self, place: GuardPlace) {
+        self.relaxed[place.cause as usize] += 1;
         self.first.get_or_insert(place);
     }
 }

@@ -78,6 +78,16 @@ impl Opening {
 
     /// The openings of a body, the largest first: the loops of its boundary that are no piece's outer rim and no slit.
     pub fn of_body(vertices: &Vertices, triangles: &Triangles, topology: &Topology, axis: &Axis) -> Vec<Self> {
+        Self::with_outlines(vertices, triangles, topology, axis).into_iter().map(|(opening, _)| opening).collect()
+    }
+
+    /// The same, each with the rows of its outline.
+    pub(super) fn with_outlines(
+        vertices: &Vertices,
+        triangles: &Triangles,
+        topology: &Topology,
+        axis: &Axis,
+    ) -> Vec<(Self, Vec<u32>)> {
         let loops = boundary_loops(triangles, topology);
         let (count, piece) = topology.components();
         let outline = |rows: &[u32]| rows.iter().map(|&v| vertices.rest_position[v as usize]).collect::<Vec<_>>();
@@ -91,11 +101,11 @@ impl Opening {
             }
         }
         let inner = loops.iter().enumerate().filter(|(i, _)| !rims.contains(&Some(*i)));
-        let mut openings: Vec<Self> = inner
-            .filter_map(|(_, rows)| Self::of_outline(&outline(rows), axis))
-            .filter(|o| o.circularity > SLIT)
+        let mut openings: Vec<(Self, Vec<u32>)> = inner
+            .filter_map(|(_, rows)| Some((Self::of_outline(&outline(rows), axis)?, rows.clone())))
+            .filter(|(opening, _)| opening.circularity > SLIT)
             .collect();
-        openings.sort_by(|a, b| b.diameter.total_cmp(&a.diameter));
+        openings.sort_by(|(a, _), (b, _)| b.diameter.total_cmp(&a.diameter));
         openings
     }
 }

@@ -1,17 +1,19 @@
 //! From `[[bodies]]` to a membrane with its components.
 
 use super::error::{Fault, not_negative, positive};
+use super::fibre_field::fibres;
 use super::fibre_law::{fibre_law, neo_hookean};
+use super::mesh_file::MeshFile;
 use super::region::Surface;
 use super::schema::{
     BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
     TearModeSpec, TearingSpec,
 };
 use super::springs::springs;
-use super::{grasp, mesh_file, shape};
+use super::{grasp, mesh_file, per_triangle, shape};
 use crate::components::{
-    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Gravity, Grips, Hold, Material,
-    PointLoad, PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
+    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Hold, Material, PointLoad,
+    PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
 };
 use crate::membrane::{BodyError, Membrane};
 use crate::storage::{Attached, TriangleMesh};
@@ -21,14 +23,17 @@ use std::path::Path;
 
 /// What all copies of a body have in common, and what takes long: read and made once.
 pub(super) struct Sheet {
-    pub mesh: TriangleMesh,
+    /// The mesh with what its file says of it.
+    pub file: MeshFile,
     /// Of a fibre file.
-    fibres: Option<Vec<DVec3>>,
+    pub fibres: Option<Vec<DVec3>>,
+    /// Largest way by which `planar` moved a vertex \[mm\].
+    pub flattened: f64,
 }
 
 /// Makes or reads the mesh, and reads the file of fibres. `key` is the body's path in the file.
 pub(super) fn sheet(spec: &BodySpec, folder: &Path, key: &str) -> Result<Sheet, Fault> {
-    let mesh = shape::mesh(&spec.mesh, folder, &format!("{key}.mesh"))?;
+    let mut file = shape::mesh(&spec.mesh, &per_triangle::arrays(spec, key)?, folder, &format!("{key}.mesh"))?;
     let fibres = match &spec.fibres {
         Some(FibreSpec::File(path)) => {
             let read = mesh_file::read_fibres(&folder.join(path));
@@ -36,23 +41,21 @@ pub(super) fn sheet(spec: &BodySpec, folder: &Path, key: &str) -> Result<Sheet, 
         }
         _ => None,
     };
-    Ok(Sheet { mesh, fibres })
+    let flattened = if spec.planar { shape::flatten(&mut file.mesh, key)? } else { 0.0 };
+    Ok(Sheet { file, fibres, flattened })
 }
 
 /// A membrane, not yet spawned: the copy of this name.
 pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) -> Result<Membrane, Fault> {
-    let mesh = &sheet.mesh;
-    if spec.planar && !shape::is_flat(mesh) {
-        let hint = "remove `planar = true`, or give a mesh with one z";
-        return Err(Fault::new(format!("{key}.planar"), "the mesh is not flat across z", hint));
-    }
+    let mesh = &sheet.file.mesh;
     let material = material(&spec.material, &format!("{key}.material"))?;
     let mut membrane = Membrane::new(name, mesh.clone(), material);
     if let Some(grading) = &spec.grading {
         membrane = graded(membrane, material, grading, &format!("{key}.grading"))?;
     }
-    if let Some(fibres) = &spec.fibres {
-        membrane = membrane.fibres(self::fibres(fibres, sheet, &format!("{key}.fibres"))?);
+    membrane = per_triangle::values(membrane, spec, &sheet.file, key)?;
+    if let Some(own) = &spec.fibres {
+        membrane = membrane.fibres(fibres(own, sheet, &format!("{key}.fibres"))?);
     }
     if spec.planar {
         membrane = membrane.planar();
@@ -137,17 +140,6 @@ fn graded(membrane: Membrane, material: Material, spec: &GradingSpec, key: &str)
             ..material
         }
     }))
-}
-
-fn fibres(spec: &FibreSpec, sheet: &Sheet, key: &str) -> Result<Fibres, Fault> {
-    Ok(match spec {
-        FibreSpec::Degrees(degrees) => Fibres::at_degrees(*degrees),
-        FibreSpec::Direction(d) => Fibres::Uniform(direction(d.0, &format!("{key}.direction"))?),
-        FibreSpec::Concentric(c) => {
-            Fibres::Concentric { centre: c.centre.0, axis: direction(c.axis.0, &format!("{key}.concentric.axis"))? }
-        }
-        FibreSpec::File(_) => Fibres::PerTriangle(sheet.fibres.clone().unwrap_or_default()),
-    })
 }
 
 /// Files and messages tell things of a kind apart by their names; each with its path in the file.

@@ -22,6 +22,7 @@ macro_rules! entries {
 pub const CATALOG: &[Entry] = entries![
     "capsulorhexis",
     "capsulorhexis-runout",
+    "capsulorhexis-rescue",
     "fig2",
     "fig2-haptic",
     "fig2-iso",

@@ -1,21 +1,20 @@
 //! A scene in a simulation, ready to run.
 
 use super::build::{self, direction};
+use super::doctor::{self, MeshSummary};
 use super::error::{Fault, positive};
 use super::schema::{BodySpec, Mode, ObstacleSpec, OutputSpec, RunSpec};
 use super::size::Demand;
 use super::{Scene, SceneError, beginning, copies, settings};
-use crate::components::{Body, EnergyAudit, Holds, Obstacle, Shape, TearLog, Tearing, Toughness};
+use crate::components::{EnergyAudit, Obstacle, Shape, TearLog, Tearing, Toughness};
 use crate::membrane::Membrane;
 use crate::report::Report;
 use crate::settings::Integrator;
 use crate::simulation::{Simulation, SimulationError};
 #[cfg(feature = "cli")]
 use crate::snapshot::{Snapshot, SnapshotError};
-use crate::storage::{Tips, Topology, Triangles, Vertices};
-use glam::DVec3;
+use crate::storage::{Tips, Topology, Triangles};
 use hecs::Entity;
-use std::fmt;
 
 /// The most steps of a run: a day's computing at 0.1 ms each.
 pub const MOST_STEPS: u64 = 1_000_000_000;
@@ -26,6 +25,8 @@ pub struct Instance {
     pub simulation: Simulation,
     /// The bodies in the order of the file.
     pub bodies: Vec<Entity>,
+    /// What the mesh of each was like before it was cut.
+    pub meshes: Vec<MeshSummary>,
     /// How to run it.
     pub run: Run,
     /// What to write of it.
@@ -53,54 +54,7 @@ pub struct Run {
     pub static_advances: u32,
 }
 
-/// What a scene holds, for a look before it is run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Summary {
-    /// The scene's name.
-    pub name: String,
-    /// How it is run.
-    pub run: Run,
-    /// Its bodies.
-    pub bodies: Vec<BodySummary>,
-    /// Number of obstacles.
-    pub obstacle_count: usize,
-}
-
-/// One body of a [`Summary`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct BodySummary {
-    /// Its name.
-    pub name: String,
-    /// Number of vertices, after the starting cuts.
-    pub vertex_count: usize,
-    /// Number of triangles, after the starting cuts.
-    pub triangle_count: usize,
-    /// Least and greatest rest coordinates \[mm\].
-    pub bounds: (DVec3, DVec3),
-    /// Each hold with its number of vertices.
-    pub holds: Vec<(String, usize)>,
-    /// Number of tear tips.
-    pub tip_count: usize,
-    /// Of a body that can tear: its thresholds and the toughness that they imply.
-    pub tearing: Option<(Tearing, Toughness)>,
-}
-
 impl Scene {
-    /// Judges the scene without running it: reads its files, builds its meshes and bodies and makes its cuts.
-    ///
-    /// # Errors
-    /// For everything that [`instantiate`](Self::instantiate) refuses.
-    pub fn check(&self) -> Result<Summary, SceneError> {
-        let instance = self.instantiate()?;
-        let bodies = instance.bodies.iter().filter_map(|&body| summary(&instance.simulation, body));
-        Ok(Summary {
-            name: self.file.scene.name.clone(),
-            run: instance.run,
-            bodies: bodies.collect(),
-            obstacle_count: self.file.obstacles.len(),
-        })
-    }
-
     /// Builds the simulation.
     ///
     /// # Errors
@@ -133,7 +87,7 @@ impl Scene {
         }
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
         let mut simulation = Simulation::new(settings).map_err(refused)?;
-        let mut bodies = Vec::new();
+        let (mut bodies, mut meshes) = (Vec::new(), Vec::new());
         let specs = &self.file.bodies;
         // Before anything of that size is made.
         Demand::announced(specs)?.files(&self.file.output, run.steps)?;
@@ -142,11 +96,13 @@ impl Scene {
         for (i, spec) in specs.iter().enumerate() {
             let key = &format!("bodies.{i}");
             let sheet = build::sheet(spec, self.document.folder(), key)?;
-            demand.add(spec, key, sheet.mesh.triangles.len() as f64)?;
+            demand.add(spec, key, sheet.file.mesh.triangles.len() as f64)?;
             demand.files(&self.file.output, run.steps)?;
+            let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
             for name in copies::names(spec) {
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
                 bodies.push(self.spawn(&mut simulation, membrane, spec, key)?);
+                meshes.push(mesh.clone());
             }
         }
         for (i, obstacle) in self.file.obstacles.iter().enumerate() {
@@ -157,7 +113,7 @@ impl Scene {
             };
             spawned.map_err(|error| Fault::new(format!("obstacles.{i}"), error, "give numbers of an ordinary size"))?;
         }
-        Ok(Instance { simulation, bodies, run, output: self.file.output.clone(), step: 0, has_torn: false })
+        Ok(Instance { simulation, bodies, meshes, run, output: self.file.output.clone(), step: 0, has_torn: false })
     }
 
     fn spawn(
@@ -304,65 +260,4 @@ pub(crate) fn thresholds(simulation: &Simulation, body: Entity) -> Option<(Teari
     let at_tip = tips.vertex.first().and_then(|&tip| topology.incident[tip as usize].first());
     let law = triangles.stiffness.get(at_tip.map_or(0, |&entry| entry as usize / 3))?;
     Some((*tearing, tearing.toughness(law)))
-}
-
-fn summary(simulation: &Simulation, body: Entity) -> Option<BodySummary> {
-    let world = simulation.world();
-    let vertices = world.get::<&Vertices>(body).ok()?;
-    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let held = world.get::<&Holds>(body);
-    Some(BodySummary {
-        name: world.get::<&Body>(body).ok()?.name.clone(),
-        vertex_count: vertices.len(),
-        triangle_count: world.get::<&Triangles>(body).ok()?.len(),
-        bounds: vertices.rest_position.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p))),
-        holds: held.map_or(Vec::new(), |h| h.groups.iter().map(|g| (g.name.clone(), g.members.rows().len())).collect()),
-        tip_count: world.get::<&Tips>(body).map_or(0, |tips| tips.len()),
-        tearing: thresholds(simulation, body),
-    })
-}
-
-impl fmt::Display for Summary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Run { mode, dt, steps, .. } = self.run;
-        let kind = if mode == Mode::Static { "static" } else { "dynamic" };
-        write!(f, "{}: {kind}, {steps} steps of {dt} ms", self.name)?;
-        if self.obstacle_count > 0 {
-            write!(f, ", {} obstacle(s)", self.obstacle_count)?;
-        }
-        for body in &self.bodies {
-            let (low, high) = body.bounds;
-            let size = high - low;
-            write!(
-                f,
-                "\n  {}: {} vertices, {} triangles, {} × {} × {} mm",
-                body.name,
-                body.vertex_count,
-                body.triangle_count,
-                rounded(size.x),
-                rounded(size.y),
-                rounded(size.z)
-            )?;
-            for (name, count) in &body.holds {
-                write!(f, ", hold `{name}` on {count}")?;
-            }
-            if body.tip_count > 0 {
-                write!(f, ", {} tear tip(s)", body.tip_count)?;
-            }
-            if let Some((t, toughness)) = &body.tearing {
-                let (transverse, fibre) = (t.strength_transverse, t.strength_fibre);
-                let Toughness { along, across } = toughness;
-                let way = |way: &str, strength: f64, toughness: f64| {
-                    format!("{way} the fibres at {strength:.3e} MPa or {toughness:.3e} N/mm")
-                };
-                let [along, across] = [way("along", transverse, *along), way("across", fibre, *across)];
-                write!(f, "\n    tears {along}, {across}, over a radius of {} mm", rounded(t.radius))?;
-            }
-        }
-        Ok(())
-    }
-}
-
-fn rounded(length: f64) -> f64 {
-    (length * 1e3).round() / 1e3
 }

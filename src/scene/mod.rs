@@ -37,25 +37,32 @@ mod beginning;
 mod build;
 pub mod catalog;
 mod copies;
+mod doctor;
 mod document;
 mod error;
+mod fibre_field;
 mod fibre_law;
 pub mod generate;
 mod grasp;
 mod instance;
 pub mod mesh_file;
+mod mesh_on_file;
+mod per_triangle;
 mod region;
 pub mod schema;
 mod settings;
 mod shape;
 mod size;
 mod springs;
+mod summary;
 
+pub use doctor::MeshSummary;
 pub use document::Document;
 pub use error::{SceneError, nearest};
 #[cfg(feature = "cli")]
 pub(crate) use instance::thresholds;
-pub use instance::{BodySummary, Instance, MOST_STEPS, Run, Summary};
+pub use instance::{Instance, MOST_STEPS, Run};
+pub use summary::{BodySummary, Summary};
 
 use error::Span;
 use schema::SceneFile;

@@ -19,7 +19,7 @@ const MOST_FILES: u64 = 100_000;
 const MOST_FRAME_BYTES: f64 = 1e12;
 
 /// What a triangle takes in memory \[bytes\], its share of the vertices and the solver included (docs/performance.md).
-const BYTES_PER_TRIANGLE: f64 = 1000.0;
+pub(super) const BYTES_PER_TRIANGLE: f64 = 1000.0;
 
 /// What a triangle takes in a frame \[bytes\].
 const FRAME_BYTES_PER_TRIANGLE: f64 = 250.0;
@@ -184,10 +184,11 @@ fn number(value: f64) -> String {
     if value < 1e9 { format!("{value:.0}") } else { format!("{value:.1e}") }
 }
 
-fn bytes(count: f64) -> String {
+pub(super) fn bytes(count: f64) -> String {
     match count {
         _ if count >= 1e12 => format!("{:.0} TB", count * 1e-12),
         _ if count >= 1e9 => format!("{:.0} GB", count * 1e-9),
-        _ => format!("{:.0} MB", count * 1e-6),
+        _ if count >= 1e6 => format!("{:.0} MB", count * 1e-6),
+        _ => format!("{:.0} kB", count * 1e-3),
     }
 }

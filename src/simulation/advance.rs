@@ -148,7 +148,7 @@ impl Retried<'_, '_> {
 
     /// A part of the step. Returns the time that was done.
     fn part(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
-        let step = StepContext::of_step(self.settings, dt, time + dt);
+        let step = StepContext { is_retried: true, ..StepContext::of_step(self.settings, dt, time + dt) };
         self.tries += 1;
         self.is_last_resort |= self.tries > TRIES * (self.settings.halvings + 1);
         let step = if self.is_last_resort { step.last_resort() } else { step };
@@ -375,7 +375,9 @@ fn refused_at(fault: Fault, vertices: &Vertices, increment: &mut Increment) -> G
     };
     let Vertices { position, velocity, mass, .. } = vertices;
     let motion = |v: usize| mass[v] * velocity[v].length_squared();
-    let is_finite = |v: usize| position[v].is_finite() && motion(v).is_finite();
+    // A solve without an answer leaves what it started from.
+    let started = |v: usize| increment.start_velocity.get(v).map_or(0.0, |start| mass[v] * start.length_squared());
+    let is_finite = |v: usize| position[v].is_finite() && motion(v).is_finite() && started(v).is_finite();
     let nowhere = GuardPlace::nowhere(cause);
     let Some(v) = (0..vertices.len()).find(|&v| !is_finite(v)) else { return nowhere };
     GuardPlace { vertex: u32::try_from(v).ok(), at: vertices.rest_position[v], ..nowhere }

@@ -2,16 +2,14 @@
 
 use super::Simulation;
 use super::material_force::material_force;
-use crate::components::{
-    Bending, Body, EnergyCriterion, FibreLaws, Forces, Frames, Planar, PreStretch, TearDecision, Tearing, fibre_law,
-};
+use crate::components::{Body, DecidedBy, EnergyCriterion, Forces, Frames, TearDecision, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::assembly::membrane_forces;
 use crate::systems::kernels::failure::{self, Search, Strength};
 use crate::systems::tearing::{
-    EnergyReading, EnergyTerms, Surface, TipMemory, energy_decision, strength, tip_decision,
+    EnergyReading, EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, strength, tip_decision,
 };
 use glam::{DMat3, DVec2, DVec3};
 use hecs::Entity;
@@ -29,18 +27,12 @@ impl Simulation {
     }
 
     fn body_frame(&self, body: Entity) -> Option<BodyFrame> {
-        type Query<'a> = (
-            (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
-            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
-        );
+        type Query<'a> =
+            ((&'a Body, &'a Frames, SurfaceQuery<'a>), (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>));
         let mut query = self.world.query_one::<Query>(body);
-        let ((about, vertices, triangles, topology, frames), (planar, pre_stretch, fibres), (tearing, energy, bending)) =
-            query.get().ok()?;
-        let unstretched = PreStretch::unstretched(pre_stretch);
-        let fibres = fibre_law(fibres, pre_stretch);
-        let surface =
-            Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
+        let ((about, frames, surface), (tearing, energy)) = query.get().ok()?;
+        let surface = Surface::of(surface);
+        let Surface { vertices, triangles, topology, .. } = surface;
         let principal = |state: ElementState| DVec2::from(state.stress.principal_values());
         let mut frame = BodyFrame {
             name: about.name.clone(),
@@ -132,6 +124,7 @@ fn tip_frame(
         value: decision.value,
         curve,
         material_force: turn.apply(material_force),
+        is_by_force: matches!(decision.by, DecidedBy::MaterialForce(_)),
         radius: tearing.radius,
     }
 }

@@ -1,10 +1,10 @@
 //! The material force at tear tips.
 
 use super::{Simulation, SimulationError};
-use crate::components::{Bending, EnergyCriterion, FibreLaws, Planar, PreStretch, Tearing, Toughness, fibre_law};
+use crate::components::{EnergyCriterion, Tearing, Toughness};
 use crate::math::elementary;
-use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
-use crate::systems::tearing::{EnergyTerms, Surface, TipMemory};
+use crate::storage::{TipKey, Tips};
+use crate::systems::tearing::{EnergyTerms, Surface, SurfaceQuery, TipMemory};
 use glam::DVec3;
 use hecs::Entity;
 
@@ -46,19 +46,11 @@ impl Simulation {
     /// # Errors
     /// Where there is no such body.
     pub fn material_forces(&self, body: Entity) -> Result<Vec<TipForce>, SimulationError> {
-        type Query<'a> = (
-            (&'a Vertices, &'a Triangles, &'a Topology),
-            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
-            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
-        );
+        type Query<'a> = (SurfaceQuery<'a>, Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>);
         let mut query = self.world.query_one::<Query>(body);
-        let ((vertices, triangles, topology), (planar, pre_stretch, fibres), (tearing, energy, bending)) =
-            query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let (surface, tearing, energy) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some((tearing, tips)) = tearing else { return Ok(Vec::new()) };
-        let unstretched = PreStretch::unstretched(pre_stretch);
-        let fibres = fibre_law(fibres, pre_stretch);
-        let surface =
-            Surface { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending };
+        let surface = Surface::of(surface);
         let mut memory = TipMemory::default();
         let forces = (0..tips.len()).filter_map(|tip| {
             let vertex = tips.vertex[tip];
@@ -73,7 +65,7 @@ impl Simulation {
             };
             Some(TipForce {
                 tip: tips.key(tip as u32)?,
-                at: vertices.rest_position[vertex as usize],
+                at: surface.vertices.rest_position[vertex as usize],
                 force,
                 along,
                 turn,

@@ -281,6 +281,7 @@ impl Simulation {
             formula: Formula::BackwardEuler,
             is_static: true,
             is_resumed: false,
+            is_retried: false,
             is_last_resort: false,
             tangent: Tangent::Exact,
             linear,

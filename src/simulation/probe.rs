@@ -1,12 +1,10 @@
 //! What membrane and criterion say of a body as it stands, whether it steps or not.
 
 use super::{Simulation, SimulationError};
-use crate::components::{
-    Bending, EnergyCriterion, FibreLaws, Forces, Frames, Planar, PreStretch, TearDecision, Tearing, fibre_law,
-};
-use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::components::{EnergyCriterion, Forces, Frames, TearDecision, Tearing};
+use crate::storage::{Tips, Topology, Triangles};
 use crate::systems::assembly::membrane_forces;
-use crate::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, tip_decision};
+use crate::systems::tearing::{EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, tip_decision};
 use glam::DVec3;
 use hecs::Entity;
 
@@ -21,19 +19,11 @@ impl Simulation {
     /// # Errors
     /// If there is no such body.
     pub fn tip_decisions(&self, body: Entity) -> Result<Vec<TipAnswer>, SimulationError> {
-        type Query<'a> = (
-            (&'a Vertices, &'a Triangles, &'a Topology),
-            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
-            (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>, Option<&'a Bending>),
-        );
+        type Query<'a> = (SurfaceQuery<'a>, Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>);
         let mut query = self.world.query_one::<Query>(body);
-        let found = query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        let ((vertices, triangles, topology), (planar, pre_stretch, fibres), (tearing, energy, bending)) = found;
+        let (surface, tearing, energy) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some((tearing, tips)) = tearing else { return Ok(Vec::new()) };
-        let unstretched = PreStretch::unstretched(pre_stretch);
-        let fibres = fibre_law(fibres, pre_stretch);
-        let is_planar = planar.is_some();
-        let surface = Surface { vertices, triangles, topology, is_planar, unstretched, fibres, bending };
+        let surface = Surface::of(surface);
         let mut memory = TipMemory::default();
         let answers = (0..tips.len()).map(|tip| {
             let place = (tips.vertex[tip], tips.previous[tip]);

@@ -30,7 +30,7 @@ impl Simulation {
         self.schedule.reset_reports(&mut self.report.systems);
         self.report.rolled_back = 0;
         for increment in self.world.query_mut::<&mut Increment>() {
-            (increment.limits, increment.guard) = ([false; 2], GuardFigures::default());
+            (increment.limits, increment.guard, increment.relaxed) = ([false; 2], GuardFigures::default(), 0);
         }
         self.report.has_failed = false;
     }
@@ -63,6 +63,7 @@ impl Simulation {
                 is_held_back: scratch.is_held_back,
                 went_part_of_way: increment.limits[0],
                 is_put_outside: increment.limits[1],
+                relaxed_vertices: increment.relaxed,
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
                 guard: increment.guard,

@@ -239,6 +239,7 @@ fn lead_tip(tips: &mut Tips, outcome: &CutOutcome, log: &mut TearLog) -> Option<
         is_ambiguous: false,
         by: DecidedBy::Blade,
         release: None,
+        cost: None,
         course: Course::Exact,
     }));
     Some(key)

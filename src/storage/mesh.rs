@@ -10,7 +10,7 @@ use super::{MeshError, NONE};
 
 /// Below this ratio of smallest altitude to longest edge a triangle counts as degenerate: its shape-function gradients have
 /// lost more than half the digits of an `f64` by then.
-pub(super) const THINNEST: f64 = 1e-9;
+pub(crate) const THINNEST: f64 = 1e-9;
 
 /// An indexed triangle mesh with an optional fibre direction per triangle: what readers and generators give and a body takes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,16 +41,58 @@ impl TriangleMesh {
         self.check_fibres()
     }
 
-    /// Turns triangles over until neighbours run their shared edges in opposite directions. The first triangle of each
-    /// connected piece keeps its sense; a turned triangle swaps its last two corners.
+    /// Turns triangles over until neighbours run their shared edges in opposite directions. In each connected piece the fewer are turned,
+    /// of as many those that differ from its first; in a closed piece those that face inwards. A turned triangle swaps its last two corners.
+    ///
+    /// # Errors
+    /// For corners out of range, an edge of three triangles and a one-sided piece.
     pub fn oriented(mut self) -> Result<Self, MeshError> {
         self.check_corners()?;
         let edges = SharedEdges::new(&self.triangles)?;
-        let turned = edges.sides(self.triangles.len())?;
-        for (triangle, _) in self.triangles.iter_mut().zip(turned).filter(|(_, turned)| *turned) {
-            triangle.swap(1, 2);
+        let (turned, pieces) = edges.sides(self.triangles.len())?;
+        let is_wrong = self.pieces_to_turn(&edges, &turned, &pieces);
+        for ((triangle, turned), piece) in self.triangles.iter_mut().zip(turned).zip(pieces) {
+            if turned != is_wrong[piece as usize] {
+                triangle.swap(1, 2);
+            }
         }
         Ok(self)
+    }
+
+    /// For each piece whether the sense of its first triangle is the wrong one.
+    fn pieces_to_turn(&self, edges: &SharedEdges, turned: &[bool], pieces: &[u32]) -> Vec<bool> {
+        #[derive(Clone, Default)]
+        struct Piece {
+            triangles: usize,
+            turned: usize,
+            shared: usize,
+            volume: f64,
+            centre: DVec3,
+        }
+        let mut of = vec![Piece::default(); pieces.iter().max().map_or(0, |last| *last as usize + 1)];
+        edges.0.iter().for_each(|edge| of[pieces[edge.triangles[0] as usize] as usize].shared += 1);
+        let at = |corner: u32| self.positions[corner as usize];
+        for (triangle, &piece) in pieces.iter().enumerate() {
+            let piece = &mut of[piece as usize];
+            // About a point of its own, so that its distance from the origin takes no digits.
+            if piece.triangles == 0 {
+                piece.centre = at(self.triangles[triangle][0]);
+            }
+            let [a, b, c] = self.triangles[triangle].map(|corner| at(corner) - piece.centre);
+            let volume = a.dot(b.cross(c));
+            piece.volume += if turned[triangle] { -volume } else { volume };
+            piece.triangles += 1;
+            piece.turned += usize::from(turned[triangle]);
+        }
+        of.iter()
+            .map(|piece| {
+                let is_closed = 2 * piece.shared == 3 * piece.triangles;
+                match is_closed && piece.volume != 0.0 && piece.volume.is_finite() {
+                    true => piece.volume < 0.0,
+                    false => 2 * piece.turned > piece.triangles,
+                }
+            })
+            .collect()
     }
 
     /// Removes the vertices that no triangle uses; the others keep their order. Corners out of range are left for
@@ -124,18 +166,7 @@ impl TriangleMesh {
     }
 
     fn check_duplicates(&self) -> Result<(), MeshError> {
-        let mut sorted: Vec<([u32; 3], usize)> = self
-            .triangles
-            .iter()
-            .enumerate()
-            .map(|(triangle, &corners)| {
-                let mut corners = corners;
-                corners.sort_unstable();
-                (corners, triangle)
-            })
-            .collect();
-        sorted.sort_unstable();
-        match sorted.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        match by_corners(&self.triangles).windows(2).find(|pair| pair[0].0 == pair[1].0) {
             Some(pair) => Err(MeshError::Duplicate { first: pair[0].1, second: pair[1].1 }),
             None => Ok(()),
         }
@@ -216,8 +247,8 @@ impl SharedEdges {
         Ok(Self(shared))
     }
 
-    /// For each triangle whether it must be turned over to agree with the first of its piece.
-    fn sides(&self, triangle_count: usize) -> Result<Vec<bool>, MeshError> {
+    /// For each triangle whether it must be turned over to agree with the first of its piece, and the number of its piece.
+    fn sides(&self, triangle_count: usize) -> Result<(Vec<bool>, Vec<u32>), MeshError> {
         let mut neighbours = vec![[NONE; 3]; triangle_count];
         for (number, edge) in self.0.iter().enumerate() {
             for triangle in edge.triangles {
@@ -227,6 +258,8 @@ impl SharedEdges {
             }
         }
         let mut turned: Vec<Option<bool>> = vec![None; triangle_count];
+        let mut pieces = vec![0; triangle_count];
+        let mut piece_count = 0;
         let mut queue = Vec::new();
         for seed in 0..triangle_count {
             if turned[seed].is_some() {
@@ -234,7 +267,9 @@ impl SharedEdges {
             }
             turned[seed] = Some(false);
             queue.push(seed as u32);
+            piece_count += 1;
             while let Some(triangle) = queue.pop() {
+                pieces[triangle as usize] = piece_count - 1;
                 let side = turned[triangle as usize] == Some(true);
                 for &number in neighbours[triangle as usize].iter().filter(|number| **number != NONE) {
                     let edge = &self.0[number as usize];
@@ -254,12 +289,12 @@ impl SharedEdges {
                 }
             }
         }
-        Ok(turned.into_iter().map(|turned| turned == Some(true)).collect())
+        Ok((turned.into_iter().map(|turned| turned == Some(true)).collect(), pieces))
     }
 }
 
 /// Smallest altitude over longest edge, free of overflow: edges are scaled by the longest first.
-fn slenderness([a, b, c]: [DVec3; 3]) -> f64 {
+pub(crate) fn slenderness([a, b, c]: [DVec3; 3]) -> f64 {
     let edges = [b - a, c - b, a - c];
     let scale = edges.iter().map(|edge| edge.abs().max_element()).fold(0.0, f64::max);
     if !(scale > 0.0 && scale.is_finite()) {
@@ -277,6 +312,18 @@ fn root(sets: &mut [usize], mut at: usize) -> usize {
         at = sets[at];
     }
     at
+}
+
+/// The triangles with their corners in ascending order, sorted by them and then by row: those of the same corners are neighbours.
+pub(crate) fn by_corners(triangles: &[[u32; 3]]) -> Vec<([u32; 3], usize)> {
+    let ascending = |(triangle, &corners): (usize, &[u32; 3])| {
+        let mut corners = corners;
+        corners.sort_unstable();
+        (corners, triangle)
+    };
+    let mut sorted: Vec<_> = triangles.iter().enumerate().map(ascending).collect();
+    sorted.sort_unstable();
+    sorted
 }
 
 #[cfg(test)]

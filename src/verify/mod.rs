@@ -160,7 +160,13 @@ pub const CASES: &[Case] = &[
     tear("tear-release", "the energy that a crack releases, against its length", tear::release::run),
     tear("tear-load", "the load at which edge and centre cracks tear", tear::load::run),
     tear("tear-kink", "where slanted cracks turn", tear::kink::run),
-    tear("tear-trouser", "the pull that tears trousers, and where they tear", tear::trouser::run),
+    tear("tear-strip", "the strain at which a long crack between clamps runs", tear::strip::run),
+    tear("tear-start", "where tears start: dog-bone, strength against notch length, hole", tear::start::run),
+    tear("tear-trouser", "the pull that tears trousers, whatever R, stiffness, toughness and step", tear::trouser::run),
+    tear("tear-trouser-mesh", "the same on three kinds of mesh and three sizes", tear::trouser::meshes),
+    tear("tear-trouser-fibre", "where trousers with fibres tear", tear::trouser::fibres),
+    tear("tear-flap", "a flap folded over and drawn ahead: pull and paths", tear::flap::run),
+    tear("tear-two-points", "the pull that tears a sheet between two points", tear::two_points::run),
 ];
 
 type Run = fn(&Artifacts) -> Result<Vec<Row>, VerifyError>;

@@ -73,7 +73,7 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
             }
             let of_group = (&triangles.corners[..], start);
             let [x, x1, x2] = at_corners(lanes, of_group, &|v| vertices.position[v]);
-            let [u, u1, u2] = at_corners(lanes, of_group, &|v| solved.increment.delta[v]);
+            let [u, u1, u2] = at_corners(lanes, of_group, &|v| solved.delta[v]);
             let ((f1, f2), (d1, d2)) = ((less(x1, x), less(x2, x)), (less(u1, u), less(u2, u)));
             let StateLanes { axes: [r1, r2], stretch: [uxx, uyy, uxy], stress: [txx, tyy, txy] } =
                 S::lanes(lanes, of_lanes);
@@ -167,9 +167,11 @@ mod tests {
         let unstretched = Sym2::new(0.98, 1.01, 0.005);
         let (is_counted, is_damped_before, rate) = (false, false, 0.1);
         let (free, fibres, drag) = (&scratch.free, None, 0.0);
+        let increment = &*increment;
         f(&mut Solved {
             operator,
             increment,
+            delta: &increment.delta,
             free,
             unstretched,
             fibres,

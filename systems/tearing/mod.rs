@@ -28,6 +28,7 @@ mod tip_decision;
 mod tip_disc;
 mod tip_memory;
 mod tip_stress;
+mod trial;
 
 pub use bisect::size;
 pub use blade::CutOutcome;
@@ -46,7 +47,8 @@ pub use tip::TipChart;
 pub use tip_decision::{decision, strength, tip_decision, vertex_decision};
 pub use tip_disc::{Disc, Walk};
 pub use tip_memory::TipMemory;
-pub use tip_stress::{DiscAverage, Surface, disc_average};
+pub use tip_stress::{DiscAverage, Surface, SurfaceQuery, disc_average};
+pub use trial::{Trial, TrialBuffers};
 
 use crate::event::Course;
 use crate::storage::{Edit, EditRecord, Mesh, Refusal};

@@ -153,6 +153,7 @@ impl ShiftedDisc {
             self.members.push(Member { triangle, fibre, weights, fall: fibre.rotate(fall), nodes });
         }
         self.thickness = volume / area;
+        self.folds.clear();
         if let Some(bending) = surface.bending {
             let plain = self.rim.iter().map(|&triangle| (triangle, DVec2::ZERO, DVec2::X));
             let listed = self.members.iter().map(|m| (m.triangle, m.fall, m.fibre)).chain(plain);
@@ -194,9 +195,15 @@ impl ShiftedDisc {
         }) as u32
     }
 
-    /// The triangles on which the disc depends.
+    /// The triangles on which the disc depends: with bending also those around it.
     pub fn triangles(&self) -> impl Iterator<Item = u32> {
-        self.members.iter().map(|member| member.triangle).chain(self.rim.iter().copied())
+        let bends = self.folds.triangles();
+        self.members.iter().map(|member| member.triangle).chain(self.rim.iter().copied()).chain(bends)
+    }
+
+    /// Whether it was laid for tissue that bends as this surface does.
+    pub fn bends_as(&self, surface: &Surface) -> bool {
+        self.folds.bending() == surface.bending.copied()
     }
 
     /// The material force at the current positions; `None` where it is not finite.

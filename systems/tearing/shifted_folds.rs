@@ -37,25 +37,54 @@ struct Bend {
 /// The triangles of a disc that bend.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ShiftedFolds {
+    /// What they were laid for.
+    bending: Option<Bending>,
     bends: Vec<Bend>,
+    /// Buffer.
+    listed: Vec<Listed>,
+    /// Triangles across the outermost edges, to which there are angles.
+    beyond: Vec<u32>,
 }
 
+/// A triangle to be laid, whether it is there for its neighbours alone, the gradient of its weight \[1/mm\] and the axis of its frame.
+type Listed = (u32, bool, DVec2, DVec2);
+
+/// Triangles for which there is room from the start.
+const USUAL: usize = 512;
+
 impl ShiftedFolds {
+    /// Forgets what was laid.
+    pub fn clear(&mut self) {
+        self.bending = None;
+        self.bends.clear();
+        self.beyond.clear();
+    }
+
+    /// What they were laid for, if they were.
+    pub fn bending(&self) -> Option<Bending> {
+        self.bending
+    }
+
     /// Lays out triangles with the gradient of their weight \[1/mm\] and the axis of their own frame, both in the axes of the disc.
     pub fn lay(&mut self, surface: &Surface, bending: &Bending, listed: impl Iterator<Item = (u32, DVec2, DVec2)>) {
         let Surface { vertices, triangles, topology, .. } = *surface;
+        self.bending = Some(*bending);
         self.bends.clear();
-        let mut listed: Vec<(u32, DVec2, DVec2)> = listed.collect();
-        listed.sort_unstable_by_key(|&(triangle, ..)| triangle);
+        self.bends.reserve(USUAL);
+        self.beyond.reserve(USUAL);
+        self.listed.clear();
+        self.listed.reserve(4 * USUAL);
+        self.listed.extend(listed.map(|(triangle, fall, fibre)| (triangle, false, fall, fibre)));
+        self.beyond.clear();
         // Those around have a part in the moments that turn normals.
-        for place in 0..listed.len() {
-            let around = topology.neighbours[listed[place].0 as usize].into_iter().filter(|&n| n != NONE);
-            listed.extend(around.map(|n| (n, DVec2::ZERO, DVec2::X)));
+        for place in 0..self.listed.len() {
+            let around = topology.neighbours[self.listed[place].0 as usize].into_iter().filter(|&n| n != NONE);
+            self.listed.extend(around.map(|n| (n, true, DVec2::ZERO, DVec2::X)));
         }
-        // Stable: what was listed at first comes before what is around it.
-        listed.sort_by_key(|&(triangle, ..)| triangle);
-        listed.dedup_by_key(|&mut (triangle, ..)| triangle);
-        for (triangle, fall, fibre) in listed {
+        // What was listed at first comes before what is around it.
+        self.listed.sort_unstable_by_key(|&(triangle, is_around, ..)| (triangle, is_around));
+        self.listed.dedup_by_key(|&mut (triangle, ..)| triangle);
+        for &(triangle, _, fall, fibre) in &self.listed {
             let t = triangle as usize;
             let (rest, stiffness, h) = (&triangles.rest[t], &triangles.stiffness[t], triangles.thickness[t]);
             let scale = bending.scale(stiffness, h);
@@ -80,13 +109,21 @@ impl ShiftedFolds {
             for e in 0..3 {
                 self.bends[place].turn[e] = fold::TURN / self.bends[place].law[e];
                 let (n, to) = (topology.neighbours[t as usize][e], triangles.corners[t as usize][(e + 1) % 3]);
-                let Ok(other) = self.bends.binary_search_by_key(&n, |bend| bend.triangle) else { continue };
+                let Ok(other) = self.bends.binary_search_by_key(&n, |bend| bend.triangle) else {
+                    self.beyond.extend((n != NONE).then_some(n));
+                    continue;
+                };
                 let Some(f) = triangles.corners[n as usize].iter().position(|&v| v == to) else { continue };
                 let turn = fold::TURN / (self.bends[place].law[e] + self.bends[other].law[f]);
                 self.bends[place].across[e] = Some((other as u32, f));
                 self.bends[place].turn[e] = turn;
             }
         }
+    }
+
+    /// The triangles on which it depends.
+    pub fn triangles(&self) -> impl Iterator<Item = u32> {
+        self.bends.iter().map(|bend| bend.triangle).chain(self.beyond.iter().copied())
     }
 
     /// Finds angles and moments at the current positions, and the energy released per unit of shift along either axis \[N\].

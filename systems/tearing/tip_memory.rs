@@ -147,7 +147,7 @@ impl TipMemory {
         let place = self.places[tip].as_ref()?;
         let radius = ShiftedDisc::radius(wanted, radius / place.disc.edges_per_radius);
         let kept = Kept::at(&mut self.shifted, tip);
-        if kept.is_due(vertex, radius, (self.edits, &self.touched)) {
+        if kept.is_due(vertex, radius, (self.edits, &self.touched)) || !kept.laid.bends_as(surface) {
             let start = triangles_around(surface, vertex);
             kept.laid.lay(surface, (vertex, place.chart.axes(), radius), start, &mut self.walk);
         }

@@ -5,7 +5,7 @@
 
 use super::tip::fan_chart;
 use super::tip_disc::{Disc, Walk};
-use crate::components::Bending;
+use crate::components::{Bending, FibreLaws, Planar, PreStretch, fibre_law};
 use crate::math::{ElementState, FibreLaw, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::kernels::{fan::FanChart, membrane};
@@ -30,6 +30,12 @@ pub struct Surface<'a> {
     pub bending: Option<&'a Bending>,
 }
 
+/// Query of the components of which a body's surface is made.
+pub type SurfaceQuery<'a> = (
+    (&'a Vertices, &'a Triangles, &'a Topology),
+    (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Bending>),
+);
+
 /// The averages over a disc, in its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscAverage {
@@ -53,6 +59,15 @@ impl DiscAverage {
         let &Disc { area, fibre, fibre_turn, edges_per_radius, .. } = disc;
         let average = || Self { stress: disc.stress(surface), fibre, fibre_turn, radius, area, edges_per_radius };
         (area > 0.0).then(average)
+    }
+}
+
+impl<'a> Surface<'a> {
+    /// The surface of a body with these components.
+    pub fn of(((vertices, triangles, topology), (planar, pre_stretch, fibres, bending)): SurfaceQuery<'a>) -> Self {
+        let unstretched = PreStretch::unstretched(pre_stretch);
+        let fibres = fibre_law(fibres, pre_stretch);
+        Self { vertices, triangles, topology, is_planar: planar.is_some(), unstretched, fibres, bending }
     }
 }
 

@@ -51,12 +51,12 @@ fn a_second_run_and_any_number_of_threads_give_the_same_bits() {
 fn halves_of_a_factor_give_the_same_bits_on_any_number_of_threads() {
     let run = |threads: usize, is_portable: bool| {
         let mut document = rhexis::scene::Document::named("capsulorhexis").unwrap();
-        let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.strength_transverse=1.2"];
+        let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.toughness_along=0.3"];
         changes.into_iter().for_each(|change| document.set(change).unwrap());
         document.set(&format!("run.threads={threads}")).unwrap();
         document.set(&format!("run.portable_instructions={is_portable}")).unwrap();
         let mut instance = document.scene().unwrap().instantiate().unwrap();
-        (0..80).for_each(|_| _ = instance.advance().unwrap());
+        (0..160).for_each(|_| _ = instance.advance().unwrap());
         let advances = instance.simulation.world().get::<&rhexis::components::TearLog>(instance.bodies[0]).unwrap();
         assert!(advances.advance_count > 2, "the state must be one after tears");
         drop(advances);

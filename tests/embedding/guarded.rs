@@ -35,16 +35,18 @@ fn steps(simulation: &mut Simulation, count: usize) -> Vec<Report> {
 #[test]
 fn refusals_have_a_body_a_cause_and_a_place() {
     let mut simulation = two_sheets(1, true);
-    let (mut refused, mut limited, mut begun, mut was_acting) = (0, 0, 0, false);
+    let (mut refused, mut changed, mut begun, mut was_acting) = (0, 0, 0, false);
     for report in steps(&mut simulation, 25) {
         let [rest, crumpled] = [0, 1].map(|body| report.bodies[body].guard);
         assert_eq!(rest, GuardFigures::default());
         // Every attempt that is undone is tried again, but for the last one of a step that fails.
         assert_eq!(crumpled.refusals(), report.rolled_back);
         assert_eq!(crumpled.limitations() > 0, report.bodies[1].went_part_of_way);
-        assert_eq!(crumpled.has_acted(), crumpled.refusals() + crumpled.limitations() > 0);
+        assert_eq!(crumpled.relaxations() > 0, report.bodies[1].relaxed_vertices > 0);
+        let changes = crumpled.limitations() + crumpled.relaxations();
+        assert_eq!(crumpled.has_acted(), crumpled.refusals() + changes > 0);
         refused += crumpled.refusals();
-        limited += crumpled.limitations();
+        changed += changes;
         begun += usize::from(crumpled.has_acted() && !was_acting);
         was_acting = crumpled.has_acted();
         let Some(place) = crumpled.first else { continue };
@@ -54,7 +56,7 @@ fn refusals_have_a_body_a_cause_and_a_place() {
         // The centre of a triangle of the sheet at rest.
         assert!(place.at.cmpge(DVec3::ZERO).all() && place.at.cmple(DVec3::new(10.0, 10.0, 0.0)).all(), "{place:?}");
     }
-    assert!(refused > 0 && limited > 0, "{refused} refused, {limited} limited");
+    assert!(refused > 0 && changed > 0, "{refused} refused, {changed} limited or relaxed");
     let told: Vec<_> =
         simulation.drain_events().filter(|event| matches!(event.kind, EventKind::StepGuarded { .. })).collect();
     assert!(told.len() == begun && told.iter().all(|event| event.body == simulation.bodies()[1]), "{begun}: {told:?}");
@@ -76,6 +78,8 @@ fn what_is_not_finite_names_its_vertex() {
     simulation.world().get::<&mut Vertices>(body).unwrap().velocity[17] = DVec3::X * 1e200;
     let report = simulation.step(20.0).unwrap();
     let guard = report.bodies[1].guard;
-    assert!(report.has_failed && guard.refused[GuardCause::NotFinite as usize] > 0, "{guard:?}");
-    assert!(guard.first.is_some_and(|place| place.vertex.is_some()), "{guard:?}");
+    // A system of equations with such a velocity has no finite answer, and the state it leaves is not finite.
+    let counted = [GuardCause::NotFinite, GuardCause::Unsolvable].map(|cause| guard.refused[cause as usize]);
+    assert!(report.has_failed && counted.iter().sum::<u32>() > 0, "{guard:?}");
+    assert_eq!(guard.first.and_then(|place| place.vertex), Some(17), "{guard:?}");
 }

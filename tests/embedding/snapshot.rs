@@ -73,7 +73,7 @@ fn two_hundred_steps_from_the_middle_of_a_tear() {
 
 #[test]
 fn a_capsule_with_grips_and_refinement() {
-    let changes = ["bodies.0.mesh.cap.triangles=1500", "bodies.0.tearing.strength_transverse=1.4"];
+    let changes = ["bodies.0.mesh.cap.triangles=1500", "bodies.0.tearing.toughness_along=0.3"];
     let at = [10, 40, 60, 75];
     let run = goes_on_alike("capsulorhexis", scene("capsulorhexis", &changes), &at, 90, |s| _ = s.step(20.0));
     assert!(advances(&run) > 5 && run.world().query::<&Refined>().iter().any(|refined| refined.split_count > 10));
@@ -84,7 +84,7 @@ fn a_capsule_with_grips_and_refinement() {
 /// Rows of a factor stand in halves from 8,192 triangles on, and edits take some of them to the rest.
 #[test]
 fn a_large_capsule_as_it_tears() {
-    let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.strength_transverse=1.2"];
+    let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.toughness_along=0.3"];
     let run = goes_on_alike("large", scene("capsulorhexis", &changes), &[5, 66], 80, |s| _ = s.step(20.0));
     assert!(advances(&run) > 2 && run.world().query::<&Refined>().iter().any(|refined| refined.split_count > 10));
 }

@@ -41,6 +41,7 @@ fn tip(position: DVec3, frame: [DVec3; 2], stress: DMat2, fibre: f64, previous: 
         value,
         curve,
         material_force: DVec3::ZERO,
+        is_by_force: false,
         radius: 1.5,
     }
 }

@@ -101,7 +101,20 @@ fn a_tear_is_reported_to_its_end() {
     let [work, imbalance] = ["work_of_holds", "imbalance"].map(|term| report["bodies"][0]["balance_mj"][term].as_f64());
     // Rounding of the sums of 1,600 triangles over a hundred steps.
     assert!(imbalance.unwrap().abs() < 1e-10 * work.unwrap(), "{imbalance:?} of {work:?} mJ");
-    assert!(read(&out, "series.csv").lines().next().unwrap().contains("numerical_elastic_mJ"));
+    let series = read(&out, "series.csv");
+    let header = series.lines().next().unwrap();
+    assert!(header.contains("numerical_elastic_mJ") && header.contains("dissipated_mJ"), "{header}");
+    // Of strengths: no toughness claims anything, and nothing pretends that it were zero.
+    assert!(!header.contains("surface_energy") && !header.contains("overshoot"), "{header}");
+    let account = &tear["account"];
+    assert!(account["surface_energy_mj"].is_null() && account["overshoot_max"].is_null(), "{account}");
+    let span = &account["between_advances"];
+    let [released, area] = ["released_mj", "torn_area_mm2"].map(|figure| span[figure].as_f64().unwrap());
+    assert!(released > 0.0 && area > 0.0 && span["toughness_n_per_mm"].is_null(), "{span}");
+    let gone = ["damping_mj", "drag_mj", "numerical_mj", "other_mj", "kinetic_change_mj"];
+    let gone: f64 = gone.iter().map(|figure| span[figure].as_f64().unwrap()).sum();
+    // As the imbalance above, and the motion that edits have put in.
+    assert!((gone - released).abs() < 1e-6 * released, "{gone} of {released} mJ");
     // The notch of 3 mm and from (15, 27) along 45° to the left grip.
     let whole = 3.0 + 15.0 * 2.0_f64.sqrt();
     assert!((tear["length_mm"].as_f64().unwrap() - whole).abs() < 0.5, "{tear}");
@@ -110,6 +123,10 @@ fn a_tear_is_reported_to_its_end() {
 
     let events: Vec<Value> = read(&out, "events.jsonl").lines().map(json).collect();
     assert_eq!(events[0]["kind"], "started");
+    let paid: Vec<&Value> = events.iter().filter(|e| e["kind"] == "advances_paid").collect();
+    let sum: f64 = paid.iter().map(|span| span["released_mj"].as_f64().unwrap()).sum();
+    // The spans add up to the whole.
+    assert!((sum - released).abs() < 1e-9 * released, "{sum} of {released} mJ in {} spans", paid.len());
     let kinds = |kind: &str| events.iter().filter(|e| e["kind"] == kind).count() as u64;
     for kind in ["started", "advanced", "ended", "piece_freed"] {
         assert_eq!(report["events"][kind].as_u64(), Some(kinds(kind)), "{kind}");

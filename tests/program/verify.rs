@@ -51,5 +51,11 @@ cases! {
     tear_release "tear-release",
     tear_load "tear-load",
     tear_kink "tear-kink",
+    tear_strip "tear-strip",
+    tear_start "tear-start",
     tear_trouser "tear-trouser",
+    tear_trouser_mesh "tear-trouser-mesh",
+    tear_trouser_fibre "tear-trouser-fibre",
+    tear_flap "tear-flap",
+    tear_two_points "tear-two-points",
 }

@@ -1,5 +1,6 @@
 //! Tears: what decides on them, how they go, what they leave; the edits of the mesh beneath them, refinement around them.
 
+mod account;
 mod criterion;
 mod edits;
 mod energy_criterion;
@@ -10,6 +11,7 @@ mod material_force;
 mod random_edits;
 mod random_tears;
 mod refinement;
+mod starts;
 mod tear_meetings;
 mod tear_modes;
 mod tears;

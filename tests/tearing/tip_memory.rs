@@ -2,6 +2,7 @@
 
 use crate::meshes::{self, Body, Random};
 use glam::{DVec2, DVec3};
+use rhexis::components::Bending;
 use rhexis::math::Sym2;
 use rhexis::storage::{Edit, NONE, apply, measure::rest_corners};
 use rhexis::systems::kernels::disc::disc_triangle_overlap;
@@ -24,6 +25,15 @@ fn contour(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius:
     let (surface, radii) = (surface(body, false), (radius, 2.0 * radius));
     let (.., ring) = memory.at_tip_with_ring(&surface, (tip, vertex), strength, radii)?;
     Some(format!("{:?}", ring.contour(&surface)))
+}
+
+/// The material force of a sheet that bends, as text.
+fn material_force(memory: &mut TipMemory, body: &Body, tip: usize, vertex: u32, radius: f64) -> Option<String> {
+    let strength = Strength::new(2.0, 1.0, 0.5).unwrap();
+    let bending = Bending { stiffness: Some(0.02) };
+    let surface = Surface { bending: Some(&bending), ..surface(body, false) };
+    let (_, force) = memory.material_force(&surface, (tip, vertex), strength, (radius, 2.0 * radius))?;
+    Some(format!("{force:?}"))
 }
 
 /// Without a walk, without a disc's own axes: every triangle of a flat sheet by its overlap and its full state.
@@ -110,6 +120,13 @@ fn what_is_remembered_follows_random_edits() {
                     assert_eq!(average(&mut memory, &body, tip, vertex, radius), fresh, "{seed}: {done} {edit:?}");
                     let fresh = contour(&mut TipMemory::default(), &body, 0, vertex, radius);
                     assert_eq!(contour(&mut memory, &body, tip, vertex, radius), fresh, "{seed}: {done} {edit:?}");
+                    // Bending reaches two triangles beyond the disc: an edit there left rows that were no more.
+                    let fresh = material_force(&mut TipMemory::default(), &body, 0, vertex, radius);
+                    assert_eq!(
+                        material_force(&mut memory, &body, tip, vertex, radius),
+                        fresh,
+                        "{seed}: {done} {edit:?}"
+                    );
                     asked += 1;
                 }
                 let moved = random.below(tips.len());

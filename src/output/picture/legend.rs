@@ -88,7 +88,8 @@ pub(super) fn signs(
     let mut row = |canvas: &mut Canvas, text: &str, draw: &dyn Fn(&mut Canvas, [DVec2; 2])| {
         draw(canvas, [left, left + DVec2::new(44.0 * unit, 0.0)]);
         canvas.text(left + DVec2::new(58.0 * unit, 0.0), 18.0 * unit, Anchor::Left, INK, text);
-        left.y += 28.0 * unit;
+        // Seven rows at the most fit below the enlarged tip.
+        left.y += 24.0 * unit;
     };
     if with_fibres {
         row(canvas, "fibre", &|canvas, [from, to]| {
@@ -102,6 +103,11 @@ pub(super) fn signs(
     row(canvas, "d*: largest criterion c", &|canvas, [from, to]| {
         canvas.arrow(from, to, Line::new(2.6 * unit, tips::CURVE), tips::HALO);
     });
+    if tips::pull(tip).is_some() {
+        row(canvas, "material force g/G_c", &|canvas, [from, to]| {
+            canvas.arrow(from, to, Line::new(4.0 * unit, tips::FORCE), tips::HALO);
+        });
+    }
     row(canvas, "c(d), admissible directions", &|canvas, span| {
         canvas.stroke(&span, false, Line::new(2.4 * unit, tips::CURVE));
     });

@@ -13,6 +13,7 @@ const CURVE_FILL: Rgba = [255, 235, 235, 150];
 pub(super) const PREVIOUS: Rgba = [15, 15, 20, 255];
 pub(super) const THRESHOLD: Rgba = [15, 15, 20, 255];
 pub(super) const DISC: Rgba = [0, 90, 220, 255];
+pub(super) const FORCE: Rgba = [120, 60, 200, 255];
 pub(super) const HALO: Rgba = [255, 255, 255, 230];
 
 /// The tips that can be drawn, with their numbers.
@@ -98,12 +99,24 @@ pub(super) fn draw(
             HALO,
         );
     }
+    if let Some(force) = pull(tip) {
+        // Wider than the chosen direction, which mostly lies on it.
+        canvas.arrow(middle, toward(force, unit.max(16.0 * weight)), Line::new(6.0 * weight, FORCE), HALO);
+    }
     if tip.direction.is_finite() && tip.direction != DVec3::ZERO && tip.value.is_finite() {
         let length = (unit * tip.value).max(16.0 * weight);
         canvas.arrow(middle, toward(tip.direction, length), Line::new(2.6 * weight, CURVE), HALO);
     }
     canvas.fill(&ring(middle, 5.5 * weight), [255, 255, 255, 255], true);
     canvas.disc(middle, 4.0 * weight, PREVIOUS);
+}
+
+/// The material force over the toughness along d*, where it decides: its part along d* is c². Drawn three radii of c = 1 long at most.
+pub(super) fn pull(tip: &TipFrame) -> Option<DVec3> {
+    let along = tip.material_force.dot(tip.direction);
+    let scale = tip.value * tip.value / along;
+    let is_drawn = tip.is_by_force && along > 0.0 && scale.is_finite() && tip.material_force.is_finite();
+    is_drawn.then(|| (tip.material_force * scale).clamp_length_max(3.0))
 }
 
 /// A stretch of the polar curve without a gap.

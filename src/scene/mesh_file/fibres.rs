@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 
+use super::encoding;
 use super::fault::Fault;
 
 /// Directions in the order of the lines that hold any.
 pub fn parse(bytes: Vec<u8>) -> Result<Vec<DVec3>, Fault> {
-    let text = String::from_utf8(bytes).map_err(|_| Fault::new("not text; give three numbers a line"))?;
+    let text = encoding::text(bytes);
     let mut fibres = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default();

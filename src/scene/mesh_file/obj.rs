@@ -1,132 +1,121 @@
-//! Wavefront OBJ, by `tobj`.
+//! Wavefront OBJ: vertices and faces in the order of the file, groups and objects by their names.
 //!
-//! `tobj` sees only the vertices and faces of the file, reduced to positions and position indices: colours, textures, groups and
-//! materials would split one surface into many, and an absurd texture index would overflow in its arithmetic.
-//! Vertices come in the order of their first use.
+//! Read here: colours, textures and materials would split one surface into many, and vertices keep the numbers of the file.
 
-use std::cell::Cell;
-use std::io::{self, BufRead, Read};
+use std::collections::BTreeMap;
 
-use tobj::{LoadError, LoadOptions};
+use glam::DVec3;
 
+use super::draft::{Draft, Origin, Shape, Wanted};
+use super::encoding;
 use super::fault::Fault;
-use super::surface::{Shape, points, push_cell};
-use crate::storage::TriangleMesh;
+
+/// The most groups that a line may put its faces into: each face goes into all of them.
+const MOST_GROUPS: usize = 8;
 
 /// Reads the faces of all groups as one surface.
-pub fn parse(bytes: Vec<u8>) -> Result<TriangleMesh, Fault> {
-    let text = String::from_utf8(bytes).map_err(|_| Fault::new("not text; save the mesh as a plain OBJ file"))?;
-    let faces = face_lines(&text)?;
-    let line = Cell::new(0);
-    let mut reader = Geometry { lines: text.lines(), line: &line, pending: Vec::new(), at: 0 };
-    let options = LoadOptions { ignore_points: true, ignore_lines: true, ..LoadOptions::default() };
-    let loaded = tobj::load_obj_buf(&mut reader, &options, |_| Err(LoadError::MaterialParseError));
-    let (models, _) = loaded.map_err(|error| match error {
-        LoadError::FaceVertexOutOfBounds => index_fault(&text),
-        LoadError::PositionParseError => Fault::at(line.get(), "a vertex needs three numbers, as in `v 0 0.5 1`"),
-        LoadError::FaceParseError | LoadError::InvalidPolygon => too_few(line.get()),
-        other => Fault::at(line.get(), other),
-    })?;
-    let mut mesh = TriangleMesh::default();
-    let mut faces = faces.into_iter();
-    for model in models {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend(points(&model.mesh.positions));
-        let corners: Vec<u32> = model.mesh.indices.iter().map(|corner| first + corner).collect();
-        let mut rest = &corners[..];
-        // Without counts of corners all faces are triangles.
-        let mut counts = model.mesh.face_arities.iter().map(|&count| count as usize).chain(std::iter::repeat(3));
-        while let Some((face, after)) = counts.next().and_then(|count| rest.split_at_checked(count.max(1))) {
-            let line = faces.next();
-            push_cell(&mut mesh, Shape::Polygon, face, None).map_err(|what| Fault { line, what })?;
-            rest = after;
+pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
+    let text = encoding::text(bytes);
+    let mut draft = Draft { origin: Origin::Line, ..Draft::default() };
+    let (mut corners, mut faces) = (Vec::new(), Vec::new());
+    let mut groups: BTreeMap<String, Vec<u32>> = BTreeMap::new();
+    let (mut current, mut object): (Vec<String>, Vec<String>) = (Vec::new(), Vec::new());
+    let mut lines = Lines { rest: text.lines(), number: 0 };
+    while let Some((number, words)) = lines.next_words() {
+        let mut words = words.into_iter();
+        match words.next() {
+            Some("v" | "V") => {
+                let numbers: Option<Vec<f64>> = words.take(3).map(|word| word.parse().ok()).collect();
+                match numbers.as_deref() {
+                    Some(&[x, y, z]) => draft.positions.push(DVec3::new(x, y, z)),
+                    _ => return Err(Fault::at(number, "a vertex needs three numbers, as in `v 0 0.5 1`")),
+                }
+            }
+            Some("f" | "F") => {
+                let first = corners.len();
+                for word in words {
+                    corners.push(corner(word, draft.positions.len(), number)?);
+                }
+                if corners.len() < first + 3 {
+                    return Err(too_few(number));
+                }
+                for name in current.iter().chain(&object) {
+                    if let Some(members) = groups.get_mut(name) {
+                        members.extend(corners[first..].iter().filter_map(|&corner| u32::try_from(corner).ok()));
+                    }
+                }
+                faces.push((number, first..corners.len()));
+            }
+            Some("g") => current = words.take(MOST_GROUPS).map(str::to_owned).collect(),
+            Some("o") => object = words.next().map(str::to_owned).into_iter().collect(),
+            _ => continue,
+        }
+        for name in current.iter().chain(&object) {
+            if !groups.contains_key(name) {
+                groups.insert(name.clone(), Vec::new());
+            }
         }
     }
-    Ok(mesh)
+    let count = draft.positions.len();
+    for (cell, (line, range)) in faces.into_iter().enumerate() {
+        let face: Vec<u32> = corners[range]
+            .iter()
+            .map(|&corner| u32::try_from(corner).ok().filter(|&corner| (corner as usize) < count).ok_or(corner))
+            .collect::<Result<_, i64>>()
+            .map_err(|corner| {
+                let what = format!(
+                    "the face names vertex {}, but there are only {count} (1 to {count})",
+                    corner.saturating_add(1)
+                );
+                Fault::at(line, format!("{what}; correct the index"))
+            })?;
+        draft.push_cell(Shape::Polygon, &face, cell, line).map_err(|what| Fault::at(line, what))?;
+    }
+    draft.groups = groups.into_iter().filter(|(_, members)| !members.is_empty()).collect();
+    Ok(draft)
 }
 
-/// The lines of the faces in their order. One with two corners is a line to `tobj`, and would be a hole in the surface.
-fn face_lines(text: &str) -> Result<Vec<usize>, Fault> {
-    let mut lines = Vec::new();
-    for (number, line) in text.lines().enumerate() {
-        match split(line) {
-            Some(("f", words)) if words.clone().count() < 3 => return Err(too_few(number + 1)),
-            Some(("f", _)) => lines.push(number + 1),
-            _ => {}
+/// The row, from 0, that `1/2/3` names among the positions; a negative index counts back from the last of `seen`. Whether there are so
+/// many is known at the end of the file.
+fn corner(word: &str, seen: usize, line: usize) -> Result<i64, Fault> {
+    let index: Option<i64> = word.split('/').next().and_then(|index| index.parse().ok());
+    match index.ok_or_else(|| too_few(line))? {
+        index if index > 0 => Ok(index - 1),
+        index if index < 0 && (seen as i64).saturating_add(index) >= 0 => Ok(seen as i64 + index),
+        index => {
+            let what = format!(
+                "the face names vertex {index}, but there are only {seen} before it (1 to {seen}, or −1 to −{seen})"
+            );
+            Err(Fault::at(line, format!("{what}; correct the index")))
         }
     }
-    Ok(lines)
 }
 
 fn too_few(line: usize) -> Fault {
     Fault::at(line, "a face needs at least three vertex indices, as in `f 1 2 3`; correct or remove it")
 }
 
-/// The file's `v` and `f` lines without colours, weights, texture and normal indices, handed out one at a time, so that
-/// `line` is the one `tobj` is reading.
-struct Geometry<'a> {
-    lines: std::str::Lines<'a>,
-    line: &'a Cell<usize>,
-    pending: Vec<u8>,
-    at: usize,
+/// Lines without comments; one that ends in a backslash goes on in the next.
+struct Lines<'a> {
+    rest: std::str::Lines<'a>,
+    number: usize,
 }
 
-impl BufRead for Geometry<'_> {
-    fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        while self.at >= self.pending.len() {
-            let Some(line) = self.lines.next() else { break };
-            self.line.set(self.line.get() + 1);
-            let reduced = match split(line) {
-                Some(("v", words)) => ["v"].into_iter().chain(words.take(3)).collect::<Vec<_>>(),
-                Some(("f", words)) => ["f"].into_iter().chain(words.map(position_index)).collect(),
-                _ => continue,
-            };
-            self.pending = (reduced.join(" ") + "\n").into_bytes();
-            self.at = 0;
-        }
-        Ok(&self.pending[self.at..])
-    }
-
-    fn consume(&mut self, count: usize) {
-        self.at = (self.at + count).min(self.pending.len());
-    }
-}
-
-impl Read for Geometry<'_> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = self.fill_buf()?.read(buffer)?;
-        self.consume(count);
-        Ok(count)
-    }
-}
-
-/// The part of `1/2/3` that names the position; something that is no index where that is missing.
-fn position_index(word: &str) -> &str {
-    word.split('/').next().filter(|index| !index.is_empty()).unwrap_or("?")
-}
-
-fn split(line: &str) -> Option<(&str, std::str::SplitWhitespace<'_>)> {
-    let mut words = line.split('#').next().unwrap_or_default().split_whitespace();
-    Some((words.next()?, words))
-}
-
-/// Finds the line of the index that `tobj` refused without naming it.
-fn index_fault(text: &str) -> Fault {
-    let count = text.lines().filter(|line| matches!(split(line), Some(("v", _)))).count();
-    let mut seen = 0i64;
-    for (number, line) in text.lines().enumerate() {
-        match split(line) {
-            Some(("v", _)) => seen += 1,
-            Some(("f", words)) => {
-                for index in words.filter_map(|word| position_index(word).parse::<i64>().ok()) {
-                    if index == 0 || index > count as i64 || index < -seen {
-                        let what = format!("the face names vertex {index}, but there are only {count} (1 to {count})");
-                        return Fault::at(number + 1, format!("{what}; correct the index"));
-                    }
-                }
+impl<'a> Lines<'a> {
+    /// The words of the next line, and its number from 1.
+    fn next_words(&mut self) -> Option<(usize, Vec<&'a str>)> {
+        let first = self.number + 1;
+        let mut words = Vec::new();
+        loop {
+            let line = self.rest.next();
+            self.number += 1;
+            let Some(line) = line else { return (!words.is_empty()).then_some((first, words)) };
+            let line = line.split('#').next().unwrap_or_default().trim_end();
+            let part = line.strip_suffix('\\');
+            words.extend(part.unwrap_or(line).split_whitespace());
+            if part.is_none() {
+                return Some((first, words));
             }
-            _ => {}
         }
     }
-    Fault::new("a face names a vertex that does not exist; correct the index")
 }

@@ -1,134 +1,389 @@
-//! PLY, text and binary, by `ply-rs-bw`.
+//! PLY, text and binary. Read here: 64-bit indices, carriage returns and the lines of text are beyond the readers on offer.
 
-use std::io::Cursor;
-
+use super::draft::{Array, Draft, On, Origin, Shape, Wanted};
+use super::encoding;
+use super::fault::{Fault, line_of};
 use glam::DVec3;
-use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType};
 
-use super::fault::Fault;
-use super::surface::{Shape, push_cell};
-use crate::storage::TriangleMesh;
+/// A kind of number in a file.
+#[derive(Clone, Copy, PartialEq)]
+enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
 
-/// Reads the elements `vertex` (x, y, z) and `face` (vertex_indices or vertex_index); others are skipped.
-pub fn parse(bytes: Vec<u8>) -> Result<TriangleMesh, Fault> {
-    let size = bytes.len();
-    let mut reader = Reader::new(Cursor::new(bytes));
-    let parser = Parser::<Element>::new();
-    let header = parser.read_header(&mut reader).map_err(refused)?;
-    for name in ["vertex", "face"] {
-        if !header.elements.contains_key(name) {
+impl Number {
+    fn named(word: &str) -> Option<Self> {
+        Some(match word.to_ascii_lowercase().as_str() {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "long" | "longlong" | "int64" => Self::I64,
+            "ulong" | "ulonglong" | "uint64" => Self::U64,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    fn bytes(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+}
+
+struct Property {
+    name: String,
+    /// Of a list.
+    count: Option<Number>,
+    number: Number,
+}
+
+struct Element {
+    name: String,
+    count: usize,
+    properties: Vec<Property>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Encoding {
+    Text,
+    Little,
+    Big,
+}
+
+/// Reads the elements `vertex` (x, y, z), `face` and `tristrips` (vertex_indices or vertex_index).
+pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
+    let is_text =
+        encoding::first_lines(&bytes, 2).get(1).is_some_and(|line| line.to_ascii_lowercase().contains("ascii"));
+    let bytes = if is_text { encoding::line_feeds(bytes) } else { bytes };
+    let mut file = File { bytes: &bytes, at: 0, encoding: Encoding::Text };
+    let elements = file.header()?;
+    let mut draft = Draft::default();
+    let mut cells = Cells::default();
+    let mut are_vertices_declared = false;
+    for element in &elements {
+        file.check_count(element)?;
+        match element.name.to_ascii_lowercase().as_str() {
+            "vertex" | "vertices" => {
+                are_vertices_declared = true;
+                file.vertices(element, wanted, &mut draft)?;
+            }
+            "face" | "faces" => file.faces(element, Shape::Polygon, wanted, (&mut draft, &mut cells))?,
+            "tristrips" => file.faces(element, Shape::Strip, wanted, (&mut draft, &mut cells))?,
+            _ => (0..element.count).try_for_each(|row| file.row(element, row, |_, _, _| {}))?,
+        }
+    }
+    for (name, is_declared) in [("vertex", are_vertices_declared), ("face", cells.are_declared)] {
+        if !is_declared {
             return Err(Fault::new(format!("the header declares no element `{name}`; export the mesh with its faces")));
         }
     }
-    let mut mesh = TriangleMesh::default();
-    let mut faces = Vec::new();
-    for element in header.elements.values() {
-        let left = size.saturating_sub(reader.get_ref().position() as usize);
-        check_count(element, header.encoding, left)?;
-        let read = parser.read_payload_for_element(&mut reader, element, &header).map_err(refused)?;
-        match element.name.as_str() {
-            "vertex" => mesh.positions.extend(read.into_iter().map(|vertex| vertex.position)),
-            "face" => faces.extend(read.into_iter().map(|face| face.corners)),
-            _ => {}
-        }
-    }
-    // Faces may stand before the vertices.
-    for (number, face) in faces.iter().enumerate() {
-        let corners: Option<Vec<u32>> = face.iter().map(|&corner| u32::try_from(corner).ok()).collect();
-        let corners = corners.ok_or_else(|| Fault::new(format!("face {number} has a negative vertex index")))?;
-        push_cell(&mut mesh, Shape::Polygon, &corners, None)
-            .map_err(|what| Fault::new(format!("face {number}: {what}")))?;
-    }
-    Ok(mesh)
+    cells.fill(&mut draft, file.encoding == Encoding::Text)?;
+    Ok(draft)
 }
 
-/// A vertex or a face, whichever the properties make it.
-struct Element {
-    position: DVec3,
+/// Cells until all vertices are known: they may stand before them.
+#[derive(Default)]
+struct Cells {
+    are_declared: bool,
     corners: Vec<i64>,
+    /// Shape, end in `corners`, line or number.
+    cells: Vec<(Shape, usize, usize)>,
 }
 
-impl PropertyAccess for Element {
-    fn new() -> Self {
-        Self { position: DVec3::NAN, corners: Vec::new() }
-    }
-
-    fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
-        match (key, property) {
-            ("x", number) => self.position.x = scalar(&number),
-            ("y", number) => self.position.y = scalar(&number),
-            ("z", number) => self.position.z = scalar(&number),
-            ("vertex_indices" | "vertex_index", list) => match integers(list) {
-                Some(corners) => self.corners = corners,
-                None => return PropertyAccessResult::UnsupportedType,
-            },
-            _ => return PropertyAccessResult::Ignored,
+impl Cells {
+    fn fill(self, draft: &mut Draft, has_lines: bool) -> Result<(), Fault> {
+        draft.origin = if has_lines { Origin::Line } else { Origin::Number("face") };
+        let mut from = 0;
+        for (cell, &(shape, end, place)) in self.cells.iter().enumerate() {
+            let fault = |what: String| Fault { line: has_lines.then_some(place), what: format!("face {cell}: {what}") };
+            let corners = &self.corners[from..end];
+            from = end;
+            // A strip ends at −1, and another begins.
+            for part in corners.split(|&corner| shape == Shape::Strip && corner == -1).filter(|part| !part.is_empty()) {
+                let corners: Option<Vec<u32>> = part.iter().map(|&corner| u32::try_from(corner).ok()).collect();
+                let corners =
+                    corners.ok_or_else(|| fault("it has a negative vertex index, or one too large".into()))?;
+                draft.push_cell(shape, &corners, cell, place).map_err(fault)?;
+            }
+            if corners.is_empty() {
+                return Err(fault("it has 0 corners, and at least three make a surface; correct or remove it".into()));
+            }
         }
-        PropertyAccessResult::Set
+        Ok(())
     }
 }
 
-fn scalar(property: &Property) -> f64 {
-    match *property {
-        Property::Char(x) => x.into(),
-        Property::UChar(x) => x.into(),
-        Property::Short(x) => x.into(),
-        Property::UShort(x) => x.into(),
-        Property::Int(x) => x.into(),
-        Property::UInt(x) => x.into(),
-        Property::Float(x) => x.into(),
-        Property::Double(x) => x,
-        _ => f64::NAN,
+struct File<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    encoding: Encoding,
+}
+
+impl File<'_> {
+    fn fault(&self, what: impl std::fmt::Display) -> Fault {
+        let line = (self.encoding == Encoding::Text).then(|| line_of(self.bytes, self.at.saturating_sub(1)));
+        Fault { line, what: what.to_string() }
+    }
+
+    fn line(&mut self) -> Option<String> {
+        let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let length = rest.iter().position(|byte| b"\r\n".contains(byte)).unwrap_or(rest.len());
+        let line = rest[..length].iter().map(|&byte| char::from(byte)).collect();
+        // A carriage return alone ends a line only where the data are not yet reached.
+        let ends = if rest[length..].starts_with(b"\r\n") { 2 } else { 1 };
+        self.at = (self.at + length + ends).min(self.bytes.len());
+        Some(line)
+    }
+
+    fn header(&mut self) -> Result<Vec<Element>, Fault> {
+        let again = "correct the line or export the file again";
+        if !self.line().is_some_and(|line| line.trim().eq_ignore_ascii_case("ply")) {
+            return Err(Fault::at(1, "not a PLY file: it must begin with `ply`"));
+        }
+        let mut elements: Vec<Element> = Vec::new();
+        let mut encoding = None;
+        loop {
+            let line = self.line().ok_or_else(|| self.fault("the header does not end; export the file again"))?;
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let keyword = words.first().map(|word| word.to_ascii_lowercase()).unwrap_or_default();
+            match (keyword.as_str(), &words[words.len().min(1)..]) {
+                ("" | "comment" | "obj_info", _) => {}
+                ("format", [name, ..]) => {
+                    encoding = Some(match name.to_ascii_lowercase().as_str() {
+                        "ascii" => Encoding::Text,
+                        "binary_little_endian" => Encoding::Little,
+                        "binary_big_endian" => Encoding::Big,
+                        _ => return Err(self.fault(format!("the format {name:?} is not read; {again}"))),
+                    });
+                }
+                ("element", [name, count]) => {
+                    let count = count.parse().map_err(|_| self.fault(format!("{count:?} is not a count; {again}")))?;
+                    elements.push(Element { name: (*name).to_owned(), count, properties: Vec::new() });
+                }
+                ("property", kind) => {
+                    let number = |word: &str| {
+                        Number::named(word)
+                            .ok_or_else(|| self.fault(format!("{word:?} is no type of numbers; {again}")))
+                    };
+                    let property = match *kind {
+                        ["list", count, kind, name] => {
+                            Property { name: name.to_owned(), count: Some(number(count)?), number: number(kind)? }
+                        }
+                        [kind, name] => Property { name: name.to_owned(), count: None, number: number(kind)? },
+                        _ => return Err(self.fault(format!("{line:?} declares no property; {again}"))),
+                    };
+                    let element = elements.last_mut();
+                    element
+                        .ok_or_else(|| self.fault(format!("a property before any element; {again}")))?
+                        .properties
+                        .push(property);
+                }
+                ("end_header", _) => break,
+                _ => return Err(self.fault(format!("{line:?} is no line of a PLY header; {again}"))),
+            }
+        }
+        self.encoding =
+            encoding.ok_or_else(|| self.fault("the header does not tell its format; export the file again"))?;
+        Ok(elements)
+    }
+
+    /// Whether the file may hold what the header says, before anything of that size is made.
+    fn check_count(&self, element: &Element) -> Result<(), Fault> {
+        let left = self.bytes.len().saturating_sub(self.at);
+        let bytes_each: usize = match self.encoding {
+            // A digit and a blank or line break for each property; the last line may lack its break.
+            Encoding::Text => 2 * element.properties.len(),
+            _ => element.properties.iter().map(|property| property.count.unwrap_or(property.number).bytes()).sum(),
+        };
+        let fits = bytes_each > 0 && element.count.checked_mul(bytes_each).is_some_and(|needed| needed <= left + 1);
+        if element.count == 0 || fits {
+            return Ok(());
+        }
+        let Element { name, count, .. } = element;
+        Err(Fault::new(format!(
+            "the header promises {count} of element `{name}`, but only {left} bytes are left; the file is cut off or its header wrong: \
+             export it again"
+        )))
+    }
+
+    fn vertices(&mut self, element: &Element, wanted: &Wanted, draft: &mut Draft) -> Result<(), Fault> {
+        let mut arrays = Arrays::new(element, On::Points, wanted, draft);
+        for row in 0..element.count {
+            let mut position = DVec3::NAN;
+            self.row(element, row, |place, value, is_list| {
+                match element.properties[place].name.as_str() {
+                    _ if is_list => {}
+                    "x" | "X" => position.x = value,
+                    "y" | "Y" => position.y = value,
+                    "z" | "Z" => position.z = value,
+                    _ => {}
+                }
+                arrays.keep(place, value, is_list);
+            })?;
+            draft.positions.push(position);
+        }
+        arrays.give(draft);
+        Ok(())
+    }
+
+    fn faces(
+        &mut self,
+        element: &Element,
+        shape: Shape,
+        wanted: &Wanted,
+        (draft, cells): (&mut Draft, &mut Cells),
+    ) -> Result<(), Fault> {
+        cells.are_declared = true;
+        let mut arrays = Arrays::new(element, On::Cells, wanted, draft);
+        let is_corners = |property: &Property| {
+            let name = property.name.to_ascii_lowercase();
+            property.count.is_some() && (name == "vertex_indices" || name == "vertex_index")
+        };
+        let place = element.properties.iter().position(is_corners);
+        // The lines of faces follow one another; blank ones between them would be counted as none.
+        let mut line = if self.encoding == Encoding::Text { line_of(self.bytes, self.at) } else { 0 };
+        for row in 0..element.count {
+            let before = self.at;
+            self.row(element, row, |property, value, is_list| {
+                if Some(property) == place {
+                    // What is no whole number is no index.
+                    cells.corners.push(if value.fract() == 0.0 { value as i64 } else { i64::MIN });
+                }
+                arrays.keep(property, value, is_list);
+            })?;
+            let named = match self.encoding {
+                Encoding::Text => {
+                    let read = &self.bytes[before..self.at];
+                    let blank = read.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+                    line += read[..blank].iter().filter(|byte| **byte == b'\n').count();
+                    let named = line;
+                    line += read[blank..].iter().filter(|byte| **byte == b'\n').count();
+                    named
+                }
+                _ => row,
+            };
+            cells.cells.push((shape, cells.corners.len(), named));
+        }
+        arrays.give(draft);
+        Ok(())
+    }
+
+    /// Reads one row: each number with the place of its property and whether it is one of a list.
+    fn row(&mut self, element: &Element, row: usize, mut take: impl FnMut(usize, f64, bool)) -> Result<(), Fault> {
+        let cut_off = |me: &Self| {
+            let what =
+                format!("the file ends within row {row} of element `{}`; it is cut off: export it again", element.name);
+            Fault { line: None, ..me.fault(what) }
+        };
+        for (place, property) in element.properties.iter().enumerate() {
+            let Some(count) = property.count else {
+                take(place, self.number(property.number)?.ok_or_else(|| cut_off(self))?, false);
+                continue;
+            };
+            let count = self.number(count)?.ok_or_else(|| cut_off(self))?;
+            if !(count >= 0.0 && count.fract() == 0.0) {
+                return Err(
+                    self.fault(format!("{count} is not the length of a list; correct it or export the file again"))
+                );
+            }
+            for _ in 0..count as u64 {
+                take(place, self.number(property.number)?.ok_or_else(|| cut_off(self))?, true);
+            }
+        }
+        Ok(())
+    }
+
+    /// The next number; `None` at the end of the file.
+    fn number(&mut self, kind: Number) -> Result<Option<f64>, Fault> {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        if self.encoding == Encoding::Text {
+            let start = rest.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+            let length = rest[start..].iter().take_while(|byte| !byte.is_ascii_whitespace()).count();
+            let word = str::from_utf8(&rest[start..start + length]).unwrap_or("?");
+            self.at += start + length;
+            let fault = || self.fault(format!("{word:?} is not a number; correct the line or export the file again"));
+            return if length == 0 { Ok(None) } else { word.parse().map(Some).map_err(|_| fault()) };
+        }
+        let Some(bytes) = rest.get(..kind.bytes()) else { return Ok(None) };
+        self.at += bytes.len();
+        let mut eight = [0; 8];
+        eight[..bytes.len()].copy_from_slice(bytes);
+        if self.encoding == Encoding::Big {
+            eight[..bytes.len()].reverse();
+        }
+        let low = u64::from_le_bytes(eight);
+        Ok(Some(match kind {
+            Number::I8 => f64::from(low as i8),
+            Number::U8 => f64::from(low as u8),
+            Number::I16 => f64::from(low as i16),
+            Number::U16 => f64::from(low as u16),
+            Number::I32 => f64::from(low as i32),
+            Number::U32 => f64::from(low as u32),
+            Number::I64 => low as i64 as f64,
+            Number::U64 => low as f64,
+            Number::F32 => f64::from(f32::from_bits(low as u32)),
+            Number::F64 => f64::from_bits(low),
+        }))
     }
 }
 
-fn integers(list: Property) -> Option<Vec<i64>> {
-    fn widen<T: Into<i64>>(list: Vec<T>) -> Option<Vec<i64>> {
-        Some(list.into_iter().map(Into::into).collect())
-    }
-    match list {
-        Property::ListChar(list) => widen(list),
-        Property::ListUChar(list) => widen(list),
-        Property::ListShort(list) => widen(list),
-        Property::ListUShort(list) => widen(list),
-        Property::ListInt(list) => widen(list),
-        Property::ListUInt(list) => widen(list),
-        _ => None,
-    }
+/// The scalars of an element that a scene asks for: by their own names, or as a vector by the stem of `stem_x`, `stem_y`, `stem_z`.
+struct Arrays {
+    /// For each property: which of `arrays`.
+    of: Vec<Option<usize>>,
+    arrays: Vec<Array>,
 }
 
-/// The parser believes the count of an element without properties, which takes no bytes at all.
-fn check_count(element: &ElementDef, encoding: Encoding, left: usize) -> Result<(), Fault> {
-    let bytes_each = match encoding {
-        // A digit and a blank or line break for each property; the last line may lack its break.
-        Encoding::Ascii => 2 * element.properties.len(),
-        _ => element.properties.values().map(|property| least_bytes(&property.data_type)).sum(),
-    };
-    let fits = bytes_each > 0 && element.count.checked_mul(bytes_each).is_some_and(|needed| needed <= left + 1);
-    if element.count == 0 || fits {
-        return Ok(());
+impl Arrays {
+    fn new(element: &Element, on: On, wanted: &Wanted, draft: &mut Draft) -> Self {
+        let mut arrays: Vec<Array> = Vec::new();
+        let stem =
+            |name: &str| name.strip_suffix(['x', 'y', 'z']).map(|stem| stem.trim_end_matches(['_', '.']).to_owned());
+        let mut of = Vec::new();
+        for property in &element.properties {
+            let name = &property.name;
+            let by_stem = stem(name).filter(|stem| wanted.has(stem));
+            let kept = if wanted.has(name) { Some(name.clone()) } else { by_stem };
+            let place = kept.filter(|_| property.count.is_none()).map(|kept| {
+                let place = arrays.iter().position(|array| array.name == kept).unwrap_or(arrays.len());
+                match arrays.get_mut(place) {
+                    Some(array) => array.components += 1,
+                    None => arrays.push(Array { name: kept, on, components: 1, values: Vec::new() }),
+                }
+                place
+            });
+            if place.is_none() && !["x", "y", "z"].contains(&name.to_lowercase().as_str()) && property.count.is_none() {
+                draft.passed_over.insert(name.clone());
+            }
+            of.push(place);
+        }
+        Self { of, arrays }
     }
-    let (name, count) = (&element.name, element.count);
-    Err(Fault::new(format!(
-        "the header promises {count} of element `{name}`, but only {left} bytes are left; the file is cut off or its header wrong: \
-         export it again"
-    )))
-}
 
-fn least_bytes(data_type: &PropertyType) -> usize {
-    let (PropertyType::Scalar(first) | PropertyType::List(first, _)) = data_type;
-    match first {
-        ScalarType::Char | ScalarType::UChar => 1,
-        ScalarType::Short | ScalarType::UShort => 2,
-        ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
-        ScalarType::Double => 8,
+    fn keep(&mut self, property: usize, value: f64, is_list: bool) {
+        if let (Some(place), false) = (self.of[property], is_list) {
+            self.arrays[place].values.push(value);
+        }
     }
-}
 
-fn refused(error: ParseError) -> Fault {
-    let text = error.to_string();
-    let what = text.split_once(": ").filter(|_| error.line().is_some()).map_or(text.as_str(), |(_, what)| what);
-    let what = what.split(['\n', '\t']).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ");
-    Fault { line: error.line(), what: format!("{what}; correct the line or export the file again") }
+    fn give(self, draft: &mut Draft) {
+        self.arrays.into_iter().for_each(|array| draft.arrays.push(array));
+    }
 }

@@ -3,21 +3,23 @@
 //! Read here rather than by a crate: the readers on offer allocate by the counts in the file, and do not know the layout
 //! of cells that VTK itself has written since version 5.1.
 
-use std::str::FromStr;
+use std::collections::BTreeSet;
 
+use super::draft::{Array, Draft, On, Origin, Shape, Wanted, points, vtk_shape};
+use super::encoding;
 use super::fault::{Fault, line_of};
-use super::surface::{Shape, points, push_cell, vtk_shape};
-use crate::storage::TriangleMesh;
 
 /// Reads an unstructured grid or polygonal data.
-pub fn parse(bytes: Vec<u8>) -> Result<TriangleMesh, Fault> {
+pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
+    let is_text = encoding::first_lines(&bytes, 3).get(2).is_some_and(|line| line.trim().eq_ignore_ascii_case("ascii"));
+    let bytes = if is_text { encoding::line_feeds(bytes) } else { bytes };
     let mut file = Cursor { bytes: &bytes, at: 0, binary: false };
     let version = file.header()?;
     let mut found = Found::default();
     while let Some(line) = file.keyword_line()? {
-        found.section(&line, version, &mut file)?;
+        found.section(&line, version, &mut file, wanted)?;
     }
-    found.mesh()
+    found.draft()
 }
 
 /// The parts of the file that matter.
@@ -28,16 +30,17 @@ struct Found {
     /// Corner lists per cell: CELLS, or VERTICES, LINES, POLYGONS and TRIANGLE_STRIPS in the order of cell data.
     cells: [Vec<Vec<u32>>; 5],
     types: Vec<f64>,
-    fibres: Option<Vec<f64>>,
-    /// Points or cells that the attributes being read belong to.
+    arrays: Vec<Array>,
+    passed_over: BTreeSet<String>,
+    /// Points or cells that the attributes being read belong to: none before the first of them.
     attribute_count: usize,
-    of_cells: bool,
+    on: Option<On>,
 }
 
 const CELL_KEYWORDS: [&str; 5] = ["CELLS", "VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS"];
 
 impl Found {
-    fn section(&mut self, line: &[String], version: u32, file: &mut Cursor) -> Result<(), Fault> {
+    fn section(&mut self, line: &[String], version: u32, file: &mut Cursor, wanted: &Wanted) -> Result<(), Fault> {
         let word = |place: usize| line.get(place).map(String::as_str).unwrap_or_default();
         let keyword = word(0).to_uppercase();
         let count = |place: usize| file.count(word(place));
@@ -60,28 +63,28 @@ impl Found {
             "METADATA" => file.skip_to_blank_line(),
             "POINT_DATA" | "CELL_DATA" => {
                 self.attribute_count = count(1)?;
-                self.of_cells = keyword == "CELL_DATA";
+                self.on = Some(if keyword == "CELL_DATA" { On::Cells } else { On::Points });
             }
             "SCALARS" => {
                 let components = if line.len() > 3 { count(3)? } else { 1 };
                 file.skip_lookup_table_line();
-                self.attribute(word(1), components, word(2), file)?;
+                self.attribute(word(1), components, word(2), file, wanted)?;
             }
             "COLOR_SCALARS" => {
                 let components = count(2)?;
-                self.attribute(word(1), components, "unsigned_char", file)?;
+                self.attribute(word(1), components, "unsigned_char", file, wanted)?;
             }
             "LOOKUP_TABLE" => {
                 let count = count(2)?;
                 file.numbers(count.saturating_mul(4), "unsigned_char")?;
             }
-            "VECTORS" | "NORMALS" => self.attribute(word(1), 3, word(2), file)?,
-            "TENSORS" => self.attribute(word(1), 9, word(2), file)?,
-            "TENSORS6" => self.attribute(word(1), 6, word(2), file)?,
-            "GLOBAL_IDS" | "PEDIGREE_IDS" => self.attribute(word(1), 1, word(2), file)?,
+            "VECTORS" | "NORMALS" => self.attribute(word(1), 3, word(2), file, wanted)?,
+            "TENSORS" => self.attribute(word(1), 9, word(2), file, wanted)?,
+            "TENSORS6" => self.attribute(word(1), 6, word(2), file, wanted)?,
+            "GLOBAL_IDS" | "PEDIGREE_IDS" => self.attribute(word(1), 1, word(2), file, wanted)?,
             "TEXTURE_COORDINATES" => {
                 let components = count(2)?;
-                self.attribute(word(1), components, word(3), file)?;
+                self.attribute(word(1), components, word(3), file, wanted)?;
             }
             "FIELD" => {
                 let arrays = count(2)?;
@@ -97,8 +100,14 @@ impl Found {
                         continue;
                     }
                     let (components, tuples) = (file.count(word(1))?, file.count(word(2))?);
-                    let values = file.numbers(components.saturating_mul(tuples), word(3))?;
-                    self.keep(word(0), components, values);
+                    let count = components.saturating_mul(tuples);
+                    match word(3).to_lowercase().as_str() {
+                        "string" => file.skip_strings(count)?,
+                        number_type => {
+                            let values = file.numbers(count, number_type)?;
+                            self.keep(word(0), components, values, wanted);
+                        }
+                    }
                     read += 1;
                 }
             }
@@ -114,19 +123,32 @@ impl Found {
         Ok(())
     }
 
-    fn attribute(&mut self, name: &str, components: usize, number_type: &str, file: &mut Cursor) -> Result<(), Fault> {
-        let values = file.numbers(components.saturating_mul(self.attribute_count), number_type)?;
-        self.keep(name, components, values);
+    fn attribute(
+        &mut self,
+        name: &str,
+        components: usize,
+        number_type: &str,
+        file: &mut Cursor,
+        wanted: &Wanted,
+    ) -> Result<(), Fault> {
+        let count = components.saturating_mul(self.attribute_count);
+        if number_type.eq_ignore_ascii_case("string") {
+            return file.skip_strings(count);
+        }
+        let values = file.numbers(count, number_type)?;
+        self.keep(name, components, values, wanted);
         Ok(())
     }
 
-    fn keep(&mut self, name: &str, components: usize, values: Vec<f64>) {
-        if self.of_cells && name == "fibre" && components == 3 {
-            self.fibres = Some(values);
+    fn keep(&mut self, name: &str, components: usize, values: Vec<f64>, wanted: &Wanted) {
+        match self.on {
+            Some(on) if wanted.has(name) => self.arrays.push(Array { name: name.to_owned(), on, components, values }),
+            Some(_) => drop(self.passed_over.insert(name.to_owned())),
+            None => {}
         }
     }
 
-    fn mesh(self) -> Result<TriangleMesh, Fault> {
+    fn draft(self) -> Result<Draft, Fault> {
         let cell_count: usize = self.cells.iter().map(Vec::len).sum();
         if self.dataset == "UNSTRUCTURED_GRID" && self.types.len() != cell_count {
             return Err(Fault::new(format!(
@@ -134,30 +156,28 @@ impl Found {
                 self.types.len()
             )));
         }
-        let fibres = self.fibres.as_deref().map(points);
-        if let Some(fibres) = &fibres
-            && fibres.len() != cell_count
-        {
-            return Err(Fault::new(format!(
-                "there are {} fibres for {cell_count} cells; give one per cell",
-                fibres.len()
-            )));
-        }
-        let mut mesh = TriangleMesh { positions: points(&self.points), ..Default::default() };
+        let Self { points: coordinates, cells, types, arrays, passed_over, .. } = self;
+        let positions = points(&coordinates);
+        let mut draft = Draft { positions, origin: Origin::Number("cell"), arrays, passed_over, ..Draft::default() };
         let shapes = [Shape::Polygon, Shape::Thin, Shape::Thin, Shape::Polygon, Shape::Strip];
-        let cells =
-            self.cells.iter().zip(shapes).flat_map(|(cells, shape)| cells.iter().map(move |cell| (cell, shape)));
+        let cells = cells.iter().zip(shapes).flat_map(|(cells, shape)| cells.iter().map(move |cell| (cell, shape)));
         for (number, (cell, shape)) in cells.enumerate() {
-            let shape = match self.types.get(number) {
-                Some(&cell_type) => {
-                    vtk_shape(cell_type as u64).map_err(|what| Fault::new(format!("cell {number}: {what}")))?
-                }
+            let fault = |what: String| Fault::new(format!("cell {number}: {what}"));
+            let shape = match types.get(number) {
+                Some(&cell_type) => vtk_shape(cell_type as u64).map_err(fault)?,
                 None => shape,
             };
-            push_cell(&mut mesh, shape, cell, fibres.as_ref().map(|fibres| fibres[number]))
-                .map_err(|what| Fault::new(format!("cell {number}: {what}")))?;
+            draft.push_cell(shape, cell, number, number).map_err(fault)?;
         }
-        Ok(mesh)
+        for array in &draft.arrays {
+            let count = if array.on == On::Cells { cell_count } else { draft.positions.len() };
+            if array.components.saturating_mul(count) != array.values.len() {
+                let rows = array.values.len() / array.components.max(1);
+                let what = format!("the array {:?} has {rows} rows where {count} belong; save again", array.name);
+                return Err(Fault::new(what));
+            }
+        }
+        Ok(draft)
     }
 }
 
@@ -226,6 +246,27 @@ impl Cursor<'_> {
         }
     }
 
+    /// Strings, which are read by nobody: a line each, or in binary files each behind its length.
+    fn skip_strings(&mut self, count: usize) -> Result<(), Fault> {
+        for _ in 0..count {
+            let rest = self.bytes.get(self.at..).unwrap_or_default();
+            let Some(&first) = rest.first() else {
+                return Err(self.fault("the file ends where strings are still to come; save it again"));
+            };
+            if !self.binary {
+                self.line();
+                continue;
+            }
+            // The two highest bits tell how many bytes the length has, the others begin it.
+            let bytes = [8, 4, 2, 1][usize::from(first >> 6)];
+            let low = rest.get(..bytes).unwrap_or_default().iter().enumerate();
+            let length =
+                low.fold(0_usize, |sum, (i, &byte)| (sum << 8) | usize::from(if i == 0 { byte & 0x3f } else { byte }));
+            self.at = self.at.saturating_add(bytes).saturating_add(length).min(self.bytes.len());
+        }
+        Ok(())
+    }
+
     /// `count` numbers of a VTK type. Refused before anything is allocated if the file is too short for them.
     fn numbers(&mut self, count: usize, number_type: &str) -> Result<Vec<f64>, Fault> {
         let rest = &self.bytes[self.at.min(self.bytes.len())..];
@@ -262,6 +303,13 @@ impl Cursor<'_> {
             "unsigned_short" => read!(u16),
             "char" | "signed_char" => read!(i8),
             "unsigned_char" => read!(u8),
+            "bit" => {
+                let length = count.div_ceil(8);
+                let packed = rest.get(..length).ok_or_else(|| too_many(self))?;
+                let numbers = (0..count).map(|i| f64::from(packed[i / 8] >> (7 - i % 8) & 1)).collect();
+                self.at += length;
+                Ok(numbers)
+            }
             _ => {
                 Err(self.fault(format!("numbers of type {number_type:?} are not read; remove the array from the file")))
             }
@@ -274,7 +322,7 @@ impl Cursor<'_> {
         let length = rest[start..].iter().take_while(|byte| !byte.is_ascii_whitespace()).count();
         let word = String::from_utf8_lossy(&rest[start..start + length]);
         self.at += start + length;
-        f64::from_str(&word).map_err(|_| match length {
+        encoding::number(&word).ok_or_else(|| match length {
             0 => self.fault("the file ends where numbers are still to come; save it again"),
             _ => self.fault(format!("{word:?} is not a number")),
         })

@@ -1,4 +1,4 @@
-//! VTK XML unstructured grids (.vtu): text, base64 and appended data, plain or zlib-compressed.
+//! VTK XML unstructured grids (.vtu) and polygonal data (.vtp): text, base64 and appended data, plain or zlib-compressed.
 //!
 //! The XML is read by `roxmltree`, the encodings by `base64` and `miniz_oxide`; what the arrays mean is a page of code here. The
 //! crate that knows the format as a whole panics on malformed files and misreads the default header size.
@@ -12,31 +12,48 @@ use base64::engine::general_purpose::STANDARD;
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use roxmltree::{Document, Node};
 
+use super::draft::{Array, Draft, On, Origin, Shape, Wanted, points, vtk_shape};
 use super::fault::{Fault, line_of};
-use super::surface::{points, push_cell, vtk_shape};
 use super::vtk_legacy::{index_list, slices};
-use crate::storage::TriangleMesh;
 
 /// Bytes of numbers, 8 for each, allowed per byte of file: meshes shrink 2 to 20 times, up to 60 with their cell types as numbers;
 /// bombs, and pieces that all name one appended array, thousands of times.
 const MOST_INFLATION: usize = 128;
 
 /// Reads all pieces as one surface.
-pub fn parse(bytes: Vec<u8>) -> Result<TriangleMesh, Fault> {
+pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
     let (text, appended) = split_appended(&bytes)?;
     let document = Document::parse(&text).map_err(|error| {
         Fault::at(error.pos().row as usize, format!("{error}; the XML is broken: save the file again"))
     })?;
     let root = document.root_element();
     let file = File::new(root, appended, bytes.len())?;
-    let grid = child(root, "UnstructuredGrid")
-        .ok_or_else(|| fault_at(root, "no <UnstructuredGrid>; save the surface as an unstructured grid (.vtu)"))?;
-    let mut mesh = TriangleMesh::default();
+    let grid = child(root, "UnstructuredGrid").map(|grid| (grid, Kind::Grid));
+    let (grid, kind) = grid.or_else(|| Some((child(root, "PolyData")?, Kind::Polygons))).ok_or_else(|| {
+        fault_at(root, "no <UnstructuredGrid> and no <PolyData>; save the surface as one of them (.vtu, .vtp)")
+    })?;
+    let mut draft = Draft { origin: Origin::Number("cell"), ..Draft::default() };
+    let mut cell_count = 0;
     for piece in grid.children().filter(|node| node.has_tag_name("Piece")) {
-        file.piece(piece, &mut mesh)?;
+        cell_count += file.piece(piece, kind, cell_count, wanted, &mut draft)?;
     }
-    Ok(mesh)
+    Ok(draft)
 }
+
+/// The two kinds of data.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Grid,
+    Polygons,
+}
+
+/// The lists of cells of polygonal data in the order of their cell data.
+const LISTS: [(&str, &str, Shape); 4] = [
+    ("Verts", "NumberOfVerts", Shape::Thin),
+    ("Lines", "NumberOfLines", Shape::Thin),
+    ("Polys", "NumberOfPolys", Shape::Polygon),
+    ("Strips", "NumberOfStrips", Shape::Strip),
+];
 
 /// Takes the content of <AppendedData>, which need not be text, out of the file.
 fn split_appended(bytes: &[u8]) -> Result<(String, &[u8]), Fault> {
@@ -119,47 +136,55 @@ impl<'a> File<'a> {
         })
     }
 
-    fn piece(&self, piece: Node<'_, '_>, mesh: &mut TriangleMesh) -> Result<(), Fault> {
+    /// Appends a piece; the number of its cells.
+    fn piece(
+        &self,
+        piece: Node<'_, '_>,
+        kind: Kind,
+        first_cell: usize,
+        wanted: &Wanted,
+        draft: &mut Draft,
+    ) -> Result<usize, Fault> {
         let count = |name: &str| {
-            let text = piece.attribute(name).unwrap_or_default();
+            // Polygonal data need not name the lists that they do not have.
+            let default = if kind == Kind::Polygons { "0" } else { "" };
+            let text = piece.attribute(name).unwrap_or(default);
             text.trim().parse::<usize>().map_err(|_| fault_at(piece, format!("{name} {text:?} is not a count")))
         };
-        let (point_count, cell_count) = (count("NumberOfPoints")?, count("NumberOfCells")?);
-        let sized = |parent: &str, name: Option<&str>, components: usize, expected: usize| {
-            let array = self.find(piece, parent, name);
-            let array = array
-                .ok_or_else(|| fault_at(piece, format!("<{parent}> holds no array {}", name.unwrap_or("of points"))))?;
-            let numbers = self.numbers(array)?;
-            match expected.checked_mul(components) {
-                Some(length) if length == numbers.len() => Ok(numbers),
-                _ => Err(fault_at(
-                    array,
-                    format!("{} numbers where {expected} × {components} belong; save again", numbers.len()),
-                )),
-            }
+        let point_count = count("NumberOfPoints")?;
+        let positions = match point_count {
+            0 if child(piece, "Points").is_none() => Vec::new(),
+            _ => points(&self.sized(piece, "Points", None, 3, point_count)?),
         };
-        let positions = points(&sized("Points", None, 3, point_count)?);
-        let types = sized("Cells", Some("types"), 1, cell_count)?;
-        let mut offsets = vec![0.0];
-        offsets.extend(sized("Cells", Some("offsets"), 1, cell_count)?);
-        let connectivity = self.find(piece, "Cells", Some("connectivity"));
-        let connectivity = connectivity.map(|array| self.numbers(array)).transpose()?.unwrap_or_default();
-        let cells = index_list(&offsets)
-            .zip(index_list(&connectivity))
-            .and_then(|(offsets, connectivity)| slices(&offsets, &connectivity))
-            .ok_or_else(|| fault_at(piece, "the cell offsets and the connectivity do not fit together; save again"))?;
-        let fibre_array = self.find(piece, "CellData", Some("fibre"));
-        let fibres = fibre_array.map(|_| sized("CellData", Some("fibre"), 3, cell_count)).transpose()?;
-        let fibres = fibres.as_deref().map(points);
-        let first = mesh.positions.len();
-        mesh.positions.extend(positions);
-        if u32::try_from(mesh.positions.len()).is_err() {
+        let mut cells: Vec<(Shape, Vec<u32>)> = Vec::new();
+        match kind {
+            Kind::Grid => {
+                let cell_count = count("NumberOfCells")?;
+                let types = self.sized(piece, "Cells", Some("types"), 1, cell_count)?;
+                let corners = self.cells(piece, "Cells", cell_count)?;
+                for (number, (corners, cell_type)) in corners.into_iter().zip(types).enumerate() {
+                    let fault = |what| fault_at(piece, format!("cell {}: {what}", first_cell + number));
+                    cells.push((vtk_shape(cell_type as u64).map_err(fault)?, corners));
+                }
+            }
+            Kind::Polygons => {
+                for (list, name, shape) in LISTS {
+                    let cell_count = count(name)?;
+                    if cell_count > 0 {
+                        let corners = self.cells(piece, list, cell_count)?;
+                        cells.extend(corners.into_iter().map(|corners| (shape, corners)));
+                    }
+                }
+            }
+        }
+        let first = draft.positions.len();
+        draft.positions.extend(positions);
+        if u32::try_from(draft.positions.len()).is_err() {
             return Err(fault_at(piece, "there are more points than an index can name; save fewer pieces"));
         }
         let first = first as u32;
-        for (number, (cell, cell_type)) in cells.iter().zip(types).enumerate() {
-            let shape =
-                vtk_shape(cell_type as u64).map_err(|what| fault_at(piece, format!("cell {number}: {what}")))?;
+        for (number, (shape, cell)) in cells.iter().enumerate() {
+            let number = first_cell + number;
             // The corners of other pieces are not its own.
             if let Some(&corner) = cell.iter().find(|&&corner| corner as usize >= point_count) {
                 let what =
@@ -167,8 +192,97 @@ impl<'a> File<'a> {
                 return Err(fault_at(piece, what));
             }
             let corners: Vec<u32> = cell.iter().map(|&corner| first + corner).collect();
-            push_cell(mesh, shape, &corners, fibres.as_ref().map(|fibres| fibres[number]))
+            draft
+                .push_cell(*shape, &corners, number, number)
                 .map_err(|what| fault_at(piece, format!("cell {number}: {what}")))?;
+        }
+        self.arrays(
+            piece,
+            [(On::Points, first as usize, point_count), (On::Cells, first_cell, cells.len())],
+            wanted,
+            draft,
+        )?;
+        Ok(cells.len())
+    }
+
+    /// The array `name` (or the first) in `parent`, of so many numbers.
+    fn sized(
+        &self,
+        piece: Node<'_, '_>,
+        parent: &str,
+        name: Option<&str>,
+        components: usize,
+        expected: usize,
+    ) -> Result<Vec<f64>, Fault> {
+        let array = self.find(piece, parent, name);
+        let array = array
+            .ok_or_else(|| fault_at(piece, format!("<{parent}> holds no array {}", name.unwrap_or("of points"))))?;
+        let numbers = self.numbers(array)?;
+        match expected.checked_mul(components) {
+            Some(length) if length == numbers.len() => Ok(numbers),
+            _ => {
+                let what = format!("{} numbers where {expected} × {components} belong; save again", numbers.len());
+                Err(fault_at(array, what))
+            }
+        }
+    }
+
+    /// The corners of each cell of a list.
+    fn cells(&self, piece: Node<'_, '_>, list: &str, cell_count: usize) -> Result<Vec<Vec<u32>>, Fault> {
+        let mut offsets = vec![0.0];
+        offsets.extend(self.sized(piece, list, Some("offsets"), 1, cell_count)?);
+        let connectivity = self.find(piece, list, Some("connectivity"));
+        let connectivity = connectivity.map(|array| self.numbers(array)).transpose()?.unwrap_or_default();
+        index_list(&offsets)
+            .zip(index_list(&connectivity))
+            .and_then(|(offsets, connectivity)| slices(&offsets, &connectivity))
+            .ok_or_else(|| fault_at(piece, "the cell offsets and the connectivity do not fit together; save again"))
+    }
+
+    /// Reads the arrays that are asked for; those that other pieces lack have no numbers there.
+    fn arrays(
+        &self,
+        piece: Node<'_, '_>,
+        rows: [(On, usize, usize); 2],
+        wanted: &Wanted,
+        draft: &mut Draft,
+    ) -> Result<(), Fault> {
+        for (on, first, count) in rows {
+            let parent = if on == On::Points { "PointData" } else { "CellData" };
+            let found = child(piece, parent).into_iter().flat_map(|data| data.children());
+            for node in found.filter(|node| node.has_tag_name("DataArray")) {
+                let name = node.attribute("Name").unwrap_or_default();
+                if !wanted.has(name) {
+                    draft.passed_over.insert(name.to_owned());
+                    continue;
+                }
+                let numbers = self.numbers(node)?;
+                let components = match count {
+                    0 => continue,
+                    count if (1..=9).any(|components| numbers.len() == components * count) => numbers.len() / count,
+                    _ => {
+                        let what = format!("{} numbers for {count} rows; save again", numbers.len());
+                        return Err(fault_at(node, what));
+                    }
+                };
+                let place =
+                    draft.arrays.iter().position(|a| a.on == on && a.name == name && a.components == components);
+                let array = match place {
+                    Some(place) => &mut draft.arrays[place],
+                    None => {
+                        draft.arrays.push(Array { name: name.to_owned(), on, components, values: Vec::new() });
+                        let last = draft.arrays.len() - 1;
+                        &mut draft.arrays[last]
+                    }
+                };
+                // Rows of pieces without the array count as numbers of the file.
+                let missing = (components * first).saturating_sub(array.values.len());
+                let left = self.budget.get().checked_sub(size_of::<f64>() * missing);
+                self.budget
+                    .set(left.ok_or_else(|| fault_at(node, "more arrays than a file of this size holds; save again"))?);
+                array.values.resize(components * first, f64::NAN);
+                array.values.extend(numbers);
+            }
         }
         Ok(())
     }

@@ -3,6 +3,8 @@
 use super::constraint::{EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, SpringSpec};
 use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Point, StiffeningFibresSpec, Strain, TimeCurve};
 use serde::Deserialize;
+use serde::de::{Deserializer, Error, Visitor};
+use std::fmt;
 use std::path::PathBuf;
 
 /// One of `[[bodies]]`. What is absent costs nothing.
@@ -25,6 +27,8 @@ pub struct BodySpec {
     pub grading: Option<GradingSpec>,
     /// Where the fibres run; the mesh file's own, or along x, if absent.
     pub fibres: Option<FibreSpec>,
+    /// What differs from triangle to triangle, by arrays of the mesh file.
+    pub per_triangle: Option<PerTriangleSpec>,
     /// Initial strain held by the surroundings: the drawn shape is under tension, a freed piece shrinks by it.
     pub pre_stretch: Option<Strain>,
     /// Fibres that stiffen as they are drawn out.
@@ -96,6 +100,7 @@ pub struct MaterialSpec {
     /// Shear modulus \[MPa\]; Huber's √(E_F·E_T)/(2(1+√(ν_F·ν_T))) if absent.
     pub shear_modulus: Option<f64>,
     /// Thickness \[mm\].
+    #[serde(deserialize_with = "one_thickness")]
     pub thickness: f64,
     /// Density \[g/mm³\]. Default 1e-3.
     #[serde(default = "density")]
@@ -138,22 +143,47 @@ pub enum FibreSpec {
     Degrees(f64),
     /// `{ direction = [x, y, z] }`, projected into each triangle.
     Direction(Point),
-    /// `{ concentric = { centre, axis } }`: circles about an axis, by default the z axis.
-    Concentric(ConcentricSpec),
+    /// `{ concentric = { centre, axis, degrees } }`: circles about an axis, by default the z axis, or spirals at an angle to them,
+    /// towards outside.
+    Concentric(AxisSpec),
+    /// `{ radial = { centre, axis, degrees } }`: away from an axis, or at an angle to that, towards the circles.
+    Radial(AxisSpec),
+    /// `{ helix = { centre, axis, degrees } }`: circles about an axis that rise along it by an angle.
+    Helix(AxisSpec),
+    /// `{ array = "…" }`: of the mesh file, three numbers for each of its cells or points.
+    Array(String),
     /// `{ file = "…" }`: one direction `x y z` per line, in the order of the triangles; relative to the scene file.
     File(PathBuf),
 }
 
-/// Circles about an axis.
+/// An axis, and an angle \[°\] in the surface.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ConcentricSpec {
+pub struct AxisSpec {
     /// A point of the axis \[mm\]. Default the origin.
     #[serde(default)]
     pub centre: Point,
     /// Direction of the axis. Default z.
     #[serde(default = "along_z")]
     pub axis: Point,
+    /// Angle in the surface \[°\], from the direction that names the field. Default 0.
+    #[serde(default)]
+    pub degrees: f64,
+}
+
+/// `per_triangle`: names of arrays of the mesh file, a number for each of its cells or points; points are averaged. Where an array has
+/// no number (NaN), the body's own value stands.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PerTriangleSpec {
+    /// Thickness \[mm\], > 0, in place of the material's.
+    pub thickness: Option<String>,
+    /// Strength: not read yet, and refused with what there is instead.
+    pub strength: Option<String>,
+    /// Toughness: not read yet, and refused with what there is instead.
+    pub toughness: Option<String>,
+    /// Pre-stretch: not read yet, and refused with what there is instead.
+    pub pre_stretch: Option<String>,
 }
 
 /// `bending`: `bending = {}` takes the stiffness that follows from the material and the thickness, E·h³/(12·(1 − ν²)) of an
@@ -237,7 +267,7 @@ pub struct TearingSpec {
 
 /// `energy_criterion`: tips of a body with `tearing` advance where more energy would be released than their toughness, and where that
 /// exceeds it most: as the field in a ring around the tip tells it, and by the material force where the ring does not have the field
-/// of one straight crack in a plane. `events.jsonl` says which it was. Starts are decided by the strengths of `tearing`. This table is
+/// of one straight crack in a plane. `events.jsonl` says which it was. Starts need both: the strengths of `tearing` along a whole length, and the energy of opening it. This table is
 /// for toughnesses beside strengths, and for another ring; toughnesses in `tearing` do without.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -304,6 +334,24 @@ pub struct InitialSpec {
 pub struct CutSpec {
     /// Points in the rest shape \[mm\]: a notch if it begins at the boundary, else a slit.
     pub polyline: Vec<Point>,
+}
+
+/// One number; what else people write there is told where it goes.
+fn one_thickness<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    struct Read;
+    impl<'de> Visitor<'de> for Read {
+        type Value = f64;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("one number in mm; values per triangle are an array of the mesh file: per_triangle = { thickness = \"…\" }")
+        }
+        fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
+            Ok(value)
+        }
+        fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {
+            Ok(value as f64)
+        }
+    }
+    deserializer.deserialize_any(Read)
 }
 
 fn one() -> u32 {

@@ -1,11 +1,8 @@
 //! `mesh = …`: where a body's triangles come from.
 
+use super::mesh_file::FileSpec;
 use super::{Exactly, Point};
 use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, Error, MapAccess, Visitor};
-use std::fmt;
-use std::path::PathBuf;
 
 /// `mesh = { grid = { … } }` and its kin: exactly one of them.
 #[derive(Clone, Debug, Deserialize)]
@@ -139,46 +136,4 @@ pub struct InlineSpec {
     pub positions: Vec<Point>,
     /// Corners, counted from 0, counter-clockwise.
     pub triangles: Vec<Exactly<u32, 3>>,
-}
-
-/// A mesh file: its path, or `{ path, scale }`.
-#[derive(Clone, Debug)]
-pub struct FileSpec {
-    /// .obj, .msh, .vtu, .vtk, .ply or .stl; relative to the scene file.
-    pub path: PathBuf,
-    /// Millimetres per unit of the file. Default 1.
-    pub scale: f64,
-}
-
-/// The long form.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileTable {
-    path: PathBuf,
-    #[serde(default = "unit_scale")]
-    scale: f64,
-}
-
-impl<'de> Deserialize<'de> for FileSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Read;
-        impl<'de> Visitor<'de> for Read {
-            type Value = FileSpec;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a path in quotes, or { path = \"…\", scale = … }")
-            }
-            fn visit_str<E: Error>(self, path: &str) -> Result<FileSpec, E> {
-                Ok(FileSpec { path: path.into(), scale: unit_scale() })
-            }
-            fn visit_map<A: MapAccess<'de>>(self, access: A) -> Result<FileSpec, A::Error> {
-                let FileTable { path, scale } = FileTable::deserialize(MapAccessDeserializer::new(access))?;
-                Ok(FileSpec { path, scale })
-            }
-        }
-        deserializer.deserialize_any(Read)
-    }
-}
-
-fn unit_scale() -> f64 {
-    1.0
 }

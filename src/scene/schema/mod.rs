@@ -9,11 +9,13 @@ mod constraint;
 mod fibre_law;
 mod hand;
 mod mesh;
+mod mesh_file;
 mod number;
 
 pub use body::{
-    BendingSpec, BodySpec, ContactSpec, CriterionSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
-    InitialSpec, MaterialModelSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
+    AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, CutSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
+    InitialSpec, MaterialModelSpec, MaterialSpec, PerTriangleSpec, RefinementSpec, SleepSpec, TearModeSpec,
+    TearingSpec,
 };
 pub use constraint::{
     ArcSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec, RegionSpec, SpringSpec,
@@ -21,6 +23,7 @@ pub use constraint::{
 pub use fibre_law::{Angles, FibreFamilySpec, HolzapfelGasserOgdenSpec, StiffeningFibresSpec};
 pub use hand::HandSpec;
 pub use mesh::MeshSpec;
+pub use mesh_file::{FileSpec, ReadingSpec, UnitSpec};
 pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve, TimePath};
 
 use crate::settings::LinearParams;

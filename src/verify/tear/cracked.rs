@@ -154,6 +154,8 @@ pub struct Tip {
     pub by_energy: Option<(DVec2, f64)>,
     /// Energy released per area of a crack that goes straight on \[N/mm\], from the ring; no number where it tells none.
     pub release: f64,
+    /// The same by the material force, whose disc needs no field.
+    pub by_force: f64,
 }
 
 impl Tip {
@@ -168,6 +170,7 @@ impl Tip {
             edges_per_radius: decision.edges_per_radius,
             by_energy: (energy.by == DecidedBy::Energy).then(|| (energy.direction.truncate(), energy.value)),
             release: f64::NAN,
+            by_force: f64::NAN,
         }
     }
 
@@ -236,8 +239,11 @@ impl Cracked {
             let (by_energy, _) = energy_decision(&surface, terms, tip, (vertex, previous), &mut memory)?;
             let contour = terms.contour(&surface, (tip, vertex), &mut memory);
             let release = contour.map_or(f64::NAN, |contour| contour.release);
+            let by_force = terms
+                .material_force(&surface, (tip, vertex), &mut memory)
+                .map_or(f64::NAN, |([x, y], force)| force.release.dot(DVec2::new(previous.dot(x), previous.dot(y))));
             let at = vertices.rest_position[vertex as usize];
-            Some(Tip { release, ..Tip::new(at, previous, &decision, &by_energy) })
+            Some(Tip { release, by_force, ..Tip::new(at, previous, &decision, &by_energy) })
         });
         Ok(seen.collect())
     }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::as_they_are::{MSH_2, VTP, glb};
 use glam::{DVec3, dvec3};
 use rhexis::scene::mesh_file::{MeshFileError, read};
 use rhexis::storage::TriangleMesh;
@@ -59,6 +60,8 @@ pub const PLY: &str = "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 4\
 
 pub const STL: &str = "solid\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 1 1 0.25\n  endloop\n endfacet\n \
                    facet normal 0 0 1\n  outer loop\n   vertex -0 0 0\n   vertex 1 1 0.25\n   vertex 0 1 0\n  endloop\n endfacet\nendsolid\n";
+
+pub const OFF: &str = "OFF\n4 2 5\n0 0 0\n1 0 0\n1 1 0.25\n0 1 0\n3 0 1 2\n3 0 2 3\n";
 
 pub fn binary_msh(big_endian: bool) -> Vec<u8> {
     let int = |x: i32| if big_endian { x.to_be_bytes() } else { x.to_le_bytes() };
@@ -137,6 +140,8 @@ pub fn good_files() -> Vec<(&'static str, Vec<u8>)> {
     files.extend([("b.msh", binary_msh(false)), ("c.msh", binary_msh(true)), ("b.vtk", binary_vtk())]);
     files.extend([("b.ply", binary_ply(false)), ("c.ply", binary_ply(true))]);
     files.extend([("b.stl", binary_stl(b"made by hand")), ("c.stl", binary_stl(b"solid made by hand"))]);
+    files.extend([("a.off", OFF.as_bytes().to_vec()), ("a.vtp", VTP.as_bytes().to_vec()), ("a.glb", glb())]);
+    files.push(("d.msh", MSH_2.as_bytes().to_vec()));
     // By the writers of VTK itself (tests/data/README.md).
     let by_vtk =
         ["appended_raw_zlib.vtu", "appended_base64.vtu", "inline_zlib.vtu", "legacy_text.vtk", "legacy_binary.vtk"];

@@ -1,0 +1,67 @@
+//! What a run prints at its end.
+
+use super::account::AccountReport;
+use super::course::CourseReport;
+use super::report::{End, RunReport};
+
+/// The few lines at the end.
+pub(super) fn summary(report: &RunReport) -> String {
+    let end = match &report.end {
+        End::Running => "running",
+        End::Interrupted => "interrupted (--resume goes on)",
+        End::Done => "done",
+        End::TornThrough => "torn through",
+        End::TearEnded => "the tear has ended",
+        End::Failed(_) => "FAILED",
+    };
+    let mut lines = vec![format!(
+        "{}: {end} after {} of {} steps, {:.6} ms simulated in {:.2} s ({:.3} × real time)",
+        report.scene,
+        report.steps,
+        report.steps_planned,
+        report.simulated_ms,
+        report.stepping_s,
+        report.real_time_factor
+    )];
+    for body in &report.bodies {
+        lines.push(format!(
+            "  {}: {} triangles, elastic {:.6} mJ, kinetic {:.3e} mJ",
+            body.name, body.triangles, body.elastic_mj, body.kinetic_mj
+        ));
+        for r in &body.reactions {
+            // Adding zero turns a rounded −0 into 0.
+            let [x, y, z] = r.force_n.map(|f| (f * 1e6).round() * 1e-6 + 0.0);
+            lines.push(format!("    {}: {x:.6}, {y:.6}, {z:.6} N", r.name));
+        }
+        for grip in body.grips.iter().filter(|grip| grip.peak_n > 0.0) {
+            let jump = grip
+                .largest_jump_n
+                .map_or(String::new(), |jump| format!(", changed by up to {:.2} mN at an advance", 1e3 * jump));
+            let (rms, peak) = (1e3 * grip.rms_n, 1e3 * grip.peak_n);
+            lines.push(format!("    {}: {rms:.2} mN rms, {peak:.2} mN peak{jump}", grip.name));
+        }
+        lines.extend(body.course.as_ref().map(CourseReport::summary));
+        if let Some(tear) = &body.tear {
+            lines.push(format!(
+                "    torn {:.3} mm in {} advances, {} tip(s) left, {} ended, {} piece(s) free",
+                tear.length_mm,
+                tear.advances,
+                tear.tips.len(),
+                tear.ended,
+                tear.pieces_freed
+            ));
+            lines.extend(tear.account.iter().flat_map(AccountReport::summary));
+            if let Some(refinement) = &tear.refinement {
+                lines.push(format!(
+                    "    refined by {} splits, coarsened by {} vertices; {} triangles more than at the start and torn, {} allowed",
+                    refinement.splits,
+                    refinement.vertices_removed,
+                    refinement.triangles_added,
+                    refinement.most_triangles_added
+                ));
+            }
+        }
+    }
+    lines.extend(report.caveats.iter().map(|caveat| format!("  note: {caveat}")));
+    lines.join("\n")
+}

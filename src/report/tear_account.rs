@@ -1,0 +1,217 @@
+//! The energy account of a body's tears: what the toughness claims for them, and where the energy that they release goes.
+//!
+//! An advance is made at fixed positions and takes nothing out of the body. What it sets free becomes motion in the steps after it, which
+//! damping and the scheme use up. So the toughness's claim, G_c·h·da, is no term of the balance beside those: it is what of them the
+//! tissue would have taken. How far the two are apart shows over the span from one step with advances to the next:
+//!
+//! | figure | definition |
+//! |---|---|
+//! | surface energy | Σ G_c·h·da of the advances and starts at the beginning of the span |
+//! | work | of holds, jaws and loads within it |
+//! | released | work and edits less the growth of the elastic energy: all that has left it |
+//! | damping, drag, numerical, other | where that went; what is missing is motion, `kinetic_change` |
+//!
+//! Over the whole time between the first and the last advance work per torn area is what a hand pays, and is to be compared with the toughness
+//! where the tear is steady; else released energy per torn area is, from which what the load goes on storing is taken.
+
+use crate::components::{EnergyBalance, Grips, TearLog};
+use crate::event::{Event, EventKind};
+use glam::DVec3;
+use hecs::{Entity, World};
+
+/// How much later than they were due tips have advanced: G/G_c − 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overshoot {
+    /// Median over the advances.
+    pub median: f64,
+    /// The largest.
+    pub max: f64,
+}
+
+/// What came in and where it went in the time from one step with advances to a later one, all in mJ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct TearSpan {
+    /// From the end of one step with advances to that of another \[ms\].
+    pub time: [f64; 2],
+    /// Area torn from its beginning on, its last step's left out \[mm²\].
+    pub area: f64,
+    /// Surface energy that the toughness claims for that area; `None` for a body without one.
+    pub surface_energy: Option<f64>,
+    /// The body's balance of energy over the span.
+    pub balance: EnergyBalance,
+}
+
+impl TearSpan {
+    /// What has left the elastic energy \[mJ\]: work, and what edits have put in, less its growth.
+    pub fn released(&self) -> f64 {
+        let balance = &self.balance;
+        balance.work() + balance.edits.elastic + balance.edits.kinetic - balance.stored.elastic
+    }
+
+    /// Small terms \[mJ\]: the residual's work, what is unbalanced, what static solves have relaxed, and the imbalance.
+    pub fn other(&self) -> f64 {
+        self.balance.residual + self.balance.unbalanced + self.balance.released + self.balance.imbalance()
+    }
+
+    /// Work per torn area \[N/mm\]: what a hand pays.
+    pub fn work_per_area(&self) -> f64 {
+        self.balance.work() / self.area
+    }
+
+    /// What has left the elastic energy per torn area \[N/mm\]: the same where loading and stored energy repeat from advance to advance.
+    pub fn released_per_area(&self) -> f64 {
+        self.released() / self.area
+    }
+
+    /// Mean toughness of the torn area \[N/mm\]; `None` for a body without one.
+    pub fn toughness(&self) -> Option<f64> {
+        Some(self.surface_energy? / self.area)
+    }
+}
+
+/// The figures of the account.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AccountFigures {
+    /// Area torn by the criterion \[mm²\].
+    pub area: f64,
+    /// Surface energy that the toughness claims for it \[mJ\]; `None` where none of it was torn under a toughness.
+    pub surface_energy: Option<f64>,
+    /// `None` where no advance has been decided against a toughness.
+    pub overshoot: Option<Overshoot>,
+    /// From the first to the last advance; `None` before there are two steps with advances, and without a balance of energy.
+    pub span: Option<TearSpan>,
+}
+
+/// Torn at the end of a step.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+struct Torn {
+    time: f64,
+    area: f64,
+    surface_energy: Option<f64>,
+    balance: EnergyBalance,
+}
+
+/// The force of jaws, step by step.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+struct Felt {
+    name: String,
+    /// At the end of the last step, where the jaws were closed.
+    last: Option<DVec3>,
+    /// Largest change over a step of an advance.
+    jump: Option<f64>,
+}
+
+/// Follows the tears of one body from its present state on. To be told of every step.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct TearAccount {
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+    body: Entity,
+    area: f64,
+    surface_energy: Option<f64>,
+    first: Option<Torn>,
+    last: Option<Torn>,
+    overshoots: Vec<f64>,
+    felt: Vec<Felt>,
+    /// Whether tips have advanced in the step before: the lips part in the one after.
+    has_advanced: bool,
+}
+
+impl TearAccount {
+    /// Begins with the body as it is.
+    pub fn new(world: &World, body: Entity) -> Self {
+        let (area, surface_energy) = torn(world, body);
+        Self {
+            body,
+            area,
+            surface_energy,
+            first: None,
+            last: None,
+            overshoots: Vec::new(),
+            felt: Vec::new(),
+            has_advanced: false,
+        }
+    }
+
+    /// The body.
+    pub fn body(&self) -> Entity {
+        self.body
+    }
+
+    /// Takes a step in: its end \[ms\], the events that it has left, the world after it and the body's balance of energy, if it is kept.
+    /// Where tips have advanced or begun in it, gives the span since the step before in which they did.
+    pub fn note(
+        &mut self,
+        world: &World,
+        time: f64,
+        events: &[Event],
+        balance: Option<EnergyBalance>,
+    ) -> Option<TearSpan> {
+        let cost = |event: &Event| match event.kind {
+            EventKind::Advanced { cost, .. } if event.body == self.body => cost,
+            _ => None,
+        };
+        self.overshoots.extend(events.iter().filter_map(cost).map(|cost| cost.overshoot));
+        let (area, surface_energy) = torn(world, self.body);
+        let is_torn = area > self.area;
+        self.note_forces(world, is_torn || self.has_advanced);
+        self.has_advanced = is_torn;
+        let before =
+            (std::mem::replace(&mut self.area, area), std::mem::replace(&mut self.surface_energy, surface_energy));
+        let balance = balance.filter(|_| is_torn)?;
+        let now = Torn { time, area: before.0, surface_energy: before.1, balance };
+        self.first.get_or_insert(now);
+        self.last.replace(now).map(|last| span(&last, &now))
+    }
+
+    /// The largest change \[N\] of the force of jaws over a step in which tips have advanced, or the one after it, in which the lips part;
+    /// `None` where the jaws were not closed in two such steps in a row.
+    pub fn force_jump(&self, jaws: &str) -> Option<f64> {
+        self.felt.iter().find(|felt| felt.name == jaws)?.jump
+    }
+
+    /// The figures up to now.
+    pub fn figures(&self) -> AccountFigures {
+        let mut sorted = self.overshoots.clone();
+        sorted.sort_by(f64::total_cmp);
+        let overshoot = sorted.last().map(|&max| Overshoot { median: sorted[sorted.len() / 2], max });
+        let ends = self.first.as_ref().zip(self.last.as_ref()).filter(|(first, last)| first.time < last.time);
+        let span = ends.map(|(first, last)| span(first, last));
+        AccountFigures { area: self.area, surface_energy: self.surface_energy, overshoot, span }
+    }
+
+    fn note_forces(&mut self, world: &World, counts: bool) {
+        let Ok(grips) = world.get::<&Grips>(self.body) else { return };
+        for pinch in &grips.pinches {
+            let place = self.felt.iter().position(|felt| felt.name == pinch.name).unwrap_or_else(|| {
+                self.felt.push(Felt { name: pinch.name.clone(), last: None, jump: None });
+                self.felt.len() - 1
+            });
+            let felt = &mut self.felt[place];
+            let force = pinch.is_closed().then_some(pinch.force);
+            if let (true, Some(last), Some(now)) = (counts, felt.last, force) {
+                let jump = last.distance(now);
+                felt.jump = Some(felt.jump.map_or(jump, |largest| largest.max(jump)));
+            }
+            felt.last = force;
+        }
+    }
+}
+
+/// Area torn by the criterion, and the surface energy claimed for it.
+fn torn(world: &World, body: Entity) -> (f64, Option<f64>) {
+    world.get::<&TearLog>(body).map_or((0.0, None), |log| (log.area, log.surface_energy))
+}
+
+fn span(from: &Torn, to: &Torn) -> TearSpan {
+    let claimed = to.surface_energy.map(|energy| energy - from.surface_energy.unwrap_or(0.0));
+    TearSpan {
+        time: [from.time, to.time],
+        area: to.area - from.area,
+        surface_energy: claimed,
+        balance: to.balance.since(&from.balance),
+    }
+}
