@@ -53,6 +53,12 @@ const SHARE: f64 = 0.1;
 /// The part of what is bearable up to which bounds do in place of sums.
 const UNSEEN: f64 = 0.1;
 
+/// Triangles that may make up for what a whole step creates, for their vertices to find their own way at once.
+const SPIKE: usize = 2;
+
+/// Steps in which vertices find their own way at once after one in which some had to: where a spike flaps, it does so for a while.
+const RELAXING: u32 = 8;
+
 /// A strain whose energy counts as being in the body: what is slack and at rest stores nothing, and may turn.
 const SLACK: f64 = 0.01;
 
@@ -102,6 +108,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
+            let spike = if step.is_retried || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
             let SolverScratch { free, partials, pairs, left_over, unseen, .. } = &mut *scratch;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
             let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
@@ -147,9 +154,9 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 place = Some(solved.place(work, more + work, holders, partials));
             }
             let mut patch = None;
-            if step.is_retried && !(sum <= most) {
+            if !(sum <= most) {
                 let full = Operator { external: holders.1, ..solved.operator };
-                let found = Patch::found(&solved, &full, (sum, most), |patch| {
+                let found = Patch::found(&solved, &full, spike, (sum, most), |patch| {
                     before + patch.judged(&solved).left_over(1.0, partials) + work + patch.unearned(&solved, &full)
                 });
                 (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
@@ -173,6 +180,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 increment.delta.copy_from_slice(&patch.way);
                 increment.is_part = true;
                 increment.relaxed = increment.relaxed.max(patch.len());
+                scratch.relaxing = RELAXING;
                 increment.guard.relax(place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane)));
             }
             if part < 1.0 {
