@@ -54,6 +54,11 @@ pub struct BodyReport {
     pub tip_count: usize,
     /// Linear iterations, added over Newton iterations.
     pub iterations: u32,
+    /// Work of the step, retries and resumes included, in iterations of linear solves: what a [budget](crate::settings::Settings::budget) limits.
+    pub work: u32,
+    /// Estimated error of positions after the last solve, over the mean edge; zero unless
+    /// [asked for](crate::settings::LinearParams::position_tolerance).
+    pub position_error: f64,
     /// Newton iterations.
     pub newton_iterations: u32,
     /// Relative residual of the last linear solve.

@@ -129,7 +129,7 @@ impl Retried<'_, '_> {
     /// Two halves of what has failed. Returns the time that was done.
     fn in_halves(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         self.running.report.rolled_back += 1;
-        if halvings == 0 {
+        if halvings == 0 || is_used_up(self.world, self.settings.budget) {
             self.is_last_resort = true;
             return self.part(time, dt, 0);
         }
@@ -223,10 +223,15 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
             return;
         }
         let mut decisions = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
-        if !decisions.any(|(decisions, _)| decisions.may_advance_further) {
+        if !decisions.any(|(decisions, _)| decisions.may_advance_further) || is_used_up(world, step.budget) {
             return;
         }
     }
+}
+
+/// Whether a body has used up what iterations it may take in the step.
+fn is_used_up(world: &mut World, budget: Option<u32>) -> bool {
+    budget.is_some_and(|budget| world.query_mut::<&SolverScratch>().into_iter().any(|scratch| scratch.work >= budget))
 }
 
 /// The step whose solve a tear's advance stands on.

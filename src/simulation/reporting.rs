@@ -32,6 +32,7 @@ impl Simulation {
         for increment in self.world.query_mut::<&mut Increment>() {
             (increment.limits, increment.guard, increment.relaxed) = ([false; 2], GuardFigures::default(), 0);
         }
+        self.world.query_mut::<&mut SolverScratch>().into_iter().for_each(|scratch| scratch.work = 0);
         self.report.has_failed = false;
     }
 
@@ -52,6 +53,8 @@ impl Simulation {
                 triangle_count: triangles.len(),
                 tip_count: tips.map_or(0, Tips::len),
                 iterations: scratch.iterations,
+                work: scratch.work,
+                position_error: scratch.position_error,
                 newton_iterations: scratch.newton_iterations,
                 residual: scratch.linear_residual,
                 stress_error: scratch.stress_error,

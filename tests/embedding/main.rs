@@ -4,6 +4,7 @@ mod absence;
 mod absurd;
 mod determinism;
 mod doors;
+mod early_stop;
 mod embed;
 mod examples;
 mod forces;
