@@ -13,6 +13,7 @@ mod energy_decision;
 mod followers;
 mod free;
 mod held_shut;
+mod least_edge;
 mod locate;
 mod piece;
 mod place;
@@ -73,6 +74,8 @@ pub struct Quality {
     pub widest_edge: f64,
     /// Pairs of triangles with an angle below this \[rad\] are flipped where that helps; 28°.
     pub flip: f64,
+    /// No edge shorter than this \[mm\] is made, except where one as short was there before; 0 for any length.
+    pub least_edge: f64,
 }
 
 impl Default for Quality {
@@ -85,6 +88,7 @@ impl Default for Quality {
             widest_snap: 40_f64.to_radians(),
             widest_edge: 75_f64.to_radians(),
             flip: 28_f64.to_radians(),
+            least_edge: 0.0,
         }
     }
 }

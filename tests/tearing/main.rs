@@ -7,6 +7,7 @@ mod energy_criterion;
 mod fig2_tear;
 mod fracture;
 mod held_shut;
+mod least_edge;
 mod material_force;
 mod random_edits;
 mod random_tears;
