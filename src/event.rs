@@ -1,6 +1,7 @@
 //! What happened to the tissue, in order.
 
 use crate::components::{DecidedBy, PartedBy, WithheldStart};
+use crate::report::GuardPlace;
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
 use hecs::Entity;
@@ -262,6 +263,17 @@ pub enum EventKind {
     Woke {
         /// What woke it.
         by: WokenBy,
+    },
+    /// The guard against created energy began to act on a body; told again once a step has passed without it.
+    StepGuarded {
+        /// Attempts at the step or a part of it that were undone.
+        refused: u32,
+        /// Parts of the step whose answer was limited.
+        limited: u32,
+        /// Most vertices whose displacement was limited in one part of the step.
+        limited_vertices: u32,
+        /// Cause and place of the first of them.
+        first: Option<GuardPlace>,
     },
     /// A step left no usable state and was undone; the last good state stands.
     StepFailed {

@@ -1,9 +1,11 @@
 //! What a step did and what it cost.
 
+mod guard;
 mod opening;
 mod tear_account;
 mod tear_course;
 
+pub use guard::{GuardCause, GuardFigures, GuardPlace};
 pub use opening::{Axis, Opening, boundary_loops};
 pub use tear_account::{AccountFigures, Overshoot, TearAccount, TearSpan};
 pub use tear_course::{CourseFigures, GraspFigures, Outcome, TearCourse};
@@ -52,6 +54,11 @@ pub struct BodyReport {
     pub tip_count: usize,
     /// Linear iterations, added over Newton iterations.
     pub iterations: u32,
+    /// Work of the step, retries and resumes included, in iterations of linear solves: what a [budget](crate::settings::Settings::budget) limits.
+    pub work: u32,
+    /// Estimated error of positions after the last solve, over the mean edge; zero unless
+    /// [asked for](crate::settings::LinearParams::position_tolerance).
+    pub position_error: f64,
     /// Newton iterations.
     pub newton_iterations: u32,
     /// Relative residual of the last linear solve.
@@ -83,6 +90,8 @@ pub struct BodyReport {
     pub held_back_criterion: f64,
     /// Why the body's step was given up, where it was: its last good state stands, at this time or before.
     pub fault: Option<Fault>,
+    /// What the guard against created energy did to the body in this step.
+    pub guard: GuardFigures,
     /// Whether the body sleeps: no system ran on it, and the other figures are those of the last step that did.
     pub is_asleep: bool,
 }

@@ -24,29 +24,27 @@
 //!
 //! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
 
+mod bound;
 mod folds;
 mod lanes;
 pub mod nonlinear;
 mod patch;
+mod place;
 
 use super::kernels::membrane;
-use super::kernels::membrane_lanes::Far;
 use super::linear::{Folds, Operator, reactions};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
-    Damping, Drag, ExternalStiffness, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch,
-    Tautness, fibre_law,
+    Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
 };
-use crate::math::{ElementState, Faded, FibreLaw, Orthotropic, Sym2};
+use crate::math::{ElementState, FibreLaw, Orthotropic, Sym2};
+use crate::report::{GuardCause, GuardPlace};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
-use glam::{DVec2, DVec3};
+use bound::bound;
+use glam::DVec3;
 use lanes::Whole;
 use patch::Patch;
-
-/// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than 0.1, and
-/// what it creates has a bound.
-const FAR: f64 = 0.1;
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
 /// much smaller one would refuse steps that do no harm.
@@ -54,6 +52,12 @@ const SHARE: f64 = 0.1;
 
 /// The part of what is bearable up to which bounds do in place of sums.
 const UNSEEN: f64 = 0.1;
+
+/// Triangles that may make up for what a whole step creates, for their vertices to find their own way at once.
+const SPIKE: usize = 2;
+
+/// Steps in which vertices find their own way at once after one in which some had to: where a spike flaps, it does so for a while.
+const RELAXING: u32 = 8;
 
 /// A strain whose energy counts as being in the body: what is slack and at rest stores nothing, and may turn.
 const SLACK: f64 = 0.01;
@@ -71,8 +75,8 @@ const ROUNDING: f64 = 1e-12;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>),
-    (Option<&'a Damping>, Option<&'a Drag>, Option<&'a ExternalStiffness>),
+    (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>, place::Holders<'a>),
+    (Option<&'a Damping>, Option<&'a Drag>),
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
 
@@ -85,11 +89,11 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     let count = parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), (_, scratch, _), ..)| scratch.rows_to_solve(triangles.len()),
+        |((_, triangles, ..), (_, scratch, ..), ..)| scratch.rows_to_solve(triangles.len()),
         |(
             (vertices, triangles, topology, frames),
-            (increment, scratch, folds),
-            (damping, drag, external),
+            (increment, scratch, folds, holders),
+            (damping, drag),
             (pre_stretch, planar, fibres),
         )| {
             let work = scratch.residual_work;
@@ -114,6 +118,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
+            let spike = if step.is_retried || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
             let SolverScratch { free, partials, pairs, left_over, unseen, .. } = &mut *scratch;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
             let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
@@ -152,13 +157,16 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             let most = most - *unseen;
             let before = before.min(most);
-            let (mut part, mut sum) = (1.0, before + more + work);
+            let (mut part, mut sum, mut place) = (1.0, before + more + work, None);
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
+            if !(sum <= most) {
+                place = Some(solved.place(work, more + work, holders, partials));
+            }
             let mut patch = None;
-            if step.is_retried && !(sum <= most) {
-                let full = Operator { external, ..solved.operator };
-                let found = Patch::found(&solved, &full, (sum, most), |patch| {
+            if !(sum <= most) {
+                let full = Operator { external: holders.1, ..solved.operator };
+                let found = Patch::found(&solved, &full, spike, (sum, most), |patch| {
                     before + patch.judged(&solved).left_over(1.0, partials) + work + patch.unearned(&solved, &full)
                 });
                 (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
@@ -172,6 +180,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 }
             }
             scratch.creates_energy = !(sum <= most);
+            increment.creates_at = place;
             if scratch.creates_energy {
                 return;
             }
@@ -181,11 +190,15 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 increment.delta.copy_from_slice(&patch.way);
                 increment.is_part = true;
                 increment.relaxed = increment.relaxed.max(patch.len());
+                scratch.relaxing = RELAXING;
+                increment.guard.relax(place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane)));
             }
             if part < 1.0 {
                 scratch.is_held_back = true;
                 increment.is_part = true;
                 increment.limits[0] = true;
+                let place = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
+                increment.guard.limit(place, increment.delta.len());
                 increment
                     .delta
                     .iter_mut()
@@ -206,40 +219,6 @@ fn shorter(part: f64) -> f64 {
         _ if part > LEAST_PART => 0.125 * part,
         _ => 0.0,
     }
-}
-
-/// No less \[mJ\] than what the triangles create, none where one may go [far](FAR).
-///
-/// Of a stretch the tangent leaves out no more than a²/t, with the change a of the triangle's gradient and t twice its [mean
-/// stretch](uncrushed): Σ V·(|T|·a²/t + (a²/t)·C·(a²/t)) is bounded by the stored energy and Schwarz's inequality.
-fn bound(
-    (increment, triangles, frames): (&Increment, &Triangles, &Frames),
-    (twice_stored, stiffest): (f64, f64),
-    partials: &mut Vec<f64>,
-    pairs: &mut Vec<DVec2>,
-) -> f64 {
-    let least = parallel::least(frames.len(), partials, |t| uncrushed(&frames.state(t), frames.is_planar()));
-    let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
-    let far = Far { corners, rest, displacement, from: FAR * least };
-    let DVec2 { x: count, y: fourth } = parallel::sum_chunks(&mut vec![(); triangles.len()], pairs, &far);
-    if count > 0.0 {
-        return f64::INFINITY;
-    }
-    let missed = stiffest * fourth / (4.0 * least * least);
-    (twice_stored * missed).sqrt() + missed
-}
-
-/// The mean stretch, between 0 and 1, or what part of it is no mirror image: a turn changes the gradient of a triangle
-/// that is crushed by so much less, and where nothing is left of its stretches, or the law fades, any change may turn
-/// it over.
-fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
-    let stretch = state.polar.stretch;
-    if Faded::at(stretch, is_planar).is_some() {
-        return 0.0;
-    }
-    let (deviator, shear) = (stretch.xx - stretch.yy, 2.0 * stretch.xy);
-    let (trace, mirrored) = (stretch.trace(), (deviator * deviator + shear * shear).sqrt());
-    (0.5 * trace * (trace / mirrored).min(1.0)).clamp(0.0, 1.0)
 }
 
 /// A displacement of which only a part is gone along free axes.
@@ -324,6 +303,16 @@ impl Solved<'_> {
             + self.damped(t, rate)
             + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
         end - self.stored(t, &start) - work
+    }
+
+    /// [`damped`](Self::damped) where a triangle goes this `part` of the answer.
+    fn damped_along(&self, t: usize, part: f64) -> f64 {
+        if !self.is_damped_before {
+            return 0.0;
+        }
+        let Operator { triangles, frames, .. } = self.operator;
+        let u = triangles.corners[t].map(|v| partly(self.delta[v as usize], self.free[v as usize], part));
+        self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
     }
 
     /// What damping by what the step's earlier solves have gone does along a stretch rate \[mJ\], and in these where they are not counted.

@@ -60,6 +60,8 @@ pub struct StepContext {
     pub tangent: Tangent,
     /// Limits of each linear solve.
     pub linear: LinearParams,
+    /// Iterations that a body may take in all solves of the step.
+    pub budget: Option<u32>,
     /// What makes its iterations few.
     pub preconditioner: Preconditioner,
     /// What its iterations compute in.
@@ -86,6 +88,7 @@ impl StepContext {
             is_last_resort: false,
             tangent: settings.tangent,
             linear: settings.linear,
+            budget: settings.budget,
             preconditioner: settings.preconditioner,
             precision: settings.precision,
             newton_iterations: settings.newton_iterations.max(1),
@@ -116,6 +119,7 @@ impl StepContext {
             is_last_resort: false,
             tangent: Tangent::Exact,
             linear: LinearParams::by_residual(1e-12, 20_000),
+            budget: None,
             preconditioner,
             precision: Precision::Double,
             newton_iterations: iterations,
@@ -131,7 +135,7 @@ impl StepContext {
             formula: Formula::BackwardEuler,
             is_last_resort: true,
             tangent: Tangent::Rotated,
-            linear: LinearParams { tolerance, ..self.linear },
+            linear: LinearParams { tolerance, position_tolerance: f64::INFINITY, ..self.linear },
             newton_iterations: 1,
             ..self
         }

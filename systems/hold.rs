@@ -20,6 +20,9 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.fell_back = false;
         scratch.line_search = None;
         scratch.is_held_back = false;
+        if !step.is_retried {
+            scratch.relaxing = scratch.relaxing.saturating_sub(1);
+        }
         (scratch.is_counted, scratch.fault) = (false, None);
         scratch.account.energy = None;
         scratch.start_left_over = [scratch.left_over, scratch.unseen];

@@ -1,5 +1,7 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
+mod near;
+
 use super::{Formula, StepContext, linear, parallel};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch, Pressure,
@@ -10,6 +12,7 @@ use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
 use glam::DVec3;
 use linear::{CgError, CgInfo, Factor, Folds, Inner, InnerSolver, Means, Operator, Use, reactions};
+use near::{motion_by_an_edge, scale_to_no_work, within_budget};
 
 /// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
 const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
@@ -118,8 +121,12 @@ fn solve_body(
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
     }
     let params = linear_params(step, scratch, imbalance_before, force_scale);
+    let params = LinearParams { iterations: within_budget(step, scratch, params.iterations), ..params };
     scratch.is_audited = audit.is_some() || step.formula != Formula::BackwardEuler && step.newton_iterations == 1;
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
+    // What is retried is solved in full: in a short part of a step nothing moves far.
+    let is_near_enough = is_linear_step && !step.is_retried && params.position_tolerance.is_finite();
+    scratch.motion_scale = if is_near_enough { motion_by_an_edge(&operator, scratch) } else { 0.0 };
     scratch.stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
     // Free axes of the body, by direction.
     let is_auto = step.preconditioner == Preconditioner::Auto;
@@ -137,10 +144,16 @@ fn solve_body(
     scratch.residual_work = 0.0;
     match solve_or_fall_back(operator, (step, &params), means, forces, increment, scratch, &mut rotated) {
         Ok(info) => {
+            if is_near_enough {
+                scale_to_no_work(&operator, forces, increment, scratch);
+            }
             if is_linear_step {
                 scratch.residual_work = residual_work(increment, scratch);
             }
             scratch.iterations += info.iterations;
+            scratch.work = scratch.work.saturating_add(info.iterations);
+            scratch.position_error =
+                if is_near_enough { (info.error_energy / scratch.motion_scale).sqrt() } else { 0.0 };
             scratch.linear_residual = info.relative_residual;
             let stored = scratch.stored;
             let asks_for_stress = params.stress_tolerance.is_finite();
@@ -256,6 +269,10 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
 }
 
 fn use_of_factor(step: &StepContext, axes: f64) -> Option<Use> {
+    // Its time is not counted in iterations.
+    if step.budget.is_some() {
+        return None;
+    }
     match step.preconditioner {
         Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
         Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(Use::Wait),

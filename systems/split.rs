@@ -295,7 +295,7 @@ impl Tearer<'_> {
         let mut cutter = Cutter {
             mesh: &mut self.mesh,
             is_movable: &is_movable,
-            quality: Quality::default(),
+            quality: Quality::of_radius(self.tearing.radius),
             scratch: self.scratch,
         };
         let result = work(&mut cutter);

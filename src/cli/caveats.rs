@@ -26,10 +26,6 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
     counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
     counted(t.late, "a linear solve stopped because its time was up: another run may give other figures");
-    counted(
-        t.part_of_way,
-        "a body went only a part of its way, lest it create energy: take a smaller run.dt or more damping",
-    );
     let most = t.most_relaxed;
     counted(
         t.relaxed,
@@ -41,6 +37,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
     }
     for body in bodies {
+        list.extend(body.guard.caveat(&body.name, t.steps));
         list.extend(body.mesh.doubts().into_iter().map(|doubt| format!("{}: {doubt}", body.name)));
         if let Some(part) = body.relative_imbalance.filter(|&part| part > MOST_IMBALANCE) {
             let what = "of its largest term: some force or edit of this run is not accounted for (balance_mj)";

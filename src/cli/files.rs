@@ -373,6 +373,12 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         }
         EventKind::FellAsleep => json!({ "kind": "fell_asleep" }),
         EventKind::Woke { by } => json!({ "kind": "woke", "by": by.to_string() }),
+        EventKind::StepGuarded { refused, limited, limited_vertices, first } => json!({
+            "kind": "step_guarded", "refused": refused, "limited": limited, "limited_vertices": limited_vertices,
+            "cause": first.map(|place| place.cause.to_string()), "at_mm": first.map(|place| point(&place.at)),
+            "triangle": first.and_then(|place| place.triangle), "vertex": first.and_then(|place| place.vertex),
+            "energy_mj": first.map(|place| place.energy),
+        }),
         EventKind::StepFailed { reason } => json!({ "kind": "step_failed", "reason": reason }),
     };
     if let Value::Object(fields) = &mut line {

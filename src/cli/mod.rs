@@ -13,6 +13,7 @@ mod checkpoint;
 mod course;
 mod dump;
 mod files;
+mod guard;
 mod inputs;
 mod interrupt;
 mod journal;

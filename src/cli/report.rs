@@ -3,6 +3,7 @@
 use super::account::AccountReport;
 use super::caveats::caveats;
 use super::course::CourseReport;
+use super::guard::GuardTally;
 use super::progress::real_time_factor;
 use super::series::Observation;
 use super::tally::{AmbiguousDecision, Count, EventCounts, Tally};
@@ -95,6 +96,8 @@ pub(super) struct BodyFigures {
     pub relative_unbalanced: Option<f64>,
     pub reactions: Vec<ForceFigures>,
     pub grips: Vec<GripFigures>,
+    /// What the guard against created energy did.
+    pub guard: GuardTally,
     /// Absent for a body that cannot tear or is not gripped.
     pub course: Option<CourseReport>,
     /// Absent for a body that cannot tear and was not cut.
@@ -358,6 +361,7 @@ fn body_figures(instance: &mut Instance, index: usize, body: Entity, s: &Sources
             .map(|balance| balance.terms().into_iter().chain([("dissipated", balance.dissipated())]).collect()),
         reactions,
         grips,
+        guard: s.tally.guard(index),
         course: s.courses.iter().find(|course| course.body() == body).map(CourseReport::of),
         tear: tear_figures(instance, body, account),
     }

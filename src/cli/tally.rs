@@ -1,5 +1,6 @@
 //! What adds up over a run: effort, shortfalls, events, forces at the forceps.
 
+use super::guard::GuardTally;
 use super::series::Observation;
 use crate::event::{Course, EventKind, Verdict};
 use crate::report::Report;
@@ -60,6 +61,8 @@ pub(super) struct Tally {
     /// Steps in which a tear could have gone on when the step's resumes, or rounds, were used up.
     pub cut_short: Count,
     grips: BTreeMap<String, GripTally>,
+    /// What the guard against created energy did, by place of the body in the scene.
+    guard: BTreeMap<usize, GuardTally>,
 }
 
 /// How often, and when first.
@@ -72,7 +75,7 @@ pub(super) struct Count {
 }
 
 impl Count {
-    fn note(&mut self, is_so: bool, step: u64) {
+    pub fn note(&mut self, is_so: bool, step: u64) {
         if is_so {
             self.steps += 1;
             self.first.get_or_insert(step);
@@ -105,6 +108,7 @@ pub(super) struct EventCounts {
     pub fell_asleep: u64,
     pub woke: u64,
     pub step_failed: u64,
+    pub step_guarded: u64,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
@@ -137,6 +141,9 @@ impl Tally {
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
         self.rolled_back += u64::from(report.rolled_back);
+        for (index, body) in report.bodies.iter().enumerate().filter(|(_, body)| body.guard.has_acted()) {
+            self.guard.entry(index).or_default().add(o.step, body);
+        }
         for (name, force) in o.grips.iter().filter(|(_, force)| *force != DVec3::ZERO) {
             let grip = self.grips.entry(name.clone()).or_default();
             grip.squares += force.length_squared();
@@ -175,6 +182,7 @@ impl Tally {
             EventKind::StartWithheld(_) => counts.start_withheld += 1,
             EventKind::Refused { .. } => counts.refused += 1,
             EventKind::StepFailed { .. } => counts.step_failed += 1,
+            EventKind::StepGuarded { .. } => counts.step_guarded += 1,
         }
     }
 
@@ -185,6 +193,11 @@ impl Tally {
             let (body, at_mm) = (body.to_owned(), at.to_array());
             self.ambiguous.push(AmbiguousDecision { step, body, at_mm, criterion, margin });
         }
+    }
+
+    /// What the guard did to the scene's body of this index.
+    pub fn guard(&self, index: usize) -> GuardTally {
+        self.guard.get(&index).cloned().unwrap_or_default()
     }
 
     /// Root mean square over the steps in which the grip was closed, and peak, of the force at a grip \[N\].

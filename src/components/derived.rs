@@ -2,7 +2,7 @@
 
 use super::{FreeAxes, Readings, Stops};
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
-use crate::report::Fault;
+use crate::report::{Fault, GuardFigures, GuardPlace};
 use crate::settings::Tangent;
 use crate::storage::room::grow;
 use crate::storage::{Edit, EditRecord, Triangles};
@@ -141,6 +141,12 @@ pub struct Increment {
     /// Whether the one and the other have happened in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub limits: [bool; 2],
+    /// What the guard against created energy did in the step that was asked for.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub guard: GuardFigures,
+    /// Where the last solve would have created energy.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub creates_at: Option<GuardPlace>,
     /// The most vertices that have found their own way in a part of it.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub relaxed: usize,
@@ -304,6 +310,16 @@ pub struct SolverScratch {
     pub is_held_back: bool,
     /// How many times the body's next last resort is made shorter: once more each time that it is held back again.
     pub shortenings: u32,
+    /// Whole steps in which vertices may still [find their own way](crate::report::GuardFigures::relaxed) at once, after one in which some had to.
+    pub relaxing: u32,
+    /// Work that this step has taken, retries and resumes included, in iterations of linear solves.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub work: u32,
+    /// Energy \[mJ\] of the body's motion by an edge in one step, where the solve asks for the error of positions; else zero.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub motion_scale: f64,
+    /// Estimated error of positions after the last linear solve, over the mean edge; zero where it was not asked for.
+    pub position_error: f64,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,
 }
@@ -314,10 +330,11 @@ impl SolverScratch {
         let empty = Self::default();
         let Self { free, residual, rhs, direction, product, inverse_block, partials, pairs, account, stops, .. } =
             empty;
-        let Self { sweeps, readings, residual_work, is_counted, fault, .. } = empty;
+        let Self { sweeps, readings, residual_work, is_counted, fault, work, motion_scale, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
         let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, shortenings, .. } = *self;
+        let Self { relaxing, position_error, .. } = *self;
         Self {
             free,
             residual,
@@ -351,6 +368,10 @@ impl SolverScratch {
             creates_energy,
             is_held_back,
             shortenings,
+            relaxing,
+            work,
+            motion_scale,
+            position_error,
             line_search,
         }
     }

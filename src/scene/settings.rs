@@ -42,6 +42,7 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
             tolerance: tolerance("linear_tolerance", spec.linear_tolerance, base.linear.tolerance)?,
             // Infinite: not asked for.
             stress_tolerance: tolerance("stress_tolerance", spec.stress_tolerance, base.linear.stress_tolerance)?,
+            position_tolerance: base.linear.position_tolerance,
             iterations: counted("linear_iterations", spec.linear_iterations, 1_000_000)?,
             time: match spec.solve_milliseconds {
                 Some(ms) => {
@@ -82,6 +83,7 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
         static_iterations: counted("static_iterations", spec.static_iterations, 10_000)?,
         resumes: spec.resumes,
         halvings: spec.halvings,
+        budget: base.budget,
         threads: spec.threads,
         portable_instructions: spec.portable_instructions,
     })

@@ -4,7 +4,7 @@ use crate::components::{
     EnergyAudit, Forceps, Grips, Increment, Reactions, Sleeping, SolverScratch, TearDecisions, Tearing,
 };
 use crate::math::elementary;
-use crate::report::{Fault, Report};
+use crate::report::{Fault, GuardCause, GuardPlace, Report};
 use crate::schedule::{Schedule, Stage};
 use crate::settings::{LinearParams, Settings};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -129,7 +129,7 @@ impl Retried<'_, '_> {
     /// Two halves of what has failed. Returns the time that was done.
     fn in_halves(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         self.running.report.rolled_back += 1;
-        if halvings == 0 {
+        if halvings == 0 || is_used_up(self.world, self.settings.budget) {
             self.is_last_resort = true;
             return self.part(time, dt, 0);
         }
@@ -223,10 +223,15 @@ fn solve_and_tear(world: &mut World, step: &StepContext, resumes: u32, running: 
             return;
         }
         let mut decisions = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
-        if !decisions.any(|(decisions, _)| decisions.may_advance_further) {
+        if !decisions.any(|(decisions, _)| decisions.may_advance_further) || is_used_up(world, step.budget) {
             return;
         }
     }
+}
+
+/// Whether a body has used up what iterations it may take in the step.
+fn is_used_up(world: &mut World, budget: Option<u32>) -> bool {
+    budget.is_some_and(|budget| world.query_mut::<&SolverScratch>().into_iter().any(|scratch| scratch.work >= budget))
 }
 
 /// The step whose solve a tear's advance stands on.
@@ -352,8 +357,10 @@ fn has_sound(world: &mut World, failed: &mut Aside) -> bool {
         return true;
     }
     for (body, fault) in unsound {
-        if let Ok(found) = world.query_one_mut::<Started>(body) {
-            set_back(found);
+        if let Ok(((vertices, increment, scratch, audit), read)) = world.query_one_mut::<Started>(body) {
+            let place = refused_at(fault, vertices, increment);
+            increment.guard.refuse(place);
+            set_back(((vertices, increment, scratch, audit), read));
         }
         if let Ok(mut scratch) = world.remove_one::<SolverScratch>(body) {
             scratch.fault = Some(fault);
@@ -361,6 +368,24 @@ fn has_sound(world: &mut World, failed: &mut Aside) -> bool {
         }
     }
     world.query_mut::<&SolverScratch>().into_iter().next().is_some()
+}
+
+/// Why and where a body's step is undone.
+fn refused_at(fault: Fault, vertices: &Vertices, increment: &mut Increment) -> GuardPlace {
+    let found = increment.creates_at.take();
+    let cause = match fault {
+        Fault::CreatesEnergy => return found.unwrap_or(GuardPlace::nowhere(GuardCause::Iterations)),
+        Fault::NotFinite => GuardCause::NotFinite,
+        Fault::Unsolvable => GuardCause::Unsolvable,
+    };
+    let Vertices { position, velocity, mass, .. } = vertices;
+    let motion = |v: usize| mass[v] * velocity[v].length_squared();
+    // A solve without an answer leaves what it started from.
+    let started = |v: usize| increment.start_velocity.get(v).map_or(0.0, |start| mass[v] * start.length_squared());
+    let is_finite = |v: usize| position[v].is_finite() && motion(v).is_finite() && started(v).is_finite();
+    let nowhere = GuardPlace::nowhere(cause);
+    let Some(v) = (0..vertices.len()).find(|&v| !is_finite(v)) else { return nowhere };
+    GuardPlace { vertex: u32::try_from(v).ok(), at: vertices.rest_position[v], ..nowhere }
 }
 
 type Started<'a> = (

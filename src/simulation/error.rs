@@ -1,7 +1,7 @@
 //! Why a simulation could not be made or could not go on, and what is judged at its door.
 
 use crate::registry::Refused;
-use crate::settings::Settings;
+use crate::settings::{LinearParams, Settings};
 
 /// More threads than any machine that this runs on has cores for; each takes a stack of its own.
 const MOST_THREADS: usize = 1024;
@@ -70,9 +70,12 @@ pub enum SimulationError {
 /// Judges the settings; counts are taken as they are.
 pub(crate) fn check_settings(settings: &Settings) -> Result<(), SimulationError> {
     check_tolerance("linear.tolerance", settings.linear.tolerance)?;
-    if !(settings.linear.stress_tolerance >= 0.0) {
-        let (what, value) = ("linear.stress_tolerance", settings.linear.stress_tolerance);
-        return Err(SimulationError::OutOfRange { what, value, must: "it must be zero or more, or infinite" });
+    let LinearParams { stress_tolerance, position_tolerance, .. } = settings.linear;
+    let of_errors = [("linear.stress_tolerance", stress_tolerance), ("linear.position_tolerance", position_tolerance)];
+    for (what, value) in of_errors {
+        if !(value >= 0.0) {
+            return Err(SimulationError::OutOfRange { what, value, must: "it must be zero or more, or infinite" });
+        }
     }
     check_tolerance("newton_tolerance", settings.newton_tolerance)?;
     if settings.threads > MOST_THREADS {

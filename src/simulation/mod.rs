@@ -287,6 +287,7 @@ impl Simulation {
             is_last_resort: false,
             tangent: Tangent::Exact,
             linear,
+            budget: None,
             preconditioner: self.settings.preconditioner,
             precision: Precision::Double,
             newton_iterations: 1,

@@ -3,10 +3,12 @@
 use super::Simulation;
 use super::advance::{fault_in, restore};
 use crate::components::{Body, Increment, Sleeping, SolverScratch, TearLog};
-use crate::report::BodyReport;
+use crate::event::{Event, EventKind};
+use crate::report::{BodyReport, GuardFigures};
 use crate::storage::{Tips, Triangles, Vertices};
 use crate::systems::StepContext;
 use hecs::{Entity, World};
+use smallvec::SmallVec;
 
 impl Simulation {
     /// Undoes a static solve. The report keeps what the attempt has reached where that is a number.
@@ -28,14 +30,16 @@ impl Simulation {
         self.schedule.reset_reports(&mut self.report.systems);
         self.report.rolled_back = 0;
         for increment in self.world.query_mut::<&mut Increment>() {
-            (increment.limits, increment.relaxed) = ([false; 2], 0);
+            (increment.limits, increment.guard, increment.relaxed) = ([false; 2], GuardFigures::default(), 0);
         }
+        self.world.query_mut::<&mut SolverScratch>().into_iter().for_each(|scratch| scratch.work = 0);
         self.report.has_failed = false;
     }
 
     pub(super) fn finish_report(&mut self) {
         self.report.step += 1;
         let Self { world, report, .. } = self;
+        let before: SmallVec<[Entity; 4]> = acted(&report.bodies).map(|body| body.body).collect();
         report.bodies.clear();
         type Query<'a> = (
             (Entity, &'a Vertices, &'a Triangles, Option<&'a Tips>, &'a TearLog),
@@ -49,6 +53,8 @@ impl Simulation {
                 triangle_count: triangles.len(),
                 tip_count: tips.map_or(0, Tips::len),
                 iterations: scratch.iterations,
+                work: scratch.work,
+                position_error: scratch.position_error,
                 newton_iterations: scratch.newton_iterations,
                 residual: scratch.linear_residual,
                 stress_error: scratch.stress_error,
@@ -63,12 +69,24 @@ impl Simulation {
                 relaxed_vertices: increment.relaxed,
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
+                guard: increment.guard,
                 fault: scratch.fault,
                 is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
             });
         }
         report.bodies.sort_unstable_by_key(|report| order(world, report.body));
+        for body in acted(&report.bodies).filter(|body| !before.contains(&body.body)) {
+            let GuardFigures { limited_vertices, first, .. } = body.guard;
+            let [refused, limited] = [body.guard.refusals(), body.guard.limitations()];
+            let kind = EventKind::StepGuarded { refused, limited, limited_vertices, first };
+            self.events.push(Event { step: report.step, time: report.time, body: body.body, kind });
+        }
     }
+}
+
+/// The bodies to which the guard did anything.
+fn acted(bodies: &[BodyReport]) -> impl Iterator<Item = &BodyReport> {
+    bodies.iter().filter(|body| body.guard.has_acted())
 }
 
 /// A body's place in the order of spawning.

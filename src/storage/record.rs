@@ -129,6 +129,12 @@ impl EditRecord {
         (self.first_vertex..).zip(&self.new_vertices)
     }
 
+    /// Rows of the triangles that the edit has changed or made.
+    pub fn shaped_triangles(&self) -> impl Iterator<Item = u32> + '_ {
+        let new = self.first_triangle..self.first_triangle + self.new_triangles.len() as u32;
+        self.changed_triangles.iter().map(|changed| changed.row).chain(new)
+    }
+
     /// The vertex that the edit has moved, with its row before the edit, and those between which it is then.
     pub fn slid(&self) -> Option<(u32, Parents)> {
         let Edit::Slide { vertex, towards, weight } = self.edit else { return None };

@@ -20,10 +20,13 @@
 //! Where tears have changed the mesh and the step is taken up again, what is added is that of the way from there, along which
 //! holds and loads act as at its end.
 
+use super::place::of_triangle;
 use super::{SHARE, slack_energy};
 use crate::components::{
     Bending, Damping, FibreLaws, Forces, Frames, Increment, Planar, PreStretch, Sleeping, SolverScratch, fibre_law,
 };
+use crate::math::{FibreLaw, Sym2};
+use crate::report::{GuardCause, GuardPlace};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::context::MIDDLE;
 use crate::systems::kernels::membrane;
@@ -129,7 +132,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
     if !is_judged(step) {
         return 0;
     }
-    type Query<'a> = (Elastic<'a>, (&'a Forces, &'a Increment, &'a mut SolverScratch), Option<&'a Sleeping>);
+    type Query<'a> = (Elastic<'a>, (&'a Forces, &'a mut Increment, &'a mut SolverScratch), Option<&'a Sleeping>);
     parallel::for_bodies::<Query>(
         world,
         |(((vertices, ..), ..), (.., scratch), sleeping)| {
@@ -143,7 +146,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let rate = step.rate();
             let work = |v: usize| {
                 let (mass, own) = (vertices.mass[v], account.own[v] - residual[v] * free[v]);
-                let Increment { start_velocity, displacement, .. } = increment;
+                let Increment { start_velocity, displacement, .. } = &*increment;
                 let [before, after] = [start_velocity[v], vertices.velocity[v]];
                 if step.is_resumed {
                     return (displacement[v] - account.earlier[v]).dot(forces.nodal[v] - account.own[v]);
@@ -172,7 +175,9 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let most = SHARE * (start + slack_energy(triangles, |t| frames.stiffness(triangles, t)));
             let sum = before.min(most) + more;
             scratch.creates_energy = !(sum <= most);
-            if !scratch.creates_energy {
+            if scratch.creates_energy {
+                increment.creates_at = Some(most_stored(elastic, more));
+            } else {
                 scratch.left_over = sum.max(0.0);
             }
         },
@@ -197,20 +202,40 @@ fn evaluated_energy(
     stored + bending.map_or(0.0, |(_, folds)| folds.energy()) + motion(vertices, partials)
 }
 
-/// The same where the body is now.
+/// What a triangle stores where it is now \[mJ\].
+fn stored_now(
+    (vertices, triangles): (&Vertices, &Triangles),
+    (is_planar, unstretched, fibres): (bool, Sym2, Option<&FibreLaw>),
+    t: usize,
+) -> f64 {
+    let (rest, stiffness) = (&triangles.rest[t], &triangles.stiffness[t]);
+    let volume = rest.area * triangles.thickness[t];
+    let element = Element { rest, stiffness, volume, is_planar, unstretched, fibres };
+    element.energy(triangles.corners[t].map(|v| vertices.position[v as usize]))
+}
+
+/// The triangle that stores most where the body is now, as the place of energy that several iterations have created.
+fn most_stored(elastic: Elastic<'_>, created: f64) -> GuardPlace {
+    let ((vertices, triangles, ..), (planar, pre_stretch, fibres), _) = elastic;
+    let fibres = fibre_law(fibres, pre_stretch);
+    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+    let stored = |t: usize| stored_now((vertices, triangles), law, t);
+    let larger = |most: (usize, f64), t: usize| {
+        let now = stored(t);
+        if now > most.1 { (t, now) } else { most }
+    };
+    let (t, _) = (0..triangles.len()).fold((0, f64::NEG_INFINITY), larger);
+    of_triangle(GuardCause::Iterations, (vertices, triangles), t, created)
+}
+
+/// Energy of stress, bending and motion \[mJ\] where the body is now.
 fn energy(
     ((vertices, triangles, topology, _), (planar, pre_stretch, fibres), bending): Elastic<'_>,
     partials: &mut Vec<f64>,
 ) -> f64 {
-    let (unstretched, is_planar) = (PreStretch::unstretched(pre_stretch), planar.is_some());
     let fibres = fibre_law(fibres, pre_stretch);
-    let fibres = fibres.as_ref();
-    let stored = parallel::sum(triangles.len(), partials, |t| {
-        let (rest, stiffness) = (&triangles.rest[t], &triangles.stiffness[t]);
-        let volume = rest.area * triangles.thickness[t];
-        let element = Element { rest, stiffness, volume, is_planar, unstretched, fibres };
-        element.energy(triangles.corners[t].map(|v| vertices.position[v as usize]))
-    });
+    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+    let stored = parallel::sum(triangles.len(), partials, |t| stored_now((vertices, triangles), law, t));
     let body = (vertices, triangles, topology);
     let bent = bending.map_or(0.0, |(bending, folds)| Folds::energy_at(body, bending, Some(folds), &vertices.position));
     stored + bent + motion(vertices, partials)

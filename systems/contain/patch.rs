@@ -37,6 +37,9 @@ const MOST: f64 = 0.05;
 const MOST_OF_FEW: f64 = 0.15;
 const FEW: f64 = 24.0;
 
+/// The part of an excess that triangles of a given number have to make up for.
+const NEARLY: f64 = 0.9;
+
 /// Vertices of a body that find their own way.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Patch {
@@ -50,17 +53,18 @@ pub(super) struct Patch {
 
 impl Patch {
     /// The patch that is large enough for what is created to be bearable by `judge` \[mJ\], and that, where the solve's answer creates `sum` and
-    /// `most` is bearable; `None` where no patch is.
+    /// `most` is bearable; `None` where no patch is, or none of so many `triangles` to begin with.
     pub fn found(
         solved: &Solved,
         full: &Operator,
+        triangles: usize,
         (mut sum, most): (f64, f64),
         mut judge: impl FnMut(&Self) -> f64,
     ) -> Option<(Self, f64)> {
         let mut patch =
             Self { rows: Vec::new(), way: solved.delta.to_vec(), off: vec![DVec3::ZERO; solved.delta.len()] };
-        for _ in 0..ROUNDS {
-            if !patch.grow(solved, sum - most) {
+        for round in 0..ROUNDS {
+            if !patch.grow(solved, sum - most, if round == 0 { triangles } else { usize::MAX }) {
                 return None;
             }
             patch.descend(solved, full);
@@ -84,7 +88,7 @@ impl Patch {
 
     /// Takes in the triangles that create the most, until they make up for an `excess` \[mJ\]; where those are in it already, what is around
     /// it. Whether it is a patch still.
-    fn grow(&mut self, solved: &Solved, excess: f64) -> bool {
+    fn grow(&mut self, solved: &Solved, excess: f64, allowed: usize) -> bool {
         let Operator { triangles, topology, .. } = solved.operator;
         let judged = self.judged(solved);
         let created = (0..triangles.len()).map(|t| (judged.of_triangle(t, 1.0), t as u32));
@@ -92,9 +96,12 @@ impl Patch {
         created.sort_unstable_by(|(a, t), (b, u)| b.total_cmp(a).then(t.cmp(u)));
         let before = self.rows.len();
         let mut sum = 0.0;
-        for (more, t) in created {
-            if sum >= excess {
+        for (count, (more, t)) in created.into_iter().enumerate() {
+            if sum >= if count < allowed { excess } else { NEARLY * excess } {
                 break;
+            }
+            if count >= allowed {
+                return false;
             }
             sum += more;
             self.rows.extend(triangles.corners[t as usize]);

@@ -60,7 +60,7 @@ pub fn solve(
     mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
-    let stored = scratch.stored;
+    let scales = [scratch.stored, scratch.motion_scale];
     let SolverScratch { free, residual, direction, product, partials, pairs, stops, .. } = scratch;
     for vector in [&mut *direction, product] {
         vector.resize(n, DVec3::ZERO);
@@ -79,12 +79,12 @@ pub fn solve(
     };
     let direction = b;
 
-    let limits = Limits::new(params, reference_sq, stored).repeating(stops);
+    let limits = Limits::new(params, reference_sq, scales).repeating(stops);
     // z and A·p take turns in one vector: each has been used up where the other begins.
     let mut rz = precondition(residual, free, product, partials);
     direction.copy_from_slice(product);
     let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);
-    while !limits.are_met(residual_sq, error.squared()) && iteration < limits.iterations && !is_late {
+    while !limits.allow_stop(residual_sq, &error) && iteration < limits.iterations && !is_late {
         let curvature = operator.apply(direction, free, corner, product, partials);
         if !(curvature.is_finite() && rz.is_finite()) {
             return Err(CgError::NotFinite { iteration });
@@ -113,6 +113,6 @@ pub fn solve(
     }
     stops.note(iteration, is_late);
     let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-    let is_solved = limits.are_met(residual_sq, error.squared());
+    let is_solved = limits.allow_stop(residual_sq, &error);
     Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_solved, is_late })
 }

@@ -22,6 +22,9 @@ pub struct Limits {
     pub energy: f64,
     /// Squared norm of the residual \[N²\] that is small enough whatever the error: what is stored may be next to nothing.
     pub least_sq: f64,
+    /// Squared energy norm of the error \[mJ\] from which on it may whatever the residual, for positions are as near as is asked; zero where they
+    /// are not asked for.
+    pub near: f64,
     /// Iterations at the most.
     pub iterations: u32,
     /// When it must, however far it has come.
@@ -36,14 +39,22 @@ const FAR_BELOW: f64 = 1e-3;
 /// No round of iterations goes further than this below its own residual: from about ten times less on, single precision only adds noise.
 const LEAST_GAIN: f64 = 1e-5;
 
+/// A solve that stops for the error of positions leaves at most so much of the squared error for each part that it has taken away.
+const PROGRESS: f64 = 1.0;
+
 /// A round aims a little below the tolerance, lest the last digits of single precision ask for another.
 const AIM: f64 = 0.95;
 
 impl Limits {
     /// The limits of a solve that begins now. `reference_sq` is the squared norm of its right-hand side \[N²\], `stored` twice the
-    /// energy in the body \[mJ\].
-    pub fn new(params: &LinearParams, reference_sq: f64, stored: f64) -> Self {
+    /// energy in the body \[mJ\] and `motion` that of moving it by an edge in the step.
+    pub fn new(params: &LinearParams, reference_sq: f64, [stored, motion]: [f64; 2]) -> Self {
         Self {
+            near: if params.position_tolerance.is_finite() {
+                params.position_tolerance * params.position_tolerance * motion
+            } else {
+                0.0
+            },
             residual_sq: params.tolerance * params.tolerance * reference_sq,
             energy: if params.stress_tolerance.is_finite() {
                 params.stress_tolerance * params.stress_tolerance * stored
@@ -63,7 +74,7 @@ impl Limits {
         let norm_sq = norm * norm;
         let aim = |residual_sq: f64| (AIM * AIM * residual_sq / norm_sq).max(LEAST_GAIN * LEAST_GAIN);
         let (residual_sq, least_sq) = (aim(self.residual_sq), aim(self.least_sq));
-        Self { residual_sq, least_sq, energy: self.energy / norm_sq, iterations, ..self }
+        Self { residual_sq, least_sq, energy: self.energy / norm_sq, near: self.near / norm_sq, iterations, ..self }
     }
 
     /// The limits of a round of iterations that stops where it stopped before, where that is being repeated.
@@ -74,6 +85,24 @@ impl Limits {
     /// Whether it may stop.
     pub fn are_met(&self, residual_sq: f64, energy: f64) -> bool {
         residual_sq <= self.residual_sq && (energy <= self.energy || residual_sq <= self.least_sq)
+    }
+
+    /// Whether an answer of which no more is known does.
+    pub fn are_met_at_end(&self, residual_sq: f64, energy: f64) -> bool {
+        self.are_met(residual_sq, energy) || self.is_near(energy)
+    }
+
+    /// Whether it may stop in the midst of iterations: for positions only after some, and where they have found half of what the guess missed, lest
+    /// what moves by less in a step never move.
+    pub fn allow_stop(&self, residual_sq: f64, error: &EnergyError) -> bool {
+        let energy = error.squared();
+        self.are_met(residual_sq, energy)
+            || error.count >= BACK && energy <= PROGRESS * error.sum && self.is_near(energy)
+    }
+
+    /// Whether an error of this squared energy norm \[mJ\] leaves positions as near as is asked.
+    fn is_near(&self, energy: f64) -> bool {
+        self.near > 0.0 && energy <= self.near
     }
 
     /// Whether time is up after so many iterations.
@@ -183,12 +212,12 @@ mod tests {
 
     #[test]
     fn next_to_nothing_stored_leaves_the_residual_to_decide() {
-        let params = LinearParams { tolerance: 0.1, stress_tolerance: 1e-3, iterations: 10, time: None };
-        let limits = Limits::new(&params, 4.0, 0.0);
+        let params = LinearParams { tolerance: 0.1, iterations: 10, ..LinearParams::default() };
+        let limits = Limits::new(&params, 4.0, [0.0; 2]);
         assert!(!limits.are_met(0.03, 1e-30) && limits.are_met(3e-12, 1.0));
-        let alone = Limits::new(&LinearParams { stress_tolerance: f64::INFINITY, ..params }, 4.0, 0.0);
+        let alone = Limits::new(&LinearParams { stress_tolerance: f64::INFINITY, ..params }, 4.0, [0.0, 0.0]);
         assert!(alone.are_met(0.03, 1e30) && !alone.is_late(5));
-        let late = Limits::new(&LinearParams { time: Some(std::time::Duration::ZERO), ..params }, 4.0, 1.0);
+        let late = Limits::new(&LinearParams { time: Some(std::time::Duration::ZERO), ..params }, 4.0, [1.0, 0.0]);
         assert!(late.is_late(1));
         let repeated = Limits { stop: Some(3), ..late };
         assert!(!repeated.is_late(2) && repeated.is_late(3));

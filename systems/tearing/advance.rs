@@ -96,6 +96,7 @@ impl Cutter<'_, '_> {
     /// Shapes the triangles for one way, without opening it, and notes how good they are; after `None` everything is as it was.
     fn attempt(&mut self, tip: &TipChart, way: &Way, opening: &Opening<'_>, tried: &mut Tried) -> Option<Advance> {
         let start = self.scratch.records.len();
+        let least_edge = self.least_edge(tip.fan.sectors.iter().map(|&(triangle, _)| triangle));
         for edit in &way.edits {
             if let Err(refusal) = self.edit(edit) {
                 tried.note(way.course, 0.0);
@@ -105,6 +106,11 @@ impl Cutter<'_, '_> {
             }
         }
         self.relax(start, &opening.path(tip.vertex, way.reaches));
+        if self.leaves_shorter_edges(start, least_edge) {
+            tried.note(way.course, 0.0);
+            self.roll_back(start);
+            return None;
+        }
         let advance = Advance {
             from: self.mesh.vertices.rest_position[tip.vertex as usize],
             to: self.mesh.vertices.rest_position[way.reaches as usize],
@@ -205,10 +211,7 @@ impl Cutter<'_, '_> {
 
     /// The smallest rest angle \[rad\] of the triangles shaped by the records from `start` on; π where there are none.
     pub(super) fn smallest_touched(&self, start: usize) -> f64 {
-        self.smallest_among(self.shaped(start).flat_map(|record| {
-            let new = record.first_triangle..record.first_triangle + record.new_triangles.len() as u32;
-            record.changed_triangles.iter().map(|c| c.row).chain(new)
-        }))
+        self.smallest_among(self.shaped(start).flat_map(EditRecord::shaped_triangles))
     }
 
     /// The records from `start` on that have changed the shape of triangles: an opening does not.

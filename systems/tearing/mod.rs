@@ -16,6 +16,7 @@ mod free;
 mod heading;
 mod held_shut;
 mod laid;
+mod least_edge;
 mod locate;
 mod parting;
 mod piece;
@@ -79,6 +80,8 @@ pub struct Quality {
     pub widest_edge: f64,
     /// Pairs of triangles with an angle below this \[rad\] are flipped where that helps; 28°.
     pub flip: f64,
+    /// No edge shorter than this \[mm\] is made, except where one as short was there before; 0 for any length.
+    pub least_edge: f64,
 }
 
 impl Default for Quality {
@@ -91,6 +94,7 @@ impl Default for Quality {
             widest_snap: 40_f64.to_radians(),
             widest_edge: 75_f64.to_radians(),
             flip: 28_f64.to_radians(),
+            least_edge: 0.0,
         }
     }
 }

@@ -83,10 +83,11 @@ impl Cutter<'_, '_> {
             TearSite::Triangle(triangle) => {
                 let centre = self.mesh.vertices.len() as u32;
                 let before = self.smallest_near(triangle)?;
+                let least_edge = self.least_edge(std::iter::once(triangle));
                 self.edit(&Edit::SplitTriangle { triangle, weights: [1.0 / 3.0; 3] })?;
                 self.relax(mark, &[]);
                 let angle = self.smallest_touched(mark);
-                if angle < self.quality.least.min(before) {
+                if angle < self.quality.least.min(before) || self.leaves_shorter_edges(mark, least_edge) {
                     return Err(TearRefusal::NoRoom { angle });
                 }
                 centre

@@ -9,6 +9,7 @@ mod energy_criterion;
 mod fig2_tear;
 mod fracture;
 mod held_shut;
+mod least_edge;
 mod material_force;
 mod no_dead_ends;
 mod random_edits;

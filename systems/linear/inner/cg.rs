@@ -71,7 +71,7 @@ pub fn solve<P: Precondition>(
     let DVec2 { x: mut residual_sq, y: mut rz } = preconditioner.descend(0.0, vectors);
     let (mut iterations, mut error, mut beta) = (0, EnergyError::new(rz), 0.0);
     let (mut is_late, mut is_broken) = (false, false);
-    while !limits.are_met(residual_sq, error.squared()) && iterations < limits.iterations && !is_late {
+    while !limits.allow_stop(residual_sq, &error) && iterations < limits.iterations && !is_late {
         preconditioner.ascend(beta, vectors);
         let curvature = matrix.apply(partition, &vectors.p, &mut vectors.q, &mut vectors.partials);
         if !(curvature.is_finite() && rz.is_finite()) {

@@ -140,16 +140,19 @@ impl InnerSolver {
         let is_single = is_single(params, scratch);
         let (reference_sq, mut residual_sq, has_taken) =
             self.first_residual(operator, is_single, corner, x, scratch)?;
-        let limits = Limits::new(params, reference_sq, scratch.stored);
+        let limits = Limits::new(params, reference_sq, [scratch.stored, scratch.motion_scale]);
         let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
         let (mut is_solved, mut shift) = (true, SHIFT);
-        if !limits.are_met(residual_sq, info.error_energy) {
+        if !limits.are_met_at_end(residual_sq, info.error_energy) {
             if !has_taken {
                 self.take(operator, &scratch.free, with.may_be_cut(operator));
             }
             self.prepare(operator, &mut with, &scratch.free, shift);
         }
-        while !limits.are_met(residual_sq, info.error_energy) && info.iterations < limits.iterations && !info.is_late {
+        while !limits.are_met_at_end(residual_sq, info.error_energy)
+            && info.iterations < limits.iterations
+            && !info.is_late
+        {
             let norm = residual_sq.sqrt();
             self.load(&scratch.residual, norm);
             let most = match with {
@@ -179,9 +182,9 @@ impl InnerSolver {
             // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
             let by_recursion = reached.residual_sq * residual_sq;
             let is_known = is_single && reached.iterations <= FEW;
-            residual_sq = if reached.iterations == 0 && limits.are_met(residual_sq, info.error_energy) {
+            residual_sq = if reached.iterations == 0 && limits.are_met_at_end(residual_sq, info.error_energy) {
                 residual_sq
-            } else if is_known && limits.are_met(by_recursion, info.error_energy) {
+            } else if is_known && limits.are_met_at_end(by_recursion, info.error_energy) {
                 self.add_to(x, norm);
                 let (row, xr) = (&self.order.row, &self.vectors.xr);
                 let left = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3() * norm;
@@ -194,7 +197,7 @@ impl InnerSolver {
             if matches!(with, With::Own(Inner::Multigrid)) {
                 self.multigrid.has_served(reached.iterations, (residual_sq / before_sq).sqrt());
             }
-            if limits.are_met(residual_sq, info.error_energy) {
+            if limits.are_met_at_end(residual_sq, info.error_energy) {
                 break;
             }
             let has_gained = residual_sq <= STALLED * STALLED * before_sq;
@@ -216,7 +219,7 @@ impl InnerSolver {
         if !is_solved {
             scratch.residual.copy_from_slice(&scratch.direction);
         }
-        info.is_solved = limits.are_met(residual_sq, info.error_energy);
+        info.is_solved = limits.are_met_at_end(residual_sq, info.error_energy);
         info.relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
         Ok((info, is_solved))
     }

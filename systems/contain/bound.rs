@@ -1,0 +1,46 @@
+//! Bounds what triangles create where none goes far, at a fraction of the price of the sum.
+
+use crate::components::{Frames, Increment};
+use crate::math::{ElementState, Faded};
+use crate::storage::Triangles;
+use crate::systems::kernels::membrane_lanes::Far;
+use crate::systems::parallel;
+use glam::DVec2;
+
+/// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than 0.1, and
+/// what it creates has a bound.
+const FAR: f64 = 0.1;
+
+/// No less \[mJ\] than what the triangles create, none where one may go [far](FAR).
+///
+/// Of a stretch the tangent leaves out no more than a²/t, with the change a of the triangle's gradient and t twice its [mean
+/// stretch](uncrushed): Σ V·(|T|·a²/t + (a²/t)·C·(a²/t)) is bounded by the stored energy and Schwarz's inequality.
+pub(super) fn bound(
+    (increment, triangles, frames): (&Increment, &Triangles, &Frames),
+    (twice_stored, stiffest): (f64, f64),
+    partials: &mut Vec<f64>,
+    pairs: &mut Vec<DVec2>,
+) -> f64 {
+    let least = parallel::least(frames.len(), partials, |t| uncrushed(&frames.state(t), frames.is_planar()));
+    let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
+    let far = Far { corners, rest, displacement, from: FAR * least };
+    let DVec2 { x: count, y: fourth } = parallel::sum_chunks(&mut vec![(); triangles.len()], pairs, &far);
+    if count > 0.0 {
+        return f64::INFINITY;
+    }
+    let missed = stiffest * fourth / (4.0 * least * least);
+    (twice_stored * missed).sqrt() + missed
+}
+
+/// The mean stretch, between 0 and 1, or what part of it is no mirror image: a turn changes the gradient of a triangle
+/// that is crushed by so much less, and where nothing is left of its stretches, or the law fades, any change may turn
+/// it over.
+fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
+    let stretch = state.polar.stretch;
+    if Faded::at(stretch, is_planar).is_some() {
+        return 0.0;
+    }
+    let (deviator, shear) = (stretch.xx - stretch.yy, 2.0 * stretch.xy);
+    let (trace, mirrored) = (stretch.trace(), (deviator * deviator + shear * shear).sqrt());
+    (0.5 * trace * (trace / mirrored).min(1.0)).clamp(0.0, 1.0)
+}
