@@ -7,7 +7,7 @@
 use super::advance::Opening;
 use super::blade::{CutOutcome, off_line};
 use super::{Cutter, TearRefusal, TipChart, Ways, plan_free};
-use crate::storage::{Edit, Refusal};
+use crate::storage::{Edit, NONE, Refusal};
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -173,7 +173,9 @@ impl Cutter<'_, '_> {
         let neighbours = self.mesh.topology.neighbours[triangle as usize];
         let is_laid = |a: u32, b: u32| laid.path.windows(2).any(|edge| *edge == [a, b] || *edge == [b, a]);
         let mut mends = Vec::new();
-        let flips = (0..3).filter(|&edge| !is_laid(corners[edge], corners[(edge + 1) % 3]));
+        let may_flip = |other: u32| other != NONE && super::relax::may_flip(self.mesh, triangle, other);
+        let flips =
+            (0..3).filter(|&edge| !is_laid(corners[edge], corners[(edge + 1) % 3]) && may_flip(neighbours[edge]));
         mends.extend(flips.map(|edge| Edit::Flip { triangle, edge }));
         let across = neighbours.iter().filter_map(|&n| self.mesh.triangles.corners.get(n as usize)).flatten();
         let mut around: SmallVec<[u32; 8]> = corners.iter().chain(across).copied().collect();
@@ -210,7 +212,7 @@ impl Cutter<'_, '_> {
         laid.path.len() > 3
             && !laid.points.contains(&row)
             && (self.is_movable)(row)
-            && !self.mesh.topology.is_boundary_vertex(row)
+            && super::relax::may_slide(self.mesh, row)
             && super::cut_line::distance_to_segment(p, a, b) <= STRAIGHT * a.distance(b)
     }
 
@@ -220,7 +222,7 @@ impl Cutter<'_, '_> {
         let at_line = path.iter().flat_map(|&row| topology.incident[row as usize].iter().map(|entry| entry / 3));
         let mut rows: Vec<u32> = at_line
             .flat_map(|row| std::iter::once(row).chain(topology.neighbours[row as usize]))
-            .filter(|&row| row != crate::storage::NONE)
+            .filter(|&row| row != NONE)
             .collect();
         rows.sort_unstable();
         rows.dedup();

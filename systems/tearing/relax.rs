@@ -67,9 +67,22 @@ impl Cutter<'_, '_> {
         }
         let (n, m) = (normal(u, v, o), normal(v, u, p));
         let is_convex = normal(u, p, o).dot(n) > 0.0 && normal(v, o, p).dot(n) > 0.0;
-        let is_coplanar = n.dot(m) >= COPLANAR * n.length() * m.length();
-        is_convex && is_coplanar && are_alike(&triangles.at(triangle), &triangles.at(other))
+        is_convex && are_coplanar(n, m) && are_alike(&triangles.at(triangle), &triangles.at(other))
     }
+}
+
+/// Whether the edge between two triangles may be flipped as far as shape and material go: no ridge, no border of materials.
+pub(super) fn may_flip(mesh: &Mesh, triangle: u32, other: u32) -> bool {
+    let normal_of = |t: u32| {
+        let [a, b, c] = mesh.triangles.corners[t as usize].map(|v| mesh.vertices.rest_position[v as usize]);
+        normal(a, b, c)
+    };
+    are_coplanar(normal_of(triangle), normal_of(other))
+        && are_alike(&mesh.triangles.at(triangle), &mesh.triangles.at(other))
+}
+
+fn are_coplanar(n: DVec3, m: DVec3) -> bool {
+    n.dot(m) >= COPLANAR * n.length() * m.length()
 }
 
 /// Whether a vertex may be moved in the rest surface: it lies inside, where that is nearly flat. To move a corner or a ridge takes off what
@@ -80,7 +93,7 @@ pub(super) fn may_slide(mesh: &Mesh, vertex: u32) -> bool {
     let normals: SmallVec<[DVec3; 12]> =
         around.iter().map(|&entry| corners_of(entry / 3)).map(|[a, b, c]| normal(a, b, c)).collect();
     let mean: DVec3 = normals.iter().sum();
-    let is_flat = normals.iter().all(|n| n.dot(mean) >= COPLANAR * n.length() * mean.length());
+    let is_flat = normals.iter().all(|n| are_coplanar(*n, mean));
     is_flat && !mesh.topology.is_boundary_vertex(vertex)
 }
 
