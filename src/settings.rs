@@ -224,6 +224,12 @@ impl Settings {
     }
 
     /// The presets by name.
-    pub const PRESETS: [(&'static str, fn() -> Self); 4] =
-        [("haptic", Self::haptic), ("game", Self::game), ("accurate", Self::accurate), ("static", Self::equilibrium)];
+    pub fn presets() -> [(&'static str, Self); 4] {
+        [
+            ("haptic", Self::haptic()),
+            ("game", Self::game()),
+            ("accurate", Self::accurate()),
+            ("static", Self::equilibrium()),
+        ]
+    }
 }

@@ -98,10 +98,10 @@ fn a_budget_bounds_the_work_and_keeps_the_bits() {
 
 #[test]
 fn presets_have_names_and_are_valid() {
-    for (name, preset) in Settings::PRESETS {
-        assert!(Simulation::new(preset()).is_ok(), "{name}");
+    for (name, preset) in Settings::presets() {
+        assert!(Simulation::new(preset).is_ok(), "{name}");
     }
-    assert_eq!(Settings::PRESETS.map(|(name, _)| name), ["haptic", "game", "accurate", "static"]);
+    assert_eq!(Settings::presets().map(|(name, _)| name), ["haptic", "game", "accurate", "static"]);
     let wrong = LinearParams { position_tolerance: f64::NAN, ..LinearParams::default() };
     assert!(Simulation::new(Settings { linear: wrong, ..Settings::default() }).is_err());
 }
