@@ -70,7 +70,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                 };
                 let is_held = |row: u32| held().chain(gripped()).any(|&other| other == row);
                 let sites = PartingSites { may_part: &may_part, tips: &tips.vertex, is_held: &is_held, is_torn };
-                decisions.parting = parting(&surface, tearing, &sites);
+                decisions.parting = parting(&surface, tearing, &sites).map(Box::new);
             }
             if tearing.may_initiate {
                 let at = |&row: &u32| surface.vertices.rest_position[row as usize];

@@ -95,8 +95,8 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         let has_torn = tearer.log.advance_count > advances_before || tearer.log.start_count > starts_before;
         // Where tears have just gone on, the tissue is judged anew first.
-        let has_parted = match decisions.parting {
-            Some(parting) if !has_torn => tearer.part(&parting, &mut decisions.refused_parting),
+        let has_parted = match &decisions.parting {
+            Some(parting) if !has_torn => tearer.part(parting, &mut decisions.refused_parting),
             _ => false,
         };
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);

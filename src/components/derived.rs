@@ -143,7 +143,7 @@ pub struct Increment {
     pub limits: [bool; 2],
     /// What the guard against created energy did in the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub guard: GuardFigures,
+    pub guard: Box<GuardFigures>,
     /// Where the last solve would have created energy.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub creates_at: Option<GuardPlace>,

@@ -140,7 +140,7 @@ pub struct TearDecisions {
     /// The place with the largest criterion above 1, if the body may tear where there is no tip.
     pub start: Option<(TearSite, TearDecision)>,
     /// Where tissue is to part without a tip.
-    pub parting: Option<Parting>,
+    pub parting: Option<Box<Parting>>,
     /// Where the last parting was refused, if it was.
     pub refused_parting: Option<RefusedSite>,
     /// Length that this start opens at once \[mm\], to either side of a start from inside; zero for one edge, where the strength

@@ -30,7 +30,7 @@ impl Simulation {
         self.schedule.reset_reports(&mut self.report.systems);
         self.report.rolled_back = 0;
         for increment in self.world.query_mut::<&mut Increment>() {
-            (increment.limits, increment.guard, increment.relaxed) = ([false; 2], GuardFigures::default(), 0);
+            (increment.limits, *increment.guard, increment.relaxed) = ([false; 2], GuardFigures::default(), 0);
         }
         self.world.query_mut::<&mut SolverScratch>().into_iter().for_each(|scratch| scratch.work = 0);
         self.report.has_failed = false;
@@ -69,7 +69,7 @@ impl Simulation {
                 relaxed_vertices: increment.relaxed,
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
-                guard: increment.guard,
+                guard: *increment.guard,
                 fault: scratch.fault,
                 is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
             });
