@@ -70,6 +70,7 @@
 pub mod bench;
 #[cfg(feature = "cli")]
 pub mod cli;
+mod clock;
 pub mod components;
 pub mod event;
 pub mod frame;

@@ -101,7 +101,7 @@ pub struct LinearParams {
     /// Stop after so many iterations at the latest; the report then shows the residual reached.
     pub iterations: u32,
     /// Stop when a solve has taken so long: a frame must go out. What is reached then depends on the machine and its load, so
-    /// that such a step is not the same on every run; the report marks it. `None` by default.
+    /// that such a step is not the same on every run; the report marks it. `None` by default, and of no effect where there is no clock.
     pub time: Option<Duration>,
 }
 

@@ -1,11 +1,12 @@
 //! The systems of one simulation: those of [`STEP`], and the caller's own between them.
 
 use super::{STEP, Stage};
+use crate::clock::Moment;
 use crate::registry::{Refused, judge_all};
 use crate::report::SystemReport;
 use crate::systems::StepContext;
 use hecs::World;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Where a system of your own is put: it runs in the stage of the system that is named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,7 +140,7 @@ impl Schedule {
             if self.refused.is_some() {
                 return;
             }
-            let start = Instant::now();
+            let start = Moment::now();
             has_begun |= entry.name == "hold";
             let bodies = match &mut entry.run {
                 Run::Engines(run) => run(world, step),

@@ -8,6 +8,7 @@
 use super::lanes::{Lanes, Portable};
 pub use pulp::NullaryFnOnce;
 use std::cell::Cell;
+#[cfg(target_arch = "x86_64")]
 use std::marker::PhantomData;
 
 /// Triangles that a kernel takes at a time.
@@ -67,11 +68,13 @@ pub fn pass<P: Pass>(pass: P) -> P::Output {
 }
 
 /// A pass and its instruction set.
+#[cfg(target_arch = "x86_64")]
 struct WholePass<L, P> {
     lanes: L,
     pass: P,
 }
 
+#[cfg(target_arch = "x86_64")]
 impl<L: Lanes, P: Pass> NullaryFnOnce for WholePass<L, P> {
     type Output = P::Output;
 
@@ -86,6 +89,7 @@ fn arch() -> pulp::Arch {
 }
 
 /// A kernel, what it is to fill and the kind of its sum.
+#[cfg(target_arch = "x86_64")]
 struct Chunk<'a, L, K, T, S> {
     lanes: L,
     kernel: &'a K,
@@ -94,6 +98,7 @@ struct Chunk<'a, L, K, T, S> {
     sum: PhantomData<S>,
 }
 
+#[cfg(target_arch = "x86_64")]
 impl<L: Lanes, S, K: Kernel<T, S>, T> NullaryFnOnce for Chunk<'_, L, K, T, S> {
     type Output = S;
 

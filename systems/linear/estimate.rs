@@ -8,10 +8,10 @@
 //! over r_j·z_j, the larger of that for the first residual and for one a few iterations ago (Strakoš, Tichý 2002 justify
 //! such sums in floating point).
 
+use crate::clock::Moment;
 use crate::components::Stops;
 use crate::math::elementary;
 use crate::settings::LinearParams;
-use std::time::Instant;
 
 /// When a solve may stop, and when it must.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +28,7 @@ pub struct Limits {
     /// Iterations at the most.
     pub iterations: u32,
     /// When it must, however far it has come.
-    pub end: Option<Instant>,
+    pub end: Option<Moment>,
     /// After how many iterations it must instead, in a step that is repeated.
     pub stop: Option<u32>,
 }
@@ -63,7 +63,7 @@ impl Limits {
             },
             iterations: params.iterations,
             least_sq: elementary::powi((FAR_BELOW * params.stress_tolerance).min(params.tolerance), 2) * reference_sq,
-            end: params.time.map(|time| Instant::now() + time),
+            end: params.time.and_then(|time| Moment::now().after(time)),
             stop: None,
         }
     }
@@ -109,7 +109,7 @@ impl Limits {
     pub fn is_late(&self, iterations: u32) -> bool {
         match self.stop {
             Some(stop) => iterations >= stop,
-            None => self.end.is_some_and(|end| Instant::now() >= end),
+            None => self.end.is_some_and(|end| Moment::now() >= end),
         }
     }
 }

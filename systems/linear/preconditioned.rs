@@ -3,10 +3,10 @@
 
 use super::factor::{Factor, NoFactor};
 use super::{CgError, CgInfo, Inner, InnerSolver, Operator, With, block_jacobi, cg};
+use crate::clock::Moment;
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::{LinearParams, Tangent};
 use glam::DVec3;
-use std::time::Instant;
 
 /// Iterations after which a factor of an earlier state is replaced by one of the present: a new one costs about as much as
 /// seven iterations with it at 24,000 triangles, and more on larger bodies.
@@ -55,7 +55,7 @@ pub fn solve(
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
-    let start = Instant::now();
+    let start = Moment::now();
     let mut done = 0;
     if let Some((factor, how)) = &mut means.factor
         && (*how == Use::Wait || factor.is_rescued())

@@ -1,12 +1,13 @@
 //! The threads: a pool for the steps, and work that goes on beside them.
 
-use super::super::kernels::simd::force_portable;
 use super::CHUNK;
+use crate::clock::Moment;
+use crate::systems::kernels::simd::force_portable;
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Whether this many rows are worth handing out.
 pub fn is_worth_sharing(rows: usize) -> bool {
@@ -37,7 +38,9 @@ impl Pool {
     /// # Errors
     /// The system's message, where it grants no threads.
     pub fn new(threads: usize, is_portable: bool) -> Result<Self, String> {
-        if threads == 1 {
+        // Where the platform does not say how many threads it runs, zero is the one that there is.
+        let is_alone = threads == 0 && std::thread::available_parallelism().is_err();
+        if threads == 1 || is_alone {
             return Ok(Self { threads: None, is_portable });
         }
         let builder = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("rhexis-{i}"));
@@ -103,10 +106,10 @@ const RESTS: u32 = 32;
 /// Does what there is to share until the work is done. Threads take the oldest of what one has to share, so that the first to come takes
 /// this, and nothing that others wait for is under it.
 fn stay_awake(is_done: &AtomicBool) {
-    let mut since = Instant::now();
+    let mut since = Moment::now();
     while !is_done.load(Ordering::Acquire) {
         if rayon::yield_now() == Some(rayon::Yield::Executed) {
-            since = Instant::now();
+            since = Moment::now();
             continue;
         }
         if since.elapsed() > AWAKE {

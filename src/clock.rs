@@ -1,0 +1,54 @@
+//! The clock by which steps are timed and solves are cut short: the system's, or none where the platform has none
+//! (`wasm32-unknown-unknown`, where asking for it panics).
+
+use std::time::Duration;
+
+#[cfg(not(all(target_family = "wasm", target_os = "unknown")))]
+type Ticks = std::time::Instant;
+
+/// A clock that stands still.
+#[cfg(all(target_family = "wasm", target_os = "unknown"))]
+type Ticks = still::Still;
+
+/// A moment, to be compared with others of the same run.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Moment(Ticks);
+
+impl Moment {
+    /// The present one.
+    pub fn now() -> Self {
+        Self(Ticks::now())
+    }
+
+    /// Time since then; zero without a clock.
+    pub fn elapsed(self) -> Duration {
+        self.0.elapsed()
+    }
+
+    /// The moment so much later; `None` without a clock, or beyond what it counts.
+    pub fn after(self, time: Duration) -> Option<Self> {
+        self.0.checked_add(time).map(Self)
+    }
+}
+
+#[cfg(all(target_family = "wasm", target_os = "unknown"))]
+mod still {
+    use std::time::Duration;
+
+    #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+    pub struct Still;
+
+    impl Still {
+        pub fn now() -> Self {
+            Self
+        }
+
+        pub fn elapsed(self) -> Duration {
+            Duration::ZERO
+        }
+
+        pub fn checked_add(self, _: Duration) -> Option<Self> {
+            None
+        }
+    }
+}
