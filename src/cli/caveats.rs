@@ -22,7 +22,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         }
     };
     counted(t.failed, "given up; the last good state stood");
-    counted(t.unsolved, "the linear solve stopped above its tolerance (run.linear_iterations)");
+    counted(t.unsolved, "the linear solve stopped above its tolerance (run.linear_iterations, run.budget)");
     counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
     counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
     counted(t.late, "a linear solve stopped because its time was up: another run may give other figures");

@@ -20,6 +20,7 @@ use crate::frame::Frame;
 use crate::report::{TearAccount, TearCourse};
 use crate::scene::schema::Mode;
 use crate::scene::{Instance, Scene};
+use crate::settings::LinearParams;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -206,12 +207,12 @@ impl Running<'_> {
             self.last = observe(&mut self.instance);
             let settings = self.instance.simulation.settings();
             // A static solve sets its own limit and is judged by its imbalance.
-            let tolerance = match self.instance.run.mode {
-                Mode::Dynamic => settings.linear.tolerance,
-                Mode::Static => f64::INFINITY,
+            let linear = match self.instance.run.mode {
+                Mode::Dynamic => settings.linear,
+                Mode::Static => LinearParams { tolerance: f64::INFINITY, ..settings.linear },
             };
             let report = self.instance.simulation.report();
-            self.tally.add(report, &self.last, tolerance);
+            self.tally.add(report, &self.last, &linear);
             self.timings.add(report);
             self.failures = if report.has_failed { self.failures + 1 } else { 0 };
             let advanced_before = self.tally.events.advanced;

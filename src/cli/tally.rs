@@ -3,7 +3,8 @@
 use super::guard::GuardTally;
 use super::series::Observation;
 use crate::event::{Course, EventKind, Verdict};
-use crate::report::Report;
+use crate::report::{BodyReport, Report};
+use crate::settings::LinearParams;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -120,7 +121,7 @@ struct GripTally {
 
 impl Tally {
     /// Adds a step.
-    pub fn add(&mut self, report: &Report, o: &Observation, linear_tolerance: f64) {
+    pub fn add(&mut self, report: &Report, o: &Observation, linear: &LinearParams) {
         self.steps += 1;
         self.iterations += u64::from(o.iterations);
         self.most_iterations = self.most_iterations.max(o.iterations);
@@ -129,7 +130,11 @@ impl Tally {
         // The solver tests the residual it updates, which rounding parts from the one it reports.
         // A step of several Newton iterations chooses the tolerance of each and is judged by its convergence.
         let is_one_solve = report.bodies.iter().all(|body| body.newton_iterations <= 1);
-        self.unsolved.note(is_one_solve && o.residual > 1.01 * linear_tolerance, o.step);
+        let is_placed = |body: &BodyReport| {
+            linear.position_tolerance.is_finite() && body.position_error <= linear.position_tolerance
+        };
+        let is_open = o.residual > 1.01 * linear.tolerance && !report.bodies.iter().all(is_placed);
+        self.unsolved.note(is_one_solve && is_open, o.step);
         self.unconverged.note(report.bodies.iter().any(|body| !body.is_converged), o.step);
         self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);
         self.late.note(report.bodies.iter().any(|body| body.is_late), o.step);

@@ -23,7 +23,7 @@ const LARGEST: f64 = 1e150;
 const MOST_BYTES: u64 = 16 << 20;
 
 /// Where `inf` means that the limit is not asked for.
-const MAY_BE_INFINITE: [&str; 1] = ["run.stress_tolerance"];
+const MAY_BE_INFINITE: [&str; 2] = ["run.stress_tolerance", "run.position_tolerance"];
 
 /// The text of a scene before it is understood.
 #[derive(Clone, Debug)]
@@ -134,7 +134,7 @@ impl Document {
     ///
     /// # Errors
     /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰; `inf` is allowed for
-    /// `run.stress_tolerance`.
+    /// `run.stress_tolerance` and `run.position_tolerance`.
     pub fn scene(self) -> Result<Scene, SceneError> {
         let (file, spans) = self.parse().map_err(|error| self.blame(error, |document| document.parse().map(|_| ())))?;
         Ok(Scene { file, document: self, spans })

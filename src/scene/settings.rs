@@ -21,18 +21,22 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
             "give 0 for one per core",
         ));
     }
-    if spec.resumes > 1000 {
-        let hint = "give 1000 or less: each is one more solve";
-        return Err(Fault::new("run.resumes", format!("{} resumes are too many", spec.resumes), hint));
-    }
-    if spec.halvings > 20 {
-        let hint = "give 20 or less: a millionth of dt is the smallest part then";
-        return Err(Fault::new("run.halvings", format!("{} halvings are too many", spec.halvings), hint));
-    }
     let base = match spec.accuracy {
         Accuracy::Fast => Settings::default(),
         Accuracy::Accurate => Settings::accurate(),
+        Accuracy::Haptic => Settings::haptic(),
+        Accuracy::Game => Settings::game(),
+        Accuracy::Static => Settings::equilibrium(),
     };
+    let (resumes, halvings) = (spec.resumes.unwrap_or(base.resumes), spec.halvings.unwrap_or(base.halvings));
+    if resumes > 1000 {
+        let hint = "give 1000 or less: each is one more solve";
+        return Err(Fault::new("run.resumes", format!("{resumes} resumes are too many"), hint));
+    }
+    if halvings > 20 {
+        let hint = "give 20 or less: a millionth of dt is the smallest part then";
+        return Err(Fault::new("run.halvings", format!("{halvings} halvings are too many"), hint));
+    }
     let tolerance = |name: &str, given: Option<f64>, default: f64| match given {
         Some(given) => positive(format!("run.{name}"), given, ""),
         None => Ok(default),
@@ -42,7 +46,11 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
             tolerance: tolerance("linear_tolerance", spec.linear_tolerance, base.linear.tolerance)?,
             // Infinite: not asked for.
             stress_tolerance: tolerance("stress_tolerance", spec.stress_tolerance, base.linear.stress_tolerance)?,
-            position_tolerance: base.linear.position_tolerance,
+            position_tolerance: tolerance(
+                "position_tolerance",
+                spec.position_tolerance,
+                base.linear.position_tolerance,
+            )?,
             iterations: counted("linear_iterations", spec.linear_iterations, 1_000_000)?,
             time: match spec.solve_milliseconds {
                 Some(ms) => {
@@ -80,10 +88,17 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
             None => base.newton_iterations,
         },
         newton_tolerance: tolerance("newton_tolerance", spec.newton_tolerance, base.newton_tolerance)?,
-        static_iterations: counted("static_iterations", spec.static_iterations, 10_000)?,
-        resumes: spec.resumes,
-        halvings: spec.halvings,
-        budget: base.budget,
+        static_iterations: counted(
+            "static_iterations",
+            spec.static_iterations.unwrap_or(base.static_iterations),
+            10_000,
+        )?,
+        resumes,
+        halvings,
+        budget: match spec.budget {
+            Some(given) => Some(counted("budget", given, 1_000_000)?),
+            None => base.budget,
+        },
         threads: spec.threads,
         portable_instructions: spec.portable_instructions,
     })

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rhexis::output::{write_obj, write_ply};
 use rhexis::scene::{Instance, Scene, mesh_file};
+use rhexis::settings::Settings;
 use rhexis::storage::Vertices;
 
 fn scene(mode: &str, body: &str, more: &str) -> Result<Instance, String> {
@@ -148,4 +149,27 @@ fn a_torn_surface_is_read_back_from_obj_and_ply() {
         assert_eq!(mesh.positions.len(), body.positions.len(), "both lips are there");
         assert_eq!(corners(&mesh.positions, &mesh.triangles), corners(&body.positions, &body.triangles));
     }
+}
+
+/// `accuracy` names the library's presets; other keys take their places.
+#[test]
+fn presets_and_budgets_are_those_of_the_library() {
+    let settings = |keys: &str| {
+        let run = format!("mode = 'dynamic'\n{keys}");
+        let text = format!(
+            "[scene]\nname = 'w'\n[run]\n{run}\ndt = 1\nsteps = 1\n[[bodies]]\nname = 'b'\n\
+             mesh = {{ grid = {{ width = 10, height = 10, nx = 4, ny = 4 }} }}\n\
+             material = {{ young = 1, poisson = 0.3, thickness = 0.1 }}\n"
+        );
+        let instance = Scene::parse(&text, "w.toml").and_then(|scene| scene.instantiate());
+        instance.map(|instance| *instance.simulation.settings()).map_err(|error| error.to_string())
+    };
+    for (name, preset) in Settings::presets() {
+        assert_eq!(settings(&format!("accuracy = '{name}'")).unwrap(), preset, "{name}");
+    }
+    assert_eq!(settings("").unwrap(), Settings::default());
+    let own = settings("accuracy = 'game'\nbudget = 40\nposition_tolerance = inf\nhalvings = 3").unwrap();
+    assert_eq!((own.budget, own.linear.position_tolerance, own.halvings, own.resumes), (Some(40), f64::INFINITY, 3, 2));
+    assert!(settings("budget = 0").unwrap_err().contains("run.budget"));
+    assert!(settings("position_tolerance = 0").unwrap_err().contains("run.position_tolerance"));
 }

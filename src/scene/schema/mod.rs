@@ -110,6 +110,12 @@ pub enum Accuracy {
     Fast,
     /// [`Settings::accurate`](crate::settings::Settings::accurate): for references.
     Accurate,
+    /// [`Settings::haptic`](crate::settings::Settings::haptic): for a hand that feels.
+    Haptic,
+    /// [`Settings::game`](crate::settings::Settings::game): for an eye that looks.
+    Game,
+    /// [`Settings::equilibrium`](crate::settings::Settings::equilibrium): for equilibria and what lies between them.
+    Static,
 }
 
 /// What makes the iterations of linear solves few.
@@ -160,7 +166,9 @@ pub struct RunSpec {
     /// Default false.
     #[serde(default)]
     pub until_ended: bool,
-    /// `"fast"` (default) or `"accurate"`: what dynamic steps do where no other key says it. Accurate is `integrator = "tr_bdf2"`,
+    /// `"fast"` (default), `"haptic"`, `"game"`, `"accurate"` or `"static"`: what steps do where no other key says it. Haptic is `resumes = 2`,
+    /// `halvings = 1`; game is that with `position_tolerance = 0.02` and `budget = 60`; static is `linear_tolerance = 1e-10`,
+    /// `stress_tolerance = inf`, `static_iterations = 200`; accurate is `integrator = "tr_bdf2"`,
     /// `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`, `stress_tolerance = inf`: three to
     /// seven times the time per step; for references, waves and spins.
     #[serde(default)]
@@ -179,6 +187,12 @@ pub struct RunSpec {
     /// Above zero, default 1e-3; with `inf` it is not asked for and the
     /// residual decides alone.
     pub stress_tolerance: Option<f64>,
+    /// Estimated error of positions, over the mean edge, at which the linear solve of a dynamic step may stop; its residual is then not
+    /// asked for. Above zero; `inf` (default): not asked for.
+    pub position_tolerance: Option<f64>,
+    /// Iterations of linear solves that a body may take in one dynamic step, retries and resumes included, at least 1: the same bits
+    /// on every machine. What it leaves unsolved is in the report. Default none.
+    pub budget: Option<u32>,
     /// Time \[ms\] after which a linear solve stops however far it has come; the run is then not the same every time. Default none.
     pub solve_milliseconds: Option<f64>,
     /// Iterations of a linear solve at the most, 1 to 10⁶. Default 2000.
@@ -197,18 +211,15 @@ pub struct RunSpec {
     #[serde(default = "newton_tolerance")]
     pub static_tolerance: f64,
     /// Newton iterations of a static solve at the most, 1 to 10⁴. Default 60.
-    #[serde(default = "static_iterations")]
-    pub static_iterations: u32,
+    pub static_iterations: Option<u32>,
     /// How often tearing and equilibrium may alternate within one static step. Default 1000; a tear that would go on is
     /// held until the next step.
     #[serde(default = "static_advances")]
     pub static_advances: u32,
     /// How often a step is taken up again after tears have advanced by less than `max_tear_speed` allows. Default 8.
-    #[serde(default = "resumes")]
-    pub resumes: u32,
+    pub resumes: Option<u32>,
     /// How often a step that fails is retried in halves. Default 4.
-    #[serde(default = "halvings")]
-    pub halvings: u32,
+    pub halvings: Option<u32>,
     /// Threads; 0 (default) means one per core. The results are the same bits for any number.
     #[serde(default)]
     pub threads: usize,
@@ -347,18 +358,6 @@ fn linear_iterations() -> u32 {
     LinearParams::default().iterations
 }
 
-fn static_iterations() -> u32 {
-    60
-}
-
 fn static_advances() -> u32 {
     1000
-}
-
-fn resumes() -> u32 {
-    8
-}
-
-fn halvings() -> u32 {
-    4
 }
