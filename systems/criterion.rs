@@ -60,8 +60,8 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
             let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
-            let is_torn = log.length > 0.0;
-            if is_torn || tearing.ultimate_stretch.is_some() {
+            let has_strands = log.length > decisions.strand_refused_at;
+            if has_strands || tearing.ultimate_stretch.is_some() {
                 let at = |row: u32| surface.vertices.rest_position[row as usize];
                 let least_sq = elementary::powi(tearing.radius, 2);
                 let may_part = |p: DVec3| {
@@ -69,7 +69,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                     others.all(|&row| at(row).distance_squared(p) >= least_sq)
                 };
                 let is_held = |row: u32| held().chain(gripped()).any(|&other| other == row);
-                let sites = PartingSites { may_part: &may_part, tips: &tips.vertex, is_held: &is_held, is_torn };
+                let sites = PartingSites { may_part: &may_part, tips: &tips.vertex, is_held: &is_held, has_strands };
                 decisions.parting = parting(&surface, tearing, &sites).map(Box::new);
             }
             if tearing.may_initiate {

@@ -11,7 +11,7 @@ use super::tearing::{
     TipMemory, may_go_on, turned_axis,
 };
 use crate::components::{
-    Attributes, Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PointLoads, Refined,
+    Attributes, Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PartedBy, PointLoads, Refined,
     SolverScratch, Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
 };
 use crate::event::{Course, EventKind, TearCost};
@@ -99,6 +99,10 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             Some(parting) if !has_torn => tearer.part(parting, &mut decisions.refused_parting),
             _ => false,
         };
+        let is_strand = decisions.parting.as_ref().is_some_and(|parting| parting.by == PartedBy::Strand);
+        if is_strand && !has_torn && !has_parted {
+            decisions.strand_refused_at = tearer.log.length;
+        }
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
         let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
         let is_held_back = tearer.is_held_back;

@@ -141,6 +141,8 @@ pub struct TearDecisions {
     pub start: Option<(TearSite, TearDecision)>,
     /// Where tissue is to part without a tip.
     pub parting: Option<Box<Parting>>,
+    /// Length torn or cut \[mm\] when the mesh last refused to part a strand; none is looked for until it has grown.
+    pub strand_refused_at: f64,
     /// Where the last parting was refused, if it was.
     pub refused_parting: Option<RefusedSite>,
     /// Length that this start opens at once \[mm\], to either side of a start from inside; zero for one edge, where the strength

@@ -11,6 +11,8 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Triangles on a way across a strand: R has some ten edges at most.
 const MOST_CROSSED: usize = 64;
+/// Fewest triangles on it: a spike of one or two carries what just they do, and swings.
+const FEWEST_CROSSED: usize = 3;
 /// Ways into a sector, by where they meet the edge across: some 20° apart, which lengthens the shortest by 2 % at most.
 const WAYS: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 
@@ -22,8 +24,8 @@ pub struct PartingSites<'a> {
     pub tips: &'a [u32],
     /// Whether a hold or grip has hold of a vertex.
     pub is_held: &'a dyn Fn(u32) -> bool,
-    /// Whether the body has been torn or cut, so that it has strands.
-    pub is_torn: bool,
+    /// Whether strands are to be looked for: the body has been torn or cut, and not in vain since.
+    pub has_strands: bool,
 }
 
 /// The place that is farthest beyond what it bears: of strands narrower than R and of triangles beyond the ultimate stretch, those
@@ -35,7 +37,7 @@ pub fn parting(surface: &Surface, tearing: &Tearing, sites: &PartingSites<'_>) -
             best = Some(found);
         }
     };
-    if sites.is_torn {
+    if sites.has_strands {
         let strength = strength(tearing);
         for (t, neighbours) in surface.topology.neighbours.iter().enumerate() {
             for edge in (0..3).filter(|&edge| neighbours[edge] == NONE) {
@@ -128,7 +130,7 @@ fn to_rim(surface: &Surface, start: &Start, direction: DVec3, strength: &Strengt
     let (mut way, mut value) = (0.0, f64::INFINITY);
     // The edges that may be left by: not the one that was entered by.
     let mut exits: SmallVec<[usize; 3]> = smallvec![edge];
-    for _ in 0..MOST_CROSSED {
+    for crossed in 1..=MOST_CROSSED {
         let x = corners(surface, t);
         let normal = (x[1] - x[0]).cross(x[2] - x[0]).try_normalize()?;
         let d = (direction - normal * normal.dot(direction)).try_normalize()?;
@@ -151,7 +153,7 @@ fn to_rim(surface: &Surface, start: &Start, direction: DVec3, strength: &Strengt
         }
         let next = surface.topology.neighbours[t][edge];
         if next == NONE {
-            return Some((at, value));
+            return (crossed >= FEWEST_CROSSED).then_some((at, value));
         }
         exits = (0..3).filter(|&e| surface.topology.neighbours[next as usize][e] != t as u32).collect();
         t = next as usize;
