@@ -107,7 +107,7 @@ fn shuffled(mesh: &TriangleMesh) -> TriangleMesh {
 /// Corotation and assembly of 150,000 triangles, whose rows are as the grid has them, in random order, or sorted again.
 #[divan::bench(args = ["grid", "random", "reordered"], max_time = 2)]
 fn forces(bencher: Bencher, order: &str) {
-    let grid = rhexis::scene::generate::grid(30.0, 30.0, 300, 250).expect("a grid");
+    let grid = rhexis::generate::grid(30.0, 30.0, 300, 250).expect("a grid");
     let mesh = if order == "grid" { grid } else { shuffled(&grid) };
     let count = mesh.triangles.len();
     let material = rhexis::components::Material::figure_2();

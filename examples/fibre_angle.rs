@@ -3,8 +3,8 @@
 use glam::DVec3;
 use rhexis::components::{Curve, Damping, Fibres, Hold, Material, Tearing};
 use rhexis::event::EventKind;
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::Attached;

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 use rhexis::components::{Curve, Damping, Grip, Grips, Hold, Jaws, Material, Path};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::{HapticReceiver, Haptics, Simulation, haptic_feed};
 use rhexis::storage::Attached;

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use rhexis::components::{Curve, Damping, Fibres, Hold, Material, Tearing};
 use rhexis::event::EventKind;
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::Attached;
@@ -36,15 +36,6 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
                 other => println!("{time} ms: {other:?}"),
             }
         }
-    }
-
-    #[cfg(feature = "cli")]
-    {
-        use rhexis::output::{PictureSettings, render};
-        let frame = simulation.frame();
-        std::fs::create_dir_all("target")?;
-        let settings = PictureSettings::titled("hello_tear", frame.time, frame.step, 1);
-        render("target/hello_tear.png".as_ref(), &frame.bodies[0], &settings)?;
     }
 
     // Fibres at 60° lead from the end of the notch, (15, 27), down to the left edge near its foot.

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use hecs::World;
 use rhexis::components::{Curve, ExternalStiffness, Forces, Hold, Material, SolverScratch};
+use rhexis::generate;
 use rhexis::math::Sym3;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::schedule::Place;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;

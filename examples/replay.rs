@@ -3,9 +3,9 @@
 
 use glam::DVec3;
 use rhexis::components::{Curve, Fibres, Hold, Holds, Material, Tearing};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::replay::Recording;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::Attached;

@@ -4,8 +4,8 @@
 use glam::{DVec3, Vec3};
 use rhexis::components::{ChangeSet, Changes, Damping, Fibres, Material, Refinement, Tearing};
 use rhexis::event::EventKind;
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::{FixedStep, Simulation, normals};
 

@@ -18,12 +18,11 @@
 //! # The library in 20 lines
 //! A square of 30 mm with fibres at 60° is notched at the top and pulled apart until it is torn through.
 //!
-#![cfg_attr(feature = "scenes", doc = "```")]
-#![cfg_attr(not(feature = "scenes"), doc = "```ignore")]
+//! ```
 //! use glam::DVec3;
 //! use rhexis::components::{Curve, Fibres, Hold, Material, Tearing};
 //! use rhexis::event::EventKind;
-//! use rhexis::{membrane::Membrane, scene::generate, settings::Settings, simulation::Simulation, storage::Attached};
+//! use rhexis::{membrane::Membrane, generate, settings::Settings, simulation::Simulation, storage::Attached};
 //!
 //! fn main() -> Result<(), Box<dyn std::error::Error>> {
 //!     let mesh = generate::grid(30.0, 30.0, 30, 25)?;
@@ -55,52 +54,33 @@
 //! hence N, MPa, mJ.
 //!
 //! # Features
-//! - `scenes`: scene files (TOML), mesh generators, the catalog of scenes and readers for OBJ, Gmsh, VTK, PLY and STL.
-//! - `cli` (default, includes `scenes`): the `rhexis` program, pictures and ParaView files.
 //! - `snapshot` (default): snapshots and recordings as bytes and files; in memory they are there without it.
-//! - `direct` (default): static solves with a sparse Cholesky factor, several times as fast; it adds a minute of compile time.
+//! - `direct`: static solves with a sparse Cholesky factor, several times as fast; it adds a minute of compile time.
 //!
-//! For embedding without them: `default-features = false`; a mesh is then a [`TriangleMesh`](storage::TriangleMesh) of your own
-//! positions and triangles. Every set of features builds; builds with and without `direct` read each other's snapshots.
+//! Every set of features builds; builds with and without `direct` read each other's snapshots. Scene files (TOML), the catalog of scenes
+//! and readers for OBJ, Gmsh, VTK, PLY and STL are the crate `rhexis-scene`; the program `rhexis`, pictures and ParaView files the
+//! crate `rhexis-cli`. A mesh is a [`TriangleMesh`](storage::TriangleMesh) of your own positions and triangles, or one of [`generate`].
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-#[cfg(feature = "cli")]
-#[allow(clippy::disallowed_methods, reason = "figures and plots of runs, no part of a step")]
-pub mod bench;
-#[cfg(feature = "cli")]
-pub mod cli;
 mod clock;
 pub mod components;
 pub mod event;
 pub mod frame;
+pub mod generate;
+#[doc(hidden)]
+pub mod internal;
 pub mod math;
 pub mod membrane;
-#[cfg(feature = "cli")]
-#[allow(clippy::disallowed_methods, reason = "pictures, no part of a step")]
-pub mod output;
 mod registry;
 pub mod replay;
 pub mod report;
-#[cfg(feature = "scenes")]
-pub mod scene;
 pub mod schedule;
 pub mod settings;
 pub mod simulation;
 pub mod snapshot;
-#[cfg(feature = "cli")]
-pub mod soak;
-#[cfg(any(feature = "scenes", feature = "snapshot"))]
 mod source;
-#[cfg(feature = "cli")]
-#[allow(clippy::disallowed_methods, reason = "maps of runs, no part of a step")]
-pub mod stability;
 pub mod storage;
-#[cfg(feature = "cli")]
-pub mod stress;
-#[cfg(feature = "cli")]
-#[allow(clippy::disallowed_methods, reason = "exact solutions beside the engine, no part of a step")]
-pub mod verify;
 
 #[path = "../systems/mod.rs"]
 pub mod systems;

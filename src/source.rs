@@ -11,7 +11,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// Where the system refuses, for what is no regular file, and for more bytes.
-pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     // Judged before it is opened: opening a pipe waits for somebody to write into it.
     if !fs::metadata(path)?.is_file() {
         return Err(io::Error::other("not a regular file"));

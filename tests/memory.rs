@@ -5,8 +5,8 @@ use rhexis::components::{
     Anchor, Contact, Curve, Damping, Drag, EnergyAudit, Fibres, Gravity, Hold, Material, Obstacle, Refinement, Shape,
     Sleeping, Springs, Tearing,
 };
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Triangles};

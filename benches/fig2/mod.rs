@@ -3,10 +3,12 @@
 
 use glam::DVec3;
 use rhexis::components::{Curve, Damping, Fibres, Hold, Material};
+use rhexis::generate;
+use rhexis::internal::Random;
+use rhexis::math::elementary;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
-use rhexis::scene::schema::HandSpec;
 use rhexis::storage::Attached;
+use std::f64::consts::TAU;
 
 /// Cells of the meshes: 1,500 and 15,010 triangles.
 pub const SMALL: [usize; 2] = [30, 25];
@@ -27,9 +29,12 @@ pub fn square([nx, ny]: [usize; 2], right: Curve) -> Membrane {
     body
 }
 
-/// The hand of the catalog's scene `fig2-haptic`.
+/// The hand of the catalog's scene `fig2-haptic`: a ramp to 1.5 within 100 ms, a tremor of 0.3 at 10 Hz, noise of 0.01, a point every
+/// millisecond.
 pub fn hand() -> Curve {
-    let (to, within, tremor, period, noise) = (1.5, 100.0, 0.3, 100.0, 0.01);
-    let hand = HandSpec { to, within, tremor, period, noise, seed: 7, every: 1.0, duration: 4000.0 };
-    hand.curve().expect("a hand")
+    let mut random = Random::new(7);
+    let mut noise = || 0.01 * (2.0 * random.unit() - 1.0);
+    let pull = |t: f64| 1.5 * (t / 100.0).min(1.0) + 0.3 * elementary::sin(TAU * t / 100.0);
+    let points = (0..=4000).map(|i| (f64::from(i), if i == 0 { 0.0 } else { pull(f64::from(i)) + noise() }));
+    Curve::new(points.collect()).expect("a hand")
 }

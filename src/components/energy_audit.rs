@@ -131,7 +131,7 @@ impl EnergyBalance {
     }
 
     /// Adds the terms of a later span of time.
-    pub(crate) fn add(&mut self, other: &Self) {
+    pub fn add(&mut self, other: &Self) {
         self.add_times(other, 1.0);
     }
 

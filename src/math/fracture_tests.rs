@@ -4,7 +4,7 @@ use super::*;
 use serde_json::Value;
 
 fn reference() -> Value {
-    serde_json::from_str(include_str!("../../tests/reference/tip_fields.json")).unwrap()
+    serde_json::from_str(include_str!("../../crates/rhexis-lab/tests/reference/tip_fields.json")).unwrap()
 }
 
 fn number(value: &Value, path: &str) -> f64 {

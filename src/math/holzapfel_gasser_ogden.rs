@@ -76,7 +76,7 @@ impl HolzapfelGasserOgden {
     }
 
     /// What is out of range, if anything, in a body with the pre-stretch `held`: its name, its value, and what it must be.
-    pub(crate) fn check(&self, held: Sym2) -> Result<(), (&'static str, f64, &'static str)> {
+    pub fn check(&self, held: Sym2) -> Result<(), (&'static str, f64, &'static str)> {
         let (count, strain) = (self.families.len(), held.principal_values().0);
         if !(strain <= MOST_PRE_STRETCH) {
             return Err((

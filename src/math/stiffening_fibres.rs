@@ -45,7 +45,7 @@ pub struct FibreResponse {
 
 impl StiffeningFibres {
     /// What is out of range, if anything: its name, its value, and what it must be.
-    pub(crate) fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
+    pub fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
         if !(self.k1 > 0.0 && self.k1 <= 1e12) {
             return Err(("k1 of the stiffening fibres", self.k1, "it must be above 0 and at most 1e12 MPa"));
         }

@@ -47,8 +47,7 @@ pub struct Recording {
 
 impl Recording {
     /// What begins so, goes on so and ends so.
-    #[cfg(feature = "cli")]
-    pub(crate) fn new(start: Snapshot, inputs: Vec<Input>, end: StateHash) -> Self {
+    pub fn new(start: Snapshot, inputs: Vec<Input>, end: StateHash) -> Self {
         Self { start, inputs, end }
     }
 

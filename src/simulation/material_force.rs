@@ -28,10 +28,9 @@ impl Simulation {
     /// none. Costs some microseconds per tip.
     ///
     /// ```
-    /// # #[cfg(feature = "scenes")] {
     /// use glam::DVec3;
     /// use rhexis::components::{Material, Tearing};
-    /// use rhexis::{membrane::Membrane, scene::generate, settings::Settings, simulation::Simulation};
+    /// use rhexis::{generate, membrane::Membrane, settings::Settings, simulation::Simulation};
     /// let mesh = generate::grid(4.0, 4.0, 8, 8)?;
     /// let sheet = Membrane::new("sheet", mesh, Material::figure_2()).with(Tearing::default());
     /// let mut simulation = Simulation::new(Settings::default())?;
@@ -39,7 +38,6 @@ impl Simulation {
     /// simulation.cut(body, &[DVec3::new(2.0, 4.0, 0.0), DVec3::new(2.0, 2.0, 0.0)])?;
     /// // At rest nothing is released.
     /// assert_eq!(simulation.material_forces(body)?[0].force, DVec3::ZERO);
-    /// # }
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///

@@ -95,7 +95,7 @@ impl Simulation {
     }
 
     /// Does once more what was recorded. What was refused then is refused now.
-    pub(crate) fn repeat(&mut self, input: &Input) {
+    pub fn repeat(&mut self, input: &Input) {
         match input {
             Input::Step { dt, stops } => _ = self.step_with(*dt, stops),
             Input::Settle { dt, tolerance } => _ = self.settle(*dt, *tolerance),

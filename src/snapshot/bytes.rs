@@ -26,11 +26,12 @@ const MOST_RATIO: usize = 16;
 
 /// What bytes hold.
 #[derive(Clone, Copy)]
-pub(crate) enum Kind {
+pub enum Kind {
+    /// A snapshot.
     Snapshot,
+    /// A recording.
     Recording,
     /// The state of a run of the command line.
-    #[cfg(feature = "cli")]
     Run,
 }
 
@@ -39,7 +40,6 @@ impl Kind {
         match self {
             Self::Snapshot => b"rhexsnap",
             Self::Recording => b"rhexrec\0",
-            #[cfg(feature = "cli")]
             Self::Run => b"rhexrun\0",
         }
     }
@@ -53,14 +53,13 @@ impl Kind {
         match self {
             Self::Snapshot => "snapshot",
             Self::Recording => "recording",
-            #[cfg(feature = "cli")]
             Self::Run => "state of a run",
         }
     }
 }
 
 /// The bytes of a value.
-pub(crate) fn pack(kind: Kind, value: &impl Serialize) -> Result<Vec<u8>, SnapshotError> {
+pub fn pack(kind: Kind, value: &impl Serialize) -> Result<Vec<u8>, SnapshotError> {
     let body = postcard::to_allocvec(value).map_err(|error| SnapshotError::Unreadable(error.to_string()))?;
     let packed = lz4_flex::block::compress(&body);
     let is_compressed = packed.len() < body.len() && body.len() <= packed.len() * MOST_RATIO;
@@ -78,7 +77,7 @@ pub(crate) fn pack(kind: Kind, value: &impl Serialize) -> Result<Vec<u8>, Snapsh
 }
 
 /// The value of bytes, as they say.
-pub(crate) fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, SnapshotError> {
+pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, SnapshotError> {
     let another = SnapshotError::AnotherFile { expected: kind.name() };
     let (head, body) = bytes.split_at_checked(HEAD).ok_or(another.clone())?;
     if !head.starts_with(kind.magic()) {
@@ -118,7 +117,7 @@ pub(crate) fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T,
 
 /// Writes bytes beside `path` and renames: the file is the old one or the new one, never half of it, whatever ends the program or the
 /// machine. What is neither file nor directory is refused: renaming would put a file in its place.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
     let write = || -> std::io::Result<()> {
@@ -147,7 +146,7 @@ pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
 const MOST_BYTES: u64 = 8 << 30;
 
 /// The bytes of a file.
-pub(crate) fn read(path: &Path) -> Result<Vec<u8>, SnapshotError> {
+pub fn read(path: &Path) -> Result<Vec<u8>, SnapshotError> {
     crate::source::read(path, MOST_BYTES).map_err(|error| file_error(path, &error))
 }
 

@@ -27,8 +27,7 @@ impl fmt::Display for StateHash {
 }
 
 /// The checksum of bytes.
-#[cfg(feature = "snapshot")]
-pub(crate) fn sum(bytes: &[u8]) -> u64 {
+pub fn sum(bytes: &[u8]) -> u64 {
     xxhash_rust::xxh3::xxh3_64(bytes)
 }
 

@@ -27,8 +27,7 @@ pub(crate) use check::check_spawned;
 pub use error::SnapshotError;
 pub use hash::StateHash;
 pub(crate) use hash::hash_of;
-#[cfg(feature = "cli")]
-pub(crate) use hash::sum as fingerprint;
+pub use hash::sum as fingerprint;
 pub(crate) use saved::{Saved, is_ours, strip};
 
 use crate::event::Event;

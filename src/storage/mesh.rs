@@ -10,7 +10,7 @@ use super::{MeshError, NONE};
 
 /// Below this ratio of smallest altitude to longest edge a triangle counts as degenerate: its shape-function gradients have
 /// lost more than half the digits of an `f64` by then.
-pub(crate) const THINNEST: f64 = 1e-9;
+pub const THINNEST: f64 = 1e-9;
 
 /// An indexed triangle mesh with an optional fibre direction per triangle: what readers and generators give and a body takes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -294,7 +294,7 @@ impl SharedEdges {
 }
 
 /// Smallest altitude over longest edge, free of overflow: edges are scaled by the longest first.
-pub(crate) fn slenderness([a, b, c]: [DVec3; 3]) -> f64 {
+pub fn slenderness([a, b, c]: [DVec3; 3]) -> f64 {
     let edges = [b - a, c - b, a - c];
     let scale = edges.iter().map(|edge| edge.abs().max_element()).fold(0.0, f64::max);
     if !(scale > 0.0 && scale.is_finite()) {
@@ -315,7 +315,7 @@ fn root(sets: &mut [usize], mut at: usize) -> usize {
 }
 
 /// The triangles with their corners in ascending order, sorted by them and then by row: those of the same corners are neighbours.
-pub(crate) fn by_corners(triangles: &[[u32; 3]]) -> Vec<([u32; 3], usize)> {
+pub fn by_corners(triangles: &[[u32; 3]]) -> Vec<([u32; 3], usize)> {
     let ascending = |(triangle, &corners): (usize, &[u32; 3])| {
         let mut corners = corners;
         corners.sort_unstable();

@@ -34,8 +34,7 @@ pub use apply::{Mesh, apply, undo};
 pub use attached::{Attached, Attachment};
 pub use edit::{Edit, Refusal};
 pub use mesh::TriangleMesh;
-#[cfg(feature = "scenes")]
-pub(crate) use mesh::{THINNEST, by_corners, slenderness};
+pub use mesh::{THINNEST, by_corners, slenderness};
 pub use mesh_error::MeshError;
 pub use order::{Order, reorder, sort};
 pub use outlook::{Outlook, outlook};

@@ -3,9 +3,9 @@
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 use rhexis::components::{Contact, Curve, Hold, Material, Obstacle, Path, PreStretch, Shape};
+use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Triangles, Vertices};

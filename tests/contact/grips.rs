@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use rhexis::components::{Curve, Grip, Grips, Hold, Jaws, Material, Path};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Topology, Vertices};

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use hecs::Entity;
 use rhexis::components::{Grip, Grips, Jaws, Material, Path, Pose};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::Vertices;

@@ -6,9 +6,9 @@ use rhexis::components::{
     Slip, Tearing,
 };
 use rhexis::event::EventKind;
+use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Settings};
 use rhexis::simulation::{Grasp, Simulation, ToolError};
 use rhexis::storage::{Attached, Topology, Triangles, Vertices, validate};

@@ -3,10 +3,10 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use rhexis::components::*;
+use rhexis::generate;
 use rhexis::math::{StiffeningFibres, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::replay::Recording;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Parameter, Simulation, SimulationError};
 use rhexis::snapshot::Snapshot;

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use rhexis::components::*;
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::schedule::Place;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Grasp, SetError, Simulation};

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use rhexis::components::{Damping, Drag, Fibres, Gravity, Material};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::report::Report;
-use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Settings};
 use rhexis::simulation::Simulation;
 

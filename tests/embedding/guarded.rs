@@ -3,9 +3,9 @@
 use glam::DVec3;
 use rhexis::components::{Fibres, Material};
 use rhexis::event::EventKind;
+use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::report::{GuardCause, GuardFigures, Report};
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::Vertices;

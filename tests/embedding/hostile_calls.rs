@@ -5,8 +5,8 @@ use rhexis::components::{
     Body, Curve, Forces, Frames, Grips, Hold, Holds, Increment, Material, Reactions, SolverScratch, TearDecisions,
     TearLog, Tearing,
 };
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Settings};
 use rhexis::simulation::{CutError, MotionError, Simulation, SimulationError};
 use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};

@@ -2,7 +2,6 @@
 
 mod absence;
 mod absurd;
-mod determinism;
 mod doors;
 mod early_stop;
 mod embed;
@@ -16,7 +15,6 @@ mod reorder;
 mod replay;
 mod rollback;
 mod sleep;
-mod snapshot;
 mod undone;
 
 #[path = "../common/mod.rs"]

@@ -7,9 +7,9 @@ use rhexis::components::{
     Bending, ChangeSet, Changes, Contact, Curve, Fibres, Hold, Holds, Jaws, Material, Obstacle, Path, Pose, Shape,
     Sleeping, Slip, TearLog, Tearing,
 };
+use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::replay::{Input, Recording, ReplayError};
-use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Settings};
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::snapshot::Snapshot;

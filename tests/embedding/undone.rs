@@ -7,8 +7,8 @@ use rhexis::components::{
     Bending, Contact, Curve, EnergyAudit, Forces, Gravity, Grip, Grips, Hold, Jaws, Material, Obstacle, Path,
     PointLoad, PointLoads, Shape, TearDecisions,
 };
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::schedule::Place;
 use rhexis::settings::Settings;
 use rhexis::simulation::{DebugLines, Haptics, Simulation};

@@ -2,8 +2,8 @@
 # Makes a seed corpus for the fuzz targets from the tests' data and the catalog of scenes.
 set -euo pipefail
 cd "$(dirname "$0")"
-data=../data
-catalog=../../src/scene/catalog
+data=../../crates/rhexis-cli/tests/data
+catalog=../../crates/rhexis-scene/src/catalog
 mkdir -p corpus/{mesh,scene,overrides,snapshot,recording,edits}
 # The first byte chooses the format, in the order of `mesh_file::EXTENSIONS`.
 formats=(obj msh vtu vtk ply stl vtp off glb gltf)

@@ -6,8 +6,8 @@ use rhexis::components::{
     Bending, Contact, Curve, Damping, Drag, EnergyAudit, EnergyBalance, Fibres, Grip, Grips, Hold, Jaws, Material,
     Obstacle, Path, Pose, Shape, Tearing,
 };
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::{Attached, Vertices};

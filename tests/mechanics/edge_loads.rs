@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use rhexis::components::{Curve, EdgeLoad, EdgeLoads, Material};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};

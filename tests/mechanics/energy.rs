@@ -8,9 +8,9 @@ use rhexis::components::{
     Grips, Hold, Jaws, Material, Obstacle, Path, PointLoad, PointLoads, PreStretch, Pressure, Shape, Springs, TearMode,
 };
 use rhexis::event::EventKind;
+use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Triangles, Vertices};

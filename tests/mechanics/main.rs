@@ -1,15 +1,13 @@
-//! What a body does while it does not tear: elements and their derivatives, fibres that stiffen, bending, loads, the
+//! What a body does while it does not tear: elements and their derivatives, fibres that stiffen, loads, the
 //! integrator, rest, energy.
 
 mod audit_of_constraints;
-mod bending;
 mod containment;
 mod edge_loads;
 mod element;
 mod energy;
 mod found_by_stress;
 mod holzapfel_gasser_ogden;
-mod integrator;
 mod noise;
 mod rest_and_release;
 mod stiffening_fibres;

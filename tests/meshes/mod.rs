@@ -4,11 +4,11 @@
 pub mod tears;
 pub mod twin;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
+use rhexis::generate;
 use rhexis::math::{Orthotropic, RestTriangle};
-use rhexis::scene::generate;
 use rhexis::storage::{
     Mesh, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices,
     measure::{rest_corners, rest_data},
@@ -59,12 +59,6 @@ pub fn grid(nx: usize, ny: usize, width: f64, height: f64) -> Sheet {
 /// The grid with inner vertices moved at random.
 pub fn jittered(nx: usize, ny: usize, width: f64, height: f64, seed: u64) -> Sheet {
     generate::jittered(width, height, nx, ny, seed).unwrap().into()
-}
-
-/// A square without a grid's structure.
-pub fn unstructured(side: f64, edge: f64, seed: u64) -> Sheet {
-    let corners = [DVec2::ZERO, DVec2::new(side, 0.0), DVec2::splat(side), DVec2::new(0.0, side)];
-    generate::unstructured(&corners, edge, seed).unwrap().into()
 }
 
 /// A cap of about `rings` rings: radius of curvature 10, 9.8 across, the sphere's centre at the origin.

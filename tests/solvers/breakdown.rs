@@ -3,8 +3,8 @@
 use glam::DVec3;
 use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Hold, Material};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Precision, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Vertices};

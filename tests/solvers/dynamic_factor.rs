@@ -4,8 +4,8 @@
 use crate::common::{Run, Square, state_bits};
 use glam::DVec3;
 use rhexis::components::{Fibres, Material, Tearing};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::{LinearParams, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::Vertices;

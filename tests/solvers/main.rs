@@ -1,11 +1,8 @@
 //! Linear systems and what solves them: factors, multigrid, precisions, what breaks down, what errors come to.
 
-mod accumulated_error;
 mod breakdown;
 mod dynamic_factor;
 mod load_stiffness;
-mod mixed_precision;
-mod multigrid;
 mod static_solver;
 
 #[path = "../common/mod.rs"]

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Rows of a reference file as columns by name; an empty field is NaN.
 fn reference(name: &str) -> (csv::StringRecord, Vec<csv::StringRecord>) {
-    let path = format!("{}/tests/reference/{name}", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/crates/rhexis-lab/tests/reference/{name}", env!("CARGO_MANIFEST_DIR"));
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).unwrap();
     let header = reader.headers().unwrap().clone();
     (header, reader.records().map(Result::unwrap).collect())

@@ -2,7 +2,7 @@
 
 use crate::meshes::{Body, Random, Sheet};
 use glam::DVec3;
-use rhexis::scene::generate;
+use rhexis::generate;
 use rhexis::systems::tearing::{Cutter, Quality, TearScratch};
 
 const RADIUS: f64 = 1.5;

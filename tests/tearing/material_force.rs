@@ -7,9 +7,9 @@ use rhexis::components::{
     Bending, Curve, EdgeLoad, EdgeLoads, EnergyCriterion, Fibres, Hold, Material, PointLoad, PointLoads, PreStretch,
     StiffeningFibres, Tearing, Toughness,
 };
+use rhexis::generate;
 use rhexis::math::{FibreLaw, Sym2};
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Tips, Topology, TriangleMesh, Triangles, Vertices};

@@ -7,9 +7,9 @@ use rhexis::components::{
     Curve, EnergyCriterion, Fibres, Hold, Material, TearDecision, TearLog, TearSite, Tearing, Toughness,
 };
 use rhexis::event::EventKind;
+use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Tips, Topology, TriangleMesh, Triangles, Vertices};

@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Grip, Grips, Hold, Jaws, Material, Path};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Coupling, HapticError, Haptics, Simulation, ToolSpring};
 use rhexis::storage::{Attached, Vertices};

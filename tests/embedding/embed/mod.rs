@@ -74,7 +74,7 @@ fn pictures_between_steps_lie_between_them_through_tears() {
 /// The sum of all triangles' areas as vectors, from the normals' side.
 #[test]
 fn normals_are_those_of_the_surface() {
-    let cap = rhexis::scene::generate::cap(10.0, 5.0, 2000).unwrap();
+    let cap = rhexis::generate::cap(10.0, 5.0, 2000).unwrap();
     let mut found = Vec::new();
     normals(&cap.positions, &cap.triangles, &mut found);
     // A sphere's normals lie along its radii; between 2,000 triangles to the second order in their size, at the rim to the first.
@@ -112,7 +112,7 @@ fn rays_find_what_lies_before_them() {
 fn a_body_set_elsewhere_moves_as_it_would_have_here() {
     let square = Square::new([10, 8], 30.0);
     let sheet = || {
-        let mesh = rhexis::scene::generate::grid(30.0, 30.0, 10, 8).unwrap();
+        let mesh = rhexis::generate::grid(30.0, 30.0, 10, 8).unwrap();
         rhexis::membrane::Membrane::new("free", mesh, square.material)
     };
     // Solved to what rounding allows, so that nothing but the place can differ.

@@ -3,8 +3,8 @@
 use crate::common::Square;
 use glam::DVec3;
 use rhexis::components::{Fibres, Material, Sleeping, Tearing};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Pin, PinError, Simulation};
 use rhexis::storage::VertexKey;

@@ -1,7 +1,7 @@
 //! Edits of small meshes.
 #![no_main]
 
-#[path = "../../hostile/mod.rs"]
+#[path = "../../../crates/rhexis-scene/tests/hostile/mod.rs"]
 mod hostile;
 
 use libfuzzer_sys::fuzz_target;

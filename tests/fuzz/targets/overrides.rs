@@ -1,7 +1,7 @@
 //! What `--set` puts into the scenes of the catalog: a scene by its number, then a line for each.
 #![no_main]
 
-#[path = "../../hostile/mod.rs"]
+#[path = "../../../crates/rhexis-scene/tests/hostile/mod.rs"]
 mod hostile;
 
 use libfuzzer_sys::fuzz_target;

@@ -1,7 +1,7 @@
 //! The body of a recording, under a head that is right.
 #![no_main]
 
-#[path = "../../hostile/mod.rs"]
+#[path = "../../../crates/rhexis-scene/tests/hostile/mod.rs"]
 mod hostile;
 
 use libfuzzer_sys::fuzz_target;

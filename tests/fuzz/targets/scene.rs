@@ -1,9 +1,9 @@
 //! Scene files.
 #![no_main]
 
-#[path = "../../hostile/mod.rs"]
+#[path = "../../../crates/rhexis-scene/tests/hostile/mod.rs"]
 mod hostile;
 
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|text: &str| hostile::scene(rhexis::scene::Document::new(text, "fuzz.toml")));
+fuzz_target!(|text: &str| hostile::scene(rhexis_scene::Document::new(text, "fuzz.toml")));

@@ -1,13 +1,11 @@
 //! The law of Holzapfel, Gasser and Ogden: derivatives, symmetries, bodies at rest and in motion, and what is refused.
-#![cfg(feature = "scenes")]
 
 mod bodies;
 mod law;
-mod scenes;
 
 use rhexis::components::{Fibres, HolzapfelGasserOgden, Material};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 
 /// The adventitia of an iliac artery (Gasser, Ogden, Holzapfel 2006).
 fn adventitia() -> HolzapfelGasserOgden {

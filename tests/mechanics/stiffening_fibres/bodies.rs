@@ -5,9 +5,9 @@ use crate::common::{self, Square};
 use glam::{DVec2, DVec3};
 use hecs::Entity;
 use rhexis::components::*;
+use rhexis::generate;
 use rhexis::math::{FibreLaw, Sym2};
 use rhexis::membrane::Membrane;
-use rhexis::scene::{Document, generate};
 use rhexis::settings::{LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Topology, Triangles, Vertices};
@@ -262,15 +262,4 @@ fn what_is_not_a_law_or_does_not_go_with_it_is_refused_by_name() {
     let toughness = Toughness { along: 0.02, across: 0.5 };
     let torn = sheet(0.0).with(StiffeningFibres { k1: 3.0, k2: 20.0 }).with(Tearing::default());
     simulation.spawn(torn.with(EnergyCriterion::new(toughness))).unwrap();
-    let scene = |keys: &[&str]| {
-        let mut document = Document::named("fig2-tear").unwrap();
-        keys.iter().for_each(|key| document.set(key).unwrap());
-        document.scene()
-    };
-    let law = ["bodies.0.stiffening_fibres.k1=3", "bodies.0.stiffening_fibres.k2=20"];
-    let instance = scene(&law).unwrap().instantiate().unwrap();
-    let found = instance.simulation.world().query::<&StiffeningFibres>().iter().copied().next();
-    assert_eq!(found, Some(StiffeningFibres { k1: 3.0, k2: 20.0 }));
-    let error = scene(&[law[0], "bodies.0.stiffening_fibres.k2=-1"]).and_then(|s| s.instantiate()).err().unwrap();
-    assert!(error.to_string().contains("stiffening_fibres") && error.to_string().contains("1e-9"), "{error}");
 }

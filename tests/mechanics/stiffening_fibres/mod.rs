@@ -5,8 +5,8 @@ mod derivatives;
 
 use hecs::Entity;
 use rhexis::components::{Fibres, Material, StiffeningFibres};
+use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::scene::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 

@@ -1,0 +1,178 @@
+//! What is noted of every step: the rows of `series.csv` and the figures that the report adds up.
+
+use glam::DVec3;
+use rhexis::components::{Contact, EnergyBalance, EnergyCriterion, Grips, Holds, TearLog};
+use rhexis::report::BodyReport;
+use rhexis::storage::Tips;
+use rhexis_scene::Instance;
+use std::ops::Range;
+
+/// The state after a step. The bodies' figures are added up; a named force keeps its body's name.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Observation {
+    /// Steps of the scene done.
+    pub step: u64,
+    /// Simulated time \[ms\].
+    pub time: f64,
+    /// Linear iterations of the step.
+    pub iterations: u32,
+    /// Newton iterations of the step.
+    pub newton_iterations: u32,
+    /// Largest relative residual of the last linear solves.
+    pub residual: f64,
+    /// Elastic energy \[mJ\].
+    pub elastic: f64,
+    /// Kinetic energy \[mJ\].
+    pub kinetic: f64,
+    /// Length torn or cut \[mm, rest shape\].
+    pub torn: f64,
+    /// Tips alive.
+    pub tips: usize,
+    /// Largest criterion value at a tip.
+    pub criterion: f64,
+    /// Largest energy released per area of tear at a tip, in its last direction, by the material force \[N/mm\].
+    pub release: f64,
+    /// Sums of the bodies' energy balances, where they are kept.
+    pub balance: Option<EnergyBalance>,
+    /// Each body's balance of energy, where it is kept, in the order of the scene's bodies.
+    pub balances: Vec<Option<EnergyBalance>>,
+    /// Surface energy that the toughness of bodies claims for what they have torn \[mJ\], where a body has one.
+    pub surface_energy: Option<f64>,
+    /// Largest overshoot of the toughness, G/G_c − 1, of the step's advances; none in a step without one.
+    pub overshoot: Option<f64>,
+    /// Force of every hold on its body \[N\].
+    pub reactions: Vec<(String, DVec3)>,
+    /// Force of every grip on the tissue \[N\].
+    pub grips: Vec<(String, DVec3)>,
+    /// Torque of every turned hold on its body about its pivot \[N·mm\].
+    pub torques: Vec<(String, DVec3)>,
+    /// Force of every obstacle on the bodies \[N\]; none where no body feels them.
+    pub obstacles: Vec<(String, DVec3)>,
+    /// Which of the reactions and which of the grips are those of each body, in the order of the scene's bodies.
+    pub own: Vec<[Range<usize>; 2]>,
+}
+
+/// Names of forces as they stand in files.
+fn named(body: &str, name: &str) -> String {
+    format!("{body}/{name}")
+}
+
+/// Looks at the simulation as it stands.
+pub(super) fn observe(instance: &mut Instance) -> Observation {
+    let report = instance.simulation.report();
+    let bodies: &[BodyReport] = if report.step == 0 { &[] } else { &report.bodies };
+    let mut o = Observation {
+        step: instance.step(),
+        time: report.time,
+        iterations: bodies.iter().map(|b| b.iterations).sum(),
+        newton_iterations: bodies.iter().map(|b| b.newton_iterations).max().unwrap_or(0),
+        residual: bodies.iter().map(|b| b.residual).fold(0.0, f64::max),
+        ..Observation::default()
+    };
+    for body in instance.bodies.clone() {
+        let name = super::report::body_name(instance, body);
+        let before = [o.reactions.len(), o.grips.len()];
+        if let Ok(energies) = instance.simulation.energies(body) {
+            o.elastic += energies.elastic;
+            o.kinetic += energies.kinetic;
+        }
+        let balance = instance.simulation.energy_balance(body).ok().flatten();
+        if let Some(balance) = &balance {
+            o.balance.get_or_insert_default().add(balance);
+        }
+        o.balances.push(balance);
+        let reactions = instance.simulation.reactions(body).unwrap_or_default();
+        let torques = instance.simulation.torques(body).unwrap_or_default();
+        o.torques.extend(torques.into_iter().map(|(hold, torque)| (named(&name, &hold), torque)));
+        let world = instance.simulation.world();
+        if let Ok(holds) = world.get::<&Holds>(body) {
+            // Before the first step there are holds but no reactions yet.
+            let forces = reactions.into_iter().map(|(_, force)| force).chain(std::iter::repeat(DVec3::ZERO));
+            o.reactions.extend(holds.groups.iter().zip(forces).map(|(hold, force)| (named(&name, &hold.name), force)));
+        }
+        if let Ok(grips) = world.get::<&Grips>(body) {
+            o.grips.extend(grips.pinches.iter().map(|pinch| (named(&name, &pinch.name), pinch.force)));
+        }
+        o.own.push([before[0]..o.reactions.len(), before[1]..o.grips.len()]);
+        if let Ok(log) = world.get::<&TearLog>(body) {
+            o.torn += log.length;
+            if world.satisfies::<&EnergyCriterion>(body) {
+                *o.surface_energy.get_or_insert_default() += log.surface_energy.unwrap_or(0.0);
+            }
+        }
+        if let Ok(tips) = world.get::<&Tips>(body) {
+            o.tips += tips.len();
+            o.criterion = tips.criterion.iter().copied().fold(o.criterion, f64::max);
+        }
+        let forces = instance.simulation.material_forces(body).unwrap_or_default();
+        o.release = forces.iter().map(|force| force.along).fold(o.release, f64::max);
+    }
+    let world = instance.simulation.world();
+    if instance.bodies.iter().any(|&body| world.satisfies::<&Contact>(body)) {
+        o.obstacles = instance.obstacle_forces();
+    }
+    o
+}
+
+impl Observation {
+    /// The columns of `series.csv`.
+    pub fn header(&self) -> Vec<String> {
+        let fixed = [
+            "step",
+            "time_ms",
+            "iterations",
+            "newton_iterations",
+            "residual",
+            "elastic_mJ",
+            "kinetic_mJ",
+            "tear_length_mm",
+            "tips",
+            "max_criterion",
+            "max_release_N_per_mm",
+        ];
+        let mut header: Vec<String> = fixed.map(str::to_owned).to_vec();
+        let balance = self.balance.iter().flat_map(EnergyBalance::terms);
+        header.extend(balance.map(|(name, _)| format!("{name}_mJ")));
+        header.extend(self.balance.map(|_| "dissipated_mJ".to_owned()));
+        if self.surface_energy.is_some() {
+            header.extend(["of_which_surface_energy_mJ", "max_overshoot"].map(str::to_owned));
+        }
+        for (name, _) in self.reactions.iter().chain(&self.grips).chain(&self.obstacles) {
+            header.extend(["x", "y", "z"].map(|axis| format!("{name}_{axis}_N")));
+        }
+        for (name, _) in &self.torques {
+            header.extend(["x", "y", "z"].map(|axis| format!("{name}_torque_{axis}_Nmm")));
+        }
+        header
+    }
+
+    /// The row under [`header`](Self::header). Shortest text that reads back as the same bits.
+    pub fn row(&self) -> Vec<String> {
+        let mut row = vec![
+            self.step.to_string(),
+            self.time.to_string(),
+            self.iterations.to_string(),
+            self.newton_iterations.to_string(),
+            format!("{:e}", self.residual),
+            format!("{:e}", self.elastic),
+            format!("{:e}", self.kinetic),
+            self.torn.to_string(),
+            self.tips.to_string(),
+            self.criterion.to_string(),
+            format!("{:e}", self.release),
+        ];
+        row.extend(self.balance.iter().flat_map(EnergyBalance::terms).map(|(_, term)| format!("{term:e}")));
+        row.extend(self.balance.map(|balance| format!("{:e}", balance.dissipated())));
+        if let Some(energy) = self.surface_energy {
+            // A step without an advance has no overshoot, which is not one of zero.
+            row.extend([format!("{energy:e}"), self.overshoot.unwrap_or(f64::NAN).to_string()]);
+        }
+        for (_, force) in self.reactions.iter().chain(&self.grips).chain(&self.obstacles) {
+            row.extend(force.to_array().map(|f| format!("{f:e}")));
+        }
+        for (_, torque) in &self.torques {
+            row.extend(torque.to_array().map(|t| format!("{t:e}")));
+        }
+        row
+    }
+}

@@ -1,0 +1,213 @@
+//! What adds up over a run: effort, shortfalls, events, forces at the forceps.
+
+use super::guard::GuardTally;
+use super::series::Observation;
+use glam::DVec3;
+use rhexis::event::{Course, EventKind, Verdict};
+use rhexis::report::{BodyReport, Report};
+use rhexis::settings::LinearParams;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Ambiguous decisions that are listed; beyond, they are only counted.
+const MOST_LISTED: usize = 1000;
+
+/// A start or an advance whose runner-up was within 5 %.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub(super) struct AmbiguousDecision {
+    pub step: u64,
+    pub body: String,
+    /// Where it was taken, in the rest shape.
+    pub at_mm: [f64; 3],
+    pub criterion: f64,
+    pub margin: f64,
+}
+
+/// Sums and extremes over the steps done.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub(super) struct Tally {
+    /// Steps.
+    pub steps: u64,
+    /// Linear iterations of all steps.
+    pub iterations: u64,
+    /// Most linear iterations of a step.
+    pub most_iterations: u32,
+    /// Largest relative residual left by a step's last linear solve.
+    pub largest_residual: f64,
+    /// Steps of a single linear solve that stopped above the tolerance.
+    pub unsolved: Count,
+    /// Steps whose Newton iteration stopped short of its tolerance.
+    pub unconverged: Count,
+    /// Steps in which the exact tangent was indefinite and the rotated one took its place.
+    pub fell_back: Count,
+    /// Steps in which a linear solve stopped because its time was up.
+    pub late: Count,
+    /// Steps in which a body went only a part of its way, lest it create energy.
+    pub part_of_way: Count,
+    /// Vertices that found their own way, and the most at once.
+    pub relaxed: Count,
+    pub most_relaxed: usize,
+    /// Steps at whose end vertices were put back outside an obstacle.
+    pub put_outside: Count,
+    /// Steps that were given up.
+    pub failed: Count,
+    /// Sub-steps undone and retried.
+    pub rolled_back: u64,
+    /// Largest criterion value seen at a tip.
+    pub largest_criterion: f64,
+    /// Events by kind.
+    pub events: EventCounts,
+    /// The ambiguous decisions, in order; the first [`MOST_LISTED`] of them.
+    pub ambiguous: Vec<AmbiguousDecision>,
+    /// Steps in which a tear could have gone on when the step's resumes, or rounds, were used up.
+    pub cut_short: Count,
+    grips: BTreeMap<String, GripTally>,
+    /// What the guard against created energy did, by place of the body in the scene.
+    guard: BTreeMap<usize, GuardTally>,
+}
+
+/// How often, and when first.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+pub(super) struct Count {
+    /// Number of steps.
+    pub steps: u64,
+    /// The first of them.
+    pub first: Option<u64>,
+}
+
+impl Count {
+    pub fn note(&mut self, is_so: bool, step: u64) {
+        if is_so {
+            self.steps += 1;
+            self.first.get_or_insert(step);
+        }
+    }
+}
+
+/// Events by kind.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+pub(super) struct EventCounts {
+    pub started: u64,
+    pub advanced: u64,
+    /// Advances that were not exact.
+    pub detoured: u64,
+    pub ambiguous: u64,
+    pub ended: u64,
+    pub piece_freed: u64,
+    /// Cuts by tools.
+    #[serde(default)]
+    pub cut: u64,
+    pub held_shut: u64,
+    pub renewed: u64,
+    pub parted: u64,
+    pub under_resolved: u64,
+    pub held_back: u64,
+    #[serde(default)]
+    pub start_withheld: u64,
+    pub refused: u64,
+    pub slipped: u64,
+    pub fell_asleep: u64,
+    pub woke: u64,
+    pub step_failed: u64,
+    pub step_guarded: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+struct GripTally {
+    squares: f64,
+    steps: u64,
+    peak: f64,
+}
+
+impl Tally {
+    /// Adds a step.
+    pub fn add(&mut self, report: &Report, o: &Observation, linear: &LinearParams) {
+        self.steps += 1;
+        self.iterations += u64::from(o.iterations);
+        self.most_iterations = self.most_iterations.max(o.iterations);
+        self.largest_residual = self.largest_residual.max(o.residual);
+        self.largest_criterion = self.largest_criterion.max(o.criterion);
+        // The solver tests the residual it updates, which rounding parts from the one it reports.
+        // A step of several Newton iterations chooses the tolerance of each and is judged by its convergence.
+        let is_one_solve = report.bodies.iter().all(|body| body.newton_iterations <= 1);
+        let is_placed = |body: &BodyReport| {
+            linear.position_tolerance.is_finite() && body.position_error <= linear.position_tolerance
+        };
+        let is_open = o.residual > 1.01 * linear.tolerance && !report.bodies.iter().all(is_placed);
+        self.unsolved.note(is_one_solve && is_open, o.step);
+        self.unconverged.note(report.bodies.iter().any(|body| !body.is_converged), o.step);
+        self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);
+        self.late.note(report.bodies.iter().any(|body| body.is_late), o.step);
+        self.part_of_way.note(report.bodies.iter().any(|body| body.went_part_of_way), o.step);
+        let relaxed = report.bodies.iter().map(|body| body.relaxed_vertices).max().unwrap_or(0);
+        self.relaxed.note(relaxed > 0, o.step);
+        self.most_relaxed = self.most_relaxed.max(relaxed);
+        self.put_outside.note(report.bodies.iter().any(|body| body.is_put_outside), o.step);
+        self.failed.note(report.has_failed, o.step);
+        self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
+        self.rolled_back += u64::from(report.rolled_back);
+        for (index, body) in report.bodies.iter().enumerate().filter(|(_, body)| body.guard.has_acted()) {
+            self.guard.entry(index).or_default().add(o.step, body);
+        }
+        for (name, force) in o.grips.iter().filter(|(_, force)| *force != DVec3::ZERO) {
+            let grip = self.grips.entry(name.clone()).or_default();
+            grip.squares += force.length_squared();
+            grip.steps += 1;
+            grip.peak = grip.peak.max(force.length());
+        }
+    }
+
+    /// Adds an event of a body.
+    pub fn add_event(&mut self, step: u64, body: &str, kind: &EventKind) {
+        let counts = &mut self.events;
+        match kind {
+            EventKind::Started { at, verdict, .. } => {
+                counts.started += 1;
+                self.note_ambiguous(step, body, *at, *verdict);
+            }
+            EventKind::Advanced { from, criterion, margin, is_ambiguous, course, .. } => {
+                counts.advanced += 1;
+                counts.detoured += u64::from(*course != Course::Exact);
+                let (criterion, margin, is_ambiguous) = (*criterion, *margin, *is_ambiguous);
+                self.note_ambiguous(step, body, *from, Some(Verdict { criterion, margin, is_ambiguous }));
+            }
+            // A consequence of advances, which are counted.
+            EventKind::Released { .. } => {}
+            EventKind::Cut { .. } => counts.cut += 1,
+            EventKind::Slipped { .. } => counts.slipped += 1,
+            EventKind::FellAsleep => counts.fell_asleep += 1,
+            EventKind::Woke { .. } => counts.woke += 1,
+            EventKind::Ended { .. } => counts.ended += 1,
+            EventKind::PieceFreed { .. } => counts.piece_freed += 1,
+            EventKind::HeldShut { .. } => counts.held_shut += 1,
+            EventKind::Renewed { .. } => counts.renewed += 1,
+            EventKind::Parted { .. } => counts.parted += 1,
+            EventKind::UnderResolved { .. } => counts.under_resolved += 1,
+            EventKind::HeldBack { .. } => counts.held_back += 1,
+            EventKind::StartWithheld(_) => counts.start_withheld += 1,
+            EventKind::Refused { .. } => counts.refused += 1,
+            EventKind::StepFailed { .. } => counts.step_failed += 1,
+            EventKind::StepGuarded { .. } => counts.step_guarded += 1,
+        }
+    }
+
+    fn note_ambiguous(&mut self, step: u64, body: &str, at: DVec3, verdict: Option<Verdict>) {
+        let Some(Verdict { criterion, margin, is_ambiguous: true }) = verdict else { return };
+        self.events.ambiguous += 1;
+        if self.ambiguous.len() < MOST_LISTED {
+            let (body, at_mm) = (body.to_owned(), at.to_array());
+            self.ambiguous.push(AmbiguousDecision { step, body, at_mm, criterion, margin });
+        }
+    }
+
+    /// What the guard did to the scene's body of this index.
+    pub fn guard(&self, index: usize) -> GuardTally {
+        self.guard.get(&index).cloned().unwrap_or_default()
+    }
+
+    /// Root mean square over the steps in which the grip was closed, and peak, of the force at a grip \[N\].
+    pub fn grip(&self, name: &str) -> (f64, f64) {
+        let grip = self.grips.get(name).copied().unwrap_or_default();
+        ((grip.squares / grip.steps.max(1) as f64).sqrt(), grip.peak)
+    }
+}

@@ -1,0 +1,175 @@
+//! Regions, total forces, obstacles with edges, and sentences for what there is not.
+
+use glam::DVec3;
+use rhexis::settings::Settings;
+use rhexis::storage::Vertices;
+use rhexis_cli::output::{write_obj, write_ply};
+use rhexis_scene::{Instance, Scene, mesh_file};
+
+fn scene(mode: &str, body: &str, more: &str) -> Result<Instance, String> {
+    let text = format!(
+        "[scene]\nname = 'w'\n[run]\nmode = '{mode}'\ndt = 1\nsteps = 1\n[[bodies]]\nname = 'b'\n\
+         mesh = {{ grid = {{ width = 10, height = 10, nx = 4, ny = 4 }} }}\n\
+         material = {{ young = 1, poisson = 0.3, thickness = 0.1 }}\n{body}\n{more}"
+    );
+    Scene::parse(&text, "w.toml").and_then(|scene| scene.instantiate()).map_err(|error| error.to_string())
+}
+
+const LEFT: &str = "[[bodies.holds]]\nname = 'left'\nregion = { x = 0 }\n";
+
+#[test]
+fn a_total_force_is_shared_and_adds_up() {
+    let load = format!("{LEFT}[[bodies.point_loads]]\nregion = {{ x = 10 }}\ntotal = [0.1, 0, 0]\n");
+    let mut instance = scene("static", "planar = true", &load).unwrap();
+    instance.advance().unwrap();
+    let reactions = instance.simulation.reactions(instance.bodies[0]).unwrap();
+    // The static solve ends at 1e-9 of the largest corner force.
+    assert!((reactions[0].1 + DVec3::X * 0.1).length() < 1e-8 || (reactions[0].1 - DVec3::X * 0.1).length() < 1e-8);
+    let twice = load.replace("total", "force = [1, 0, 0]\ntotal");
+    assert!(scene("static", "planar = true", &twice).err().unwrap().contains("given twice"));
+}
+
+#[test]
+fn regions_select_by_lists_boxes_and_balls() {
+    for (region, count) in [
+        ("vertices = [0, 1, 2]", 3),
+        ("box = [[0, 0, 0], [2.5, 10, 0]]", 10),
+        ("sphere = { centre = [0, 0, 0], radius = 2.5 }", 3),
+    ] {
+        let hold = format!("[[bodies.holds]]\nname = 'h'\nregion = {{ {region} }}\n");
+        let instance = scene("static", "", &hold).unwrap();
+        let world = instance.simulation.world();
+        let holds = world.get::<&rhexis::components::Holds>(instance.bodies[0]).unwrap();
+        assert_eq!(holds.groups[0].members.rows().len(), count, "{region}");
+    }
+    for (bad, what) in [
+        ("vertices = [25]", "no vertex 25"),
+        ("box = [[1, 0], [0, 0]]", "runs backwards"),
+        ("sphere = { radius = -1 }", "-1"),
+        ("group = 'inlet'", "no group \"inlet\": it has none"),
+        ("array = { name = 'part', value = 1 }", "only mesh files have arrays"),
+    ] {
+        let hold = format!("[[bodies.holds]]\nname = 'h'\nregion = {{ {bad} }}\n");
+        let refused = scene("static", "", &hold).err().unwrap();
+        assert!(refused.contains(what), "{bad}: {refused}");
+    }
+}
+
+#[test]
+fn a_pre_stretch_may_be_a_tensor() {
+    let strain = |text: &str| {
+        let instance = scene("static", &format!("pre_stretch = {text}"), LEFT)?;
+        let world = instance.simulation.world();
+        Ok::<_, String>(world.get::<&rhexis::components::PreStretch>(instance.bodies[0]).unwrap().strain)
+    };
+    assert_eq!(strain("[[0.1, 0.01], [0.01, 0.02]]"), strain("[0.1, 0.02, 0.01]"));
+    assert!(strain("[[0.1, 0.01], [0.02, 0.02]]").unwrap_err().contains("symmetric tensor"));
+}
+
+#[test]
+fn a_box_and_a_cylinder_hold_a_sheet() {
+    for obstacle in [
+        "box = { centre = [5, 5, -1.1], half = [4, 4, 1] }",
+        "cylinder = { from = [5, 5, -2.1], to = [5, 5, -0.1], radius = 4 }",
+        "cylinder = { from = [-9, 5, -4.1], to = [19, 5, -4.1], radius = 4 }",
+    ] {
+        let body = "gravity = [0, 0, -9.81e-3]\ndrag = 1e-4\ndamping = 1\ncontact = {}";
+        let mut instance = scene("dynamic", body, &format!("[[obstacles]]\n{obstacle}\n")).unwrap();
+        for _ in 0..60 {
+            instance.advance().unwrap();
+        }
+        let vertices = instance.simulation.world().get::<&Vertices>(instance.bodies[0]).unwrap();
+        let middle = vertices.rest_position.iter().position(|p| *p == DVec3::new(5.0, 5.0, 0.0)).unwrap();
+        // 60 ms of free fall are 17 mm; a penalty lets it in by less than a tenth of an edge.
+        assert!((-0.35..0.01).contains(&vertices.position[middle].z), "{obstacle}: {}", vertices.position[middle]);
+    }
+    for bad in ["box = { centre = [0, 0], half = [1, 0, 1] }", "cylinder = { from = [0, 0], to = [0, 0], radius = 1 }"]
+    {
+        assert!(scene("dynamic", "contact = {}", &format!("[[obstacles]]\n{bad}\n")).is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn what_there_is_not_is_refused_with_what_there_is() {
+    for (body, more, what) in [
+        ("contact = { self = true }", "", "does not touch itself"),
+        ("prony = [[0.3, 100]]", "", "`damping`"),
+        ("pressure = { volume = 100 }", "", "`pressure` as a number"),
+        ("wind = [1, 0, 0]", "", "`drag`"),
+        ("", "[[obstacles]]\nmesh = { file = 'tool.stl' }", "tool.stl"),
+        ("", "[[obstacles]]\nmesh = { grid = { width = 1, height = 1, nx = 1, ny = 1 } }", "not closed"),
+        ("", "[[bodies.springs]]\nregion = { all = true }\nper_area = 0.1\nbreak_force = 1", "springs do not break"),
+        ("", "[[bodies.clamps]]\nregion = { x = 10 }", "rigid clamp"),
+        ("", "[[bodies.holds]]\nname = 'skew'\nregion = { x = 0 }\nnormal = [1, 1, 0]", "`axes`"),
+        ("", "[[bodies.holds]]\nname = 'h'\nregion = { x = 0 }\npivot = [1, 1, 0]", "no turn about it"),
+        ("contact = {}", "[[obstacles]]\nsphere = { centre = [0, 0], radius = 1 }\npivot = [0, 0]", "no turn about it"),
+        (
+            "contact = {}",
+            "[[obstacles]]\nsphere = { centre = [0, 0], radius = 1 }\nspin = [0, 0, 1]\nrotate = [[0, [0, 0, 0]]]",
+            "given twice",
+        ),
+        ("stiffening_fibres = [{ k1 = 1, k2 = 10, degrees = 40 }]", "", "holzapfel_gasser_ogden"),
+    ] {
+        let refused = scene("static", body, more).err().unwrap();
+        assert!(refused.contains(what), "{body}{more}: {refused}");
+    }
+}
+
+#[test]
+fn a_static_failure_names_what_helps() {
+    let flat =
+        scene("static", "gravity = [0, 0, -9.81e-3]", "[[bodies.holds]]\nname = 'r'\nregion = { boundary = true }\n");
+    let failed = flat.unwrap().advance().unwrap_err().to_string();
+    assert!(failed.contains("flat sheet") && failed.contains("bending"), "{failed}");
+    let text = "[scene]\nname = 'f'\n[run]\nmode = 'static'\ndt = 1\nsteps = 1\n[[bodies]]\nname = 'two'\n\
+        mesh = { inline = { positions = [[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0,3,0],[1,3,0],[1,4,0]], triangles = [[0,1,2],[0,2,3],[4,5,6]] } }\n\
+        material = { young = 1, poisson = 0.3, thickness = 0.1 }\ngravity = [0.001, 0, 0]\n\
+        [[bodies.holds]]\nname = 'left'\nregion = { x = 0, y = [0, 1] }\n";
+    let failed = Scene::parse(text, "f.toml").unwrap().instantiate().unwrap().advance().unwrap_err().to_string();
+    assert!(failed.contains("piece 1 of 2 of body `two`, 1 triangle(s)"), "{failed}");
+}
+
+#[test]
+fn a_torn_surface_is_read_back_from_obj_and_ply() {
+    let cut = "[[bodies.cuts]]\npolyline = [[0, 5], [6, 5]]\n";
+    let mut instance =
+        scene("static", "", &format!("[[bodies.holds]]\nname = 'r'\nregion = {{ all = true }}\n{cut}")).unwrap();
+    let frame = instance.simulation.frame();
+    let folder = tempfile::tempdir().unwrap();
+    let [obj, ply] = ["a.obj", "a.ply"].map(|name| folder.path().join(name));
+    write_obj(&obj, &frame.bodies[0]).unwrap();
+    write_ply(&ply, &frame.bodies[0]).unwrap();
+    for path in [obj, ply] {
+        let mesh = mesh_file::read(&path).unwrap();
+        // The reader of OBJ numbers vertices as triangles use them.
+        let corners = |positions: &[DVec3], triangles: &[[u32; 3]]| -> Vec<[DVec3; 3]> {
+            triangles.iter().map(|corners| corners.map(|v| positions[v as usize])).collect()
+        };
+        let body = &frame.bodies[0];
+        assert_eq!(mesh.positions.len(), body.positions.len(), "both lips are there");
+        assert_eq!(corners(&mesh.positions, &mesh.triangles), corners(&body.positions, &body.triangles));
+    }
+}
+
+/// `accuracy` names the library's presets; other keys take their places.
+#[test]
+fn presets_and_budgets_are_those_of_the_library() {
+    let settings = |keys: &str| {
+        let run = format!("mode = 'dynamic'\n{keys}");
+        let text = format!(
+            "[scene]\nname = 'w'\n[run]\n{run}\ndt = 1\nsteps = 1\n[[bodies]]\nname = 'b'\n\
+             mesh = {{ grid = {{ width = 10, height = 10, nx = 4, ny = 4 }} }}\n\
+             material = {{ young = 1, poisson = 0.3, thickness = 0.1 }}\n"
+        );
+        let instance = Scene::parse(&text, "w.toml").and_then(|scene| scene.instantiate());
+        instance.map(|instance| *instance.simulation.settings()).map_err(|error| error.to_string())
+    };
+    for (name, preset) in Settings::presets() {
+        assert_eq!(settings(&format!("accuracy = '{name}'")).unwrap(), preset, "{name}");
+    }
+    assert_eq!(settings("").unwrap(), Settings::default());
+    let own = settings("accuracy = 'game'\nbudget = 40\nposition_tolerance = inf\nhalvings = 3").unwrap();
+    assert_eq!((own.budget, own.linear.position_tolerance, own.halvings, own.resumes), (Some(40), f64::INFINITY, 3, 2));
+    assert!(settings("budget = 0").unwrap_err().contains("run.budget"));
+    assert!(settings("position_tolerance = 0").unwrap_err().contains("run.position_tolerance"));
+}

@@ -1,0 +1,408 @@
+//! From `[[bodies]]` to a membrane with its components.
+
+use super::error::{Fault, not_negative, positive};
+use super::fibre_field::fibres;
+use super::fibre_law::{fibre_law, neo_hookean};
+use super::mesh_file::MeshFile;
+use super::region::Surface;
+use super::schema::{
+    BodySpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec, MaterialSpec, RefinementSpec, SleepSpec,
+    TearModeSpec, TearingSpec,
+};
+use super::springs::{point_loads, springs};
+use super::{grasp, held, mesh_file, per_triangle, shape};
+use glam::DVec3;
+use rhexis::components::{
+    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Hold, HoldTurns, Material,
+    PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
+};
+use rhexis::membrane::{BodyError, Membrane};
+use rhexis::storage::Attached;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What all copies of a body have in common, and what takes long: read and made once.
+pub(super) struct Sheet {
+    /// The mesh with what its file says of it.
+    pub file: MeshFile,
+    /// Of a fibre file.
+    pub fibres: Option<Vec<DVec3>>,
+    /// Largest way by which `planar` moved a vertex \[mm\].
+    pub flattened: f64,
+}
+
+/// Makes or reads the mesh, and reads the file of fibres. `key` is the body's path in the file.
+pub(super) fn sheet(spec: &BodySpec, folder: &Path, key: &str) -> Result<Sheet, Fault> {
+    let mut file = shape::mesh(&spec.mesh, &per_triangle::arrays(spec, key)?, folder, &format!("{key}.mesh"))?;
+    let fibres = match &spec.fibres {
+        Some(FibreSpec::File(path)) => {
+            let read = mesh_file::read_fibres(&folder.join(path));
+            Some(read.map_err(|error| shape::refused_file(&format!("{key}.fibres.file"), error))?)
+        }
+        _ => None,
+    };
+    let flattened = if spec.planar { shape::flatten(&mut file.mesh, key)? } else { 0.0 };
+    Ok(Sheet { file, fibres, flattened })
+}
+
+/// A membrane, not yet spawned: the copy of this name.
+pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) -> Result<Membrane, Fault> {
+    let mesh = &sheet.file.mesh;
+    let material = material(&spec.material, &format!("{key}.material"))?;
+    let mut membrane = Membrane::new(name, mesh.clone(), material);
+    if let Some(grading) = &spec.grading {
+        membrane = graded(membrane, material, grading, &format!("{key}.grading"))?;
+    }
+    membrane = per_triangle::values(membrane, spec, &sheet.file, key)?;
+    if let Some(own) = &spec.fibres {
+        membrane = membrane.fibres(fibres(own, sheet, &format!("{key}.fibres"))?);
+    }
+    if spec.planar {
+        membrane = membrane.planar();
+    }
+    membrane = surroundings(membrane, spec, key)?;
+    if let Some(spec) = &spec.tearing {
+        membrane = membrane.with(tearing(spec, &material, &format!("{key}.tearing"))?);
+    }
+    if let Some(criterion) = tip_criterion(spec, &material, key)? {
+        membrane = membrane.with(criterion);
+    }
+    if let Some(refinement) = &spec.refinement {
+        let key = format!("{key}.refinement");
+        let Some(tearing) = &spec.tearing else {
+            let what = "the mesh is refined around tear tips, and this body has none";
+            return Err(Fault::new(key, what, "add a `tearing` table, or remove this one"));
+        };
+        membrane = membrane.with(self::refinement(refinement, tearing.radius, &key)?);
+    }
+    membrane = boundary_conditions(membrane, spec, &sheet.file, key)?;
+    Ok(membrane)
+}
+
+fn material(spec: &MaterialSpec, key: &str) -> Result<Material, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let thickness = positive(at("thickness"), spec.thickness, "mm")?;
+    let density = positive(at("density"), spec.density, "g/mm³")?;
+    if let Some(material) = neo_hookean(spec, key)? {
+        return Ok(material);
+    }
+    let MaterialSpec { young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus, .. } = *spec;
+    let named = |values: [(&str, Option<f64>, &str); 4]| {
+        values.into_iter().try_for_each(|(name, value, unit)| match value {
+            Some(value) => positive(at(name), value, unit).map(|_| ()),
+            None => Ok(()),
+        })
+    };
+    named([
+        ("young", young, "MPa"),
+        ("young_fibre", young_fibre, "MPa"),
+        ("young_transverse", young_transverse, "MPa"),
+        ("shear_modulus", shear_modulus, "MPa"),
+    ])?;
+    let material = match (young, poisson, young_fibre, young_transverse, poisson_major, shear_modulus) {
+        (Some(young), Some(poisson), None, None, None, None) => {
+            if poisson <= -1.0 || poisson >= 1.0 {
+                let what = format!("{poisson} is outside −1 to 1, where the energy of a membrane is positive");
+                return Err(Fault::new(at("poisson"), what, "soft tissue is near 0.45"));
+            }
+            Material { density, ..Material::isotropic(young, poisson, thickness) }
+        }
+        (None, None, Some(young_fibre), Some(young_transverse), Some(poisson_major), shear_modulus) => {
+            Material { young_fibre, young_transverse, poisson_major, shear_modulus, thickness, density }
+        }
+        _ => {
+            let hint = "give `young` and `poisson` (isotropic), or `young_fibre`, `young_transverse`, `poisson_major` \
+                        and optionally `shear_modulus`";
+            return Err(Fault::new(key, "the elastic constants are incomplete or mixed", hint));
+        }
+    };
+    material.stiffness().map_err(|error| inadmissible(key, &error))?;
+    Ok(material)
+}
+
+fn inadmissible(key: &str, error: &rhexis::math::InadmissibleMaterial) -> Fault {
+    let message = error.to_string();
+    let (what, hint) = message.split_once(": it must").unwrap_or((&message, ""));
+    Fault::new(format!("{key}.poisson_major"), what, format!("it must{hint}"))
+}
+
+fn graded(membrane: Membrane, material: Material, spec: &GradingSpec, key: &str) -> Result<Membrane, Fault> {
+    let ratio = positive(format!("{key}.ratio_at_rim"), spec.ratio_at_rim, "")?;
+    let radius = positive(format!("{key}.radius"), spec.radius, "mm")?;
+    let axis = direction(spec.axis.0, &format!("{key}.axis"))?;
+    let centre = spec.centre.0;
+    Ok(membrane.graded(move |at| {
+        let out = (at - centre).reject_from_normalized(axis).length();
+        let root = (1.0 + (ratio - 1.0) * (out / radius).min(1.0)).sqrt();
+        Material {
+            young_fibre: material.young_fibre * root,
+            young_transverse: material.young_transverse / root,
+            ..material
+        }
+    }))
+}
+
+/// Files and messages tell things of a kind apart by their names; each with its path in the file.
+pub(super) fn own_names(named: impl Iterator<Item = (String, String)>) -> Result<(), Fault> {
+    let mut first = BTreeMap::new();
+    for (i, (key, name)) in named.enumerate() {
+        let refuse = |what: String| Err(Fault::new(format!("{key}.name"), what, "give each a name of its own"));
+        if name.trim().is_empty() {
+            return refuse("the name is empty".to_owned());
+        }
+        if let Some(first) = first.get(&name) {
+            return refuse(format!("the name `{name}` is taken by entry {first}"));
+        }
+        first.insert(name, i);
+    }
+    Ok(())
+}
+
+/// A unit vector.
+pub(super) fn direction(vector: DVec3, key: &str) -> Result<DVec3, Fault> {
+    vector.try_normalize().ok_or_else(|| Fault::new(key, "it has no direction", "give a vector that is not zero"))
+}
+
+/// What acts on the body as a whole.
+fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Membrane, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    if let Some(strain) = spec.pre_stretch {
+        membrane = membrane.with(PreStretch { strain: strain.0 });
+    }
+    membrane = fibre_law(membrane, spec, key)?;
+    if let Some(time) = spec.damping {
+        membrane = membrane.with(Damping { time: not_negative(at("damping"), time, "ms")? });
+    }
+    if let Some(acceleration) = spec.gravity {
+        membrane = membrane.with(Gravity { acceleration: acceleration.0 });
+    }
+    if let Some(coefficient) = spec.drag {
+        membrane = membrane.with(Drag { coefficient: not_negative(at("drag"), coefficient, "N·ms/mm³")? });
+    }
+    if let Some(curve) = &spec.pressure {
+        if spec.planar {
+            let what = "pressure pushes out of the plane, in which `planar` keeps the body";
+            return Err(Fault::new(at("pressure"), what, "remove one of the two"));
+        }
+        membrane = membrane.with(Pressure { curve: curve.0.clone() });
+    }
+    if let Some(bending) = &spec.bending {
+        let stiffness = bending.stiffness.map(|d| positive(at("bending.stiffness"), d, "N·mm")).transpose()?;
+        membrane = membrane.with(Bending { stiffness });
+    }
+    if let Some(contact) = &spec.contact {
+        let stiffness = contact.stiffness.map(|k| positive(at("contact.stiffness"), k, "N/mm³")).transpose()?;
+        let friction = not_negative(at("contact.friction"), contact.friction, "")?;
+        membrane = membrane.with(Contact { stiffness, friction });
+    }
+    if let Some(SleepSpec { strain, steps }) = spec.sleep {
+        if steps == 0 {
+            return Err(Fault::new(at("sleep.steps"), "0 steps are none", "give 1 or more"));
+        }
+        let strain = positive(at("sleep.strain"), strain, "")?;
+        membrane = membrane.with(Sleeping { strain, steps, ..Sleeping::default() });
+    }
+    Ok(membrane)
+}
+
+fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let radius = positive(at("radius"), spec.radius, "mm")?;
+    let thresholds = thresholds(spec, material, radius, key)?;
+    let cone = positive(at("cone_degrees"), spec.cone_degrees, "°")?;
+    if cone > 180.0 {
+        return Err(Fault::new(at("cone_degrees"), format!("{cone}° is more than a half turn"), "give at most 180"));
+    }
+    let ultimate_stretch =
+        spec.ultimate_stretch.map(|value| positive(at("ultimate_stretch"), value, "")).transpose()?;
+    if let Some(stretch) = ultimate_stretch.filter(|stretch| *stretch <= 1.0) {
+        let what = format!("{stretch} parts tissue that is not stretched");
+        return Err(Fault::new(at("ultimate_stretch"), what, "give more than 1"));
+    }
+    let branch_margin = spec.branch_margin;
+    if let Some(margin) = branch_margin.filter(|margin| !(0.0..1.0).contains(margin)) {
+        let what = format!("{margin} is no margin of a tie");
+        return Err(Fault::new(at("branch_margin"), what, "give at least 0 and less than 1, such as 1e-6"));
+    }
+    Ok(Tearing {
+        exponent: positive(at("exponent"), spec.exponent, "")?,
+        cone: cone.to_radians(),
+        mode: match spec.mode {
+            TearModeSpec::Free => TearMode::Free,
+            TearModeSpec::Edge => TearMode::Edge,
+        },
+        max_tear_speed: positive(at("max_tear_speed"), spec.max_tear_speed, "mm/ms")?,
+        may_initiate: spec.may_initiate,
+        ultimate_stretch,
+        branch_margin,
+        ..thresholds
+    })
+}
+
+/// Strengths and R, from strengths or from toughnesses.
+fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -> Result<Tearing, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let TearingSpec { strength_transverse, strength_fibre, strength_ratio, toughness_along, toughness_across, .. } =
+        *spec;
+    match (strength_transverse, strength_fibre, strength_ratio, toughness_along, toughness_across) {
+        (Some(transverse), fibre, ratio, None, None) => {
+            let strength_transverse = positive(at("strength_transverse"), transverse, "MPa")?;
+            let strength_fibre = match (fibre, ratio) {
+                (Some(strength), None) => positive(at("strength_fibre"), strength, "MPa")?,
+                (None, Some(ratio)) => strength_transverse * positive(at("strength_ratio"), ratio, "")?,
+                _ => {
+                    let what = "the strength across the fibres is given twice or not at all";
+                    return Err(Fault::new(key, what, "give either `strength_fibre` or `strength_ratio`"));
+                }
+            };
+            Ok(Tearing { strength_fibre, strength_transverse, radius, ..Tearing::default() })
+        }
+        (None, None, None, Some(along), Some(across)) => {
+            let along = positive(at("toughness_along"), along, "N/mm")?;
+            let across = positive(at("toughness_across"), across, "N/mm")?;
+            let law = material.stiffness().map_err(|error| inadmissible(key, &error))?;
+            let tearing = Tearing::of_toughness(Toughness { along, across }, &law, radius);
+            tearing.map_err(|error| Fault::new(key, error, "give numbers of an ordinary size"))
+        }
+        _ => {
+            let hint = "give `strength_transverse` with `strength_fibre` or `strength_ratio` [MPa], or both of \
+                        `toughness_along` and `toughness_across` [N/mm]; one kind follows from the other through `radius`";
+            Err(Fault::new(key, "strengths and toughnesses are incomplete or mixed", hint))
+        }
+    }
+}
+
+/// What tips decide by, where that is energy.
+fn tip_criterion(spec: &BodySpec, material: &Material, key: &str) -> Result<Option<EnergyCriterion>, Fault> {
+    let at = format!("{key}.energy_criterion");
+    match (&spec.energy_criterion, &spec.tearing) {
+        (Some(_), None) => {
+            let what = "the criterion on energy decides at tear tips, and this body has none";
+            Err(Fault::new(at, what, "add a `tearing` table, or remove this one"))
+        }
+        (Some(_), Some(TearingSpec { criterion: Some(CriterionSpec::Stress), .. })) => {
+            let what = "`tearing` lets the stress decide, and this table the energy";
+            Err(Fault::new(at, what, "remove this table, or `criterion` in `tearing`"))
+        }
+        (Some(energy), Some(_)) => energy_criterion(energy, &at).map(Some),
+        (None, Some(tearing)) => {
+            let is_tough = tearing.toughness_along.is_some();
+            if tearing.criterion.map_or(!is_tough, |criterion| criterion == CriterionSpec::Stress) {
+                return Ok(None);
+            }
+            let key = format!("{key}.tearing");
+            let thresholds = thresholds(tearing, material, tearing.radius, &key)?;
+            let given = tearing.toughness_along.zip(tearing.toughness_across);
+            let toughness = match given {
+                Some((along, across)) => Toughness { along, across },
+                None => thresholds.toughness(&material.stiffness().map_err(|error| inadmissible(&key, &error))?),
+            };
+            Ok(Some(EnergyCriterion::new(toughness)))
+        }
+        (None, None) => Ok(None),
+    }
+}
+
+fn energy_criterion(spec: &EnergyCriterionSpec, key: &str) -> Result<EnergyCriterion, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let along = positive(at("toughness_along"), spec.toughness_along, "N/mm")?;
+    let across = positive(at("toughness_across"), spec.toughness_across, "N/mm")?;
+    let ring = positive(at("ring"), spec.ring, "")?;
+    if ring > 100.0 {
+        let what = format!("a ring of {ring} averaging radii is too wide");
+        return Err(Fault::new(at("ring"), what, "give 100 at most; 2 serves"));
+    }
+    Ok(EnergyCriterion { toughness: Toughness { along, across }, ring })
+}
+
+fn refinement(spec: &RefinementSpec, radius: f64, key: &str) -> Result<Refinement, Fault> {
+    let at = |name: &str| format!("{key}.{name}");
+    let (name, edges_per_radius) = match (spec.edges_per_radius, spec.edge) {
+        (Some(edges), None) => ("edges_per_radius", positive(at("edges_per_radius"), edges, "")?),
+        (None, Some(edge)) => ("edge", radius / positive(at("edge"), edge, "mm")?),
+        (None, None) => ("edges_per_radius", Refinement::default().edges_per_radius),
+        (Some(_), Some(_)) => {
+            return Err(Fault::new(key, "the fineness is given twice", "give either `edges_per_radius` or `edge`"));
+        }
+    };
+    if edges_per_radius > 100.0 {
+        let what = format!("{edges_per_radius} edges per averaging radius are too many");
+        return Err(Fault::new(at(name), what, "give 100 at most; 3 to 6 serve"));
+    }
+    if !(1.0..=100.0).contains(&spec.budget) {
+        let hint = "give the largest number of triangles as a multiple of those at the start, 1 to 100";
+        return Err(Fault::new(at("budget"), format!("{} is outside 1 to 100", spec.budget), hint));
+    }
+    let margin = spec.margin.map(|margin| not_negative(at("margin"), margin, "mm")).transpose()?;
+    Ok(Refinement { edges_per_radius, margin, budget: spec.budget, may_coarsen: spec.may_coarsen })
+}
+
+/// What acts on parts of the body.
+fn boundary_conditions(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile, key: &str) -> Result<Membrane, Fault> {
+    let (mesh, surface) = (&file.mesh, Surface::new(file));
+    let own = |kind: &str, names: Vec<&String>| {
+        own_names(names.into_iter().enumerate().map(|(i, name)| (format!("{key}.{kind}.{i}"), name.clone())))
+    };
+    own("holds", spec.holds.iter().map(|hold| &hold.name).collect())?;
+    own("grips", spec.grips.iter().map(|grip| &grip.name).collect())?;
+    let turns =
+        spec.holds.iter().enumerate().map(|(i, hold)| held::turn(hold, i, spec.planar, &format!("{key}.holds.{i}")));
+    let turns: Vec<Option<_>> = turns.collect::<Result<_, _>>()?;
+    if turns.iter().any(Option::is_some) {
+        membrane = membrane.with(HoldTurns { list: turns.into_iter().flatten().collect() });
+    }
+    for (i, hold) in spec.holds.iter().enumerate() {
+        let key = format!("{key}.holds.{i}");
+        let rows = surface.vertices(&hold.region, &format!("{key}.region"))?;
+        let m = &hold.movement;
+        let offset = |p: DVec3| m.offset.0 + m.per_x.0 * p.x + m.per_y.0 * p.y + m.per_z.0 * p.z;
+        membrane = membrane.hold(Hold {
+            name: hold.name.clone(),
+            members: Attached::new(rows.into_iter().map(|row| (row, offset(mesh.positions[row as usize])))),
+            axes: held::axes(&hold.axes, &format!("{key}.axes"))?,
+            curve: hold.curve.0.clone(),
+        });
+    }
+    if !spec.point_loads.is_empty() {
+        let mut groups = Vec::new();
+        for (i, load) in spec.point_loads.iter().enumerate() {
+            groups.extend(point_loads(load, mesh, &surface, &format!("{key}.point_loads.{i}"))?);
+        }
+        membrane = membrane.with(PointLoads { groups });
+    }
+    if !spec.edge_loads.is_empty() {
+        let groups = spec.edge_loads.iter().enumerate().map(|(i, load)| {
+            let edges = surface.edges(&load.region, &format!("{key}.edge_loads.{i}.region"))?;
+            Ok(EdgeLoad { edges, traction: load.traction.0, curve: load.curve.0.clone() })
+        });
+        membrane = membrane.with(EdgeLoads { groups: groups.collect::<Result<_, Fault>>()? });
+    }
+    if !spec.springs.is_empty() {
+        membrane = membrane.with(springs(spec, mesh, &surface, key)?);
+    }
+    if !spec.grips.is_empty() {
+        let grips = spec.grips.iter().enumerate().map(|(i, grip)| grasp::grip(grip, &format!("{key}.grips.{i}")));
+        membrane = membrane.with(Grips::new(grips.collect::<Result<_, Fault>>()?));
+    }
+    Ok(membrane)
+}
+
+/// What spawning found, under the key that caused it.
+pub(super) fn refused_body(spec: &BodySpec, key: &str, error: &BodyError) -> Fault {
+    match error {
+        BodyError::ContradictoryHolds { first, second, axis, row } => {
+            let at = spec.holds.iter().position(|hold| hold.name == *second).unwrap_or(0);
+            let what = format!("holds `{first}` and `{second}` both prescribe {axis} of vertex {row}");
+            let hint = "make their regions disjoint (`except`), or let one of them leave that axis free (`axes`)";
+            Fault::new(format!("{key}.holds.{at}"), what, hint)
+        }
+        BodyError::FibreCount { .. } => {
+            let message = error.to_string();
+            let (what, hint) = message.split_once(": ").unwrap_or((&message, ""));
+            Fault::new(format!("{key}.fibres"), what, hint)
+        }
+        BodyError::Material { .. } => Fault::new(format!("{key}.grading"), error, "choose a ratio nearer to 1"),
+        BodyError::OutOfRange { .. } => Fault::new(key, error, "give numbers of an ordinary size"),
+        _ => Fault::new(key, error, "mend the mesh where the message points"),
+    }
+}

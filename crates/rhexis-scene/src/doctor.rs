@@ -1,0 +1,216 @@
+//! What a mesh is like, for a look before it is run.
+
+use super::mesh_file::{MeshFile, coincident};
+use super::schema::{BodySpec, FibreSpec, MeshSpec};
+use rhexis::math::{elementary, smallest_angle};
+use rhexis::storage::TriangleMesh;
+use std::fmt;
+
+/// A mesh in figures, as it is before any cut.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct MeshSummary {
+    /// Pieces that no edge joins.
+    pub pieces: usize,
+    /// Closed lines of edges with one triangle.
+    pub boundary_loops: usize,
+    /// Vertices at the place of another, within 1e-9 of the extent.
+    pub coincident: usize,
+    /// Vertices that reading joined to others.
+    pub joined: usize,
+    /// Triangles that reading turned over.
+    pub turned: usize,
+    /// What reading dropped and split, in words; empty for nothing.
+    pub repaired: String,
+    /// Largest way by which `planar` moved a vertex \[mm\].
+    #[serde(rename = "flattened_mm")]
+    pub flattened: f64,
+    /// Smallest angle of a triangle \[°\].
+    #[serde(rename = "smallest_angle_deg")]
+    pub smallest_angle: f64,
+    /// Shortest, mean and longest edge \[mm\].
+    #[serde(rename = "edges_mm")]
+    pub edges: [f64; 3],
+    /// Where the fibres come from, in words.
+    pub fibres: String,
+    /// What its vertices carry, in words; empty for nothing.
+    pub attributes: String,
+    /// Vertices with several texture coordinates in the file, of which they have the first.
+    pub seams: usize,
+    /// Arrays of the file that nothing uses.
+    pub unused_arrays: Vec<String>,
+    /// Edge of the equilateral triangle with the mean area \[mm\].
+    #[serde(rename = "mean_size_mm")]
+    pub mean_size: f64,
+}
+
+/// Looks at a mesh.
+pub(super) fn look(spec: &BodySpec, file: &MeshFile, flattened: f64) -> MeshSummary {
+    let mesh = &file.mesh;
+    let at = |v: u32| mesh.positions[v as usize];
+    let lengths =
+        mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]].map(|[i, j]| at(i).distance(at(j))));
+    let (mut shortest, mut sum, mut longest) = (f64::INFINITY, 0.0, 0.0_f64);
+    for length in lengths {
+        shortest = shortest.min(length);
+        sum += length;
+        longest = longest.max(length);
+    }
+    let count = mesh.triangles.len().max(1) as f64;
+    let angles = mesh.triangles.iter().map(|t| smallest_angle(t.map(at)).to_degrees());
+    let area: f64 =
+        mesh.triangles.iter().map(|t| 0.5 * (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).length()).sum();
+    let (pieces, boundary_loops) = pieces_and_loops(mesh);
+    MeshSummary {
+        pieces,
+        boundary_loops,
+        coincident: coincident(&mesh.positions),
+        joined: file.tidied.joined,
+        turned: file.tidied.turned,
+        repaired: file.tidied.defects.text(),
+        flattened,
+        smallest_angle: angles.fold(f64::INFINITY, f64::min),
+        edges: [shortest, sum / (3.0 * count), longest],
+        fibres: fibres(spec, file),
+        attributes: attributes(file),
+        seams: file.seams,
+        unused_arrays: file.passed_over.clone(),
+        mean_size: (area / count * 4.0 / 3.0_f64.sqrt()).sqrt(),
+    }
+}
+
+fn attributes(file: &MeshFile) -> String {
+    let channels = file.attributes.iter().flat_map(|attributes| &attributes.channels);
+    channels.map(|(channel, _)| channel.name()).collect::<Vec<_>>().join(", ")
+}
+
+fn fibres(spec: &BodySpec, file: &MeshFile) -> String {
+    let own = match (&spec.fibres, &file.fibres_from) {
+        (None, Some(from)) => format!("from the array {from}"),
+        (None, None) => match spec.mesh {
+            MeshSpec::File(_) => "along x: the file has no array of fibres that is known by its name".to_owned(),
+            _ => "along x".to_owned(),
+        },
+        (Some(FibreSpec::Array(_)), from) => format!("from the array {}", from.as_deref().unwrap_or_default()),
+        (Some(FibreSpec::File(path)), _) => format!("from the file {}", path.display()),
+        (Some(FibreSpec::Degrees(degrees)), _) => format!("at {degrees}° from x"),
+        (Some(FibreSpec::Direction(d)), _) => format!("along {}", d.0),
+        (Some(FibreSpec::Concentric(a)), _) => format!("concentric, {}° outwards", a.degrees),
+        (Some(FibreSpec::Radial(a)), _) => format!("radial, at {}°", a.degrees),
+        (Some(FibreSpec::Helix(a)), _) => format!("helical, rising by {}°", a.degrees),
+    };
+    match (&spec.fibres, &file.fibres_from) {
+        (Some(FibreSpec::Array(_)), _) | (None, _) | (_, None) => own,
+        (Some(_), Some(from)) => format!("{own}, in place of the array {from}"),
+    }
+}
+
+/// Pieces, by triangles that share edges, and loops of edges with one triangle.
+fn pieces_and_loops(mesh: &TriangleMesh) -> (usize, usize) {
+    let mut halves: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
+    for (triangle, &[a, b, c]) in (0..).zip(&mesh.triangles) {
+        halves.extend([[a, b], [b, c], [c, a]].map(|[i, j]| ([i.min(j), i.max(j)], triangle)));
+    }
+    halves.sort_unstable();
+    let mut pieces = Sets::new(mesh.triangles.len());
+    // In a manifold each vertex has no boundary edge or two: its loops are the sets that those edges join.
+    let mut rim = Sets::new(mesh.positions.len());
+    let mut is_rim = vec![false; mesh.positions.len()];
+    for group in halves.chunk_by(|a, b| a.0 == b.0) {
+        match group {
+            [only] => {
+                rim.join(only.0[0], only.0[1]);
+                only.0.iter().for_each(|&v| is_rim[v as usize] = true);
+            }
+            [first, others @ ..] => others.iter().for_each(|other| pieces.join(first.1, other.1)),
+            [] => {}
+        }
+    }
+    (pieces.count(|_| true), rim.count(|v| is_rim[v]))
+}
+
+/// Sets of rows that are joined one by one.
+struct Sets(Vec<u32>);
+
+impl Sets {
+    fn new(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    fn first(&mut self, mut row: u32) -> u32 {
+        while self.0[row as usize] != row {
+            self.0[row as usize] = self.0[self.0[row as usize] as usize];
+            row = self.0[row as usize];
+        }
+        row
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.first(a), self.first(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+
+    fn count(&self, is_counted: impl Fn(usize) -> bool) -> usize {
+        self.0.iter().enumerate().filter(|(row, first)| *row == **first as usize && is_counted(*row)).count()
+    }
+}
+
+impl MeshSummary {
+    /// What is likely to be a mistake: told by the check, the report and the summary of a run.
+    pub fn doubts(&self) -> Vec<String> {
+        let mut list = Vec::new();
+        if self.coincident > 0 {
+            list.push(format!(
+                "{} vertices lie where others do, and the mesh is in {} piece(s) with {} boundary loop(s): coincident vertices are not \
+                 joined; `weld` in the mesh's table joins them",
+                self.coincident, self.pieces, self.boundary_loops
+            ));
+        }
+        if self.seams > 0 {
+            list.push(format!(
+                "{} vertices have several texture coordinates in the file and keep the first: the texture is drawn out along these seams",
+                self.seams
+            ));
+        }
+        list
+    }
+}
+
+impl fmt::Display for MeshSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [shortest, mean, longest] = self.edges.map(length);
+        write!(
+            f,
+            "{} piece(s), {} boundary loop(s), edges {shortest} to {longest} mm (mean {mean}), smallest angle {:.1}°",
+            self.pieces, self.boundary_loops, self.smallest_angle
+        )?;
+        let told = [(self.joined, "vertices joined"), (self.turned, "triangle(s) turned over")];
+        for (count, what) in told.into_iter().filter(|(count, _)| *count > 0) {
+            write!(f, ", {count} {what}")?;
+        }
+        if self.flattened > 0.0 {
+            write!(f, ", flattened by up to {} mm", length(self.flattened))?;
+        }
+        if !self.repaired.is_empty() {
+            write!(f, "\n    repaired: {}", self.repaired)?;
+        }
+        write!(f, "\n    fibres {}", self.fibres)?;
+        if !self.attributes.is_empty() {
+            write!(f, "; vertices have {}", self.attributes)?;
+        }
+        if !self.unused_arrays.is_empty() {
+            write!(f, "; arrays not used: {}", self.unused_arrays.join(", "))?;
+        }
+        self.doubts().iter().try_for_each(|doubt| write!(f, "\n    note: {doubt}"))
+    }
+}
+
+/// A length \[mm\] to four digits, however small.
+pub(super) fn length(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let digits = 4 - 1 - elementary::log10(value.abs()).floor() as i32;
+    let factor = elementary::pow(10.0, f64::from(digits));
+    let rounded = if factor.is_finite() && factor > 0.0 { (value * factor).round() / factor } else { value };
+    if (1e-5..1e7).contains(&value.abs()) { rounded.to_string() } else { format!("{value:.3e}") }
+}

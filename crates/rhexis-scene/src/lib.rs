@@ -1,0 +1,158 @@
+//! Scenes: mesh generators, mesh files, scene files and the catalog.
+//!
+//! A scene file is TOML in fixed units (mm, g, ms, hence N and MPa); [`schema`] describes every key. The shortest one:
+//!
+//! ```
+//! let text = r#"
+//! [scene]
+//! name = "strip"
+//!
+//! [run]
+//! dt = 10.0      # ms
+//! steps = 3
+//!
+//! [[bodies]]
+//! name = "tissue"
+//! planar = true
+//! mesh = { grid = { width = 30, height = 10, nx = 12, ny = 4 } }
+//! material = { young_fibre = 10, young_transverse = 1, poisson_major = 0.3, thickness = 0.1 }
+//! fibres = { degrees = 45 }
+//! holds = [
+//!     { name = "left", region = { x = 0 } },
+//!     { name = "right", region = { x = 30 }, move = { offset = [1.5, 0] }, curve = [[0, 0], [500, 1]] },
+//! ]
+//! "#;
+//! let mut instance = rhexis_scene::Scene::parse(text, "strip.toml")?.instantiate()?;
+//! while !instance.is_finished() {
+//!     instance.advance()?;
+//! }
+//! let reactions = instance.simulation.reactions(instance.bodies[0])?;
+//! assert!(reactions[1].1.x > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Every error names the file, the line and how to mend it.
+
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
+mod beginning;
+mod build;
+pub mod catalog;
+mod copies;
+mod doctor;
+mod document;
+mod error;
+mod fibre_field;
+mod fibre_law;
+pub mod generate;
+mod grasp;
+mod held;
+mod instance;
+pub mod mesh_file;
+mod mesh_on_file;
+mod obstacle;
+pub mod output;
+mod per_triangle;
+mod region;
+pub mod schema;
+mod settings;
+mod shape;
+mod size;
+mod springs;
+mod summary;
+mod texture;
+mod timed;
+
+pub use doctor::MeshSummary;
+pub use document::Document;
+pub use error::{SceneError, nearest};
+pub use instance::thresholds;
+pub use instance::{Instance, MOST_STEPS, Run};
+pub use summary::{BodySummary, Summary};
+pub use timed::CutTold;
+
+use error::Span;
+use schema::SceneFile;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A scene that follows the schema; [`check`](Self::check) judges it, [`instantiate`](Self::instantiate) builds it.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    file: SceneFile,
+    document: Document,
+    spans: BTreeMap<String, Span>,
+}
+
+impl Scene {
+    /// A scene from text; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// Where the text is not TOML or does not follow the schema.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, SceneError> {
+        Document::new(text, origin).scene()
+    }
+
+    /// A scene from a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is not TOML or does not follow the schema.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Document::load(path)?.scene()
+    }
+
+    /// A scene of the catalog.
+    ///
+    /// # Errors
+    /// If there is none of that name.
+    pub fn named(name: &str) -> Result<Self, SceneError> {
+        Document::named(name)?.scene()
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.file.scene.name
+    }
+
+    /// One sentence about it.
+    pub fn about(&self) -> &str {
+        &self.file.scene.about
+    }
+
+    /// A number that tells it from other scenes, as they are with their changes.
+    pub fn fingerprint(&self) -> u64 {
+        rhexis::internal::fingerprint(format!("{:?}", self.file).as_bytes())
+    }
+
+    /// The scene file, where it is from one.
+    pub fn path(&self) -> Option<&Path> {
+        self.document.file()
+    }
+
+    /// Mesh, fibre and texture files that it reads, each once.
+    pub fn data_files(&self) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        for body in &self.file.bodies {
+            if let schema::MeshSpec::File(file) = &body.mesh {
+                files.push(self.document.folder().join(&file.path));
+            }
+            if let Some(schema::FibreSpec::File(file)) = &body.fibres {
+                files.push(self.document.folder().join(file));
+            }
+            files.extend(body.texture.iter().map(|texture| self.document.folder().join(texture)));
+        }
+        for obstacle in &self.file.obstacles {
+            if let Some(schema::MeshSpec::File(file)) = &obstacle.mesh {
+                files.push(self.document.folder().join(&file.path));
+            }
+        }
+        files.sort();
+        files.dedup();
+        files
+    }
+
+    /// What the file says.
+    pub fn file(&self) -> &SceneFile {
+        &self.file
+    }
+}

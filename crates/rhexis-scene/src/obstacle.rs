@@ -1,0 +1,108 @@
+//! From `[[obstacles]]` to rigid bodies that stand, are displaced and turn.
+
+use super::build::{direction, own_names};
+use super::error::{Fault, positive};
+use super::instance::Run;
+use super::mesh_on_file::Arrays;
+use super::schema::{MeshSpec, ObstacleSpec};
+use glam::{DMat3, DVec3};
+use rhexis::components::{Hull, Obstacle, Path, Shape, Turning};
+use rhexis::simulation::Simulation;
+use std::path::Path as FilePath;
+use std::sync::Arc;
+
+/// Puts the obstacles into the world; their names.
+pub(super) fn spawn(
+    simulation: &mut Simulation,
+    specs: &[ObstacleSpec],
+    run: Run,
+    folder: &FilePath,
+) -> Result<Vec<String>, Fault> {
+    let name = |(i, spec): (usize, &ObstacleSpec)| spec.name.clone().unwrap_or_else(|| format!("obstacle-{i}"));
+    let names: Vec<String> = specs.iter().enumerate().map(name).collect();
+    own_names(names.iter().enumerate().map(|(i, name)| (format!("obstacles.{i}"), name.clone())))?;
+    for (i, spec) in specs.iter().enumerate() {
+        let key = format!("obstacles.{i}");
+        let obstacle = Obstacle { shape: shape(spec, folder, &key)? };
+        let turning = turning(spec, &obstacle.shape, run, &key)?;
+        let spawned = match (&spec.path, turning) {
+            (None, None) => simulation.spawn_obstacle(obstacle),
+            (path, turning) => {
+                let path = path.as_ref().map_or(Path { points: Vec::new() }, |path| path.0.clone());
+                simulation.spawn_turning_obstacle(obstacle, path, turning)
+            }
+        };
+        spawned.map_err(|error| Fault::new(key, error, "give numbers of an ordinary size"))?;
+    }
+    Ok(names)
+}
+
+/// How an obstacle turns, in radians.
+fn turning(spec: &ObstacleSpec, shape: &Shape, run: Run, key: &str) -> Result<Option<Turning>, Fault> {
+    let pivot = spec.pivot.map_or(shape.anchor(), |pivot| pivot.0);
+    let radians = |degrees: DVec3| degrees.map(f64::to_radians);
+    let points = match (&spec.rotate, spec.spin) {
+        (None, None) if spec.pivot.is_some() => {
+            let what = "a pivot is given, and no turn about it";
+            return Err(Fault::new(format!("{key}.pivot"), what, "add `rotate` or `spin`, or remove it"));
+        }
+        (None, None) => return Ok(None),
+        (Some(rotate), None) => rotate.0.points.iter().map(|&(time, degrees)| (time, radians(degrees))).collect(),
+        (None, Some(spin)) => {
+            let end = run.dt * run.steps.max(1) as f64;
+            vec![(0.0, DVec3::ZERO), (end, radians(spin.0) * end)]
+        }
+        (Some(_), Some(_)) => {
+            return Err(Fault::new(key, "the turn is given twice", "give either `rotate` [°] or `spin` [°/ms]"));
+        }
+    };
+    Ok(Some(Turning { pivot, vectors: Path { points } }))
+}
+
+/// The solid within a closed mesh.
+fn hull(spec: &MeshSpec, folder: &FilePath, key: &str) -> Result<Shape, Fault> {
+    let key = format!("{key}.mesh");
+    let file = super::shape::mesh(spec, &Arrays::default(), folder, &key)?;
+    let (hull, centre) = Hull::new(file.mesh.positions, file.mesh.triangles).map_err(|error| {
+        let hint = "close the mesh and let it face outwards (`weld`, `repair`, `flip`), or build the obstacle from \
+                    `box`, `cylinder`, `sphere`, `ellipsoid` and `capsule`";
+        Fault::new(key, error, hint)
+    })?;
+    Ok(Shape::Mesh { hull: Arc::new(hull), centre, axes: DMat3::IDENTITY })
+}
+
+fn shape(spec: &ObstacleSpec, folder: &FilePath, key: &str) -> Result<Shape, Fault> {
+    let ObstacleSpec { plane, sphere, ellipsoid, capsule, cuboid, cylinder, mesh, .. } = spec;
+    let axes = DMat3::IDENTITY;
+    match (plane, sphere, ellipsoid, capsule, cuboid, cylinder, mesh) {
+        (Some(p), None, None, None, None, None, None) => {
+            Ok(Shape::Plane { point: p.point.0, normal: direction(p.normal.0, &format!("{key}.plane.normal"))? })
+        }
+        (None, Some(s), None, None, None, None, None) => {
+            let radius = positive(format!("{key}.sphere.radius"), s.radius, "mm")?;
+            Ok(Shape::Sphere { centre: s.centre.0, radius })
+        }
+        (None, None, Some(e), None, None, None, None) => {
+            positive(format!("{key}.ellipsoid.half_axes"), e.half_axes.0.min_element(), "mm")?;
+            Ok(Shape::Ellipsoid { centre: e.centre.0, half_axes: e.half_axes.0, axes })
+        }
+        (None, None, None, Some(c), None, None, None) => {
+            let radius = positive(format!("{key}.capsule.radius"), c.radius, "mm")?;
+            Ok(Shape::Capsule { ends: [c.from.0, c.to.0], radius })
+        }
+        (None, None, None, None, Some(b), None, None) => {
+            positive(format!("{key}.box.half"), b.half.0.min_element(), "mm")?;
+            Ok(Shape::Box { centre: b.centre.0, half: b.half.0, axes })
+        }
+        (None, None, None, None, None, Some(c), None) => {
+            let radius = positive(format!("{key}.cylinder.radius"), c.radius, "mm")?;
+            direction(c.to.0 - c.from.0, &format!("{key}.cylinder.to"))?;
+            Ok(Shape::Cylinder { ends: [c.from.0, c.to.0], radius })
+        }
+        (None, None, None, None, None, None, Some(mesh)) => hull(mesh, folder, key),
+        _ => {
+            let hint = "give exactly one of `plane`, `sphere`, `ellipsoid`, `capsule`, `box`, `cylinder` and `mesh`";
+            Err(Fault::new(key, "an obstacle has one shape", hint))
+        }
+    }
+}

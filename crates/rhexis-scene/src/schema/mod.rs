@@ -1,0 +1,363 @@
+//! What a scene file may say: one struct per table, one field per key.
+//!
+//! Units are fixed: mm, g, ms, hence N, MPa = N/mm², mJ, kHz. A point is `[x, y, z]` or `[x, y]`; a quantity over time is a
+//! number or `[[time, value], …]`, linear between and constant outside, or a trembling hand ([`HandSpec`]). An unknown key is
+//! refused.
+
+mod body;
+mod constraint;
+mod fibre_law;
+mod hand;
+mod mesh;
+mod mesh_file;
+mod number;
+mod tool;
+
+pub use body::{
+    AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
+    InitialSpec, MaterialModelSpec, MaterialSpec, PerTriangleSpec, RefinementSpec, SleepSpec, TearModeSpec,
+    TearingSpec,
+};
+pub use constraint::{
+    ArcSpec, ArrayRangeSpec, BallSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec,
+    RegionSpec, SpringSpec,
+};
+pub use fibre_law::{Angles, FibreFamilySpec, HolzapfelGasserOgdenSpec, StiffeningFibresSpec};
+pub use hand::HandSpec;
+pub use mesh::MeshSpec;
+pub use mesh_file::{FileSpec, ReadingSpec, UnitSpec};
+pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve, TimePath};
+pub use tool::{BladeSpec, CutSpec, PunctureSpec};
+
+use rhexis::settings::LinearParams;
+use serde::Deserialize;
+
+/// The whole file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// `[scene]`: what this is.
+    pub scene: AboutSpec,
+    /// `[run]`: how it is run.
+    pub run: RunSpec,
+    /// `[output]`: what a run writes.
+    #[serde(default)]
+    pub output: OutputSpec,
+    /// `[[bodies]]`: the membranes, at least one.
+    pub bodies: Vec<BodySpec>,
+    /// `[[obstacles]]`: rigid surroundings, felt by bodies with `contact`.
+    #[serde(default)]
+    pub obstacles: Vec<ObstacleSpec>,
+}
+
+/// `[scene]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AboutSpec {
+    /// Short name; the default output directory is called after it.
+    pub name: String,
+    /// One sentence for the list of scenes.
+    #[serde(default)]
+    pub about: String,
+    /// Where the numbers come from.
+    #[serde(default)]
+    pub reference: String,
+    /// Name of the preset whose values take the places of the file's own: a table `[presets.NAME]` with a dotted key in quotes
+    /// per value, as in `"bodies.0.material.young_fibre" = 6`. Default none.
+    #[serde(default)]
+    pub preset: String,
+}
+
+/// How time passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// Steps with inertia, damping and drag.
+    #[default]
+    Dynamic,
+    /// Equilibrium at every step; time only moves the curves.
+    Static,
+}
+
+/// Which derivative of the forces a dynamic step uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TangentSpec {
+    /// Always positive semidefinite, keeps angular momentum.
+    Rotated,
+    /// The Hessian of the energy.
+    Exact,
+    /// The same made positive semidefinite; the first solve of a step takes the rotated one.
+    Projected,
+}
+
+/// The formula of a dynamic step in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IntegratorSpec {
+    /// First order, one solve per step.
+    BackwardEuler,
+    /// Second order, two solves per step.
+    TrBdf2,
+}
+
+/// What the settings are where the scene does not say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Accuracy {
+    /// One linear solve by backward Euler: for interaction.
+    #[default]
+    Fast,
+    /// [`Settings::accurate`](rhexis::settings::Settings::accurate): for references.
+    Accurate,
+    /// [`Settings::haptic`](rhexis::settings::Settings::haptic): for a hand that feels.
+    Haptic,
+    /// [`Settings::game`](rhexis::settings::Settings::game): for an eye that looks.
+    Game,
+    /// [`Settings::equilibrium`](rhexis::settings::Settings::equilibrium): for equilibria and what lies between them.
+    Static,
+}
+
+/// What makes the iterations of linear solves few.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PreconditionerSpec {
+    /// A Cholesky factor, multigrid or an incomplete factor, by the body's size and motion.
+    #[default]
+    Auto,
+    /// The inverse of each vertex' own block.
+    BlockJacobi,
+    /// An incomplete Cholesky factor, made anew for every solve of a dynamic step.
+    IncompleteCholesky,
+    /// Multigrid on levels that follow the surface and its tears.
+    Multigrid,
+    /// A sparse Cholesky factor, kept while it serves.
+    Cholesky,
+}
+
+/// What the iterations of dynamic steps compute in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PrecisionSpec {
+    /// Residuals in double precision, iterations in single.
+    #[default]
+    Mixed,
+    /// Double precision alone.
+    Double,
+}
+
+/// `[run]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunSpec {
+    /// `"dynamic"` (default) or `"static"`.
+    #[serde(default)]
+    pub mode: Mode,
+    /// Time step \[ms\], > 0; in static mode the time by which the curves move on per load step.
+    pub dt: f64,
+    /// Number of steps, at most 10⁹. Give either this or `duration`.
+    pub steps: Option<u64>,
+    /// Simulated time \[ms\]; the number of steps is this over `dt`, rounded up.
+    pub duration: Option<f64>,
+    /// End early as soon as a tear has begun and no tip is left: the sheet is torn through. Default false.
+    #[serde(default)]
+    pub until_torn: bool,
+    /// End early as soon as a tear has ended: run into the rim, into another one, or closed on itself, so that a piece is free.
+    /// Default false.
+    #[serde(default)]
+    pub until_ended: bool,
+    /// `"fast"` (default), `"haptic"`, `"game"`, `"accurate"` or `"static"`: what steps do where no other key says it. Haptic is `resumes = 2`,
+    /// `halvings = 1`; game is that with `position_tolerance = 0.02` and `budget = 60`; static is `linear_tolerance = 1e-10`,
+    /// `stress_tolerance = inf`, `static_iterations = 200`; accurate is `integrator = "tr_bdf2"`,
+    /// `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`, `stress_tolerance = inf`: three to
+    /// seven times the time per step; for references, waves and spins.
+    #[serde(default)]
+    pub accuracy: Accuracy,
+    /// `"backward_euler"` (default) or `"tr_bdf2"`: the formula of a dynamic step in time, of first or second order. Without
+    /// `energy` in `[output]`.
+    pub integrator: Option<IntegratorSpec>,
+    /// Newton iterations per dynamic step or stage of it, at most 1000; 1 (default) is linearly implicit.
+    pub newton_iterations: Option<u32>,
+    /// Newton stops in a dynamic step at this fraction of the largest corner force. Default 1e-9.
+    pub newton_tolerance: Option<f64>,
+    /// Relative residual at which the linear solve of a dynamic step may stop. Default 1e-4; where no piece can come free 0.1 is enough.
+    pub linear_tolerance: Option<f64>,
+    /// Estimated error of the stress, relative to the stress in the body as a whole, at which the linear solve of a dynamic step
+    /// stops, where its residual has reached `linear_tolerance` too.
+    /// Above zero, default 1e-3; with `inf` it is not asked for and the
+    /// residual decides alone.
+    pub stress_tolerance: Option<f64>,
+    /// Estimated error of positions, over the mean edge, at which the linear solve of a dynamic step may stop; its residual is then not
+    /// asked for. Above zero; `inf` (default): not asked for.
+    pub position_tolerance: Option<f64>,
+    /// Iterations of linear solves that a body may take in one dynamic step, retries and resumes included, at least 1: the same bits
+    /// on every machine. What it leaves unsolved is in the report. Default none.
+    pub budget: Option<u32>,
+    /// Time \[ms\] after which a linear solve stops however far it has come; the run is then not the same every time. Default none.
+    pub solve_milliseconds: Option<f64>,
+    /// Iterations of a linear solve at the most, 1 to 10⁶. Default 2000.
+    #[serde(default = "linear_iterations")]
+    pub linear_iterations: u32,
+    /// `"rotated"` (default), `"exact"` or `"projected"`.
+    pub tangent: Option<TangentSpec>,
+    /// `"auto"` (default), `"block_jacobi"`, `"incomplete_cholesky"`, `"multigrid"` or `"cholesky"`: the same answer
+    /// within the tolerance, at other costs.
+    #[serde(default)]
+    pub preconditioner: PreconditionerSpec,
+    /// `"mixed"` (default) or `"double"`: what the iterations of dynamic steps compute in; the same answer within the tolerance.
+    #[serde(default)]
+    pub precision: PrecisionSpec,
+    /// A static solve ends where the largest free nodal imbalance is this fraction of the largest corner force. Default 1e-9.
+    #[serde(default = "newton_tolerance")]
+    pub static_tolerance: f64,
+    /// Newton iterations of a static solve at the most, 1 to 10⁴. Default 60.
+    pub static_iterations: Option<u32>,
+    /// How often tearing and equilibrium may alternate within one static step. Default 1000; a tear that would go on is
+    /// held until the next step.
+    #[serde(default = "static_advances")]
+    pub static_advances: u32,
+    /// How often a step is taken up again after tears have advanced by less than `max_tear_speed` allows. Default 8.
+    pub resumes: Option<u32>,
+    /// How often a step that fails is retried in halves. Default 4.
+    pub halvings: Option<u32>,
+    /// Threads; 0 (default) means one per core. The results are the same bits for any number.
+    #[serde(default)]
+    pub threads: usize,
+    /// Use only the instructions that every processor of the family has; slower, the same results.
+    #[serde(default)]
+    pub portable_instructions: bool,
+}
+
+/// `[output]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputSpec {
+    /// Number of PNG pictures, spread evenly from the first to the last state; 0 for none. Default 5.
+    pub pictures: u32,
+    /// Number of ParaView frames, spread likewise; 0 for none. Default 50.
+    pub frames: u32,
+    /// Whether frames have the vertices' `velocity` \[mm/ms\]. Default false.
+    pub velocities: bool,
+    /// Whether frames have the elastic `force` of the membrane on the vertices \[N\]. Default false.
+    pub forces: bool,
+    /// Whether the energy balance of every body is kept: terms in `series.csv` and `report.json`, what each advance has
+    /// released in static mode in `events.jsonl`. Default false.
+    pub energy: bool,
+    /// Whether the bodies as they lie at the end are written as `surface-INDEX.obj`, with normals. Default false.
+    pub obj: bool,
+    /// The same as `surface-INDEX.ply`, binary. Default false.
+    pub ply: bool,
+    /// The same as `surface-INDEX.glb`, with texture coordinates, colours and `texture` where they have them. Default false.
+    pub gltf: bool,
+}
+
+impl Default for OutputSpec {
+    fn default() -> Self {
+        Self {
+            pictures: 5,
+            frames: 50,
+            velocities: false,
+            forces: false,
+            energy: false,
+            obj: false,
+            ply: false,
+            gltf: false,
+        }
+    }
+}
+
+/// One of `[[obstacles]]`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleSpec {
+    /// Name in reports. Default `obstacle-0` and so on, in the order of the file.
+    pub name: Option<String>,
+    /// `plane = { point, normal }`: the half space below. An obstacle has one shape.
+    pub plane: Option<PlaneSpec>,
+    /// `sphere = { centre, radius }`.
+    pub sphere: Option<SphereSpec>,
+    /// `ellipsoid = { centre, half_axes }`, its axes along x, y, z.
+    pub ellipsoid: Option<EllipsoidSpec>,
+    /// `capsule = { from, to, radius }`: a cylinder with round ends.
+    pub capsule: Option<CapsuleSpec>,
+    /// `box = { centre, half }`, its edges along x, y, z.
+    #[serde(rename = "box")]
+    pub cuboid: Option<BoxSpec>,
+    /// `cylinder = { from, to, radius }`, with flat ends.
+    pub cylinder: Option<CapsuleSpec>,
+    /// `mesh = { file = … }`, as of a body: the solid within a closed mesh. Only vertices of bodies feel it.
+    pub mesh: Option<MeshSpec>,
+    /// `path = [[time, [x, y, z]], …]`: by how much it is displaced \[mm\] over time \[ms\], straight between the points, at rest before
+    /// and after. What it meets on its way is taken along. Default: it stands still.
+    pub path: Option<TimePath>,
+    /// `rotate = [[time, [x, y, z]], …]`: by how much it is turned, before it is displaced: along the axis, as long as the angle \[°\].
+    pub rotate: Option<TimePath>,
+    /// Constant turn from time zero on \[°/ms\]: along the axis, as long as the rate. In place of `rotate`.
+    pub spin: Option<Point>,
+    /// The point about which it turns \[mm\]. Default its middle.
+    pub pivot: Option<Point>,
+}
+
+/// A cylinder, with round or flat ends.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CapsuleSpec {
+    /// One end of its axis \[mm\].
+    pub from: Point,
+    /// The other end \[mm\].
+    pub to: Point,
+    /// Radius \[mm\], > 0.
+    pub radius: f64,
+}
+
+/// A box.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSpec {
+    /// Centre \[mm\].
+    pub centre: Point,
+    /// Half edges \[mm\], each > 0.
+    pub half: Point,
+}
+
+/// A half space.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneSpec {
+    /// A point of the plane \[mm\].
+    pub point: Point,
+    /// Points out of the obstacle; need not be unit.
+    pub normal: Point,
+}
+
+/// A ball.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereSpec {
+    /// Centre \[mm\].
+    pub centre: Point,
+    /// Radius \[mm\], > 0.
+    pub radius: f64,
+}
+
+/// An ellipsoid.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EllipsoidSpec {
+    /// Centre \[mm\].
+    pub centre: Point,
+    /// Half axes \[mm\], each > 0.
+    pub half_axes: Point,
+}
+
+fn newton_tolerance() -> f64 {
+    1e-9
+}
+
+fn linear_iterations() -> u32 {
+    LinearParams::default().iterations
+}
+
+fn static_advances() -> u32 {
+    1000
+}

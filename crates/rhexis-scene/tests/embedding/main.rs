@@ -1,0 +1,8 @@
+//! What a host relies on, in scenes: equal bits, going back, a mesh file torn.
+
+mod determinism;
+mod examples;
+mod snapshot;
+
+#[path = "../../../../tests/common/mod.rs"]
+mod common;
