@@ -12,21 +12,21 @@ type Ticks = still::Still;
 
 /// A moment, to be compared with others of the same run.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub struct Moment(Ticks);
+pub(crate) struct Moment(Ticks);
 
 impl Moment {
     /// The present one.
-    pub fn now() -> Self {
+    pub(crate) fn now() -> Self {
         Self(Ticks::now())
     }
 
     /// Time since then; zero without a clock.
-    pub fn elapsed(self) -> Duration {
+    pub(crate) fn elapsed(self) -> Duration {
         self.0.elapsed()
     }
 
     /// The moment so much later; `None` without a clock, or beyond what it counts.
-    pub fn after(self, time: Duration) -> Option<Self> {
+    pub(crate) fn after(self, time: Duration) -> Option<Self> {
         self.0.checked_add(time).map(Self)
     }
 }

@@ -1,5 +1,5 @@
 //! The square of Figure 2 as the benchmarks load it.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "shared: each that takes it in uses a part")]
 
 use glam::DVec3;
 use rhexis::components::{Curve, Damping, Fibres, Hold, Material};

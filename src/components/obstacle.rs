@@ -75,11 +75,11 @@ mod shared {
     use super::{Arc, Hull};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    pub fn serialize<S: Serializer>(hull: &Arc<Hull>, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(super) fn serialize<S: Serializer>(hull: &Arc<Hull>, serializer: S) -> Result<S::Ok, S::Error> {
         hull.as_ref().serialize(serializer)
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arc<Hull>, D::Error> {
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arc<Hull>, D::Error> {
         Hull::deserialize(deserializer).map(Arc::new)
     }
 }

@@ -15,7 +15,8 @@ pub struct Readings {
 }
 
 /// The components from which they are read, where a body has them.
-pub type Read<'a> = (Option<&'a mut Reactions>, Option<&'a mut Grips>, Option<(&'a mut Tips, &'a mut TearDecisions)>);
+pub(crate) type Read<'a> =
+    (Option<&'a mut Reactions>, Option<&'a mut Grips>, Option<(&'a mut Tips, &'a mut TearDecisions)>);
 
 impl Readings {
     /// Keeps what can be read now.

@@ -4,7 +4,7 @@ use super::stiffening_fibres::Exponential;
 use super::{CoupledStiffness, Orthotropic, Sym2, elementary};
 
 /// Most families of a body: the "four-fibre" models of arteries have as many.
-pub const MOST_FAMILIES: usize = 4;
+pub(super) const MOST_FAMILIES: usize = 4;
 
 /// k₂·E² from which on the stress goes along its tangent in E.
 const MOST_EXPONENT: f64 = 9.0;

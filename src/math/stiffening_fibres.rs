@@ -113,13 +113,13 @@ pub(super) struct Exponential {
 
 impl Exponential {
     /// With the exponent `most` at the limit.
-    pub fn new(k1: f64, k2: f64, most: f64) -> Self {
+    pub(super) fn new(k1: f64, k2: f64, most: f64) -> Self {
         Self { k1, k2, limit: (most / k2).sqrt() }
     }
 
     /// W′ and W″ \[MPa\].
     #[inline]
-    pub fn slopes(&self, e: f64) -> (f64, f64) {
+    pub(super) fn slopes(&self, e: f64) -> (f64, f64) {
         if e <= 0.0 {
             return (0.0, 0.0);
         }
@@ -131,7 +131,7 @@ impl Exponential {
     }
 
     /// W \[mJ/mm³\].
-    pub fn energy(&self, e: f64) -> f64 {
+    pub(super) fn energy(&self, e: f64) -> f64 {
         if e <= 0.0 {
             return 0.0;
         }

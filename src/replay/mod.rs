@@ -106,33 +106,33 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    pub fn new(start: Snapshot) -> Self {
+    pub(crate) fn new(start: Snapshot) -> Self {
         Self { start, inputs: Vec::new(), lent: Vec::new() }
     }
 
     /// Writes an input down.
-    pub fn note(&mut self, input: Input) {
+    pub(crate) fn note(&mut self, input: Input) {
         self.inputs.push(input);
     }
 
     /// Before an entity is handed out to be changed.
-    pub fn lend(&mut self, entity: Entity, before: Parameters) {
+    pub(crate) fn lend(&mut self, entity: Entity, before: Parameters) {
         self.lent.push((entity, before));
     }
 
     /// What has been handed out since the last input.
-    pub fn take_lent(&mut self) -> Vec<(Entity, Parameters)> {
+    pub(crate) fn take_lent(&mut self) -> Vec<(Entity, Parameters)> {
         std::mem::take(&mut self.lent)
     }
 
     /// Where the solves of the step that was written down last have stopped.
-    pub fn note_stops(&mut self, taken: Vec<Vec<u32>>) {
+    pub(crate) fn note_stops(&mut self, taken: Vec<Vec<u32>>) {
         if let Some(Input::Step { stops, .. }) = self.inputs.last_mut() {
             *stops = taken;
         }
     }
 
-    pub fn finish(self, end: StateHash) -> Recording {
+    pub(crate) fn finish(self, end: StateHash) -> Recording {
         Recording { start: self.start, inputs: self.inputs, end }
     }
 }

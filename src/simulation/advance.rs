@@ -44,7 +44,7 @@ pub(super) struct Running<'a> {
 
 impl Running<'_> {
     /// Runs the systems of one stage.
-    pub fn stage(&mut self, world: &mut World, step: &StepContext, stage: Stage) {
+    pub(super) fn stage(&mut self, world: &mut World, step: &StepContext, stage: Stage) {
         self.schedule.run_stage(world, step, stage, &mut self.report.systems);
     }
 

@@ -19,7 +19,7 @@ pub(super) struct Lent {
 
 impl Lent {
     /// Notes one, or all.
-    pub fn note(&mut self, entity: Option<Entity>) {
+    pub(super) fn note(&mut self, entity: Option<Entity>) {
         match entity {
             Some(entity) if !self.are_all && self.list.len() < MANY => {
                 if !self.list.contains(&entity) {

@@ -43,12 +43,12 @@ impl Visitor<'_> for Block {
     }
 }
 
-pub fn serialize<S: Serializer>(factor: &Option<FactorState>, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn serialize<S: Serializer>(factor: &Option<FactorState>, serializer: S) -> Result<S::Ok, S::Error> {
     let bytes = factor.as_ref().map(postcard::to_allocvec).transpose().map_err(S::Error::custom)?;
     bytes.map(Written).serialize(serializer)
 }
 
-pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<FactorState>, D::Error> {
+pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<FactorState>, D::Error> {
     Ok(Option::<Read>::deserialize(deserializer)?.map(|Read(state)| state))
 }
 

@@ -51,7 +51,7 @@ macro_rules! saved {
 
         impl Saved {
             /// What there is to keep of an entity; `None` for one that is neither a body nor an obstacle nor a tool.
-            pub fn of(entity: EntityRef<'_>) -> Option<Self> {
+            pub(crate) fn of(entity: EntityRef<'_>) -> Option<Self> {
                 if !is_ours(entity) {
                     return None;
                 }
@@ -69,7 +69,7 @@ macro_rules! saved {
 
             /// Judges every component, and what must hold between them.
             #[cfg(feature = "snapshot")]
-            pub fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
+            pub(crate) fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
                 $( if let Some(component) = &self.$name {
                     Check::check(component, host)?;
                 } )*
@@ -77,7 +77,7 @@ macro_rules! saved {
             }
 
             /// Its components, but for the solvers.
-            pub fn into_components(mut self) -> EntityBuilder {
+            pub(crate) fn into_components(mut self) -> EntityBuilder {
                 if let Self {
                     tearing: Some(_), vertices: Some(vertices), triangles: Some(triangles), topology: Some(topology), ..
                 } = &mut self

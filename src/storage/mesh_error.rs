@@ -6,7 +6,7 @@ use super::NONE;
 use super::mesh::THINNEST;
 
 /// The most triangles at a vertex: what goes round a vertex takes the square of their number.
-pub const MOST_AT_VERTEX: usize = 1000;
+pub(super) const MOST_AT_VERTEX: usize = 1000;
 
 /// The first few of a list that may be as long as a file, and their number.
 fn few(list: &[usize]) -> String {

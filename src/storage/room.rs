@@ -3,7 +3,7 @@
 /// Makes a list fit for `count` entries, those of a table that has room for `room`. The first time it gets no more than it needs; one
 /// that has to grow since gets an eighth to spare, but no more than its table has: the next edits find it long enough, and it never holds
 /// half as much again in vain, as one that doubles does.
-pub fn grow<T>(list: &mut Vec<T>, count: usize, room: usize) {
+pub(crate) fn grow<T>(list: &mut Vec<T>, count: usize, room: usize) {
     if list.capacity() == 0 {
         fit(list, count);
     } else if list.capacity() < count {
@@ -12,14 +12,14 @@ pub fn grow<T>(list: &mut Vec<T>, count: usize, room: usize) {
 }
 
 /// Makes a list a copy of another, of entries for the rows of a table that has room for `room`; it grows as [`grow`] says.
-pub fn copy<T: Copy>(list: &mut Vec<T>, values: &[T], room: usize) {
+pub(crate) fn copy<T: Copy>(list: &mut Vec<T>, values: &[T], room: usize) {
     list.clear();
     grow(list, values.len(), room);
     list.extend_from_slice(values);
 }
 
 /// Makes a list fit for `room` entries and no more, where it is not.
-pub fn fit<T>(list: &mut Vec<T>, room: usize) {
+pub(crate) fn fit<T>(list: &mut Vec<T>, room: usize) {
     if list.capacity() < room {
         list.reserve_exact(room - list.len());
     }

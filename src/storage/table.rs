@@ -3,7 +3,7 @@
 use super::order;
 
 /// What a table asks of a list beyond what every list has.
-pub trait Column<T> {
+pub(super) trait Column<T> {
     /// Overwrites a row.
     fn put(&mut self, row: usize, value: T);
 

@@ -46,7 +46,7 @@ pub(super) struct HeldFace {
 
 impl HeldFace {
     /// Whether it is further inside than a solve may leave it.
-    pub fn is_deep(&self) -> bool {
+    pub(super) fn is_deep(&self) -> bool {
         self.part.min(1.0) * self.held.depth > DEEP * self.size
     }
 }

@@ -54,7 +54,7 @@ pub(super) struct Patch {
 impl Patch {
     /// The patch that is large enough for what is created to be bearable by `judge` \[mJ\], and that, where the solve's answer creates `sum` and
     /// `most` is bearable; `None` where no patch is, or none of so many `triangles` to begin with.
-    pub fn found(
+    pub(super) fn found(
         solved: &Solved,
         full: &Operator,
         triangles: usize,
@@ -77,12 +77,12 @@ impl Patch {
     }
 
     /// The body with the way that the patch has found.
-    pub fn judged<'a>(&'a self, solved: &Solved<'a>) -> Solved<'a> {
+    pub(super) fn judged<'a>(&'a self, solved: &Solved<'a>) -> Solved<'a> {
         Solved { delta: &self.way, ..*solved }
     }
 
     /// Number of vertices.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.rows.len()
     }
 
@@ -188,7 +188,7 @@ impl Patch {
     }
 
     /// The work \[mJ\] that no load has done: of the forces that the patch and what is around it miss, along the way.
-    pub fn unearned(&self, solved: &Solved, full: &Operator) -> f64 {
+    pub(super) fn unearned(&self, solved: &Solved, full: &Operator) -> f64 {
         let mut missed = vec![DVec3::ZERO; self.off.len()];
         full.apply_sparse(&self.off, &mut missed);
         missed.iter().zip(&self.way).enumerate().map(|(v, (force, way))| (solved.free[v] * *force).dot(*way)).sum()

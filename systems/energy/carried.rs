@@ -34,7 +34,7 @@ pub(super) struct Carried<'a> {
 impl Carried<'_> {
     /// Sums over the triangles their true work along the step, what `terms` gives for it (the scheme's work and the
     /// damping), and their energies at both ends, from x₀, u and u − u_k; with those of bending, whose work may be that between the ends.
-    pub fn sums(
+    pub(super) fn sums(
         &self,
         EnergyAudit { displacement: evaluated, partials, .. }: &mut EnergyAudit,
         is_between_ends: bool,
@@ -64,14 +64,14 @@ impl Carried<'_> {
     }
 
     /// −(mean of the forces at both ends) · u.
-    pub fn between_ends(&self, t: usize, x: [DVec3; 3], u: [DVec3; 3]) -> [f64; 2] {
+    pub(super) fn between_ends(&self, t: usize, x: [DVec3; 3], u: [DVec3; 3]) -> [f64; 2] {
         let element = self.sheet.element(t);
         let end = std::array::from_fn(|i| x[i] + u[i]);
         [0.5 * (element.slope(x, u) + element.slope(end, u)), 0.0]
     }
 
     /// −(f(x_k) − K·δ) · u with the tangent that was used, and dt·v·C·v.
-    pub fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3]) -> [f64; 2] {
+    pub(super) fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3]) -> [f64; 2] {
         let Sheet { triangles, .. } = self.sheet;
         let (state, rest) = (self.frames.state(t), &triangles.rest[t]);
         let (stiffness, coupling) = (self.frames.stiffness(triangles, t), self.frames.coupling(t));
@@ -143,7 +143,7 @@ impl Carried<'_> {
         (0..displacement.len()).map(force).collect()
     }
 
-    pub fn dynamic_terms(&self, audit: &mut EnergyAudit, sums: &Shares, step: &StepContext) -> EnergyBalance {
+    pub(super) fn dynamic_terms(&self, audit: &mut EnergyAudit, sums: &Shares, step: &StepContext) -> EnergyBalance {
         let Vertices { velocity, mass, .. } = self.vertices;
         let Increment { start_velocity, displacement: u, .. } = self.increment;
         let mut work_of_loads = dot(&audit.loads, u);
@@ -188,7 +188,7 @@ impl Carried<'_> {
 
     /// In a relaxation, which follows an equilibrium at the same time, what the trapezoidal rule is off belongs to what is
     /// released; else the scheme's works are off by it.
-    pub fn static_terms(&self, audit: &mut EnergyAudit, sums: &Shares, is_relaxation: bool) -> EnergyBalance {
+    pub(super) fn static_terms(&self, audit: &mut EnergyAudit, sums: &Shares, is_relaxation: bool) -> EnergyBalance {
         let Increment { start_velocity, displacement: u, .. } = self.increment;
         let [start_membrane, start_loads] = &audit.start;
         let start: Vec<DVec3> = start_membrane.iter().zip(start_loads).map(|(own, load)| -(*own + *load)).collect();

@@ -234,7 +234,7 @@ pub(super) struct InPlane<L: Lanes> {
 impl<L: Lanes> InPlane<L> {
     /// The block of corners `i` and `j` in the triangle's axes, by rows.
     #[inline(always)]
-    pub fn block(&self, i: usize, j: usize) -> [[Singles<L>; 2]; 2] {
+    pub(super) fn block(&self, i: usize, j: usize) -> [[Singles<L>; 2]; 2] {
         let [c11, c12, c22, c66] = self.law;
         let (gi, gj, bi, bj) = (self.g[i], self.g[j], self.b[i], self.b[j]);
         let mut t0 = [c11 * bj[0][0] + c12 * bj[0][1], c12 * bj[0][0] + c22 * bj[0][1], c66 * bj[0][2]];

@@ -12,7 +12,7 @@ const LEAST_RATIO: f64 = 1e-12;
 
 /// Fills the lists with the inverse blocks \[mm/N\], restricted to the free axes: xx, yy, zz and yz, zx, xy; where nothing is free along z
 /// xx, yy, xy, and nothing in the second.
-pub fn invert_blocks(operator: &Operator, free: &FreeAxes, [first, second]: &mut [Vec<DVec3>; 2]) {
+pub(super) fn invert_blocks(operator: &Operator, free: &FreeAxes, [first, second]: &mut [Vec<DVec3>; 2]) {
     let is_flat = free.are_flat();
     first.resize(free.len(), DVec3::ZERO);
     second.resize(if is_flat { 0 } else { free.len() }, DVec3::ZERO);
@@ -32,7 +32,7 @@ pub fn invert_blocks(operator: &Operator, free: &FreeAxes, [first, second]: &mut
 }
 
 /// The inverse of a block \[mm/N\], restricted to the free axes.
-pub fn invert(block: DMat3, free: DVec3) -> DMat3 {
+pub(super) fn invert(block: DMat3, free: DVec3) -> DMat3 {
     // Prescribed rows and columns become those of the identity, and leave again after inversion.
     let mask = DMat3::from_diagonal(free);
     let trace = block.x_axis.x.abs() * free.x + block.y_axis.y.abs() * free.y + block.z_axis.z.abs() * free.z;
@@ -54,7 +54,7 @@ pub fn invert(block: DMat3, free: DVec3) -> DMat3 {
 }
 
 /// z = M⁻¹·r; returns r·z.
-pub fn apply([first, second]: &[Vec<DVec3>; 2], r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
+pub(super) fn apply([first, second]: &[Vec<DVec3>; 2], r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>) -> f64 {
     if second.is_empty() {
         return parallel::sum_rows(z, partials, |v, z| {
             let (b, r) = (first[v], r[v]);

@@ -19,25 +19,25 @@ const SPARE: usize = 256;
 /// The state of the vertices since the factor's snapshot. Empty until the first edit: then every vertex is an old one.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Bridge {
+pub(super) struct Bridge {
     link: Vec<Link>,
     is_touched: Vec<bool>,
 }
 
 impl Bridge {
     /// Whether the mesh is the one that was factored.
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.link.is_empty()
     }
 
     /// Number of vertices now, once there was an edit.
-    pub fn vertex_count(&self) -> usize {
+    pub(super) fn vertex_count(&self) -> usize {
         self.link.len()
     }
 
     /// Whether it leads every one of `vertex_count` vertices, if any, to some of `old_count`.
     #[cfg(feature = "snapshot")]
-    pub fn is_sound(&self, vertex_count: usize, old_count: usize) -> bool {
+    pub(super) fn is_sound(&self, vertex_count: usize, old_count: usize) -> bool {
         let is_there = |&(old, weight): &(u32, f64)| (old as usize) < old_count && weight.is_finite();
         self.link.len() == self.is_touched.len()
             && (self.is_empty() || self.link.len() == vertex_count)
@@ -45,22 +45,22 @@ impl Bridge {
     }
 
     /// The old vertices behind a vertex with their weights.
-    pub fn links(&self, v: usize) -> &[(u32, f64)] {
+    pub(super) fn links(&self, v: usize) -> &[(u32, f64)] {
         &self.link[v]
     }
 
     /// Whether edits have touched a triangle at a vertex.
-    pub fn is_touched(&self, v: usize) -> bool {
+    pub(super) fn is_touched(&self, v: usize) -> bool {
         self.is_touched[v]
     }
 
     /// The vertices in the triangles that edits have touched.
-    pub fn touched(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn touched(&self) -> impl Iterator<Item = usize> + '_ {
         self.is_touched.iter().enumerate().filter(|&(_, &is_touched)| is_touched).map(|(v, _)| v)
     }
 
     /// Follows an edit.
-    pub fn follow(&mut self, record: &EditRecord) {
+    pub(super) fn follow(&mut self, record: &EditRecord) {
         if self.is_empty() {
             let room = record.first_vertex as usize + SPARE + record.first_vertex as usize / 16;
             self.link.reserve_exact(room);

@@ -51,7 +51,7 @@ pub enum CgError {
 ///
 /// # Errors
 /// See [`CgError`]; `x` is then unchanged along free axes up to the iterations done.
-pub fn solve(
+pub(super) fn solve(
     operator: &Operator,
     params: &LinearParams,
     corner: &mut Vec<[DVec3; 3]>,

@@ -14,7 +14,7 @@ use faer::{Par, Side, Spec};
 use glam::DVec3;
 
 /// A factor, with what can be kept from one to the next while triangles and free axes stay.
-pub struct Cholesky {
+pub(super) struct Cholesky {
     pattern: Pattern,
     /// Four times the vertex plus the axis of every column.
     axis: Vec<u32>,
@@ -28,7 +28,7 @@ pub struct Cholesky {
 /// The matrix that a factor was made of.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Equations {
+pub(super) struct Equations {
     /// Corners of the triangles.
     pub corners: Vec<[u32; 3]>,
     /// Vertices of the hinges.
@@ -41,7 +41,7 @@ pub struct Equations {
 
 impl Equations {
     /// Those of an operator.
-    pub fn of(snapshot: &Snapshot) -> Self {
+    pub(super) fn of(snapshot: &Snapshot) -> Self {
         let mut matrix = Vec::new();
         let folded = snapshot.folded();
         if let Some(pattern) = Pattern::new(&snapshot.corners, &folded, &snapshot.free) {
@@ -60,7 +60,7 @@ enum Either {
 /// The precision of solves with a factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub enum Precision {
+pub(super) enum Precision {
     /// Half the time. For dynamic steps.
     Single,
     /// For static solves, in which nothing may hold a piece.
@@ -81,7 +81,7 @@ impl Cholesky {
     ///
     /// # Errors
     /// Where the operator is not positive definite, or there is no memory.
-    pub fn new(snapshot: &Snapshot, precision: Precision, before: Option<Self>) -> Result<Self, NoFactor> {
+    pub(super) fn new(snapshot: &Snapshot, precision: Precision, before: Option<Self>) -> Result<Self, NoFactor> {
         // First gone, then new: there is never memory for two.
         let folded = snapshot.folded();
         let fits = |before: &Self| before.fits(&snapshot.corners, &snapshot.free) && before.pattern.folded() == folded;
@@ -98,7 +98,7 @@ impl Cholesky {
     ///
     /// # Errors
     /// As [`new`](Self::new), and where the equations are not those of their triangles and free axes.
-    pub fn of_equations(equations: &Equations, precision: Precision) -> Result<Self, NoFactor> {
+    pub(super) fn of_equations(equations: &Equations, precision: Precision) -> Result<Self, NoFactor> {
         let Equations { corners, folded, free, matrix } = equations;
         let mut factor = Self::empty(corners, folded, free).ok_or(NoFactor::Unavailable)?;
         if matrix.len() != factor.pattern.entry_count() {
@@ -111,14 +111,14 @@ impl Cholesky {
     }
 
     /// What the factor was made of.
-    pub fn equations(&self) -> Equations {
+    pub(super) fn equations(&self) -> Equations {
         let Self { pattern, matrix, .. } = self;
         let (corners, folded, free) = (pattern.corners().to_vec(), pattern.folded().to_vec(), pattern.free().clone());
         Equations { corners, folded, free, matrix: matrix.clone() }
     }
 
     /// The precision of solves with it.
-    pub fn precision(&self) -> Precision {
+    pub(super) fn precision(&self) -> Precision {
         match self.panels {
             Either::Single(_) => Precision::Single,
             Either::Double(_) => Precision::Double,
@@ -171,17 +171,17 @@ impl Cholesky {
     }
 
     /// Whether it is a factor for these triangles and free axes.
-    pub fn fits(&self, corners: &[[u32; 3]], free: &FreeAxes) -> bool {
+    pub(super) fn fits(&self, corners: &[[u32; 3]], free: &FreeAxes) -> bool {
         self.pattern.fits(corners, free)
     }
 
     /// The free axes of the vertices it was made for, 1 or 0.
-    pub fn free(&self) -> &FreeAxes {
+    pub(super) fn free(&self) -> &FreeAxes {
         self.pattern.free()
     }
 
     /// Sets all forces to zero.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         match &mut self.panels {
             Either::Single(panels) => panels.column.fill(0.0),
             Either::Double(panels) => panels.column.fill(0.0),
@@ -190,7 +190,7 @@ impl Cholesky {
 
     /// Sets the force on a vertex along its free axes.
     #[inline]
-    pub fn put(&mut self, v: usize, force: DVec3) {
+    pub(super) fn put(&mut self, v: usize, force: DVec3) {
         match &mut self.panels {
             Either::Single(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] = force[axis] as f32),
             Either::Double(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] = force[axis]),
@@ -199,7 +199,7 @@ impl Cholesky {
 
     /// Adds to the force on a vertex along its free axes.
     #[inline]
-    pub fn add(&mut self, v: usize, force: DVec3) {
+    pub(super) fn add(&mut self, v: usize, force: DVec3) {
         match &mut self.panels {
             Either::Single(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] += force[axis] as f32),
             Either::Double(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] += force[axis]),
@@ -207,7 +207,7 @@ impl Cholesky {
     }
 
     /// Sets all forces, given by vertex and axis.
-    pub fn put_all(&mut self, force: impl Fn(usize, usize) -> f32) {
+    pub(super) fn put_all(&mut self, force: impl Fn(usize, usize) -> f32) {
         let of = |axis: &u32| force(*axis as usize / 4, *axis as usize % 4);
         match &mut self.panels {
             Either::Single(panels) => panels.column.iter_mut().zip(&self.axis).for_each(|(x, axis)| *x = of(axis)),
@@ -218,7 +218,7 @@ impl Cholesky {
     }
 
     /// Hands out the displacements along all free axes, each with its vertex and axis.
-    pub fn parts(&self, mut part: impl FnMut(usize, usize, f32)) {
+    pub(super) fn parts(&self, mut part: impl FnMut(usize, usize, f32)) {
         let mut hand = |axis: &u32, x: f32| part(*axis as usize / 4, *axis as usize % 4, x);
         match &self.panels {
             Either::Single(panels) => panels.column.iter().zip(&self.axis).for_each(|(x, axis)| hand(axis, *x)),
@@ -227,7 +227,7 @@ impl Cholesky {
     }
 
     /// The first half of a solve; returns the scalar product of the forces with the displacements that answer them.
-    pub fn descend(&mut self) -> f64 {
+    pub(super) fn descend(&mut self) -> f64 {
         match &mut self.panels {
             Either::Single(panels) => panels.descend(),
             Either::Double(panels) => panels.descend(),
@@ -235,7 +235,7 @@ impl Cholesky {
     }
 
     /// The second half, which leaves those displacements.
-    pub fn ascend(&mut self) {
+    pub(super) fn ascend(&mut self) {
         match &mut self.panels {
             Either::Single(panels) => panels.ascend(),
             Either::Double(panels) => panels.ascend(),
@@ -244,7 +244,7 @@ impl Cholesky {
 
     /// The displacement of a vertex, zero along its prescribed axes.
     #[inline]
-    pub fn part(&self, v: usize) -> DVec3 {
+    pub(super) fn part(&self, v: usize) -> DVec3 {
         let mut part = DVec3::ZERO;
         match &self.panels {
             Either::Single(panels) => self.pattern.for_columns(v, |c, axis| part[axis] = panels.column[c].into()),

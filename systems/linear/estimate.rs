@@ -15,7 +15,7 @@ use crate::settings::LinearParams;
 
 /// When a solve may stop, and when it must.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub(super) struct Limits {
     /// Squared norm of the residual \[N²\] from which on it may.
     pub residual_sq: f64,
     /// Squared energy norm of the error \[mJ\] from which on it may.
@@ -48,7 +48,7 @@ const AIM: f64 = 0.95;
 impl Limits {
     /// The limits of a solve that begins now. `reference_sq` is the squared norm of its right-hand side \[N²\], `stored` twice the
     /// energy in the body \[mJ\] and `motion` that of moving it by an edge in the step.
-    pub fn new(params: &LinearParams, reference_sq: f64, [stored, motion]: [f64; 2]) -> Self {
+    pub(super) fn new(params: &LinearParams, reference_sq: f64, [stored, motion]: [f64; 2]) -> Self {
         Self {
             near: if params.position_tolerance.is_finite() {
                 params.position_tolerance * params.position_tolerance * motion
@@ -70,7 +70,7 @@ impl Limits {
 
     /// Those of one round in single precision, in units of the residual's norm: a little below what is asked for, but no further than
     /// single precision can go.
-    pub fn of_round(self, norm: f64, iterations: u32) -> Self {
+    pub(super) fn of_round(self, norm: f64, iterations: u32) -> Self {
         let norm_sq = norm * norm;
         let aim = |residual_sq: f64| (AIM * AIM * residual_sq / norm_sq).max(LEAST_GAIN * LEAST_GAIN);
         let (residual_sq, least_sq) = (aim(self.residual_sq), aim(self.least_sq));
@@ -78,23 +78,23 @@ impl Limits {
     }
 
     /// The limits of a round of iterations that stops where it stopped before, where that is being repeated.
-    pub fn repeating(self, stops: &mut Stops) -> Self {
+    pub(super) fn repeating(self, stops: &mut Stops) -> Self {
         if self.end.is_none() { self } else { Self { stop: stops.next_round(), ..self } }
     }
 
     /// Whether it may stop.
-    pub fn are_met(&self, residual_sq: f64, energy: f64) -> bool {
+    pub(super) fn are_met(&self, residual_sq: f64, energy: f64) -> bool {
         residual_sq <= self.residual_sq && (energy <= self.energy || residual_sq <= self.least_sq)
     }
 
     /// Whether an answer of which no more is known does.
-    pub fn are_met_at_end(&self, residual_sq: f64, energy: f64) -> bool {
+    pub(super) fn are_met_at_end(&self, residual_sq: f64, energy: f64) -> bool {
         self.are_met(residual_sq, energy) || self.is_near(energy)
     }
 
     /// Whether it may stop in the midst of iterations: for positions only after some, and where they have found half of what the guess missed, lest
     /// what moves by less in a step never move.
-    pub fn allow_stop(&self, residual_sq: f64, error: &EnergyError) -> bool {
+    pub(super) fn allow_stop(&self, residual_sq: f64, error: &EnergyError) -> bool {
         let energy = error.squared();
         self.are_met(residual_sq, energy)
             || error.count >= BACK && energy <= PROGRESS * error.sum && self.is_near(energy)
@@ -106,7 +106,7 @@ impl Limits {
     }
 
     /// Whether time is up after so many iterations.
-    pub fn is_late(&self, iterations: u32) -> bool {
+    pub(super) fn is_late(&self, iterations: u32) -> bool {
         match self.stop {
             Some(stop) => iterations >= stop,
             None => self.end.is_some_and(|end| Moment::now() >= end),
@@ -119,7 +119,7 @@ const BACK: usize = 4;
 
 /// The squared energy norm of the error through the iterations of a solve \[mJ\].
 #[derive(Clone, Copy, Debug)]
-pub struct EnergyError {
+pub(super) struct EnergyError {
     /// r·z now.
     rz: f64,
     first_rz: f64,
@@ -132,12 +132,12 @@ pub struct EnergyError {
 
 impl EnergyError {
     /// Before the first iteration, with r·z of the first residual.
-    pub fn new(rz: f64) -> Self {
+    pub(super) fn new(rz: f64) -> Self {
         Self { rz, first_rz: rz, sum: 0.0, last: [(0.0, rz); BACK], count: 0 }
     }
 
     /// After an iteration of step length `alpha`, with r·z of the new residual.
-    pub fn advance(&mut self, alpha: f64, rz: f64) {
+    pub(super) fn advance(&mut self, alpha: f64, rz: f64) {
         self.sum += alpha * self.rz;
         self.count += 1;
         self.rz = rz;
@@ -145,7 +145,7 @@ impl EnergyError {
     }
 
     /// The estimate; from the second iteration on it is more than a guess.
-    pub fn squared(&self) -> f64 {
+    pub(super) fn squared(&self) -> f64 {
         // The oldest that is kept.
         let (sum, rz) = if self.count < BACK { (0.0, self.first_rz) } else { self.last[(self.count + 1) % BACK] };
         let ratio = (self.sum / self.first_rz).max((self.sum - sum) / rz).max(1.0);

@@ -8,7 +8,7 @@ mod state;
 
 use super::block_jacobi::invert;
 use super::bridge::Bridge;
-pub use super::cholesky::NoFactor;
+pub(super) use super::cholesky::NoFactor;
 use super::cholesky::{Cholesky, Precision};
 use super::scale_to_single;
 use super::snapshot::Snapshot;

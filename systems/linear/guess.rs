@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 ///
 /// # Errors
 /// [`CgError::NotFinite`] where b, the motion or the operator holds a NaN or an infinity.
-pub fn residual_without(
+pub(super) fn residual_without(
     operator: &Operator,
     (x, free, b): (&[DVec3], &FreeAxes, &[DVec3]),
     without: &mut [DVec3],
@@ -27,7 +27,7 @@ pub fn residual_without(
 }
 
 /// Whether there is no guess: nothing moves along free axes.
-pub fn is_none(x: &[DVec3], free: &FreeAxes) -> bool {
+pub(super) fn is_none(x: &[DVec3], free: &FreeAxes) -> bool {
     x.iter().zip(free).all(|(x, free)| *x * *free == DVec3::ZERO)
 }
 
@@ -35,7 +35,7 @@ pub fn is_none(x: &[DVec3], free: &FreeAxes) -> bool {
 /// no guess. The displacement of the last step is a good guess but for its length where a hand speeds up or stops, and where tissue has
 /// sprung open. `of_guess` has the residual \[N\] of the guess, which takes the place of `without`, scaled. Returns its squared norm, or
 /// `None` where the guess was of no use and is none now, and `without` as it was.
-pub fn fit(
+pub(super) fn fit(
     x: &mut [DVec3],
     free: &FreeAxes,
     without: &mut [DVec3],

@@ -18,7 +18,7 @@ use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
 use std::ops::{AddAssign, Mul, Neg, Range, SubAssign};
 
 /// The numbers of a panel: `f32` or `f64`.
-pub trait Real:
+pub(super) trait Real:
     Copy + Default + Send + Sync + AddAssign + SubAssign + Mul<Output = Self> + Neg<Output = Self> + Into<f64>
 {
     /// The nearest number.
@@ -39,7 +39,7 @@ impl Real for f64 {
 
 /// A factor's panels. The layout of one with `w` columns: blocks of eight rows, in each block the columns one after the other.
 #[derive(Debug, Default)]
-pub struct Panels<T> {
+pub(super) struct Panels<T> {
     /// First column of each supernode, and the number of columns at the end.
     first: Vec<u32>,
     /// Where each supernode's rows below its triangle begin in `row`; one more entry at the end.
@@ -63,7 +63,7 @@ pub struct Panels<T> {
 
 impl<T: Real> Panels<T> {
     /// Takes over a factor; `parts` has the columns with which a second part and the rest begin, if there are parts.
-    pub fn fill(&mut self, factor: SupernodalLltRef<'_, u32, f64>, parts: Option<[u32; 2]>) {
+    pub(super) fn fill(&mut self, factor: SupernodalLltRef<'_, u32, f64>, parts: Option<[u32; 2]>) {
         let symbolic = factor.symbolic();
         for list in [&mut self.first, &mut self.row_start, &mut self.row] {
             list.clear();
@@ -137,7 +137,7 @@ impl<T: Real> Panels<T> {
 
     /// Replaces `column` by L⁻¹ times it, the way down of a solve; returns the scalar product of what it was with (L·Lᵀ)⁻¹ times it,
     /// which is the squared norm of what it is now.
-    pub fn descend(&mut self) -> f64 {
+    pub(super) fn descend(&mut self) -> f64 {
         self.sweep(true);
         let mut sums = [0.0; LANES];
         for (i, &x) in self.column.iter().enumerate() {
@@ -148,7 +148,7 @@ impl<T: Real> Panels<T> {
     }
 
     /// Replaces `column` by L⁻ᵀ times it, the way up.
-    pub fn ascend(&mut self) {
+    pub(super) fn ascend(&mut self) {
         self.sweep(false);
     }
 

@@ -18,7 +18,7 @@ const NONE: u32 = u32::MAX;
 /// Sorts an order of elimination into two parts and what needs both, in each of which it stays as it is, and returns where the
 /// second part and the rest begin. `None` where the order is better left in one. `earlier(p, list)` appends the
 /// places of the neighbours of the vertex in place `p` that come before it.
-pub fn in_two(order: &mut [u32], earlier: impl FnMut(usize, &mut Vec<u32>)) -> Option<[usize; 2]> {
+pub(super) fn in_two(order: &mut [u32], earlier: impl FnMut(usize, &mut Vec<u32>)) -> Option<[usize; 2]> {
     if order.len() < LEAST {
         return None;
     }

@@ -19,7 +19,7 @@ const SHIFT: f64 = 1e-10;
 
 /// Where the entries of the matrix stand, for one set of triangles and free axes.
 #[derive(Debug)]
-pub struct Pattern {
+pub(super) struct Pattern {
     corners: Vec<[u32; 3]>,
     folded: Vec<[u32; 4]>,
     free: FreeAxes,
@@ -47,7 +47,7 @@ fn axes(free: DVec3) -> impl Iterator<Item = usize> + Clone {
 impl Pattern {
     /// The pattern of an operator on these triangles, with bending about the edges of these hinges; `None` where there
     /// is no free axis, or no memory.
-    pub fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &FreeAxes) -> Option<Self> {
+    pub(super) fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &FreeAxes) -> Option<Self> {
         let incident = Incident::new(corners, free.len());
         let hinges = Hinges::new(folded, free.len());
         let mut order = elimination_order(corners, folded, (&incident, &hinges), free)?;
@@ -109,54 +109,54 @@ impl Pattern {
     }
 
     /// Whether this is the pattern for these triangles and free axes.
-    pub fn fits(&self, corners: &[[u32; 3]], free: &FreeAxes) -> bool {
+    pub(super) fn fits(&self, corners: &[[u32; 3]], free: &FreeAxes) -> bool {
         self.corners == corners && self.free == *free
     }
 
     /// The columns at which the second of two parts begins that do not need each other, and what needs both.
-    pub fn parts(&self) -> Option<[u32; 2]> {
+    pub(super) fn parts(&self) -> Option<[u32; 2]> {
         let column = |p: usize| self.order.get(p).map_or(self.column_count() as u32, |&v| self.first[v as usize]);
         self.parts.map(|starts| starts.map(column))
     }
 
     /// The vertices of the hinges.
-    pub fn folded(&self) -> &[[u32; 4]] {
+    pub(super) fn folded(&self) -> &[[u32; 4]] {
         &self.folded
     }
 
     /// The free axes, 1 or 0.
-    pub fn free(&self) -> &FreeAxes {
+    pub(super) fn free(&self) -> &FreeAxes {
         &self.free
     }
 
     /// The triangles.
-    pub fn corners(&self) -> &[[u32; 3]] {
+    pub(super) fn corners(&self) -> &[[u32; 3]] {
         &self.corners
     }
 
     /// Number of entries of the matrix.
-    pub fn entry_count(&self) -> usize {
+    pub(super) fn entry_count(&self) -> usize {
         self.row.len()
     }
 
     /// Number of free axes.
-    pub fn column_count(&self) -> usize {
+    pub(super) fn column_count(&self) -> usize {
         self.column_start.len() - 1
     }
 
     /// The pattern for the solver.
-    pub fn symbolic(&self) -> SymbolicSparseColMatRef<'_, u32> {
+    pub(super) fn symbolic(&self) -> SymbolicSparseColMatRef<'_, u32> {
         let n = self.column_count();
         SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row)
     }
 
     /// The matrix with the entries that [`assemble`](Self::assemble) has written.
-    pub fn matrix<'a>(&'a self, value: &'a [f64]) -> SparseColMatRef<'a, u32, f64> {
+    pub(super) fn matrix<'a>(&'a self, value: &'a [f64]) -> SparseColMatRef<'a, u32, f64> {
         SparseColMatRef::new(self.symbolic(), value)
     }
 
     /// Writes the entries \[N/mm\].
-    pub fn assemble(&self, snapshot: &Snapshot, value: &mut Vec<f64>) {
+    pub(super) fn assemble(&self, snapshot: &Snapshot, value: &mut Vec<f64>) {
         value.clear();
         value.resize(self.row.len(), 0.0);
         // Offset of a neighbour's rows in the columns of the vertex at hand, for its earlier neighbours and itself.
@@ -212,7 +212,7 @@ impl Pattern {
     }
 
     /// Four times the vertex plus the axis of every column.
-    pub fn axis_of_columns(&self) -> Vec<u32> {
+    pub(super) fn axis_of_columns(&self) -> Vec<u32> {
         let of_vertex = |&v: &u32| axes(self.free[v as usize]).map(move |axis| 4 * v + axis as u32);
         let mut axes = Vec::with_capacity(self.column_count());
         axes.extend(self.order.iter().flat_map(of_vertex));
@@ -222,7 +222,7 @@ impl Pattern {
     /// Calls `f` with the columns of a vertex' free axes, each with its axis: one call for each, so that an axis is no index that is
     /// looked up.
     #[inline(always)]
-    pub fn for_columns(&self, v: usize, mut f: impl FnMut(usize, usize)) {
+    pub(super) fn for_columns(&self, v: usize, mut f: impl FnMut(usize, usize)) {
         let (mut column, free) = (self.first[v] as usize, self.free[v]);
         if free.x != 0.0 {
             f(column, 0);

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 
 /// The operator at one state.
 #[derive(Debug, Default)]
-pub struct Snapshot {
+pub(super) struct Snapshot {
     /// Corners of the triangles.
     pub corners: Vec<[u32; 3]>,
     /// Per triangle the blocks K₁₁, K₁₂, K₂₂ \[N/mm\]; those of corner 0 follow, as a translation exerts no force.
@@ -25,7 +25,7 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// The operator as it is, over these free axes.
-    pub fn new(operator: &Operator, free: &FreeAxes) -> Self {
+    pub(super) fn new(operator: &Operator, free: &FreeAxes) -> Self {
         let corners = operator.triangles.corners.clone();
         let (mut blocks, mut own) = (vec![[DMat3::ZERO; 3]; corners.len()], vec![DMat3::ZERO; free.len()]);
         parallel::for_rows(&mut blocks, |t, blocks| *blocks = operator.element(t).blocks());
@@ -37,12 +37,12 @@ impl Snapshot {
     }
 
     /// The vertices of the hinges.
-    pub fn folded(&self) -> Vec<[u32; 4]> {
+    pub(super) fn folded(&self) -> Vec<[u32; 4]> {
         self.hinges.iter().map(|hinge| hinge.vertices).collect()
     }
 
     /// The block of corners `i` and `j` of a triangle.
-    pub fn block(&self, t: usize, i: usize, j: usize) -> DMat3 {
+    pub(super) fn block(&self, t: usize, i: usize, j: usize) -> DMat3 {
         match self.loads.get(t) {
             Some(edges) => self.membrane_block(t, i, j) + load_block(edges, i, j),
             None => self.membrane_block(t, i, j),

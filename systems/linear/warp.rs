@@ -19,7 +19,7 @@ const SAMPLE: usize = 8;
 /// The rotation of the vertices of one mesh since a state of it.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Warp {
+pub(super) struct Warp {
     /// The axes at that state of the triangle that a vertex turns with, its first.
     then: Vec<[DVec3; 2]>,
     /// The turns since; empty where they all are small.
@@ -36,13 +36,13 @@ fn axes(operator: &Operator, v: usize) -> Option<[DVec3; 2]> {
 
 impl Warp {
     /// No turns yet, at the operator's state.
-    pub fn new(operator: &Operator) -> Self {
+    pub(super) fn new(operator: &Operator) -> Self {
         let vertices = 0..operator.topology.incident.len();
         Self { then: vertices.map(|v| axes(operator, v).unwrap_or([DVec3::X, DVec3::Y])).collect(), turns: Vec::new() }
     }
 
     /// Finds the turns up to the operator's state, on the mesh that it began with. Prescribed axes do not turn.
-    pub fn update(&mut self, operator: &Operator, free: &FreeAxes) {
+    pub(super) fn update(&mut self, operator: &Operator, free: &FreeAxes) {
         let Self { then, turns } = self;
         let is_turned = |v: usize| axes(operator, v).is_some_and(|now| !is_near(then[v], now));
         if !(0..then.len()).step_by(SAMPLE).any(is_turned) {
@@ -60,23 +60,23 @@ impl Warp {
     }
 
     /// What a snapshot keeps: the turns are found anew.
-    pub fn state(&self) -> Self {
+    pub(super) fn state(&self) -> Self {
         Self { then: self.then.clone(), turns: Vec::new() }
     }
 
     /// Number of vertices.
     #[cfg(feature = "snapshot")]
-    pub fn vertex_count(&self) -> usize {
+    pub(super) fn vertex_count(&self) -> usize {
         self.then.len()
     }
 
     /// Forgets the turns: the mesh has changed.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.turns.clear();
     }
 
     /// The turn R of every vertex; none where all are small.
-    pub fn turns(&self) -> &[DMat3] {
+    pub(super) fn turns(&self) -> &[DMat3] {
         &self.turns
     }
 }

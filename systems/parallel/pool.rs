@@ -15,7 +15,7 @@ pub fn is_worth_sharing(rows: usize) -> bool {
 }
 
 /// Threads of the pool that this one belongs to.
-pub fn thread_count() -> usize {
+pub(super) fn thread_count() -> usize {
     rayon::current_num_threads()
 }
 

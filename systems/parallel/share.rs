@@ -6,12 +6,12 @@ use std::slice::ChunksMut;
 
 /// Does both, side by side where a thread has nothing else to do. Not generic: what rayon makes of a pair of closures is many times as
 /// long as most of them.
-pub fn join(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
+pub(super) fn join(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
     rayon::join(a, b);
 }
 
 /// Work that comes in pieces, one after the other.
-pub trait Cut: Send + Sized {
+pub(super) trait Cut: Send + Sized {
     /// Number of pieces.
     fn count(&self) -> usize;
     /// The pieces before that one, and those from it on.
@@ -19,11 +19,11 @@ pub trait Cut: Send + Sized {
 }
 
 /// Rows in pieces of so many.
-pub struct Rows<'a, T>(pub &'a mut [T], pub usize);
+pub(super) struct Rows<'a, T>(pub &'a mut [T], pub usize);
 
 impl<'a, T> Rows<'a, T> {
     /// The pieces.
-    pub fn pieces(self) -> ChunksMut<'a, T> {
+    pub(super) fn pieces(self) -> ChunksMut<'a, T> {
         self.0.chunks_mut(self.1)
     }
 }
@@ -40,7 +40,7 @@ impl<T: Send> Cut for Rows<'_, T> {
 }
 
 /// Rows of which part `p` has those from `starts[p]` up to `starts[p + 1]`.
-pub struct Parts<'a, T>(pub &'a mut [T], pub &'a [u32]);
+pub(super) struct Parts<'a, T>(pub &'a mut [T], pub &'a [u32]);
 
 impl<T: Send> Cut for Parts<'_, T> {
     fn count(&self) -> usize {
@@ -70,7 +70,7 @@ impl<A: Cut, B: Cut> Cut for (A, B) {
 const SPANS: usize = 8;
 
 /// Calls `run(first, pieces)` for all pieces, in one span or in several, of which each begins with its `first`.
-pub fn share<C: Cut>(pieces: C, is_shared: bool, run: &(impl Fn(usize, C) + Sync)) {
+pub(super) fn share<C: Cut>(pieces: C, is_shared: bool, run: &(impl Fn(usize, C) + Sync)) {
     let count = pieces.count();
     let most = if is_shared { count.div_ceil(SPANS * pool::thread_count()) } else { count };
     share_from(0, pieces, most, run);

@@ -54,19 +54,24 @@ const USUAL: usize = 512;
 
 impl ShiftedFolds {
     /// Forgets what was laid.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.bending = None;
         self.bends.clear();
         self.beyond.clear();
     }
 
     /// What they were laid for, if they were.
-    pub fn bending(&self) -> Option<Bending> {
+    pub(super) fn bending(&self) -> Option<Bending> {
         self.bending
     }
 
     /// Lays out triangles with the gradient of their weight \[1/mm\] and the axis of their own frame, both in the axes of the disc.
-    pub fn lay(&mut self, surface: &Surface, bending: &Bending, listed: impl Iterator<Item = (u32, DVec2, DVec2)>) {
+    pub(super) fn lay(
+        &mut self,
+        surface: &Surface,
+        bending: &Bending,
+        listed: impl Iterator<Item = (u32, DVec2, DVec2)>,
+    ) {
         let Surface { vertices, triangles, topology, .. } = *surface;
         self.bending = Some(*bending);
         self.bends.clear();
@@ -122,12 +127,12 @@ impl ShiftedFolds {
     }
 
     /// The triangles on which it depends.
-    pub fn triangles(&self) -> impl Iterator<Item = u32> {
+    pub(super) fn triangles(&self) -> impl Iterator<Item = u32> {
         self.bends.iter().map(|bend| bend.triangle).chain(self.beyond.iter().copied())
     }
 
     /// Finds angles and moments at the current positions, and the energy released per unit of shift along either axis \[N\].
-    pub fn release(&mut self, surface: &Surface) -> DVec2 {
+    pub(super) fn release(&mut self, surface: &Surface) -> DVec2 {
         let Surface { vertices, triangles, topology, .. } = *surface;
         let corners = |t: u32| triangles.corners[t as usize].map(|v| vertices.position[v as usize]);
         for bend in &mut self.bends {
@@ -166,7 +171,7 @@ impl ShiftedFolds {
     }
 
     /// The forces of bending on the corners of a triangle \[N\], as last found.
-    pub fn forces(&self, triangle: u32) -> [DVec3; 3] {
+    pub(super) fn forces(&self, triangle: u32) -> [DVec3; 3] {
         let Ok(place) = self.bends.binary_search_by_key(&triangle, |bend| bend.triangle) else {
             return [DVec3::ZERO; 3];
         };

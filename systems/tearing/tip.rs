@@ -46,7 +46,7 @@ impl TipChart {
 }
 
 /// The triangles around a vertex and their layout; `None` where there is no such vertex or its triangles have no area.
-pub fn fan_chart(
+pub(super) fn fan_chart(
     (vertices, triangles, topology): (&Vertices, &Triangles, &Topology),
     vertex: u32,
 ) -> Option<(Fan, FanChart)> {

@@ -170,12 +170,12 @@ pub(super) struct TangentPlane {
 
 impl TangentPlane {
     /// The plane through `centre` with the orthonormal `axes`.
-    pub fn new(centre: DVec3, axes: [DVec3; 2]) -> Self {
+    pub(super) fn new(centre: DVec3, axes: [DVec3; 2]) -> Self {
         Self { centre, axes, normal: axes[0].cross(axes[1]) }
     }
 
     /// A triangle in the plane, its corners at their true distances from the centre. Whether it lies in the plane anyhow.
-    pub fn place(&self, x: [DVec3; 3]) -> ([DVec2; 3], bool) {
+    pub(super) fn place(&self, x: [DVec3; 3]) -> ([DVec2; 3], bool) {
         let x = x.map(|p| p - self.centre);
         let placed = x.map(|d| DVec2::new(d.dot(self.axes[0]), d.dot(self.axes[1])));
         let heights = x.map(|d| d.dot(self.normal));
@@ -187,7 +187,7 @@ impl TangentPlane {
     }
 
     /// A unit direction in a triangle, turned into the plane by the smallest rotation.
-    pub fn direction(&self, fibre: DVec3, x: [DVec3; 3], is_flat: bool) -> DVec2 {
+    pub(super) fn direction(&self, fibre: DVec3, x: [DVec3; 3], is_flat: bool) -> DVec2 {
         let project = |v: DVec3| DVec2::new(v.dot(self.axes[0]), v.dot(self.axes[1]));
         if is_flat {
             return project(fibre).normalize_or(DVec2::X);

@@ -1,5 +1,5 @@
 //! The `fig2-tear` square: a notched sheet pulled apart until it tears through, and what a run of it leaves.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "shared: each that takes it in uses a part")]
 
 use glam::{DVec2, DVec3};
 use hecs::Entity;

@@ -1,5 +1,5 @@
 //! Meshes and bodies for the tests of edits and tears, and a random source with fixed seeds.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "shared: each that takes it in uses a part")]
 
 pub mod tears;
 pub mod twin;

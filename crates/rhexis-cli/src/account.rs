@@ -69,7 +69,7 @@ impl SpanReport {
 }
 
 impl AccountReport {
-    pub fn of(figures: &AccountFigures) -> Self {
+    pub(crate) fn of(figures: &AccountFigures) -> Self {
         Self {
             torn_area_mm2: figures.area,
             surface_energy_mj: figures.surface_energy,
@@ -80,7 +80,7 @@ impl AccountReport {
     }
 
     /// Its lines in the summary.
-    pub fn summary(&self) -> Vec<String> {
+    pub(crate) fn summary(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let (Some(median), Some(max)) = (self.overshoot_median, self.overshoot_max) {
             let (median, max) = (100.0 * median, 100.0 * max);

@@ -45,12 +45,12 @@ impl From<SnapshotError> for Stop {
 
 impl Checkpoint {
     /// Writes it into the output directory, whole or not at all.
-    pub fn save(&self, folder: &Path) -> Result<(), SnapshotError> {
+    pub(crate) fn save(&self, folder: &Path) -> Result<(), SnapshotError> {
         replace(&folder.join(NAME), &pack(Kind::Run, self)?)
     }
 
     /// The last one of a run of this scene, which reads files that have not changed since.
-    pub fn load(folder: &Path, scene: u64, inputs: &Inputs) -> Result<Self, Stop> {
+    pub(crate) fn load(folder: &Path, scene: u64, inputs: &Inputs) -> Result<Self, Stop> {
         let path = folder.join(NAME);
         let named = |error: SnapshotError| Stop::Failed(format!("{}: {error}", path.display()));
         let checkpoint: Self = read(&path).and_then(|bytes| unpack(Kind::Run, &bytes)).map_err(named)?;

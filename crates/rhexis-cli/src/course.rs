@@ -49,7 +49,7 @@ impl GraspReport {
 }
 
 impl CourseReport {
-    pub fn of(course: &TearCourse) -> Self {
+    pub(crate) fn of(course: &TearCourse) -> Self {
         let figures = course.figures();
         let (opening, lies) = (figures.opening.as_ref(), figures.opening_as_it_lies.as_ref());
         Self {
@@ -75,7 +75,7 @@ impl CourseReport {
     }
 
     /// Its lines in the summary.
-    pub fn summary(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         let outcome = match (self.diameter_mm, self.circularity, self.decentration_mm) {
             (Some(diameter), Some(circularity), Some(decentration)) => format!(
                 "opening: diameter {diameter:.3} mm{}, circularity {circularity:.3}, {decentration:.3} mm off centre, largest radius {:.3} mm",

@@ -102,7 +102,7 @@ pub(super) struct Marks {
 
 impl Files {
     /// Opens the files of a run that was interrupted and takes away what they have beyond these marks.
-    pub fn resume(lock: Lock, title: &str, moments: [Moments; 2], marks: &Marks) -> Result<Self, Stop> {
+    pub(crate) fn resume(lock: Lock, title: &str, moments: [Moments; 2], marks: &Marks) -> Result<Self, Stop> {
         let folder = &lock.folder().to_owned();
         let open = |name: &str, length: u64| {
             let path = folder.join(name);
@@ -121,7 +121,7 @@ impl Files {
     }
 
     /// Begins the files.
-    pub fn create(lock: Lock, title: &str, moments: [Moments; 2]) -> Result<Self, Stop> {
+    pub(crate) fn create(lock: Lock, title: &str, moments: [Moments; 2]) -> Result<Self, Stop> {
         let folder = &lock.folder().to_owned();
         let open = |name: &str| {
             let path = folder.join(name);
@@ -160,7 +160,7 @@ impl Files {
     }
 
     /// Where the files stand; nothing while some of it cannot be written.
-    pub fn marks(&self) -> Option<Marks> {
+    pub(crate) fn marks(&self) -> Option<Marks> {
         let lengths = [self.series.mark()?, self.events.mark()?];
         let entries = self.frames.as_ref().map_or("", PvdWriter::entries).to_owned();
         let &Self { last_frame, last_picture, ref notes, .. } = self;
@@ -169,12 +169,12 @@ impl Files {
 
     /// Whether the state after `step` steps is to be drawn or written as a frame; `is_special` states are, whatever the
     /// moments say.
-    pub fn wants_frame(&self, step: u64, is_special: bool) -> bool {
+    pub(crate) fn wants_frame(&self, step: u64, is_special: bool) -> bool {
         [self.picture_moments, self.frame_moments].iter().any(|m| m.is_due(step) || (is_special && m.count > 0))
     }
 
     /// The state after a step: its pictures and frames, where they are due or it `is_special`.
-    pub fn frame(&mut self, frame: &Frame, step: u64, tears: u64, is_special: bool) {
+    pub(crate) fn frame(&mut self, frame: &Frame, step: u64, tears: u64, is_special: bool) {
         let due = |moments: Moments| moments.is_due(step) || (is_special && moments.count > 0);
         if due(self.frame_moments)
             && self.last_frame.replace(step) != Some(step)
@@ -199,7 +199,7 @@ impl Files {
     }
 
     /// The surfaces of the bodies at the end, as OBJ and as PLY.
-    pub fn surfaces(&mut self, frame: &Frame, [obj, ply]: [bool; 2]) {
+    pub(crate) fn surfaces(&mut self, frame: &Frame, [obj, ply]: [bool; 2]) {
         for (index, body) in frame.bodies.iter().enumerate() {
             let path = |ending: &str| self.folder.join(format!("surface-{index}.{ending}"));
             let written = [obj.then(|| write_obj(&path("obj"), body)), ply.then(|| write_ply(&path("ply"), body))];
@@ -213,7 +213,7 @@ impl Files {
     ///
     /// # Errors
     /// Where so much waits to be written that the run had better end.
-    pub fn row(&mut self, o: &Observation, is_first: bool) -> Result<(), Stop> {
+    pub(crate) fn row(&mut self, o: &Observation, is_first: bool) -> Result<(), Stop> {
         let mut rows = csv::Writer::from_writer(Vec::new());
         let header = if is_first { rows.write_record(o.header()) } else { Ok(()) };
         let row = header.and_then(|()| rows.write_record(o.row()));
@@ -228,14 +228,14 @@ impl Files {
     }
 
     /// A line of `events.jsonl`.
-    pub fn event(&mut self, step: u64, body: &str, event: &Event) {
+    pub(crate) fn event(&mut self, step: u64, body: &str, event: &Event) {
         let line = format!("{}\n", described(step, body, event));
         let written = self.events.append(line.as_bytes());
         self.note_journal("events.jsonl", written);
     }
 
     /// A line of `events.jsonl` that no event of the engine is.
-    pub fn event_line(&mut self, line: &Value) {
+    pub(crate) fn event_line(&mut self, line: &Value) {
         let written = self.events.append(format!("{line}\n").as_bytes());
         self.note_journal("events.jsonl", written);
     }
@@ -256,7 +256,7 @@ impl Files {
     }
 
     /// `report.json`, replacing the last one.
-    pub fn report(&mut self, report: &RunReport) {
+    pub(crate) fn report(&mut self, report: &RunReport) {
         let text = serde_json::to_string_pretty(report).map_err(|error| error.to_string());
         let path = self.folder.join("report.json");
         let replace = |text: String| file::replace(&path, (text + "\n").as_bytes()).map_err(|error| error.to_string());
@@ -267,7 +267,7 @@ impl Files {
     }
 
     /// The surfaces of the bodies at the end as binary glTF, with their textures.
-    pub fn gltf(&mut self, frame: &Frame, textures: &[Option<Arc<Vec<u8>>>]) {
+    pub(crate) fn gltf(&mut self, frame: &Frame, textures: &[Option<Arc<Vec<u8>>>]) {
         for (index, body) in frame.bodies.iter().enumerate() {
             let texture = textures.get(index).and_then(Option::as_ref).map(|bytes| &bytes[..]);
             let path = self.folder.join(format!("surface-{index}.glb"));
@@ -278,7 +278,7 @@ impl Files {
     }
 
     /// Notes what could not be written. The first time of its kind it is to be told.
-    pub fn fault(&mut self, kind: &'static str, what: String) {
+    pub(crate) fn fault(&mut self, kind: &'static str, what: String) {
         if !self.faults.contains_key(kind) {
             self.untold.push(what.clone());
             self.faults.insert(kind, what);
@@ -286,17 +286,17 @@ impl Files {
     }
 
     /// What could not be written is there now, whole.
-    pub fn mended(&mut self, kind: &'static str) {
+    pub(crate) fn mended(&mut self, kind: &'static str) {
         self.faults.remove(kind);
     }
 
     /// Faults that nobody has been told of.
-    pub fn untold(&mut self) -> Vec<String> {
+    pub(crate) fn untold(&mut self) -> Vec<String> {
         std::mem::take(&mut self.untold)
     }
 
     /// Tries once more to write what waits, and tells what is lost.
-    pub fn lasting_faults(&mut self) -> Vec<String> {
+    pub(crate) fn lasting_faults(&mut self) -> Vec<String> {
         for name in ["series.csv", "events.jsonl"] {
             let journal = if name == "series.csv" { &mut self.series } else { &mut self.events };
             let written = journal.write();

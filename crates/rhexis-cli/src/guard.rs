@@ -54,7 +54,7 @@ impl Place {
 
 impl GuardTally {
     /// Adds what the guard did in a step of the run.
-    pub fn add(&mut self, step: u64, body: &BodyReport) {
+    pub(crate) fn add(&mut self, step: u64, body: &BodyReport) {
         let guard = &body.guard;
         let Some(first) = &guard.first else { return };
         self.refused.note(guard.refusals() > 0, step);
@@ -79,7 +79,7 @@ impl GuardTally {
     }
 
     /// What a reader must know of a body of this name, in a run of so many steps.
-    pub fn caveat(&self, name: &str, steps: u64) -> Option<String> {
+    pub(crate) fn caveat(&self, name: &str, steps: u64) -> Option<String> {
         let listed = |counts: &BTreeMap<String, u64>| {
             let counts: Vec<String> = counts.iter().map(|(cause, count)| format!("{cause} {count}")).collect();
             counts.join(", ")

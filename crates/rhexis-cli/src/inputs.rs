@@ -13,12 +13,12 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    pub fn of(scene: &Scene) -> Self {
+    pub(crate) fn of(scene: &Scene) -> Self {
         Self { scene: scene.path().map(Path::to_owned), data: scene.data_files() }
     }
 
     /// Hashes of what the mesh and fibre files hold, in their order.
-    pub fn hashes(&self) -> Result<Vec<u64>, Stop> {
+    pub(crate) fn hashes(&self) -> Result<Vec<u64>, Stop> {
         let hash = |path: &PathBuf| {
             let bytes = std::fs::read(path);
             bytes.map(|bytes| fingerprint(&bytes)).map_err(|error| {
@@ -29,14 +29,14 @@ impl Inputs {
     }
 
     /// The first mesh or fibre file that has another hash.
-    pub fn first_changed(&self, hashes: &[u64]) -> Result<Option<&Path>, Stop> {
+    pub(crate) fn first_changed(&self, hashes: &[u64]) -> Result<Option<&Path>, Stop> {
         let now = self.hashes()?;
         let changed = (0..now.len()).find(|&i| hashes.get(i) != Some(&now[i]));
         Ok(changed.map(|i| self.data[i].as_path()))
     }
 
     /// Refuses outputs in the place of a file that is read. Nothing is written yet.
-    pub fn spare(&self, args: &RunArgs, out: &Path) -> Result<(), Stop> {
+    pub(crate) fn spare(&self, args: &RunArgs, out: &Path) -> Result<(), Stop> {
         if out.exists() && !out.is_dir() {
             let what = format!("{} is a file, not a directory", out.display());
             return Err(Stop::Failed(format!("{what}; choose a directory with --out")));

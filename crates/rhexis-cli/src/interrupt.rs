@@ -18,7 +18,7 @@ impl Interrupt {
     ///
     /// # Errors
     /// Where the system refuses.
-    pub fn watch() -> Result<Self, Stop> {
+    pub(crate) fn watch() -> Result<Self, Stop> {
         let asked = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
             // In this order, or the first would find the flag already set.
@@ -29,7 +29,7 @@ impl Interrupt {
         Ok(Self(asked))
     }
 
-    pub fn is_asked(&self) -> bool {
+    pub(crate) fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }

@@ -31,13 +31,13 @@ pub(super) enum Written {
 
 impl Journal {
     /// An empty file.
-    pub fn create(path: &Path) -> io::Result<Self> {
+    pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let file = File::options().read(true).write(true).create(true).truncate(true).open(path)?;
         Ok(Self { path: path.to_owned(), file, length: 0, waiting: Vec::new() })
     }
 
     /// Goes on with a file at its first `length` bytes; what follows them is taken away.
-    pub fn resume(path: &Path, length: u64) -> io::Result<Self> {
+    pub(crate) fn resume(path: &Path, length: u64) -> io::Result<Self> {
         let mut file = File::options().read(true).write(true).open(path)?;
         if file.metadata()?.len() < length {
             return Err(io::Error::other("it is shorter than it was"));
@@ -51,7 +51,7 @@ impl Journal {
     ///
     /// # Errors
     /// Where the system refuses; the lines wait then.
-    pub fn append(&mut self, lines: &[u8]) -> io::Result<Written> {
+    pub(crate) fn append(&mut self, lines: &[u8]) -> io::Result<Written> {
         self.waiting.extend_from_slice(lines);
         self.write()
     }
@@ -60,7 +60,7 @@ impl Journal {
     ///
     /// # Errors
     /// Where the system refuses; it goes on waiting then.
-    pub fn write(&mut self) -> io::Result<Written> {
+    pub(crate) fn write(&mut self) -> io::Result<Written> {
         let written = if self.path.try_exists()? { Written::All } else { self.make_anew()? };
         self.file.write_all(&self.waiting).inspect_err(|_| {
             // Part of it may be there. Where that cannot be taken back, as on a device, it is overwritten at the next attempt.
@@ -90,12 +90,12 @@ impl Journal {
     }
 
     /// Bytes in the file, which are on the disk from here on; nothing while lines wait.
-    pub fn mark(&self) -> Option<u64> {
+    pub(crate) fn mark(&self) -> Option<u64> {
         (self.waiting.is_empty() && self.file.sync_data().is_ok()).then_some(self.length)
     }
 
     /// Whether more waits than may.
-    pub fn is_overfull(&self) -> bool {
+    pub(crate) fn is_overfull(&self) -> bool {
         self.waiting.len() > MOST_WAITING
     }
 }

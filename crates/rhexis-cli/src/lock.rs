@@ -17,7 +17,7 @@ pub(super) struct Lock {
 
 impl Lock {
     /// The directory.
-    pub fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
 
@@ -25,7 +25,7 @@ impl Lock {
     ///
     /// # Errors
     /// While another process has it, and where the file cannot be written.
-    pub fn take(folder: &Path) -> Result<Self, Stop> {
+    pub(crate) fn take(folder: &Path) -> Result<Self, Stop> {
         let path = folder.join(NAME);
         let refused = |path: &Path, error| {
             let what = format!("cannot write {}: {error}", path.display());
@@ -56,7 +56,7 @@ impl Lock {
     ///
     /// # Errors
     /// Where another process has been faster.
-    pub fn renew(&mut self) -> Result<(), Stop> {
+    pub(crate) fn renew(&mut self) -> Result<(), Stop> {
         if !is_there(&self.path, &self.file) {
             *self = Self::take(self.folder())?;
         }

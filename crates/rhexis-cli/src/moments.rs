@@ -11,7 +11,7 @@ pub(super) struct Moments {
 
 impl Moments {
     /// Whether one falls on the state after `step` steps. The end is not asked for here: a run may end early.
-    pub fn is_due(&self, step: u64) -> bool {
+    pub(crate) fn is_due(&self, step: u64) -> bool {
         let gaps = u128::from(self.count.saturating_sub(1));
         let passed = |step: u64| u128::from(step) * gaps / u128::from(self.steps.max(1));
         match step {

@@ -11,7 +11,7 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    pub fn new(steps: u64, is_quiet: bool) -> Self {
+    pub(crate) fn new(steps: u64, is_quiet: bool) -> Self {
         let bar = if is_quiet { ProgressBar::hidden() } else { ProgressBar::new(steps) };
         if let Ok(style) = ProgressStyle::with_template("{bar:30} step {pos}/{len}  {msg}") {
             bar.set_style(style);
@@ -20,7 +20,7 @@ impl Progress {
     }
 
     /// The state after a step and the time that all steps took.
-    pub fn show(&self, o: &Observation, stepping: Duration) {
+    pub(crate) fn show(&self, o: &Observation, stepping: Duration) {
         let Observation { step, time, torn, tips, .. } = *o;
         let factor = real_time_factor(time, stepping);
         let tears = if torn > 0.0 { format!("  torn {torn:.2} mm, {tips} tip(s)") } else { String::new() };
@@ -29,11 +29,11 @@ impl Progress {
     }
 
     /// Says on standard error what has gone wrong meanwhile.
-    pub fn complain(&self, what: &str) {
+    pub(crate) fn complain(&self, what: &str) {
         self.bar.suspend(|| complain(&format!("warning: {what}")));
     }
 
-    pub fn finish(&self) {
+    pub(crate) fn finish(&self) {
         self.bar.finish_and_clear();
     }
 }

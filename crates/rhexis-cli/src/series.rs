@@ -116,7 +116,7 @@ pub(super) fn observe(instance: &mut Instance) -> Observation {
 
 impl Observation {
     /// The columns of `series.csv`.
-    pub fn header(&self) -> Vec<String> {
+    pub(crate) fn header(&self) -> Vec<String> {
         let fixed = [
             "step",
             "time_ms",
@@ -147,7 +147,7 @@ impl Observation {
     }
 
     /// The row under [`header`](Self::header). Shortest text that reads back as the same bits.
-    pub fn row(&self) -> Vec<String> {
+    pub(crate) fn row(&self) -> Vec<String> {
         let mut row = vec![
             self.step.to_string(),
             self.time.to_string(),

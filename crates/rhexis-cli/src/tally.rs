@@ -76,7 +76,7 @@ pub(super) struct Count {
 }
 
 impl Count {
-    pub fn note(&mut self, is_so: bool, step: u64) {
+    pub(crate) fn note(&mut self, is_so: bool, step: u64) {
         if is_so {
             self.steps += 1;
             self.first.get_or_insert(step);
@@ -121,7 +121,7 @@ struct GripTally {
 
 impl Tally {
     /// Adds a step.
-    pub fn add(&mut self, report: &Report, o: &Observation, linear: &LinearParams) {
+    pub(crate) fn add(&mut self, report: &Report, o: &Observation, linear: &LinearParams) {
         self.steps += 1;
         self.iterations += u64::from(o.iterations);
         self.most_iterations = self.most_iterations.max(o.iterations);
@@ -158,7 +158,7 @@ impl Tally {
     }
 
     /// Adds an event of a body.
-    pub fn add_event(&mut self, step: u64, body: &str, kind: &EventKind) {
+    pub(crate) fn add_event(&mut self, step: u64, body: &str, kind: &EventKind) {
         let counts = &mut self.events;
         match kind {
             EventKind::Started { at, verdict, .. } => {
@@ -201,12 +201,12 @@ impl Tally {
     }
 
     /// What the guard did to the scene's body of this index.
-    pub fn guard(&self, index: usize) -> GuardTally {
+    pub(crate) fn guard(&self, index: usize) -> GuardTally {
         self.guard.get(&index).cloned().unwrap_or_default()
     }
 
     /// Root mean square over the steps in which the grip was closed, and peak, of the force at a grip \[N\].
-    pub fn grip(&self, name: &str) -> (f64, f64) {
+    pub(crate) fn grip(&self, name: &str) -> (f64, f64) {
         let grip = self.grips.get(name).copied().unwrap_or_default();
         ((grip.squares / grip.steps.max(1) as f64).sqrt(), grip.peak)
     }

@@ -31,11 +31,11 @@ pub(super) struct Timings {
 }
 
 impl Timings {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { steps: 0, runs: vec![0; STEP.len()], times: vec![Duration::ZERO; STEP.len()] }
     }
 
-    pub fn add(&mut self, report: &Report) {
+    pub(crate) fn add(&mut self, report: &Report) {
         self.steps = self.steps.saturating_add(1);
         for (i, system) in report.systems.iter().enumerate().take(STEP.len()) {
             self.runs[i] += system.bodies as u64;
@@ -44,7 +44,7 @@ impl Timings {
     }
 
     /// The systems in the order of the step.
-    pub fn systems(&self) -> Vec<SystemTime> {
+    pub(crate) fn systems(&self) -> Vec<SystemTime> {
         let total: f64 = self.times.iter().map(Duration::as_secs_f64).sum();
         let row = |(i, system): (usize, &rhexis::schedule::System)| {
             let (runs, seconds) = (self.runs[i], self.times[i].as_secs_f64());
@@ -56,7 +56,7 @@ impl Timings {
     }
 
     /// The table that `--timings` prints.
-    pub fn table(&self) -> String {
+    pub(crate) fn table(&self) -> String {
         let systems = self.systems();
         let mut text = String::from("system          mean per step   share");
         for s in &systems {

@@ -46,7 +46,7 @@ pub(super) struct Fault {
 }
 
 impl Fault {
-    pub fn new(key: impl Into<String>, what: impl fmt::Display, hint: impl fmt::Display) -> Self {
+    pub(crate) fn new(key: impl Into<String>, what: impl fmt::Display, hint: impl fmt::Display) -> Self {
         Self { key: key.into(), what: what.to_string(), hint: hint.to_string() }
     }
 }

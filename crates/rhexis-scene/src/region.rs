@@ -19,7 +19,7 @@ pub(super) struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     /// Finds the boundary: the edges that belong to one triangle, in ascending order of their ends.
-    pub fn new(file: &'a MeshFile) -> Self {
+    pub(crate) fn new(file: &'a MeshFile) -> Self {
         let mesh = &file.mesh;
         let mut edges: Vec<[u32; 2]> = Vec::with_capacity(3 * mesh.triangles.len());
         for &[a, b, c] in &mesh.triangles {
@@ -34,7 +34,7 @@ impl<'a> Surface<'a> {
     }
 
     /// The vertices of a region, ascending; never none.
-    pub fn vertices(&self, region: &RegionSpec, key: &str) -> Result<Vec<u32>, Fault> {
+    pub(crate) fn vertices(&self, region: &RegionSpec, key: &str) -> Result<Vec<u32>, Fault> {
         let is_inside = self.mask(region, key)?;
         let rows: Vec<u32> = (0..).zip(&is_inside).filter(|(_, inside)| **inside).map(|(row, _)| row).collect();
         if rows.is_empty() {
@@ -44,7 +44,7 @@ impl<'a> Surface<'a> {
     }
 
     /// The boundary edges with both ends in a region; never none.
-    pub fn edges(&self, region: &RegionSpec, key: &str) -> Result<Vec<[u32; 2]>, Fault> {
+    pub(crate) fn edges(&self, region: &RegionSpec, key: &str) -> Result<Vec<[u32; 2]>, Fault> {
         let is_inside = self.mask(region, key)?;
         let within = self.boundary_edges.iter().filter(|edge| edge.iter().all(|&v| is_inside[v as usize]));
         let edges: Vec<[u32; 2]> = within.copied().collect();
@@ -55,7 +55,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Least and greatest coordinates \[mm\].
-    pub fn bounds(&self) -> (DVec3, DVec3) {
+    pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         self.mesh.positions.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p)))
     }

@@ -37,7 +37,7 @@ impl Demand {
     ///
     /// # Errors
     /// At the body that is one too many.
-    pub fn announced(specs: &[BodySpec]) -> Result<Self, Fault> {
+    pub(crate) fn announced(specs: &[BodySpec]) -> Result<Self, Fault> {
         let mut demand = Self::default();
         for (i, spec) in specs.iter().enumerate() {
             demand.add(spec, &format!("bodies.{i}"), announced(&spec.mesh))?;
@@ -49,7 +49,7 @@ impl Demand {
     ///
     /// # Errors
     /// Where that is more than a scene may have.
-    pub fn add(&mut self, spec: &BodySpec, key: &str, triangles: f64) -> Result<(), Fault> {
+    pub(crate) fn add(&mut self, spec: &BodySpec, key: &str, triangles: f64) -> Result<(), Fault> {
         let copies = u64::from(spec.copies);
         self.bodies += copies;
         if copies == 0 || self.bodies > MOST_BODIES {
@@ -105,7 +105,7 @@ impl Demand {
     ///
     /// # Errors
     /// For more pictures, frames or bytes of frames than a run may write.
-    pub fn files(&self, output: &OutputSpec, steps: u64) -> Result<(), Fault> {
+    pub(crate) fn files(&self, output: &OutputSpec, steps: u64) -> Result<(), Fault> {
         let times = |count: u32| u64::from(count).min(steps + 1);
         for (name, count) in [("pictures", output.pictures), ("frames", output.frames)] {
             let files = times(count) * self.bodies;

@@ -93,7 +93,7 @@ pub(super) struct Timed {
 
 impl Timed {
     /// Adds what a body's tables say.
-    pub fn add(
+    pub(crate) fn add(
         &mut self,
         simulation: &mut Simulation,
         (body, name): (Entity, &str),
@@ -137,7 +137,7 @@ impl Timed {
     }
 
     /// What comes after the last step of a run that ends at a time \[ms\].
-    pub fn too_late(&self, steps: u64, end: f64) -> Vec<CutTold> {
+    pub(crate) fn too_late(&self, steps: u64, end: f64) -> Vec<CutTold> {
         let late = self.actions.iter().filter(|action| action.step >= steps);
         let told = late.map(|Action { name, what, at, .. }| CutTold {
             body: name.clone(),
@@ -150,7 +150,7 @@ impl Timed {
     }
 
     /// Does what comes before a step, and moves the blades to where they are at its beginning.
-    pub fn before(&self, simulation: &mut Simulation, step: u64, told: &mut Vec<CutTold>) {
+    pub(crate) fn before(&self, simulation: &mut Simulation, step: u64, told: &mut Vec<CutTold>) {
         let time = simulation.time();
         for Action { body, name, what, deed, .. } in self.actions.iter().filter(|action| action.step == step) {
             let cut = match deed {

@@ -60,7 +60,7 @@ struct Point {
 
 impl Curve {
     /// `None` where stress or strength is not admissible.
-    pub fn new(stress: Sym2, fibre: DVec2, strength: &Strength) -> Option<Self> {
+    pub(super) fn new(stress: Sym2, fibre: DVec2, strength: &Strength) -> Option<Self> {
         let strength = Strength::new(strength.fibre, strength.transverse, strength.exponent).ok()?;
         if !stress.is_finite() {
             return None;
@@ -87,28 +87,28 @@ impl Curve {
     }
 
     /// Whether c is the same in every direction.
-    pub fn is_constant(&self) -> bool {
+    pub(super) fn is_constant(&self) -> bool {
         self.half_difference == 0.0 && self.shear == 0.0 && (self.mean == 0.0 || self.is_isotropic())
     }
 
     /// What a maximum along or across the fibre is called.
-    pub fn kink_origin(&self) -> Origin {
+    pub(super) fn kink_origin(&self) -> Origin {
         if self.is_isotropic() { Origin::Principal } else { Origin::Kink }
     }
 
     /// c(f) = σ_TT/σ̄_T.
-    pub fn value_along_fibre(&self) -> f64 {
+    pub(super) fn value_along_fibre(&self) -> f64 {
         (self.mean + self.half_difference) / self.transverse
     }
 
     /// c(f⊥) = σ_FF/σ̄_F.
-    pub fn value_across_fibre(&self) -> f64 {
+    pub(super) fn value_across_fibre(&self) -> f64 {
         (self.mean - self.half_difference) / self.fibre
     }
 
     /// c, and the sign in which it changes counter-clockwise, in the unit direction with these components along and across
     /// the fibre; neither is zero.
-    pub fn value_and_slope(&self, along: f64, across: f64) -> (f64, f64) {
+    pub(super) fn value_and_slope(&self, along: f64, across: f64) -> (f64, f64) {
         let side = if along * across < 0.0 { -1.0 } else { 1.0 };
         let x = elementary::atan2(across.abs(), along.abs()) / FRAC_PI_2;
         let w = elementary::pow(x, self.exponent);
@@ -118,13 +118,13 @@ impl Curve {
     }
 
     /// Signs of dc/dδ beside d ∥ f: left, right.
-    pub fn slopes_along_fibre(&self) -> [f64; 2] {
+    pub(super) fn slopes_along_fibre(&self) -> [f64; 2] {
         let power = if self.exponent == 1.0 { 1.0 } else { 0.0 };
         [1.0, -1.0].map(|side| self.slope_at_kink(side, self.point(side, 0.0, power, (0.0, 1.0)), INSIDE))
     }
 
     /// Signs of dc/dδ beside d ⊥ f: left, right.
-    pub fn slopes_across_fibre(&self) -> [f64; 2] {
+    pub(super) fn slopes_across_fibre(&self) -> [f64; 2] {
         [1.0, -1.0].map(|side| self.slope_at_kink(side, self.point(side, 1.0, 1.0, (0.0, -1.0)), 1.0 - INSIDE))
     }
 
@@ -133,19 +133,19 @@ impl Curve {
     }
 
     /// The one smooth maximum where both thresholds are equal.
-    pub fn principal_peak(&self) -> Peak {
+    pub(super) fn principal_peak(&self) -> Peak {
         let phase = self.phase();
         let value = (self.mean + self.amplitude()) / self.transverse;
         Peak { side: -phase.signum(), delta: 0.5 * phase.abs(), value, origin: Origin::Principal }
     }
 
     /// ψ of σ_u = m + ρ·cos(2δ + ψ) on the fibre's left; on its right it is −ψ.
-    pub fn phase(&self) -> f64 {
+    pub(super) fn phase(&self) -> f64 {
         elementary::atan2(self.shear, self.half_difference)
     }
 
     /// Whether both thresholds are equal.
-    pub fn is_isotropic(&self) -> bool {
+    pub(super) fn is_isotropic(&self) -> bool {
         self.fibre == self.transverse
     }
 
@@ -155,17 +155,17 @@ impl Curve {
     }
 
     /// v of x = 2δ/π.
-    pub fn variable(&self, x: f64) -> f64 {
+    pub(super) fn variable(&self, x: f64) -> f64 {
         if self.exponent < 1.0 { elementary::pow(x, self.exponent) } else { x }
     }
 
     /// σ̄²·dc/dv.
-    pub fn rise(&self, side: f64, v: f64) -> f64 {
+    pub(super) fn rise(&self, side: f64, v: f64) -> f64 {
         self.at(side, v).rise
     }
 
     /// The maximum between `low` and `high`, where [`Curve::rise`] passes from plus to minus once, sought from `start`.
-    pub fn peak_between(&self, side: f64, [low, start, high]: [f64; 3]) -> Peak {
+    pub(super) fn peak_between(&self, side: f64, [low, start, high]: [f64; 3]) -> Peak {
         let (mut at, mut point) = (start, None);
         let v = falling_root([low, start, high], |v| {
             let here = self.at(side, v);

@@ -33,12 +33,12 @@ pub(super) struct Ranking {
 }
 
 impl Ranking {
-    pub fn new(fibre: DVec2, region: Region) -> Self {
+    pub(super) fn new(fibre: DVec2, region: Region) -> Self {
         Self { fibre, region, entries: SmallVec::new() }
     }
 
     /// Offers `d` and, where they differ, `−d`; see [`Ranking::offer`].
-    pub fn offer_line(&mut self, d: DVec2, value: f64, origin: Origin, rises: [bool; 2]) {
+    pub(super) fn offer_line(&mut self, d: DVec2, value: f64, origin: Origin, rises: [bool; 2]) {
         self.offer(d, value, origin, rises);
         if !self.region.is_everything() {
             self.offer(-d, value, origin, rises);
@@ -46,7 +46,7 @@ impl Ranking {
     }
 
     /// Offers the limits of the admissible set and, where all directions are equal, the previous one.
-    pub fn offer_limits(&mut self, curve: &Curve) {
+    pub(super) fn offer_limits(&mut self, curve: &Curve) {
         for d in self.region.limits().into_iter().flatten() {
             let (across, along) = (self.fibre.perp_dot(d), self.fibre.dot(d));
             // At a kink the kink itself has been offered, with its exact δ.
@@ -61,7 +61,7 @@ impl Ranking {
     }
 
     /// Adds `d` if it is admissible. `rises`: whether c grows from there counter-clockwise, and clockwise.
-    pub fn offer(&mut self, direction: DVec2, value: f64, origin: Origin, rises: [bool; 2]) {
+    pub(super) fn offer(&mut self, direction: DVec2, value: f64, origin: Origin, rises: [bool; 2]) {
         if value.is_nan() || self.entries.len() == CAPACITY || !self.region.admits(direction) {
             return;
         }
@@ -73,7 +73,7 @@ impl Ranking {
     }
 
     /// The decision, its values multiplied by `unit_of_value`.
-    pub fn decide(&self, unit_of_value: f64) -> Option<Decision> {
+    pub(super) fn decide(&self, unit_of_value: f64) -> Option<Decision> {
         let entries = &self.entries;
         // An earlier entry keeps its place against rounding: a kink against the smooth maximum that tends to it.
         let top = *entries

@@ -34,7 +34,7 @@ struct Limits {
 
 impl Region {
     /// `None` where the cone or the sector is empty or not finite.
-    pub fn new(cone: Option<Cone>, sector: Option<Sector>) -> Option<Self> {
+    pub(super) fn new(cone: Option<Cone>, sector: Option<Sector>) -> Option<Self> {
         let half_angle = cone.map_or(PI, |c| c.half_angle);
         if !(half_angle >= 0.0 && half_angle.is_finite()) {
             return None;
@@ -55,23 +55,23 @@ impl Region {
     }
 
     /// Whether nothing is excluded and nothing tells `d` from `−d`.
-    pub fn is_everything(&self) -> bool {
+    pub(super) fn is_everything(&self) -> bool {
         self.previous.is_none() && self.sector.is_none()
     }
 
     /// Whether the unit direction `d` is admissible.
-    pub fn admits(&self, d: DVec2) -> bool {
+    pub(super) fn admits(&self, d: DVec2) -> bool {
         self.previous.is_none_or(|p| d.dot(p) >= self.smallest_cosine) && self.sector.is_none_or(|s| s.holds(d))
     }
 
     /// Angle \[rad\] from the sector's first limit counter-clockwise to `d`.
-    pub fn turn_into_sector(&self, d: DVec2) -> Option<f64> {
+    pub(super) fn turn_into_sector(&self, d: DVec2) -> Option<f64> {
         let turn = (elementary::angle_of(d) - self.sector?.from).rem_euclid(TAU);
         Some(if turn >= TAU - SLACK { 0.0 } else { turn })
     }
 
     /// The limits of the cone and of the sector; each may lie outside the other.
-    pub fn limits(&self) -> [Option<DVec2>; 4] {
+    pub(super) fn limits(&self) -> [Option<DVec2>; 4] {
         let [left, right] = self.cone;
         let [first, last] = [0, 1].map(|i| self.sector.map(|s| s.ends[i]));
         [left, right, first, last]

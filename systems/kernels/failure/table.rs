@@ -39,7 +39,7 @@ struct Signs {
 
 impl Table {
     /// `None` where the exponent is out of range or both thresholds are equal.
-    pub fn new(strength: &Strength) -> Option<Self> {
+    pub(super) fn new(strength: &Strength) -> Option<Self> {
         let unit = |xx: f64, yy: f64, xy: f64| Curve::new(Sym2::new(xx, yy, xy), DVec2::X, strength);
         let curves = [unit(1.0, 1.0, 0.0)?, unit(-1.0, 1.0, 0.0)?, unit(0.0, 0.0, 1.0)?];
         if curves[0].is_isotropic() || !EXPONENTS.contains(&strength.exponent) {
@@ -54,7 +54,7 @@ impl Table {
     }
 
     /// Calls `found` for every smooth local maximum strictly between the kinks.
-    pub fn for_each_peak(&self, curve: &Curve, mut found: impl FnMut(Peak)) {
+    pub(super) fn for_each_peak(&self, curve: &Curve, mut found: impl FnMut(Peak)) {
         for (signs, side) in self.signs(curve).into_iter().zip([1.0, -1.0]) {
             let Signs { rising, concave } = signs;
             // Bit k for the cell between nodes k and k + 1.

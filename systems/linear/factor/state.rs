@@ -14,7 +14,7 @@ use std::sync::Arc;
     derive(serde::Serialize, serde::Deserialize),
     serde(from = "Equations", into = "Equations")
 )]
-pub enum Origin {
+pub(crate) enum Origin {
     /// The operator of a body.
     Operator(Arc<Snapshot>),
     /// What a snapshot has kept of one.
@@ -26,7 +26,7 @@ impl Origin {
     ///
     /// # Errors
     /// As [`Cholesky::new`].
-    pub fn factor(&self) -> Result<Cholesky, NoFactor> {
+    pub(crate) fn factor(&self) -> Result<Cholesky, NoFactor> {
         match self {
             Self::Operator(snapshot) => Cholesky::new(snapshot, Precision::Single, None),
             Self::Equations(equations) => Cholesky::of_equations(equations, Precision::Single),

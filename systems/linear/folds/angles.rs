@@ -42,7 +42,7 @@ pub(super) struct Edges {
 
 impl Edges {
     /// Lists the edges of triangles with such rest angles and the same edges as those across have them.
-    pub fn list<'a>(&mut self, rest: impl ExactSizeIterator<Item = (&'a DVec3, [u32; 3])>) {
+    pub(super) fn list<'a>(&mut self, rest: impl ExactSizeIterator<Item = (&'a DVec3, [u32; 3])>) {
         let Self { edges, of_four } = self;
         edges.clear();
         of_four.clear();
@@ -64,7 +64,7 @@ impl Edges {
     }
 
     /// Finds half of what the angles are off their rest values, for triangles with such normals and vertices at `x`.
-    pub fn find(
+    pub(super) fn find(
         &self,
         corners: &[[u32; 3]],
         normal: impl Fn(usize) -> DVec3 + Sync,
@@ -78,7 +78,7 @@ impl Edges {
 
     /// What the edges of four triangles have; zero at the boundary.
     #[inline(always)]
-    pub fn around(&self, four: usize, value: &[f64]) -> OverFour {
+    pub(super) fn around(&self, four: usize, value: &[f64]) -> OverFour {
         let mut around = OverFour::default();
         for e in 0..3 {
             for lane in 0..DOUBLES {

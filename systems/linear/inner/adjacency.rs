@@ -8,7 +8,7 @@ use std::mem::take;
 /// The neighbours of all vertices, each once: what orders and patterns that are found anew ask for again and again. Scratch, in lists that
 /// only edits use beside.
 #[derive(Debug, Default)]
-pub struct Adjacency {
+pub(super) struct Adjacency {
     /// First entry of every vertex in `vertex`; one more entry at the end. Empty until it is found.
     start: Vec<u32>,
     vertex: Vec<u32>,
@@ -16,7 +16,7 @@ pub struct Adjacency {
 
 impl Adjacency {
     /// Finds the neighbours, as the triangles around each vertex meet them.
-    pub fn rebuild(&mut self, corners: &[[u32; 3]], topology: &Topology) {
+    pub(super) fn rebuild(&mut self, corners: &[[u32; 3]], topology: &Topology) {
         let n = topology.incident.len();
         empty(&mut self.start, n + 1);
         // Three edges for each vertex of a surface, and each of them at both its ends.
@@ -34,35 +34,39 @@ impl Adjacency {
     }
 
     /// In the room of these lists.
-    pub fn in_room([start, vertex]: [&mut Vec<u32>; 2]) -> Self {
+    pub(super) fn in_room([start, vertex]: [&mut Vec<u32>; 2]) -> Self {
         Self { start: take(start), vertex: take(vertex) }
     }
 
     /// Gives the room back, and with it what there was.
-    pub fn give_room(&mut self, [start, vertex]: [&mut Vec<u32>; 2]) {
+    pub(super) fn give_room(&mut self, [start, vertex]: [&mut Vec<u32>; 2]) {
         let Self { start: own_start, vertex: own_vertex } = take(self);
         (*start, *vertex) = (own_start, own_vertex);
     }
 
     /// Whether they are known.
-    pub fn is_found(&self) -> bool {
+    pub(super) fn is_found(&self) -> bool {
         !self.start.is_empty()
     }
 
     /// Number of vertices.
-    pub fn vertex_count(&self) -> usize {
+    pub(super) fn vertex_count(&self) -> usize {
         self.start.len() - 1
     }
 
     /// The neighbours of a vertex.
     #[inline]
-    pub fn of(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
+    pub(super) fn of(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
         self.vertex[self.start[v as usize] as usize..self.start[v as usize + 1] as usize].iter().copied()
     }
 }
 
 /// The neighbours of a vertex, most of them twice.
-pub fn neighbours<'a>(v: u32, corners: &'a [[u32; 3]], topology: &'a Topology) -> impl Iterator<Item = u32> + 'a {
+pub(super) fn neighbours<'a>(
+    v: u32,
+    corners: &'a [[u32; 3]],
+    topology: &'a Topology,
+) -> impl Iterator<Item = u32> + 'a {
     topology.incident[v as usize].iter().flat_map(move |&entry| {
         let (c, corner) = (corners[entry as usize / 3], entry as usize % 3);
         [c[(corner + 1) % 3], c[(corner + 2) % 3]]
@@ -73,7 +77,7 @@ pub fn neighbours<'a>(v: u32, corners: &'a [[u32; 3]], topology: &'a Topology) -
 /// the fill of level one, what eliminating each of them puts between the vertex and those of their neighbours that come after them.
 /// `near` has the neighbours of a vertex.
 #[inline]
-pub fn before_with_fill<I: Iterator<Item = u32>>(
+pub(super) fn before_with_fill<I: Iterator<Item = u32>>(
     v: u32,
     row: &[u32],
     near: impl Fn(u32) -> I + Copy,

@@ -10,7 +10,7 @@ use glam::{DVec2, Vec4};
 
 /// The vectors, in the order of the preconditioner.
 #[derive(Debug, Default)]
-pub struct Vectors {
+pub(super) struct Vectors {
     /// Answer and residual: they change in one pass.
     pub xr: Vec<[Vec4; 2]>,
     /// Search direction.
@@ -26,7 +26,7 @@ pub struct Vectors {
 }
 
 /// A preconditioner M, with the vector passes of an iteration around it.
-pub trait Precondition {
+pub(super) trait Precondition {
     /// A step length under this, which is no less than the inverse of the largest eigenvalue of M⁻¹·A, shows that M is broken.
     const LEAST_STEP: f64 = 0.0;
 
@@ -39,7 +39,7 @@ pub trait Precondition {
 
 /// How far the iterations have come.
 #[derive(Clone, Copy, Debug)]
-pub struct Reached {
+pub(super) struct Reached {
     /// Iterations done.
     pub iterations: u32,
     /// Squared norm of the residual.
@@ -56,7 +56,7 @@ pub struct Reached {
 ///
 /// # Errors
 /// See [`CgError`].
-pub fn solve<P: Precondition>(
+pub(super) fn solve<P: Precondition>(
     matrix: &mut Matrix,
     partition: &Partition,
     preconditioner: &mut P,

@@ -16,7 +16,7 @@ const MOST_IN_ALL: usize = 8;
 
 /// The triangles that have changed and the rows that they concern. Scratch.
 #[derive(Debug, Default)]
-pub struct Edits {
+pub(super) struct Edits {
     /// Triangles with other corners than before, those that were added included; ascending.
     pub triangles: Vec<u32>,
     /// Number of triangles before; none as long as there have been no edits.
@@ -31,13 +31,13 @@ pub struct Edits {
 
 impl Edits {
     /// Whether there have been any.
-    pub fn have_been(&self) -> bool {
+    pub(super) fn have_been(&self) -> bool {
         self.count_before > 0
     }
 
     /// Compares the corners and brings `order` up to date. `false`, with the order as it was, where so much has changed that all is
     /// to be found anew.
-    pub fn find(
+    pub(super) fn find(
         &mut self,
         partition: &Partition,
         corners: &[[u32; 3]],

@@ -8,7 +8,7 @@ use crate::systems::parallel;
 use glam::DVec2;
 
 /// The factor, and the order of the rows.
-pub struct Factored<'a> {
+pub(super) struct Factored<'a> {
     /// The factor.
     pub factor: &'a mut Factor,
     /// The order.

@@ -8,14 +8,14 @@ const AT_ONCE: usize = 64;
 /// The number of some triangles and 64 bits of their corners, by XXH3: others have the same bits with a probability of 2⁻⁶⁴, less than that
 /// of a fault of the memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Fingerprint {
+pub(super) struct Fingerprint {
     count: usize,
     bits: u64,
 }
 
 impl Fingerprint {
     /// That of some corners.
-    pub fn of(corners: &[[u32; 3]]) -> Self {
+    pub(super) fn of(corners: &[[u32; 3]]) -> Self {
         let mut hash = Xxh3::new();
         let mut bytes = [[0; 4]; 3 * AT_ONCE];
         for corners in corners.chunks(AT_ONCE) {

@@ -34,7 +34,7 @@ struct Side {
 
 /// The bending part of the operator: of the triangles that bend or lie beside one that does, block by block.
 #[derive(Debug, Default)]
-pub struct Folding {
+pub(super) struct Folding {
     packs: Vec<FoldPack>,
     /// Triangle of every lane; [`EMPTY`] where there is none.
     triangle: Vec<[u32; LANES]>,
@@ -56,7 +56,7 @@ pub struct Folding {
 
 impl Folding {
     /// Takes the numbers of the majorant.
-    pub fn assemble(&mut self, folds: &Folds, corners: &[[u32; 3]], partition: &Partition, row: &[u32]) {
+    pub(super) fn assemble(&mut self, folds: &Folds, corners: &[[u32; 3]], partition: &Partition, row: &[u32]) {
         self.choose(folds, corners.len(), partition);
         size(&mut self.sides, corners.len(), Side::default());
         parallel::for_rows(&mut self.sides, |t, side| {
@@ -117,7 +117,7 @@ impl Folding {
     }
 
     /// The moments on every triangle by a displacement; [`add_forces`](Self::add_forces) has their forces then.
-    pub fn bend(&mut self, u: &[Vec4]) {
+    pub(super) fn bend(&mut self, u: &[Vec4]) {
         let Self { packs, tilt, moment, start, pack_start, .. } = self;
         let first = &*pack_start;
         parallel::for_parts(tilt, start, &Tilts { packs, first, u });
@@ -126,7 +126,7 @@ impl Folding {
 
     /// Adds the forces on the corners of a block's triangles to those of its vertices.
     #[inline(always)]
-    pub fn add_forces<L: Lanes>(&self, lanes: L, block: usize, out: &mut [Vec4]) {
+    pub(super) fn add_forces<L: Lanes>(&self, lanes: L, block: usize, out: &mut [Vec4]) {
         for p in self.pack_start[block] as usize..self.pack_start[block + 1] as usize {
             Pack::scatter(&self.places[p], self.packs[p].forces(lanes, p, &self.moment), out);
         }
@@ -134,7 +134,7 @@ impl Folding {
 
     /// Adds the hinges of a triangle, those that it shares by halves, to the blocks of its corners and of its edges 1–0, 2–0, 2–1.
     #[inline(always)]
-    pub fn add_blocks(&self, t: usize, corners: &mut [Block; 3], edges: &mut [Block; 3]) {
+    pub(super) fn add_blocks(&self, t: usize, corners: &mut [Block; 3], edges: &mut [Block; 3]) {
         if self.place[t] == EMPTY {
             return;
         }

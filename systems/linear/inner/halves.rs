@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Where the parts begin. Without a cut all rows are the rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Halves {
+pub(super) struct Halves {
     /// First row of the second part.
     pub second: u32,
     /// First row of the rest.
@@ -21,30 +21,30 @@ pub struct Halves {
 
 impl Halves {
     /// Whether there are two parts.
-    pub fn are_cut(&self) -> bool {
+    pub(super) fn are_cut(&self) -> bool {
         self.cut > 0
     }
 
     /// The rows of the first part, of the second and of the rest, of so many.
-    pub fn ranges(&self, rows: usize) -> [Range<usize>; 3] {
+    pub(super) fn ranges(&self, rows: usize) -> [Range<usize>; 3] {
         let (second, rest) = (self.second as usize, self.rest as usize);
         [0..second, second..rest, rest..rows]
     }
 
     /// A list that has an entry for every row, by parts.
-    pub fn split<'a, T>(&self, list: &'a mut [T]) -> [&'a mut [T]; 3] {
+    pub(super) fn split<'a, T>(&self, list: &'a mut [T]) -> [&'a mut [T]; 3] {
         let (parts, rest) = list.split_at_mut(self.rest as usize);
         let (first, second) = parts.split_at_mut(self.second as usize);
         [first, second, rest]
     }
 
     /// Whether a triangle may have a vertex in a row.
-    pub fn may_have(&self, triangle: u32, row: u32) -> bool {
+    pub(super) fn may_have(&self, triangle: u32, row: u32) -> bool {
         row >= self.rest || (row < self.second) == (triangle < self.cut)
     }
 
     /// Whether these are parts of so many rows of triangles with their corners in these.
-    pub fn are_of(&self, rows: usize, corners: impl Iterator<Item = [u32; 3]>) -> bool {
+    pub(super) fn are_of(&self, rows: usize, corners: impl Iterator<Item = [u32; 3]>) -> bool {
         let are_in_order = self.second <= self.rest && self.rest as usize <= rows;
         let are_none = self.rest == 0;
         are_in_order

@@ -28,7 +28,7 @@ use std::ops::Range;
 
 /// The factor.
 #[derive(Debug)]
-pub struct Incomplete {
+pub(super) struct Incomplete {
     /// Where the blocks stand.
     pattern: Pattern,
     /// Its numbers for a body in space, or for one in a plane.
@@ -77,17 +77,23 @@ const LONGEST_ROW: usize = 64;
 
 impl Incomplete {
     /// Finds the pattern anew.
-    pub fn rebuild(&mut self, partition: &Partition, order: &Order, corners: &[[u32; 3]], adjacency: &Adjacency) {
+    pub(super) fn rebuild(
+        &mut self,
+        partition: &Partition,
+        order: &Order,
+        corners: &[[u32; 3]],
+        adjacency: &Adjacency,
+    ) {
         self.pattern.rebuild(partition, (&order.vertex, &order.row), corners, |v| adjacency.of(v));
     }
 
     /// The lists of its pattern that only edits use.
-    pub fn spare_lists(&mut self) -> [&mut Vec<u32>; 2] {
+    pub(super) fn spare_lists(&mut self) -> [&mut Vec<u32>; 2] {
         self.pattern.spare_lists()
     }
 
     /// Brings the pattern up to date after edits.
-    pub fn follow(
+    pub(super) fn follow(
         &mut self,
         partition: &Partition,
         order: &Order,
@@ -100,7 +106,7 @@ impl Incomplete {
     }
 
     /// Factors the operator with its diagonal raised by a fraction `shift` of itself (Manteuffel 1980).
-    pub fn factor(&mut self, partition: &Partition, halves: Halves, matrix: &Matrix, shift: f32) {
+    pub(super) fn factor(&mut self, partition: &Partition, halves: Halves, matrix: &Matrix, shift: f32) {
         (self.is_flat, self.halves) = (matrix.is_flat, halves);
         if self.is_flat {
             self.flat.factor(&self.pattern, (partition, halves), matrix, shift);

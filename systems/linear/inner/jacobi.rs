@@ -11,13 +11,13 @@ use glam::DVec2;
 
 /// The inverse blocks.
 #[derive(Debug, Default)]
-pub struct Jacobi {
+pub(super) struct Jacobi {
     inverse: Vec<Block>,
 }
 
 impl Jacobi {
     /// Inverts the diagonal blocks of the operator.
-    pub fn factor(&mut self, partition: &Partition, matrix: &Matrix) {
+    pub(super) fn factor(&mut self, partition: &Partition, matrix: &Matrix) {
         let rows = matrix.own.row_count();
         empty(&mut self.inverse, rows);
         self.inverse.extend((0..rows).map(|row| Block::own(matrix, row)));

@@ -21,11 +21,11 @@ use glam::{Mat4, Vec4};
 use std::ops::Range;
 
 /// Corners of the edges of a triangle: of the row of their block, and of its column.
-pub const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
+pub(super) const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
 
 /// The numbers of the operator at one state. Rows are numbered as the [`Partition`] was told.
 #[derive(Debug, Default)]
-pub struct Matrix {
+pub(super) struct Matrix {
     /// The triangles' part of a body in space.
     packs: Vec<Pack>,
     /// That of a planar one.
@@ -44,7 +44,7 @@ pub struct Matrix {
 
 impl Matrix {
     /// Takes the numbers from the double-precision operator, those of the rotated tangent.
-    pub fn assemble(&mut self, operator: &Operator, partition: &Partition, order: &Order, free: &FreeAxes) {
+    pub(super) fn assemble(&mut self, operator: &Operator, partition: &Partition, order: &Order, free: &FreeAxes) {
         let vertex = &order.vertex;
         self.is_flat = operator.is_planar() && free.are_flat();
         if self.is_flat {
@@ -73,7 +73,7 @@ impl Matrix {
     /// Calls `diagonal(row, block)` and `edge((pack, edge, lane), rows, block)` for the 3×3 or 2×2 blocks of the triangles of some of the
     /// partition's blocks, pack by pack. The edges are [`EDGES`].
     #[inline(always)]
-    pub fn add_blocks<B: OfPacks>(
+    pub(super) fn add_blocks<B: OfPacks>(
         &self,
         partition: &Partition,
         blocks: Range<usize>,
@@ -107,7 +107,13 @@ impl Matrix {
     }
 
     /// `out` = A·u along free axes; returns u·(A·u). `u` is zero along prescribed axes.
-    pub fn apply(&mut self, partition: &Partition, u: &[Vec4], out: &mut [Vec4], partials: &mut Vec<f64>) -> f64 {
+    pub(super) fn apply(
+        &mut self,
+        partition: &Partition,
+        u: &[Vec4],
+        out: &mut [Vec4],
+        partials: &mut Vec<f64>,
+    ) -> f64 {
         let Self { packs, flat_packs, is_flat, own, segments, segment_start, folding } = self;
         if let Some(folding) = folding {
             folding.bend(u);
@@ -124,7 +130,7 @@ impl Matrix {
 }
 
 /// Blocks that a matrix has of its triangles, and of its vertices.
-pub trait OfPacks: FactorBlock {
+pub(super) trait OfPacks: FactorBlock {
     /// Those of four triangles: of their corners on the diagonal, and of their edges.
     type Half;
 
@@ -337,7 +343,7 @@ impl<B: Coefficient> Kernel<Vec4, f64> for Rows<'_, B> {
 
 /// The scalar product, summed in double precision: that of millions of rows is to have more digits than one row.
 #[inline(always)]
-pub fn dot(a: Vec4, b: Vec4) -> f64 {
+pub(super) fn dot(a: Vec4, b: Vec4) -> f64 {
     let p = (a * b).as_dvec4();
     (p.x + p.y) + p.z
 }

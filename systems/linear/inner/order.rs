@@ -23,7 +23,7 @@ const LARGE: usize = 50_000;
 
 /// The vertices in order, and back.
 #[derive(Debug, Default)]
-pub struct Order {
+pub(super) struct Order {
     /// The vertex of every row.
     pub vertex: Vec<u32>,
     /// The row of every vertex.
@@ -38,7 +38,7 @@ pub struct Order {
 
 impl Order {
     /// Finds the order anew. From 1 on, `cut` is the triangle with which the second of two [`Halves`] begins.
-    pub fn rebuild(&mut self, corners: &[[u32; 3]], adjacency: &Adjacency, cut: u32) {
+    pub(super) fn rebuild(&mut self, corners: &[[u32; 3]], adjacency: &Adjacency, cut: u32) {
         let n = adjacency.vertex_count();
         // Here: how often a vertex has been met, once to find the end of its piece to begin at, once to be numbered.
         empty(&mut self.level, n);
@@ -79,7 +79,7 @@ impl Order {
     }
 
     /// The order with these vertices in its rows; `None` where they are not every one once.
-    pub fn of_vertices(vertex: &[u32], changed: usize, halves: Halves) -> Option<Self> {
+    pub(super) fn of_vertices(vertex: &[u32], changed: usize, halves: Halves) -> Option<Self> {
         let mut row = vec![u32::MAX; vertex.len()];
         for (r, &v) in (0..).zip(vertex) {
             let place = row.get_mut(v as usize).filter(|row| **row == u32::MAX)?;
@@ -91,7 +91,7 @@ impl Order {
     /// Keeps the rows of the vertices that there were before: new ones come last, and the last rows of their parts take the places of those
     /// that are gone. Adds the vertices whose rows have changed to `moved`. A few rows at the end, all of whose neighbours come before
     /// them, hardly change the iterations; a new order is due before they are many. `changed` are the triangles with other corners than before.
-    pub fn follow(&mut self, vertex_count: usize, changed: &[u32], corners: &[[u32; 3]], moved: &mut Vec<u32>) {
+    pub(super) fn follow(&mut self, vertex_count: usize, changed: &[u32], corners: &[[u32; 3]], moved: &mut Vec<u32>) {
         for v in self.row.len()..vertex_count {
             self.row.push(self.vertex.len() as u32);
             self.vertex.push(v as u32);

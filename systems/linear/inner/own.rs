@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3, Vec4};
 
 /// The blocks of all rows \[N/mm\].
 #[derive(Debug, Default)]
-pub struct OwnBlocks {
+pub(super) struct OwnBlocks {
     /// Those of a body in space, or of a planar one.
     pub solid: Vec<Block>,
     pub flat: Vec<FlatBlock>,
@@ -30,7 +30,7 @@ const FREE: [Vec4; 8] = {
 
 impl OwnBlocks {
     /// Takes the blocks and free axes of so many rows.
-    pub fn assemble(&mut self, is_flat: bool, rows: usize, of_row: impl Fn(usize) -> (DMat3, DVec3) + Sync) {
+    pub(super) fn assemble(&mut self, is_flat: bool, rows: usize, of_row: impl Fn(usize) -> (DMat3, DVec3) + Sync) {
         size(&mut self.free, rows, 0);
         let Self { solid, flat, free } = self;
         if is_flat {
@@ -43,13 +43,13 @@ impl OwnBlocks {
     }
 
     /// Number of rows.
-    pub fn row_count(&self) -> usize {
+    pub(super) fn row_count(&self) -> usize {
         self.free.len()
     }
 
     /// Free axes (1) of a row.
     #[inline(always)]
-    pub fn free(&self, row: usize) -> Vec4 {
+    pub(super) fn free(&self, row: usize) -> Vec4 {
         FREE[self.free[row] as usize % FREE.len()]
     }
 }

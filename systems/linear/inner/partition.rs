@@ -13,12 +13,12 @@ use std::ops::Range;
 const BLOCK: usize = 2048;
 
 /// The triangle with which the second half of the blocks of so many begins, which two threads take one half each of.
-pub fn cut(triangle_count: usize) -> u32 {
+pub(super) fn cut(triangle_count: usize) -> u32 {
     (triangle_count.div_ceil(BLOCK) / 2 * BLOCK) as u32
 }
 
 /// Whether a triangle is one with which a half may begin.
-pub fn is_cut(triangle: u32) -> bool {
+pub(super) fn is_cut(triangle: u32) -> bool {
     (triangle as usize).is_multiple_of(BLOCK)
 }
 
@@ -26,11 +26,11 @@ pub fn is_cut(triangle: u32) -> bool {
 const PACKS: usize = BLOCK / LANES;
 
 /// No triangle in this lane.
-pub const EMPTY: u32 = u32::MAX;
+pub(super) const EMPTY: u32 = u32::MAX;
 
 /// Blocks of triangles, and the vertices that each has.
 #[derive(Debug, Default)]
-pub struct Partition {
+pub(super) struct Partition {
     /// Number of triangles.
     count: usize,
     /// Places of the corners in the block's list of vertices.
@@ -50,7 +50,7 @@ pub struct Partition {
 
 impl Partition {
     /// Cuts the triangles anew. `number` gives the vertices their rows in the vectors.
-    pub fn rebuild(&mut self, corners: &[[u32; 3]], number: &[u32]) {
+    pub(super) fn rebuild(&mut self, corners: &[[u32; 3]], number: &[u32]) {
         let (block_count, pack_count) = (corners.len().div_ceil(BLOCK), corners.len().div_ceil(LANES));
         self.count = corners.len();
         empty(&mut self.places, pack_count);
@@ -72,18 +72,18 @@ impl Partition {
     }
 
     /// All blocks of triangles.
-    pub fn all_blocks(&self) -> Range<usize> {
+    pub(super) fn all_blocks(&self) -> Range<usize> {
         0..self.pack_start.len() - 1
     }
 
     /// The triangles of a block: first those of its packs' first lane, pack after pack, then those of the next one.
-    pub fn triangles_of(&self, block: usize) -> Range<u32> {
+    pub(super) fn triangles_of(&self, block: usize) -> Range<u32> {
         let first = block * BLOCK;
         first as u32..(first + self.of_block(first)) as u32
     }
 
     /// Those before a [`cut`], and those from it on.
-    pub fn blocks_of_halves(&self, cut: u32) -> [Range<usize>; 2] {
+    pub(super) fn blocks_of_halves(&self, cut: u32) -> [Range<usize>; 2] {
         let all = self.all_blocks();
         let second = (cut as usize / BLOCK).min(all.end);
         [0..second, second..all.end]
@@ -97,7 +97,7 @@ impl Partition {
     /// The triangles in the lanes of a pack; [`EMPTY`] where there is none. Triangles that follow each other share vertices: side by side they
     /// would wait for each other's sums. The lanes of a pack are as far apart as they can be.
     #[inline(always)]
-    pub fn triangles(&self, pack: usize) -> [u32; LANES] {
+    pub(super) fn triangles(&self, pack: usize) -> [u32; LANES] {
         let (first, within) = (pack / PACKS * BLOCK, pack % PACKS);
         let count = self.of_block(first);
         let apart = count.div_ceil(LANES);
@@ -108,26 +108,26 @@ impl Partition {
     }
 
     /// The pack and lane of a triangle.
-    pub fn place_of(&self, triangle: u32) -> (usize, usize) {
+    pub(super) fn place_of(&self, triangle: u32) -> (usize, usize) {
         let (block, within) = (triangle as usize / BLOCK, triangle as usize % BLOCK);
         let apart = self.of_block(block * BLOCK).div_ceil(LANES);
         (block * PACKS + within % apart, within / apart)
     }
 
     /// Number of triangles.
-    pub fn triangle_count(&self) -> usize {
+    pub(super) fn triangle_count(&self) -> usize {
         self.count
     }
 
     /// The rows of the corners of a triangle.
-    pub fn rows(&self, triangle: u32) -> [u32; 3] {
+    pub(super) fn rows(&self, triangle: u32) -> [u32; 3] {
         let (pack, lane) = self.place_of(triangle);
         let start = self.vertex_start[triangle as usize / BLOCK];
         self.places[pack].map(|places| self.vertex[(start + u32::from(places[lane])) as usize])
     }
 
     /// Those of all triangles, one after another.
-    pub fn all_rows(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+    pub(super) fn all_rows(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
         (0..self.count).step_by(BLOCK).zip(&self.vertex_start).flat_map(move |(first, &start)| {
             let (pack, count) = (first / BLOCK * PACKS, self.of_block(first));
             let apart = count.div_ceil(LANES);
@@ -139,7 +139,7 @@ impl Partition {
 
     /// Number of packs, from the first on, that have the same triangles in their lanes as one of `before` triangles would: those
     /// before the block in which the last triangles stand, where their number has changed.
-    pub fn packs_as_before(&self, before: usize) -> usize {
+    pub(super) fn packs_as_before(&self, before: usize) -> usize {
         if before == self.count { self.places.len() } else { before.min(self.count) / BLOCK * PACKS }
     }
 

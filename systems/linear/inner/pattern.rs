@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// The pattern of a symmetric matrix.
 #[derive(Debug, Default)]
-pub struct Pattern {
+pub(super) struct Pattern {
     /// First block of every row in `column`; one more entry at the end.
     pub row_start: Vec<u32>,
     /// Columns of the blocks before the diagonal, ascending in each row.
@@ -37,13 +37,13 @@ const FAR: u8 = u8::MAX;
 impl Pattern {
     /// A pattern with the fill of level one: besides neighbours, rows have a block where both are neighbours of a row before them. A row
     /// of an odd number of blocks has one more in its own column, for all to come in pairs.
-    pub fn filled() -> Self {
+    pub(super) fn filled() -> Self {
         Self { is_filled: true, ..Self::default() }
     }
 
     /// Finds the pattern of the triangles anew, by rows; `vertex` has the vertices in their order, `row` the row of each, `near` the
     /// neighbours of a vertex.
-    pub fn rebuild<I: Iterator<Item = u32>>(
+    pub(super) fn rebuild<I: Iterator<Item = u32>>(
         &mut self,
         partition: &Partition,
         (vertex, row): (&[u32], &[u32]),
@@ -64,7 +64,7 @@ impl Pattern {
 
     /// Follows edits: rows that they do not touch, and that say so, keep their columns, and what stood elsewhere is moved. Arguments as
     /// above, all of them after the edits.
-    pub fn follow(
+    pub(super) fn follow(
         &mut self,
         partition: &Partition,
         (vertex, row): (&[u32], &[u32]),
@@ -94,7 +94,7 @@ impl Pattern {
     }
 
     /// Becomes a pattern of so many rows: those that there were and that stay as they are keep their columns, and `push` adds the others.
-    pub fn renew(&mut self, rows: usize, stays: impl Fn(usize) -> bool, mut push: impl FnMut(&mut Self, usize)) {
+    pub(super) fn renew(&mut self, rows: usize, stays: impl Fn(usize) -> bool, mut push: impl FnMut(&mut Self, usize)) {
         std::mem::swap(&mut self.row_start, &mut self.row_start_before);
         std::mem::swap(&mut self.column, &mut self.column_before);
         self.begin(rows, self.column_before.len());
@@ -117,12 +117,12 @@ impl Pattern {
     }
 
     /// The lists that only edits use.
-    pub fn spare_lists(&mut self) -> [&mut Vec<u32>; 2] {
+    pub(super) fn spare_lists(&mut self) -> [&mut Vec<u32>; 2] {
         [&mut self.row_start_before, &mut self.column_before]
     }
 
     /// Becomes another pattern with its rows in another order: `new` gives a row its new place, `old` the other way round.
-    pub fn reorder(&mut self, other: &Self, new: impl Fn(u32) -> u32, old: impl Fn(u32) -> u32) {
+    pub(super) fn reorder(&mut self, other: &Self, new: impl Fn(u32) -> u32, old: impl Fn(u32) -> u32) {
         self.begin(other.row_count(), other.column.len());
         for row in 0..other.row_count() as u32 {
             self.push_row(other.neighbours(old(row) as usize).map(&new).filter(|&column| column < row));
@@ -131,7 +131,7 @@ impl Pattern {
     }
 
     /// Begins a pattern of so many rows and about so many blocks.
-    pub fn begin(&mut self, rows: usize, blocks: usize) {
+    pub(super) fn begin(&mut self, rows: usize, blocks: usize) {
         empty(&mut self.row_start, rows + 1);
         empty(&mut self.column, blocks);
         self.row_start.push(0);
@@ -152,7 +152,7 @@ impl Pattern {
     }
 
     /// Adds a row: its columns before the diagonal, in any order, some of them more than once.
-    pub fn push_row(&mut self, columns: impl Iterator<Item = u32>) {
+    pub(super) fn push_row(&mut self, columns: impl Iterator<Item = u32>) {
         let start = self.column.len();
         for column in columns {
             if !self.column[start..].contains(&column) {
@@ -164,7 +164,7 @@ impl Pattern {
     }
 
     /// After the last row, for who goes by columns too: sorts the blocks by them.
-    pub fn finish(&mut self) {
+    pub(super) fn finish(&mut self) {
         let n = self.row_count();
         empty(&mut self.column_start, n + 1);
         self.column_start.resize(n + 1, 0);
@@ -227,37 +227,37 @@ impl Pattern {
     }
 
     /// Number of rows.
-    pub fn row_count(&self) -> usize {
+    pub(super) fn row_count(&self) -> usize {
         self.row_start.len() - 1
     }
 
     /// Blocks of a row before the diagonal.
     #[inline(always)]
-    pub fn before(&self, row: usize) -> Range<usize> {
+    pub(super) fn before(&self, row: usize) -> Range<usize> {
         self.row_start[row] as usize..self.row_start[row + 1] as usize
     }
 
     /// Entries of `below` for a row, which are its blocks after the diagonal.
     #[inline(always)]
-    pub fn after(&self, row: usize) -> Range<usize> {
+    pub(super) fn after(&self, row: usize) -> Range<usize> {
         self.column_start[row] as usize..self.column_start[row + 1] as usize
     }
 
     /// Largest difference of row and column of a block.
-    pub fn width(&self) -> u32 {
+    pub(super) fn width(&self) -> u32 {
         let of_row = |row: usize| self.column[self.before(row)].first().map_or(0, |&column| row as u32 - column);
         (0..self.row_count()).map(of_row).max().unwrap_or(0)
     }
 
     /// The rows that a row has a block with, but for itself: those before it, then those after it.
-    pub fn neighbours(&self, row: usize) -> impl Iterator<Item = u32> + '_ {
+    pub(super) fn neighbours(&self, row: usize) -> impl Iterator<Item = u32> + '_ {
         let (before, after) = (&self.column[self.before(row)], &self.below[self.after(row)]);
         before.iter().copied().chain(after.iter().map(|entry| entry[0]))
     }
 
     /// Calls `diagonal(row, block)` and `lower(row, place, block)` for the blocks of the triangles of some of the partition's; `place` is
     /// where one stands below the diagonal. `row` is where a row of the matrix stands here.
-    pub fn gather<B: OfPacks>(
+    pub(super) fn gather<B: OfPacks>(
         &self,
         (partition, blocks): (&Partition, Range<usize>),
         matrix: &Matrix,

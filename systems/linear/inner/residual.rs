@@ -15,7 +15,7 @@ use glam::{DVec3, Vec4};
 const SINGLE: f64 = 1e-4;
 
 /// Whether a solve of few iterations may stay in single precision.
-pub fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
+pub(super) fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
     // A body in space may turn at next to no energy, and then what single precision rounds off is a turn.
     scratch.free.are_flat() && params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }

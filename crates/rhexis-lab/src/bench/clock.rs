@@ -4,7 +4,7 @@ use cpu_time::{ProcessTime, ThreadTime};
 use std::time::{Duration, Instant};
 
 /// A running measurement.
-pub struct Stopwatch {
+pub(crate) struct Stopwatch {
     wall: Instant,
     thread: Option<ThreadTime>,
     process: Option<ProcessTime>,
@@ -12,7 +12,7 @@ pub struct Stopwatch {
 
 /// What a measurement came to \[ms\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Elapsed {
+pub(crate) struct Elapsed {
     /// On the wall.
     pub wall: f64,
     /// Processor time of the measuring thread; on the wall where the system counts none.
@@ -22,11 +22,11 @@ pub struct Elapsed {
 }
 
 impl Stopwatch {
-    pub fn start() -> Self {
+    pub(crate) fn start() -> Self {
         Self { wall: Instant::now(), thread: ThreadTime::try_now().ok(), process: ProcessTime::try_now().ok() }
     }
 
-    pub fn elapsed(&self) -> Elapsed {
+    pub(crate) fn elapsed(&self) -> Elapsed {
         let wall = ms(self.wall.elapsed());
         let thread = self.thread.and_then(|start| start.try_elapsed().ok()).map_or(wall, ms);
         let process = self.process.and_then(|start| start.try_elapsed().ok()).map_or(wall, ms);
@@ -39,7 +39,7 @@ fn ms(time: Duration) -> f64 {
 }
 
 /// The value below which `part` of the values lie; NaN without values.
-pub fn quantile(values: &[f64], part: f64) -> f64 {
+pub(crate) fn quantile(values: &[f64], part: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
     let place = (part * sorted.len() as f64).ceil() as usize;
@@ -47,7 +47,7 @@ pub fn quantile(values: &[f64], part: f64) -> f64 {
 }
 
 /// The middle value; NaN without values.
-pub fn median(values: &[f64]) -> f64 {
+pub(crate) fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
 

@@ -13,7 +13,7 @@ const TIGHTEST: f64 = 1e-9;
 
 /// A run that reaches the error.
 #[derive(Debug)]
-pub struct Reached {
+pub(super) struct Reached {
     /// Its tolerance.
     pub tolerance: f64,
     /// The run.
@@ -23,7 +23,7 @@ pub struct Reached {
 }
 
 /// The plan with a tolerance, and nothing that stops a solve before it.
-pub fn at_tolerance(plan: &Plan, tolerance: f64) -> Plan {
+pub(super) fn at_tolerance(plan: &Plan, tolerance: f64) -> Plan {
     let mut plan = plan.clone();
     let sets = [format!("run.stress_tolerance={tolerance:e}"), "run.linear_tolerance=1".to_owned()];
     plan.solver.extend(sets.into_iter().chain(["run.linear_iterations=100000".to_owned()]));
@@ -32,7 +32,7 @@ pub fn at_tolerance(plan: &Plan, tolerance: f64) -> Plan {
 
 /// Loosens the solves of the plan as far as the stress error of its worst state stays within `level`, then measures for some
 /// seconds. Where no tolerance reaches it, the tightest run.
-pub fn loosest(plan: &Plan, exact: &Trace, level: f64, seconds: f64) -> Result<Reached, BenchError> {
+pub(super) fn loosest(plan: &Plan, exact: &Trace, level: f64, seconds: f64) -> Result<Reached, BenchError> {
     let mut tolerance = LOOSEST;
     loop {
         let plan = at_tolerance(plan, tolerance);

@@ -11,7 +11,7 @@ const LEAST_COMMON: f64 = 0.05;
 
 /// Errors of a run; NaN where there is nothing to compare.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Errors {
+pub(super) struct Errors {
     /// Stress at interior vertices: rms of the differences over rms of the reference, of the worst state.
     pub stress: f64,
     /// Largest distance of a vertex \[mm\].
@@ -26,7 +26,7 @@ pub struct Errors {
 
 impl Errors {
     /// Errors of `found`: of its single steps where it has them, otherwise of its states.
-    pub fn against(found: &Trace, exact: &Trace) -> Self {
+    pub(super) fn against(found: &Trace, exact: &Trace) -> Self {
         let of_states = Self::of_states(found, exact);
         let worst = |of: fn(&StepError) -> f64| found.step_errors.iter().map(of).fold(0.0, larger);
         match found.step_errors.is_empty() {
@@ -38,7 +38,7 @@ impl Errors {
     /// Errors at the vertices that the two have in common at the times that they have in common: all of them where
     /// they have the same triangles, otherwise those with the same rest position. A vertex of a tear's lips, where two have one
     /// rest position, is left out.
-    pub fn of_states(found: &Trace, exact: &Trace) -> Self {
+    pub(super) fn of_states(found: &Trace, exact: &Trace) -> Self {
         let of_force = |state: &State| state.forces.iter().map(|f| f.length_squared()).sum::<f64>().sqrt();
         let largest_force = exact.states.iter().map(of_force).fold(0.0, f64::max);
         let (mut stress, mut position, mut force, mut matched) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0);
@@ -113,7 +113,7 @@ fn stress_error(found: &State, exact: &State, pairs: &[(usize, usize)]) -> f64 {
 }
 
 /// Squared Frobenius norm.
-pub fn norm_sq(s: Sym2) -> f64 {
+pub(super) fn norm_sq(s: Sym2) -> f64 {
     s.contract(s)
 }
 

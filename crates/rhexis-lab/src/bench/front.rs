@@ -1,14 +1,14 @@
 //! The Pareto front: what no other setting beats in both time and error.
 
 /// How much faster another setting must be, at no larger error, to count as better: less is noise.
-pub const NOISE: f64 = 0.05;
+pub(super) const NOISE: f64 = 0.05;
 
 /// Rounding of a sum of squares.
 const LEAST_ERROR: f64 = 1e-15;
 
 /// A setting's time \[ms\] and error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub(super) struct Point {
     /// \[ms\]
     pub ms: f64,
     /// Relative, or in mm.
@@ -17,12 +17,12 @@ pub struct Point {
 
 impl Point {
     /// A point; no error counts as smaller than rounding, so that one without any has its place on a logarithmic axis.
-    pub fn new(ms: f64, error: f64) -> Self {
+    pub(super) fn new(ms: f64, error: f64) -> Self {
         Self { ms, error: if error < LEAST_ERROR { LEAST_ERROR } else { error } }
     }
 
     /// Whether it has a time and an error that can be drawn.
-    pub fn is_known(self) -> bool {
+    pub(super) fn is_known(self) -> bool {
         self.ms.is_finite() && self.error.is_finite() && self.ms > 0.0 && self.error > 0.0
     }
 
@@ -32,13 +32,13 @@ impl Point {
 }
 
 /// The fastest of those that beat the point at `place` by more than noise: where it is none, the point is on the front.
-pub fn better(points: &[Point], place: usize) -> Option<usize> {
+pub(super) fn better(points: &[Point], place: usize) -> Option<usize> {
     let beats = |i: &usize| points[place].is_beaten_by(points[*i], NOISE);
     (0..points.len()).filter(beats).min_by(|a, b| points[*a].ms.total_cmp(&points[*b].ms))
 }
 
 /// The points that none beats, from the fastest to the most exact.
-pub fn front(points: &[Point]) -> Vec<Point> {
+pub(super) fn front(points: &[Point]) -> Vec<Point> {
     let mut known: Vec<Point> = points.iter().copied().filter(|point| point.is_known()).collect();
     known.sort_by(|a, b| a.ms.total_cmp(&b.ms).then(a.error.total_cmp(&b.error)));
     let mut front: Vec<Point> = Vec::new();

@@ -69,7 +69,7 @@ pub fn ladder(context: &Context) -> Result<Vec<Table>, BenchError> {
 
 /// The square of Figure 2 at 98 % of its pull of 10 %, in equilibrium; the step is one of 10 ms to 100 %. Above 200,000 triangles
 /// the first step from rest: an equilibrium of those takes too long, and at rest the problem is the linear one.
-pub fn taut_sheet(cells: [usize; 2]) -> Result<(Isolated, usize), BenchError> {
+pub(super) fn taut_sheet(cells: [usize; 2]) -> Result<(Isolated, usize), BenchError> {
     const LARGEST_TAUT: usize = 200_000;
     let [nx, ny] = cells;
     let sets = [format!("bodies.0.mesh.grid.nx={nx}"), format!("bodies.0.mesh.grid.ny={ny}")];
@@ -128,7 +128,12 @@ fn measure(table: &mut Table, state: &str, (solve, triangles): &mut (Isolated, u
 }
 
 /// Times of solves \[ms\]: of two at least, and of more while `seconds` have not passed, but at most of [`ROUNDS`].
-pub fn times(solve: &mut Isolated, way: &Way, linear: LinearParams, seconds: f64) -> Result<Vec<f64>, BenchError> {
+pub(super) fn times(
+    solve: &mut Isolated,
+    way: &Way,
+    linear: LinearParams,
+    seconds: f64,
+) -> Result<Vec<f64>, BenchError> {
     let start = Instant::now();
     let mut times = Vec::new();
     while times.len() < 2 || times.len() < ROUNDS && start.elapsed().as_secs_f64() < seconds {

@@ -25,7 +25,7 @@ const COLOURS: [(u8, u8, u8); 8] = [
 
 /// One setting over its tolerances, or one time step over meshes.
 #[derive(Clone, Debug)]
-pub struct Series {
+pub(super) struct Series {
     /// Name in the legend.
     pub name: String,
     /// Its points.
@@ -34,7 +34,7 @@ pub struct Series {
 
 /// A work–precision diagram.
 #[derive(Clone, Debug)]
-pub struct Chart {
+pub(super) struct Chart {
     /// Headline.
     pub title: String,
     /// What the axes show, with units in brackets: time, error.
@@ -49,7 +49,7 @@ pub struct Chart {
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn draw(directory: &Path, name: &str, chart: &Chart) -> Result<(), BenchError> {
+pub(super) fn draw(directory: &Path, name: &str, chart: &Chart) -> Result<(), BenchError> {
     let points: Vec<Point> = chart.series.iter().flat_map(|series| &series.points).copied().collect();
     if front(&points).is_empty() {
         return Ok(());

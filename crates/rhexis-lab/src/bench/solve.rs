@@ -18,7 +18,7 @@ use rhexis::systems::parallel::Pool;
 
 /// A way to solve.
 #[derive(Clone, Copy, Debug)]
-pub struct Way {
+pub(super) struct Way {
     /// Name in tables.
     pub name: &'static str,
     pub preconditioner: Preconditioner,
@@ -28,7 +28,7 @@ pub struct Way {
 }
 
 /// All ways, from the plainest.
-pub const WAYS: &[Way] = &[
+pub(super) const WAYS: &[Way] = &[
     way("block Jacobi, double", Preconditioner::BlockJacobi, Precision::Double, 200_000),
     way("block Jacobi", Preconditioner::BlockJacobi, Precision::Mixed, usize::MAX),
     way("incomplete Cholesky", Preconditioner::IncompleteCholesky, Precision::Mixed, usize::MAX),
@@ -42,7 +42,7 @@ const fn way(name: &'static str, preconditioner: Preconditioner, precision: Prec
 
 /// What a solve came to.
 #[derive(Clone, Debug)]
-pub struct Solved {
+pub(super) struct Solved {
     /// Time of the solve alone, one thread \[ms\].
     pub ms: f64,
     pub iterations: u32,
@@ -50,7 +50,7 @@ pub struct Solved {
 }
 
 /// A body on the brink of a solve: the step has begun and everything up to the solve is done.
-pub struct Isolated {
+pub(super) struct Isolated {
     simulation: Simulation,
     body: Entity,
     dt: f64,
@@ -59,19 +59,19 @@ pub struct Isolated {
 
 impl Isolated {
     /// The solve of a step of `dt` \[ms\] from the state that the simulation is in.
-    pub fn new(simulation: Simulation, body: Entity, dt: f64) -> Result<Self, BenchError> {
+    pub(super) fn new(simulation: Simulation, body: Entity, dt: f64) -> Result<Self, BenchError> {
         let start = one::<Vertices>(&simulation, body)?;
         Ok(Self { simulation, body, dt, start })
     }
 
     /// Forgets what earlier solves have left to be used again.
-    pub fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         // The body lives: it was found when this was made.
         let _ = self.simulation.world_mut().insert(self.body, (Factor::default(), InnerSolver::default()));
     }
 
     /// Solves from a first guess of zero, with what earlier solves have left.
-    pub fn solve(&mut self, way: &Way, linear: LinearParams) -> Result<Solved, BenchError> {
+    pub(super) fn solve(&mut self, way: &Way, linear: LinearParams) -> Result<Solved, BenchError> {
         let Self { simulation, body, dt, start } = self;
         if let Ok((vertices, increment)) =
             simulation.world_mut().query_one_mut::<(&mut Vertices, &mut Increment)>(*body)
@@ -84,7 +84,7 @@ impl Isolated {
     }
 
     /// Stress at the vertices inside after the last solve \[MPa\].
-    pub fn stress(&mut self) -> Vec<Sym2> {
+    pub(super) fn stress(&mut self) -> Vec<Sym2> {
         stress(&mut self.simulation, self.body)
     }
 }
@@ -97,7 +97,7 @@ impl Way {
 
 /// Error of the solve of a simulation's next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepError {
+pub(super) struct StepError {
     /// Of stress at interior vertices, relative.
     pub stress: f64,
     /// Largest distance of a vertex \[mm\].
@@ -108,7 +108,7 @@ impl StepError {
     /// Solves the next step, from the same state and the same guess, as the simulation's settings say and as exactly as can be,
     /// and puts everything back. A step that is nearly a static problem forgets what was before: what the steps so far have left
     /// undone is in this error.
-    pub fn of(simulation: &mut Simulation, body: Entity, dt: f64) -> Result<Self, BenchError> {
+    pub(super) fn of(simulation: &mut Simulation, body: Entity, dt: f64) -> Result<Self, BenchError> {
         let settings = *simulation.settings();
         let (found, found_positions) = tried(simulation, body, dt, &settings)?;
         let kept = simulation.world_mut().remove::<(Factor, InnerSolver)>(body).map_err(gone)?;
@@ -190,7 +190,7 @@ fn gone(error: impl std::fmt::Display) -> BenchError {
 }
 
 /// Rms of the differences over rms of the reference.
-pub fn relative(found: &[Sym2], exact: &[Sym2]) -> f64 {
+pub(super) fn relative(found: &[Sym2], exact: &[Sym2]) -> f64 {
     let off: f64 = found.iter().zip(exact).map(|(a, b)| norm_sq(*a - *b)).sum();
     (off / exact.iter().map(|s| norm_sq(*s)).sum::<f64>()).sqrt()
 }

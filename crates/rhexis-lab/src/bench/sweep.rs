@@ -24,7 +24,7 @@ const FIGURES: [&str; 12] = [
 ];
 
 /// The tables of a case.
-pub fn sweep(context: &Context, case: &Case) -> Result<[Table; 2], BenchError> {
+pub(super) fn sweep(context: &Context, case: &Case) -> Result<[Table; 2], BenchError> {
     let solvers = solvers(context, case)?;
     let discretisation = discretisation(context, case)?;
     Ok([solvers, discretisation])

@@ -147,7 +147,7 @@ fn shortest(figure: f64) -> String {
 }
 
 /// Makes the directory.
-pub fn make(directory: &Path) -> Result<(), BenchError> {
+pub(crate) fn make(directory: &Path) -> Result<(), BenchError> {
     let failed = |e: std::io::Error| BenchError::File { path: directory.to_owned(), what: e.to_string() };
     std::fs::create_dir_all(directory).map_err(failed)
 }

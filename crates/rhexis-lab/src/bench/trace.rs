@@ -14,11 +14,11 @@ use rhexis_scene::{Document, Instance};
 use std::time::Instant;
 
 /// Rounds at the most: with so many one has met a core that no neighbour shares, if any can.
-pub const ROUNDS: usize = 25;
+pub(super) const ROUNDS: usize = 25;
 
 /// What is run, and what of it is measured.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub(super) struct Plan {
     /// Name of the scene in the catalog.
     pub scene: &'static str,
     /// What is set in it, as with `rhexis run --set`.
@@ -40,7 +40,7 @@ pub struct Plan {
 
 /// What a run came to.
 #[derive(Clone, Debug, Default)]
-pub struct Trace {
+pub(super) struct Trace {
     /// States, by time.
     pub states: Vec<State>,
     /// Errors of single steps, where the plan asks for them.
@@ -64,7 +64,7 @@ pub struct Trace {
 
 /// The tissue at one moment.
 #[derive(Clone, Debug)]
-pub struct State {
+pub(super) struct State {
     /// \[ms\]
     pub time: f64,
     /// Corners of the triangles.
@@ -82,7 +82,7 @@ pub struct State {
 }
 
 /// A plan that is run again and again for its times.
-pub struct Rounds {
+pub(super) struct Rounds {
     /// The plan.
     plan: Plan,
     /// What it has come to.
@@ -95,7 +95,7 @@ pub struct Rounds {
 
 impl Rounds {
     /// The first round, which keeps the states.
-    pub fn begin(plan: Plan) -> Result<Self, BenchError> {
+    pub(super) fn begin(plan: Plan) -> Result<Self, BenchError> {
         let start = Instant::now();
         let trace = Trace { noise: f64::NAN, ..run(&plan, true)? };
         let medians = vec![median(&trace.step_ms)];
@@ -127,7 +127,7 @@ impl Rounds {
 
 /// Runs what is compared in turns, each for so long and [`ROUNDS`] times at the most: a core that is slow for a while is so for all. Says
 /// of each when it is `done`.
-pub fn in_turns(runs: &mut [Rounds], seconds: f64, done: impl Fn()) -> Result<(), BenchError> {
+pub(super) fn in_turns(runs: &mut [Rounds], seconds: f64, done: impl Fn()) -> Result<(), BenchError> {
     let mut due: Vec<&mut Rounds> = runs.iter_mut().collect();
     while !due.is_empty() {
         due.retain(|run| {
@@ -144,7 +144,7 @@ pub fn in_turns(runs: &mut [Rounds], seconds: f64, done: impl Fn()) -> Result<()
 
 impl Trace {
     /// Runs the plan, again and again while `seconds` have not passed, but at most [`ROUNDS`] times, for its times.
-    pub fn record(plan: &Plan, seconds: f64) -> Result<Self, BenchError> {
+    pub(super) fn record(plan: &Plan, seconds: f64) -> Result<Self, BenchError> {
         let mut rounds = Rounds::begin(plan.clone())?;
         while rounds.is_due(seconds) {
             rounds.again()?;
@@ -212,7 +212,7 @@ fn run(plan: &Plan, keeps_states: bool) -> Result<Trace, BenchError> {
 }
 
 /// A scene of the catalog with some values changed, on one thread unless they say otherwise.
-pub fn instantiate(scene: &str, sets: &[String]) -> Result<Instance, BenchError> {
+pub(super) fn instantiate(scene: &str, sets: &[String]) -> Result<Instance, BenchError> {
     let mut document = Document::named(scene)?;
     document.set("run.threads=1")?;
     sets.iter().try_for_each(|assignment| document.set(assignment))?;
@@ -220,7 +220,7 @@ pub fn instantiate(scene: &str, sets: &[String]) -> Result<Instance, BenchError>
 }
 
 /// Triangles of a body.
-pub fn triangle_count(simulation: &Simulation, body: Entity) -> usize {
+pub(super) fn triangle_count(simulation: &Simulation, body: Entity) -> usize {
     simulation.world().get::<&Triangles>(body).map_or(0, |triangles| triangles.len())
 }
 
@@ -252,7 +252,7 @@ impl State {
 }
 
 /// Biot stress in the axes of the fibre per vertex \[MPa\], weighted by rest area.
-pub fn nodal_stress(triangles: &Triangles, topology: &Topology, frames: &Frames) -> Vec<Sym2> {
+pub(super) fn nodal_stress(triangles: &Triangles, topology: &Topology, frames: &Frames) -> Vec<Sym2> {
     let mean = |around: &[u32]| {
         let (mut sum, mut area) = (Sym2::default(), 0.0);
         for &entry in around {

@@ -93,7 +93,7 @@ const STATIC: &[Setting] =
     &[setting("default (auto)", &[], Quick), setting("block Jacobi", &["run.preconditioner=block_jacobi"], Quick)];
 
 /// How a dynamic step is made of linear solves; the default first.
-pub const INTEGRATORS: &[Setting] = &[
+pub(super) const INTEGRATORS: &[Setting] = &[
     setting("linearly implicit", &[], Quick),
     setting("Newton to 1e-6", &["run.newton_iterations=20", "run.newton_tolerance=1e-6"], Usual),
 ];

@@ -20,7 +20,7 @@ pub(super) struct Hand {
 
 impl Hand {
     /// Takes over the grasps to come: each at another place, with another pull, and with a sway of up to 0.15 mm.
-    pub fn new(instance: &mut Instance, dice: &mut Dice) -> Self {
+    pub(super) fn new(instance: &mut Instance, dice: &mut Dice) -> Self {
         if let Ok(grips) = instance.simulation.entity_mut::<&mut Grips>(instance.bodies[0]) {
             for grip in &mut grips.list {
                 if let Some(near) = &mut grip.near_tip {
@@ -41,7 +41,7 @@ impl Hand {
 
     /// Perhaps does something before a step that was not asked for. What the engine refuses of it, it may refuse. Returns how many
     /// states it went back to.
-    pub fn act(&mut self, instance: &mut Instance, dice: &mut Dice) -> u64 {
+    pub(super) fn act(&mut self, instance: &mut Instance, dice: &mut Dice) -> u64 {
         if !dice.chance(0.2) {
             return 0;
         }

@@ -37,7 +37,7 @@ struct Start {
 
 impl Ledger {
     /// Of a body as it is.
-    pub fn new(simulation: &Simulation, body: Entity) -> Self {
+    pub(super) fn new(simulation: &Simulation, body: Entity) -> Self {
         let mut query = simulation.world().query_one::<(&Vertices, &Triangles)>(body);
         let Ok((vertices, triangles)) = query.get() else {
             return Self { is_flat: true, area: 0.0, mass: 0.0, angle: 0.0, energy: None };
@@ -54,7 +54,7 @@ impl Ledger {
     }
 
     /// Somebody has acted: energy counts from now on.
-    pub fn forget_energy(&mut self) {
+    pub(super) fn forget_energy(&mut self) {
         self.energy = None;
     }
 }

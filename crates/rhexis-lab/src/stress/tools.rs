@@ -22,7 +22,7 @@ pub(super) struct Hand {
 
 impl Hand {
     /// Does something or other to a body before a step of `dt` \[ms\]. What the engine refuses it may refuse.
-    pub fn act(&mut self, scene: &mut Scene, dice: &mut Dice, dt: f64) {
+    pub(super) fn act(&mut self, scene: &mut Scene, dice: &mut Dice, dt: f64) {
         let actor = scene.bodies[dice.below(scene.bodies.len())];
         let kind = if scene.is_free { 6 + dice.below(9) } else { dice.below(15) };
         let Scene { simulation, size, .. } = scene;

@@ -15,7 +15,7 @@ use rhexis::systems::linear::Operator;
 
 /// Settings that solve every step nearly to rounding, on one thread: cases run side by side. Rounding of forces is 1e-14 N,
 /// about 2e-12 of the largest corner force where a ramp begins.
-pub fn exacting() -> Settings {
+pub(super) fn exacting() -> Settings {
     Settings {
         linear: LinearParams::by_residual(1e-12, 20_000),
         newton_iterations: 30,
@@ -26,25 +26,25 @@ pub fn exacting() -> Settings {
 }
 
 /// A simulation of one body.
-pub fn simulate(settings: Settings, membrane: Membrane) -> Result<(Simulation, Entity), VerifyError> {
+pub(super) fn simulate(settings: Settings, membrane: Membrane) -> Result<(Simulation, Entity), VerifyError> {
     let mut simulation = Simulation::new(settings)?;
     let body = simulation.spawn(membrane)?;
     Ok((simulation, body))
 }
 
 /// The material of a reference file.
-pub fn material(constants: [f64; 4], thickness: f64, density: f64) -> Material {
+pub(super) fn material(constants: [f64; 4], thickness: f64, density: f64) -> Material {
     let [young_fibre, young_transverse, poisson_major, shear] = constants;
     Material { young_fibre, young_transverse, poisson_major, shear_modulus: Some(shear), thickness, density }
 }
 
 /// A hold of all vertices of a membrane for which `offset` gives a displacement \[mm\], along all axes, at once.
-pub fn hold(membrane: &Membrane, name: &str, offset: impl Fn(DVec3) -> Option<DVec3>) -> Hold {
+pub(super) fn hold(membrane: &Membrane, name: &str, offset: impl Fn(DVec3) -> Option<DVec3>) -> Hold {
     hold_along(membrane, name, [true; 3], Curve::constant(1.0), offset)
 }
 
 /// A hold along some axes, over time.
-pub fn hold_along(
+pub(super) fn hold_along(
     membrane: &Membrane,
     name: &str,
     axes: [bool; 3],
@@ -57,19 +57,19 @@ pub fn hold_along(
 }
 
 /// The edge of the rectangle \[0, a\] × \[0, b\], held where it is.
-pub fn hold_rim(membrane: Membrane, a: f64, b: f64) -> Membrane {
+pub(super) fn hold_rim(membrane: Membrane, a: f64, b: f64) -> Membrane {
     let rim = hold(&membrane, "rim", |p| (p.x == 0.0 || p.x == a || p.y == 0.0 || p.y == b).then_some(DVec3::ZERO));
     membrane.hold(rim)
 }
 
 /// The positions \[mm\].
-pub fn positions(simulation: &Simulation, body: Entity) -> Result<Vec<DVec3>, VerifyError> {
+pub(super) fn positions(simulation: &Simulation, body: Entity) -> Result<Vec<DVec3>, VerifyError> {
     let vertices = simulation.world().get::<&Vertices>(body).map_err(|_| SimulationError::NoSuchBody)?;
     Ok(vertices.position.clone())
 }
 
 /// Sets positions \[mm\] and velocities \[mm/ms\] from the rest positions.
-pub fn set_motion(
+pub(super) fn set_motion(
     simulation: &mut Simulation,
     body: Entity,
     motion: impl Fn(usize, DVec3) -> (DVec3, DVec3),
@@ -83,7 +83,7 @@ pub fn set_motion(
 }
 
 /// The answer of a linear response.
-pub struct Linear {
+pub(super) struct Linear {
     /// Displacement per vertex \[mm\].
     pub displacement: Vec<DVec3>,
     /// Force of the holds per vertex \[N\].
@@ -96,7 +96,7 @@ pub struct Linear {
 }
 
 /// Solves the linear problem at time 1 from the rest state.
-pub fn linear(simulation: &mut Simulation, body: Entity) -> Result<Linear, VerifyError> {
+pub(super) fn linear(simulation: &mut Simulation, body: Entity) -> Result<Linear, VerifyError> {
     simulation.linear_response(1.0)?;
     type Query<'a> =
         ((&'a Vertices, &'a Triangles, &'a Topology, &'a Frames), (&'a Forces, &'a Increment, &'a SolverScratch));
@@ -120,7 +120,7 @@ pub fn linear(simulation: &mut Simulation, body: Entity) -> Result<Linear, Verif
 }
 
 /// The static stiffness with the exact tangent at the state of `frames`.
-pub fn operator<'a>(
+pub(super) fn operator<'a>(
     vertices: &'a Vertices,
     triangles: &'a Triangles,
     topology: &'a Topology,
@@ -141,7 +141,7 @@ pub fn operator<'a>(
 }
 
 /// Copies of a body's tables with its frames brought up to the positions, ready for an [`operator`].
-pub struct Snapshot {
+pub(super) struct Snapshot {
     /// Vertices.
     pub vertices: Vertices,
     /// Triangles.
@@ -154,7 +154,7 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// The body now.
-    pub fn new(simulation: &mut Simulation, body: Entity) -> Result<Self, VerifyError> {
+    pub(super) fn new(simulation: &mut Simulation, body: Entity) -> Result<Self, VerifyError> {
         simulation.refresh(body)?;
         let mut query = simulation.world().query_one::<(&Vertices, &Triangles, &Topology, &Frames)>(body);
         let (vertices, triangles, topology, frames) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
@@ -166,7 +166,7 @@ impl Snapshot {
     }
 
     /// Elastic forces on the vertices \[N\].
-    pub fn elastic_forces(&self) -> Vec<DVec3> {
+    pub(super) fn elastic_forces(&self) -> Vec<DVec3> {
         let mut forces = Forces::default();
         let mesh = (&self.triangles, &self.topology);
         assembly::membrane_forces(mesh, &self.frames, |_| DVec3::ZERO, 0.0, &mut forces);
@@ -175,7 +175,7 @@ impl Snapshot {
 }
 
 /// Sum of the forces \[N\] of the hold with a name, from the last step.
-pub fn reaction(simulation: &Simulation, body: Entity, name: &str) -> Result<DVec3, VerifyError> {
+pub(super) fn reaction(simulation: &Simulation, body: Entity, name: &str) -> Result<DVec3, VerifyError> {
     let reactions = simulation.reactions(body)?;
     Ok(reactions.iter().filter(|(hold, _)| hold == name).map(|(_, force)| *force).sum())
 }

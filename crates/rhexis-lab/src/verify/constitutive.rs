@@ -5,7 +5,7 @@ use super::{Artifacts, Row, Rows, VerifyError, largest, published_law};
 use glam::DMat3;
 use rhexis::math::Orthotropic;
 
-pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("constitutive");
     stiffness(&mut rows)?;
     let laminae =

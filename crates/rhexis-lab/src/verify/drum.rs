@@ -17,7 +17,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::storage::TriangleMesh;
 
-pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("membrane");
     let (name, text) = file!("membrane.json");
     let file = Json::new(name, text)?;

@@ -15,7 +15,7 @@ use rhexis::simulation::Simulation;
 /// Finer meshes cost 15 s each and show nothing new.
 const MOST_CELLS: f64 = 60.0 * 50.0;
 
-pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("dynamics");
     let (name, text) = file!("dynamics.json");
     let file = Json::new(name, text)?;

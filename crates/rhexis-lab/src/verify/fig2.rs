@@ -30,7 +30,7 @@ fn ramp(duration: f64) -> Curve {
     Curve::ramp(duration, 1.0).unwrap_or_else(|_| Curve::constant(1.0))
 }
 
-pub fn large(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn large(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("fig2-large");
     let (name, text) = file!("fig2_large.json");
     let file = Json::new(name, text)?;
@@ -91,7 +91,7 @@ fn work(rows: &mut Rows) -> Result<(), VerifyError> {
     Ok(())
 }
 
-pub fn dynamic(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn dynamic(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("fig2-dynamic");
     for (dt, (name, text)) in
         [(10.0, file!("fig2_dynamic_gradient_dt10.csv")), (0.5, file!("fig2_dynamic_gradient_dt0.5.csv"))]

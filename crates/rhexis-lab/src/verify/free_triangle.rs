@@ -13,7 +13,7 @@ use rhexis::simulation::Simulation;
 use rhexis::storage::TriangleMesh;
 use rhexis::systems::{assembly, corotation};
 
-pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("free-triangle");
     let (name, text) = file!("free_triangle.json");
     let file = Json::new(name, text)?;

@@ -14,7 +14,7 @@ use rhexis::settings::Settings;
 use rhexis::storage::TriangleMesh;
 use rhexis::systems::kernels::membrane::gradient;
 
-pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("hole");
     let (name, text) = file!("hole.json");
     let ortho = Ortho::new(&Json::new(name, text)?)?;

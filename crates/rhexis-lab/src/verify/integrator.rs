@@ -21,7 +21,7 @@ const DRAW: f64 = 0.05;
 /// Speed of the swing \[mm/ms\]: it goes as far as a strain of some 10 %.
 const SWING: f64 = 10.0;
 
-pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("integrator");
     let tight = LinearParams { tolerance: 1e-12, stress_tolerance: f64::INFINITY, ..bodies::exacting().linear };
     let converged = Settings { tangent: Tangent::Projected, linear: tight, ..bodies::exacting() };

@@ -10,7 +10,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{Settings, Tangent};
 use rhexis::storage::Vertices;
 
-pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("motion");
     rigid(&mut rows)?;
     resultants(&mut rows)?;

@@ -9,7 +9,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::storage::TriangleMesh;
 
-pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("patch");
     let (name, text) = file!("patch.json");
     let file = Json::new(name, text)?;

@@ -18,7 +18,7 @@ fn one_thread() -> Settings {
     Settings { threads: 1, ..Settings::default() }
 }
 
-pub fn cook(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn cook(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("cook");
     let (name, text) = file!("cook.json");
     let file = Json::new(name, text)?;
@@ -74,7 +74,7 @@ fn cook_on_mesh(n: u32, material: Material) -> Result<Cook, VerifyError> {
     Ok(Cook { at_centre, at_top, energy: found.energy, residual: found.residual })
 }
 
-pub fn fig2_small(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn fig2_small(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("fig2-small");
     let (name, text) = file!("fig2_small.json");
     let file = Json::new(name, text)?;

@@ -64,7 +64,7 @@ fn membrane(fibre_degrees: f64, is_biaxial: bool) -> Result<Membrane, VerifyErro
     Ok(if is_biaxial { membrane.hold(top) } else { membrane })
 }
 
-pub fn rows(rows: &mut Rows) -> Result<(), VerifyError> {
+pub(super) fn rows(rows: &mut Rows) -> Result<(), VerifyError> {
     let [length, width, thickness] = SIZE;
     let angle = DEGREES.to_radians();
     for (name, fibre_degrees, angle) in

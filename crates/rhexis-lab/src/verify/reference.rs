@@ -5,14 +5,14 @@ use glam::DVec3;
 use serde_json::Value;
 
 /// A JSON reference file.
-pub struct Json {
+pub(super) struct Json {
     file: &'static str,
     root: Value,
 }
 
 impl Json {
     /// Reads the text of a file.
-    pub fn new(file: &'static str, text: &str) -> Result<Self, VerifyError> {
+    pub(super) fn new(file: &'static str, text: &str) -> Result<Self, VerifyError> {
         let root = serde_json::from_str(text).map_err(|e| VerifyError::Reference { file, what: e.to_string() })?;
         Ok(Self { file, root })
     }
@@ -22,27 +22,27 @@ impl Json {
     }
 
     /// The number at a JSON pointer.
-    pub fn number(&self, path: &str) -> Result<f64, VerifyError> {
+    pub(super) fn number(&self, path: &str) -> Result<f64, VerifyError> {
         self.root.pointer(path).and_then(Value::as_f64).ok_or_else(|| self.missing(path, "number"))
     }
 
     /// Number of elements of the list at a JSON pointer.
-    pub fn len(&self, path: &str) -> Result<usize, VerifyError> {
+    pub(super) fn len(&self, path: &str) -> Result<usize, VerifyError> {
         self.root.pointer(path).and_then(Value::as_array).map(Vec::len).ok_or_else(|| self.missing(path, "list"))
     }
 
     /// Whether the value at a JSON pointer is `true`.
-    pub fn is_true(&self, path: &str) -> bool {
+    pub(super) fn is_true(&self, path: &str) -> bool {
         self.root.pointer(path).and_then(Value::as_bool).unwrap_or(false)
     }
 
     /// The list of numbers at a JSON pointer.
-    pub fn numbers(&self, path: &str) -> Result<Vec<f64>, VerifyError> {
+    pub(super) fn numbers(&self, path: &str) -> Result<Vec<f64>, VerifyError> {
         (0..self.len(path)?).map(|i| self.number(&format!("{path}/{i}"))).collect()
     }
 
     /// The list of vectors at a JSON pointer, of two components (z = 0) or three.
-    pub fn vectors(&self, path: &str) -> Result<Vec<DVec3>, VerifyError> {
+    pub(super) fn vectors(&self, path: &str) -> Result<Vec<DVec3>, VerifyError> {
         let vector = |i: usize| {
             let at = format!("{path}/{i}");
             match self.numbers(&at)?[..] {
@@ -56,7 +56,7 @@ impl Json {
 }
 
 /// The rows of a CSV reference file with `N` columns.
-pub fn csv<const N: usize>(file: &'static str, text: &str) -> Result<Vec<[f64; N]>, VerifyError> {
+pub(super) fn csv<const N: usize>(file: &'static str, text: &str) -> Result<Vec<[f64; N]>, VerifyError> {
     let wrong = |what: String| VerifyError::Reference { file, what };
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
     let row = |record: Result<csv::StringRecord, csv::Error>| {

@@ -11,7 +11,7 @@ use rhexis::settings::{Integrator, Settings};
 /// Size of the noise \[mm/ms\]: far from anything that is not linear.
 const NOISE: f64 = 1e-6;
 
-pub fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("stability");
     for (young, stretch) in [(10.0, 0.1), (10.0, 0.3), (100.0, 0.1), (100.0, 0.3)] {
         for dt in [0.01, 0.1, 1.0, 10.0, 100.0] {

@@ -14,7 +14,7 @@ const CHANNELS: [Channel; 3] = [Channel::TextureCoordinates, Channel::Normal, Ch
 
 /// What a file gives its vertices beside their positions.
 #[derive(Debug, Default)]
-pub struct Decoration {
+pub(super) struct Decoration {
     /// Numbers by vertex and channel; NaN for none.
     values: [Vec<f64>; 3],
     /// Vertices with more than one texture coordinate.
@@ -23,7 +23,7 @@ pub struct Decoration {
 
 impl Decoration {
     /// Gives a vertex the numbers of a channel; what is not finite is none.
-    pub fn give(&mut self, channel: Channel, row: u32, numbers: &[f64]) {
+    pub(super) fn give(&mut self, channel: Channel, row: u32, numbers: &[f64]) {
         let (width, place) = (channel.width(), CHANNELS.iter().position(|kind| *kind == channel).unwrap_or(0));
         if numbers.len() != width || numbers.iter().any(|number| !number.is_finite()) {
             return;
@@ -49,7 +49,7 @@ impl Decoration {
 
 /// What a surface has of it.
 #[derive(Debug, Default)]
-pub struct Decorated {
+pub(super) struct Decorated {
     /// For every vertex.
     pub attributes: Option<Attributes>,
     /// Vertices with more than one texture coordinate in the file.
@@ -59,7 +59,7 @@ pub struct Decorated {
 }
 
 /// The attributes of a surface whose vertices come from the rows `sources` of the draft; joined rows give theirs to the first.
-pub fn decorate(draft: &mut Draft, sources: &[u32], mesh: &TriangleMesh) -> Decorated {
+pub(super) fn decorate(draft: &mut Draft, sources: &[u32], mesh: &TriangleMesh) -> Decorated {
     let mut all = std::mem::take(&mut draft.decoration);
     for &(from, to) in draft.joined.iter().filter(|(from, to)| from != to) {
         for (place, channel) in CHANNELS.into_iter().enumerate() {

@@ -81,7 +81,7 @@ fn at(position: DVec3) -> String {
 }
 
 /// Drops and splits what cannot be used and counts it. `sources` are the rows of the vertices in the file, for those that are copied.
-pub fn mend(draft: &mut Draft, sources: &mut Vec<u32>) -> Defects {
+pub(super) fn mend(draft: &mut Draft, sources: &mut Vec<u32>) -> Defects {
     let mut defects = Defects::default();
     drop_empty(draft, &mut defects);
     drop_double(draft, &mut defects);

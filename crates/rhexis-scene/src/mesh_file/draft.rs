@@ -10,7 +10,7 @@ use super::polygon;
 
 /// How the corners of a cell make triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub(super) enum Shape {
     /// Three corners.
     Triangle,
     /// A flat polygon of four corners.
@@ -26,7 +26,7 @@ pub enum Shape {
 }
 
 /// The shape of a VTK cell type; an error for curved and solid ones.
-pub fn vtk_shape(cell_type: u64) -> Result<Shape, String> {
+pub(super) fn vtk_shape(cell_type: u64) -> Result<Shape, String> {
     match cell_type {
         0..=4 => Ok(Shape::Thin),
         5 => Ok(Shape::Triangle),
@@ -72,7 +72,7 @@ impl Array {
 
 /// What a triangle is called in messages: where a reader has lines, by the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Origin {
+pub(super) enum Origin {
     /// A line, counted from 1.
     Line,
     /// A cell, face or element by the word, counted as the format does.
@@ -84,7 +84,7 @@ pub enum Origin {
 
 /// A surface as the file has it.
 #[derive(Debug, Default)]
-pub struct Draft {
+pub(super) struct Draft {
     /// All its points \[mm\].
     pub positions: Vec<DVec3>,
     /// Corners.
@@ -115,7 +115,7 @@ impl Draft {
     ///
     /// # Errors
     /// For a number of corners that does not make the shape, and for a polygon that crosses or overlaps itself.
-    pub fn push_cell(&mut self, shape: Shape, corners: &[u32], cell: usize, place: usize) -> Result<(), String> {
+    pub(super) fn push_cell(&mut self, shape: Shape, corners: &[u32], cell: usize, place: usize) -> Result<(), String> {
         let (name, fits) = match shape {
             Shape::Triangle => ("a triangle has three", corners.len() == 3),
             Shape::Quad | Shape::Pixel => ("a quad has four", corners.len() == 4),
@@ -142,7 +142,7 @@ impl Draft {
 
 /// Which arrays of a file a scene asks for.
 #[derive(Clone, Debug, Default)]
-pub struct Wanted<'a> {
+pub(super) struct Wanted<'a> {
     /// Names that must be there.
     pub names: Vec<&'a str>,
     /// Whether the usual names of fibres count as asked for.
@@ -155,19 +155,19 @@ pub struct Wanted<'a> {
 const FIBRE_NAMES: [&str; 6] = ["fibre", "fiber", "fibres", "fibers", "f0", "fibre_direction"];
 
 /// Whether programs call fibre directions by this name.
-pub fn is_fibre_name(name: &str) -> bool {
+pub(super) fn is_fibre_name(name: &str) -> bool {
     let name = name.trim().to_lowercase();
     FIBRE_NAMES.contains(&name.as_str()) || name == "fiber_direction"
 }
 
 impl Wanted<'_> {
     /// Whether the array's numbers are asked for.
-    pub fn has(&self, name: &str) -> bool {
+    pub(super) fn has(&self, name: &str) -> bool {
         self.names.contains(&name) || self.fibres && is_fibre_name(name)
     }
 }
 
 /// Points from a flat list of coordinates.
-pub fn points(coordinates: &[f64]) -> Vec<DVec3> {
+pub(super) fn points(coordinates: &[f64]) -> Vec<DVec3> {
     coordinates.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])).collect()
 }

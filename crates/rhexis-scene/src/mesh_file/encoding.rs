@@ -6,7 +6,7 @@ use super::fault::Fault;
 ///
 /// # Errors
 /// For a pointer, a web page or an archive in place of the mesh.
-pub fn unwrapped(mut bytes: Vec<u8>) -> Result<Vec<u8>, Fault> {
+pub(super) fn unwrapped(mut bytes: Vec<u8>) -> Result<Vec<u8>, Fault> {
     if bytes.starts_with(b"\xef\xbb\xbf") {
         bytes.drain(..3);
     }
@@ -37,7 +37,7 @@ fn narrow(wide: &[u8], unit: fn([u8; 2]) -> u16) -> Vec<u8> {
 }
 
 /// Text of any 8-bit encoding with a line feed at the end of each line: what is no UTF-8 is taken as Latin-1.
-pub fn text(bytes: Vec<u8>) -> String {
+pub(super) fn text(bytes: Vec<u8>) -> String {
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(other) => other.as_bytes().iter().map(|&byte| char::from(byte)).collect(),
@@ -46,7 +46,7 @@ pub fn text(bytes: Vec<u8>) -> String {
 }
 
 /// Line feeds in place of carriage returns, in text that is kept as bytes.
-pub fn line_feeds(bytes: Vec<u8>) -> Vec<u8> {
+pub(super) fn line_feeds(bytes: Vec<u8>) -> Vec<u8> {
     if !bytes.contains(&b'\r') {
         return bytes;
     }
@@ -62,14 +62,14 @@ pub fn line_feeds(bytes: Vec<u8>) -> Vec<u8> {
 }
 
 /// The first `count` lines, whatever ends them.
-pub fn first_lines(bytes: &[u8], count: usize) -> Vec<String> {
+pub(super) fn first_lines(bytes: &[u8], count: usize) -> Vec<String> {
     let head = &bytes[..bytes.len().min(4096)];
     let text: String = head.iter().map(|&byte| char::from(byte)).collect();
     text.replace("\r\n", "\n").split(['\n', '\r']).take(count).map(str::to_owned).collect()
 }
 
 /// A number as programs print it, and as the array library of Python wraps it.
-pub fn number(word: &str) -> Option<f64> {
+pub(super) fn number(word: &str) -> Option<f64> {
     word.parse().ok().or_else(|| {
         let inner = word.strip_suffix(')')?.split_once('(')?.1;
         inner.parse().ok()

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 /// A fault in the text or bytes of a file.
 #[derive(Debug)]
-pub struct Fault {
+pub(super) struct Fault {
     /// Line, counted from 1.
     pub line: Option<usize>,
     /// What is wrong and how to mend it.
@@ -13,17 +13,17 @@ pub struct Fault {
 
 impl Fault {
     /// A fault that belongs to no line.
-    pub fn new(what: impl Display) -> Self {
+    pub(super) fn new(what: impl Display) -> Self {
         Self { line: None, what: what.to_string() }
     }
 
     /// A fault in `line`, counted from 1.
-    pub fn at(line: usize, what: impl Display) -> Self {
+    pub(super) fn at(line: usize, what: impl Display) -> Self {
         Self { line: Some(line), what: what.to_string() }
     }
 }
 
 /// The line, counted from 1, in which byte `at` of `text` stands.
-pub fn line_of(text: &[u8], at: usize) -> usize {
+pub(super) fn line_of(text: &[u8], at: usize) -> usize {
     1 + text.iter().take(at).filter(|byte| **byte == b'\n').count()
 }

@@ -6,7 +6,7 @@ use super::encoding;
 use super::fault::Fault;
 
 /// Directions in the order of the lines that hold any.
-pub fn parse(bytes: Vec<u8>) -> Result<Vec<DVec3>, Fault> {
+pub(super) fn parse(bytes: Vec<u8>) -> Result<Vec<DVec3>, Fault> {
     let text = encoding::text(bytes);
     let mut fibres = Vec::new();
     for (number, line) in text.lines().enumerate() {

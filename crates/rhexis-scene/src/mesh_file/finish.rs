@@ -13,7 +13,7 @@ use rhexis::storage::{MeshError, TriangleMesh};
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 /// Why a surface is refused.
-pub enum Refusal {
+pub(super) enum Refusal {
     /// With its line.
     Fault(Fault),
     /// By the mesh itself.
@@ -29,7 +29,7 @@ impl From<MeshError> for Refusal {
 }
 
 /// Joins, mends and turns.
-pub fn finish(mut draft: Draft, reading: &Reading) -> Result<MeshFile, Refusal> {
+pub(super) fn finish(mut draft: Draft, reading: &Reading) -> Result<MeshFile, Refusal> {
     if draft.triangles.is_empty() {
         return Err(MeshError::Empty("triangles").into());
     }

@@ -21,7 +21,7 @@ use rhexis::internal::source;
 const MOST_SHARING: usize = 4;
 
 /// Reads the meshes where their nodes place them.
-pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
+pub(super) fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
     let size = bytes.len();
     let (json, binary) = if bytes.starts_with(b"glTF") { chunks(&bytes)? } else { (&bytes[..], None) };
     let root: Root = gltf_json::deserialize::from_slice(json).map_err(|error| {

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 const COUNT: u64 = 0x0101_0101_0101_0101;
 
 /// Reads the triangles and quads of all surfaces; points and curves are ignored. Versions 1 and 2 are read elsewhere.
-pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
+pub(super) fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
     let head = encoding::first_lines(&bytes, 2);
     let is_text = !matches!(head.get(1).map(|line| line.split_whitespace().nth(1)), Some(Some("1")));
     let mut bytes = if is_text { encoding::line_feeds(bytes) } else { bytes };

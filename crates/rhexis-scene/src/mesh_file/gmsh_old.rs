@@ -6,7 +6,12 @@ use super::gmsh_scan::{Groups, NumberFormat, Scanner, Tags, arrays, named};
 use glam::DVec3;
 
 /// Reads the triangles and quads; points and curves are ignored.
-pub fn parse(bytes: &[u8], is_first_version: bool, format: NumberFormat, wanted: &Wanted) -> Result<Draft, Fault> {
+pub(super) fn parse(
+    bytes: &[u8],
+    is_first_version: bool,
+    format: NumberFormat,
+    wanted: &Wanted,
+) -> Result<Draft, Fault> {
     let mut scanner = Scanner { bytes, at: 0, format };
     let [nodes, elements]: [&[u8]; 2] = if is_first_version { [b"$NOD", b"$ELM"] } else { [b"$Nodes", b"$Elements"] };
     let is_text = format == NumberFormat::Text;

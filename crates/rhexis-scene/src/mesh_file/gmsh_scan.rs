@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// How a file writes its numbers.
 #[derive(Clone, Copy, PartialEq)]
-pub enum NumberFormat {
+pub(super) enum NumberFormat {
     /// As text.
     Text,
     /// Least byte first.
@@ -17,21 +17,21 @@ pub enum NumberFormat {
 }
 
 /// A place in the file.
-pub struct Scanner<'a> {
+pub(super) struct Scanner<'a> {
     pub bytes: &'a [u8],
     pub at: usize,
     pub format: NumberFormat,
 }
 
 impl<'a> Scanner<'a> {
-    pub fn fault(&self, what: impl std::fmt::Display) -> Fault {
+    pub(super) fn fault(&self, what: impl std::fmt::Display) -> Fault {
         let is_text = self.format == NumberFormat::Text;
         let line = is_text.then(|| line_of(self.bytes, self.at.saturating_sub(1)));
         Fault { line, what: format!("{what}; the file may be cut off: export it again from Gmsh") }
     }
 
     /// Goes behind the next line that is `tag`, from where it stands; whether there is one.
-    pub fn section(&mut self, tag: &[u8]) -> bool {
+    pub(super) fn section(&mut self, tag: &[u8]) -> bool {
         let mut from = self.at;
         while let Some(found) = self.bytes[from..].windows(tag.len()).position(|window| window == tag) {
             let (start, end) = (from + found, from + found + tag.len());
@@ -52,7 +52,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// The next line.
-    pub fn line(&mut self) -> Result<String, Fault> {
+    pub(super) fn line(&mut self) -> Result<String, Fault> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty());
         let rest = rest.ok_or_else(|| self.fault("the file ends within a section"))?;
         let length = rest.iter().position(|byte| *byte == b'\n').map_or(rest.len(), |end| end + 1);
@@ -61,7 +61,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// A line that holds a count of rows of `least` bytes each: no more than the file may hold.
-    pub fn count(&mut self, least: usize) -> Result<usize, Fault> {
+    pub(super) fn count(&mut self, least: usize) -> Result<usize, Fault> {
         let line = self.line()?;
         let count: usize = line.parse().map_err(|_| self.fault(format!("{line:?} is not a count")))?;
         let left = self.bytes.len() - self.at;
@@ -90,7 +90,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// The next whole number: a word, or four bytes.
-    pub fn integer(&mut self) -> Result<u64, Fault> {
+    pub(super) fn integer(&mut self) -> Result<u64, Fault> {
         let number = match self.format {
             NumberFormat::Text => {
                 let word = self.word()?;
@@ -103,7 +103,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// The next number: a word, or eight bytes.
-    pub fn real(&mut self) -> Result<f64, Fault> {
+    pub(super) fn real(&mut self) -> Result<f64, Fault> {
         if self.format == NumberFormat::Text {
             let word = self.word()?;
             return encoding::number(word).ok_or_else(|| self.fault(format!("{word:?} is not a number")));
@@ -121,32 +121,32 @@ impl<'a> Scanner<'a> {
 
 /// Rows of nodes or elements by the tags that the file gives them, ascending.
 #[derive(Default)]
-pub struct Tags(Vec<(u64, u32)>);
+pub(super) struct Tags(Vec<(u64, u32)>);
 
 impl Tags {
-    pub fn new(mut tags: Vec<(u64, u32)>) -> Self {
+    pub(super) fn new(mut tags: Vec<(u64, u32)>) -> Self {
         tags.sort_unstable();
         Self(tags)
     }
 
-    pub fn has_twice(&self) -> bool {
+    pub(super) fn has_twice(&self) -> bool {
         self.0.windows(2).any(|pair| pair[0].0 == pair[1].0)
     }
 
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.0.len()
     }
 
-    pub fn row(&self, tag: u64) -> Option<u32> {
+    pub(super) fn row(&self, tag: u64) -> Option<u32> {
         self.0.binary_search_by_key(&tag, |(tag, _)| *tag).ok().map(|place| self.0[place].1)
     }
 }
 
 /// Vertices of physical groups, by dimension and tag.
-pub type Groups = BTreeMap<(u64, u64), Vec<u32>>;
+pub(super) type Groups = BTreeMap<(u64, u64), Vec<u32>>;
 
 /// The groups by their names, or by their tags where they have none.
-pub fn named(groups: Groups, scanner: &mut Scanner) -> Result<Vec<(String, Vec<u32>)>, Fault> {
+pub(super) fn named(groups: Groups, scanner: &mut Scanner) -> Result<Vec<(String, Vec<u32>)>, Fault> {
     let mut names: BTreeMap<(u64, u64), String> = BTreeMap::new();
     scanner.at = 0;
     if scanner.section(b"$PhysicalNames") {
@@ -168,7 +168,7 @@ pub fn named(groups: Groups, scanner: &mut Scanner) -> Result<Vec<(String, Vec<u
 }
 
 /// Reads the arrays that are asked for: values of elements that make triangles, and of nodes.
-pub fn arrays(
+pub(super) fn arrays(
     scanner: &mut Scanner,
     (nodes, elements): (&Tags, &Tags),
     wanted: &Wanted,

@@ -17,7 +17,7 @@ use super::fault::Fault;
 const MOST_GROUPS: usize = 8;
 
 /// Reads the faces of all groups as one surface.
-pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
+pub(super) fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
     let text = encoding::text(bytes);
     let mut draft = Draft { origin: Origin::Line, ..Draft::default() };
     let (mut corners, mut faces) = (Vec::new(), Vec::new());

@@ -7,7 +7,7 @@ use super::encoding;
 use super::fault::Fault;
 
 /// Reads the polygons.
-pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
+pub(super) fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
     let text = encoding::text(bytes);
     let lines = text.lines().enumerate().map(|(number, line)| {
         let words = line.split('#').next().unwrap_or_default().split_whitespace();

@@ -71,7 +71,7 @@ enum Encoding {
 }
 
 /// Reads the elements `vertex` (x, y, z), `face` and `tristrips` (vertex_indices or vertex_index).
-pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
+pub(super) fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
     let is_text =
         encoding::first_lines(&bytes, 2).get(1).is_some_and(|line| line.to_ascii_lowercase().contains("ascii"));
     let bytes = if is_text { encoding::line_feeds(bytes) } else { bytes };

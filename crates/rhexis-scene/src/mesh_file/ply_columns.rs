@@ -5,10 +5,10 @@ use super::ply::{Element, Number, Property};
 use rhexis::components::Channel;
 
 /// Where texture coordinates, normals and colours stand among the properties of vertices, and what colours are divided by.
-pub struct Decorated(Vec<(Channel, Vec<usize>, f64)>);
+pub(super) struct Decorated(Vec<(Channel, Vec<usize>, f64)>);
 
 impl Decorated {
-    pub fn of(element: &Element) -> Self {
+    pub(super) fn of(element: &Element) -> Self {
         let place = |name: &&str| {
             let is_it = |property: &Property| property.count.is_none() && property.name.eq_ignore_ascii_case(name);
             element.properties.iter().position(is_it)
@@ -38,7 +38,7 @@ impl Decorated {
         Self(found)
     }
 
-    pub fn give(&self, row: u32, numbers: &[f64], draft: &mut Draft) {
+    pub(super) fn give(&self, row: u32, numbers: &[f64], draft: &mut Draft) {
         for (channel, places, full) in &self.0 {
             let mut own: Vec<f64> = places.iter().map(|&place| numbers[place] / full).collect();
             // A colour without an opacity is opaque.
@@ -47,20 +47,20 @@ impl Decorated {
         }
     }
 
-    pub fn names<'a>(&'a self, element: &'a Element) -> impl Iterator<Item = &'a str> {
+    pub(super) fn names<'a>(&'a self, element: &'a Element) -> impl Iterator<Item = &'a str> {
         self.0.iter().flat_map(|(_, places, _)| places).map(|&place| element.properties[place].name.as_str())
     }
 }
 
 /// The scalars of an element that a scene asks for: by their own names, or as a vector by the stem of `stem_x`, `stem_y`, `stem_z`.
-pub struct Arrays {
+pub(super) struct Arrays {
     /// For each property: which of `arrays`.
     of: Vec<Option<usize>>,
     arrays: Vec<Array>,
 }
 
 impl Arrays {
-    pub fn new(element: &Element, on: On, wanted: &Wanted, draft: &mut Draft) -> Self {
+    pub(super) fn new(element: &Element, on: On, wanted: &Wanted, draft: &mut Draft) -> Self {
         let mut arrays: Vec<Array> = Vec::new();
         let stem =
             |name: &str| name.strip_suffix(['x', 'y', 'z']).map(|stem| stem.trim_end_matches(['_', '.']).to_owned());
@@ -85,13 +85,13 @@ impl Arrays {
         Self { of, arrays }
     }
 
-    pub fn keep(&mut self, property: usize, value: f64, is_list: bool) {
+    pub(super) fn keep(&mut self, property: usize, value: f64, is_list: bool) {
         if let (Some(place), false) = (self.of[property], is_list) {
             self.arrays[place].values.push(value);
         }
     }
 
-    pub fn give(self, draft: &mut Draft) {
+    pub(super) fn give(self, draft: &mut Draft) {
         self.arrays.into_iter().for_each(|array| draft.arrays.push(array));
     }
 }

@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-6;
 ///
 /// # Errors
 /// For a polygon that crosses or overlaps itself.
-pub fn triangles(positions: &[DVec3], corners: &[u32]) -> Result<Vec<[u32; 3]>, String> {
+pub(super) fn triangles(positions: &[DVec3], corners: &[u32]) -> Result<Vec<[u32; 3]>, String> {
     let mut corners = corners.to_vec();
     // A quad with a corner twice in a row is how many programs write a triangle.
     if corners.len() > 3 {

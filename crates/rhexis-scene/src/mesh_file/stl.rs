@@ -13,7 +13,7 @@ const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
 /// Reads all solids as one surface; normals are not read, the order of the corners tells them.
-pub fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
+pub(super) fn parse(bytes: Vec<u8>, _: &Wanted) -> Result<Draft, Fault> {
     let claimed = bytes.get(80..HEADER).and_then(|count| <[u8; 4]>::try_from(count).ok()).map(u32::from_le_bytes);
     let binary_length = claimed.map(|count| HEADER + TRIANGLE * count as usize);
     // Binary headers may start with "solid" too: the length tells, or else that text has no zero bytes.

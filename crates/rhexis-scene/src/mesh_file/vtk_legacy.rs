@@ -10,7 +10,7 @@ use super::encoding;
 use super::fault::{Fault, line_of};
 
 /// Reads an unstructured grid or polygonal data.
-pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
+pub(super) fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
     let is_text = encoding::first_lines(&bytes, 3).get(2).is_some_and(|line| line.trim().eq_ignore_ascii_case("ascii"));
     let bytes = if is_text { encoding::line_feeds(bytes) } else { bytes };
     let mut file = Cursor { bytes: &bytes, at: 0, binary: false };
@@ -366,12 +366,12 @@ impl Cursor<'_> {
 }
 
 /// Whole numbers that a `u32` holds.
-pub fn index_list(numbers: &[f64]) -> Option<Vec<u32>> {
+pub(super) fn index_list(numbers: &[f64]) -> Option<Vec<u32>> {
     let whole = |number: &f64| number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(number);
     numbers.iter().all(whole).then(|| numbers.iter().map(|number| *number as u32).collect())
 }
 
 /// The pieces of `corners` between successive `offsets`.
-pub fn slices(offsets: &[u32], corners: &[u32]) -> Option<Vec<Vec<u32>>> {
+pub(super) fn slices(offsets: &[u32], corners: &[u32]) -> Option<Vec<Vec<u32>>> {
     offsets.windows(2).map(|ends| Some(corners.get(ends[0] as usize..ends[1] as usize)?.to_vec())).collect()
 }

@@ -21,7 +21,7 @@ use super::vtk_legacy::{index_list, slices};
 const MOST_INFLATION: usize = 128;
 
 /// Reads all pieces as one surface.
-pub fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
+pub(super) fn parse(bytes: Vec<u8>, wanted: &Wanted) -> Result<Draft, Fault> {
     let (text, appended) = split_appended(&bytes)?;
     let document = Document::parse(&text).map_err(|error| {
         Fault::at(error.pos().row as usize, format!("{error}; the XML is broken: save the file again"))

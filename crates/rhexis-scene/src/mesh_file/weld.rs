@@ -9,7 +9,7 @@ const LEAST_CELL: f64 = 4e-16;
 
 /// For each position the first one that lies within `tolerance` \[mm\] of it and is not itself joined to another. Linear in their
 /// number: those that stand for themselves keep apart, so that a cell holds few of them.
-pub fn representatives(positions: &[DVec3], tolerance: f64) -> Vec<u32> {
+pub(super) fn representatives(positions: &[DVec3], tolerance: f64) -> Vec<u32> {
     let largest = positions.iter().map(|p| p.abs().max_element()).filter(|x| x.is_finite()).fold(0.0, f64::max);
     let side = tolerance.max(LEAST_CELL * largest).max(f64::MIN_POSITIVE);
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
@@ -40,7 +40,7 @@ pub fn representatives(positions: &[DVec3], tolerance: f64) -> Vec<u32> {
 }
 
 /// How many vertices lie where another one does: within 1e-9 of the extent.
-pub fn coincident(positions: &[DVec3]) -> usize {
+pub(crate) fn coincident(positions: &[DVec3]) -> usize {
     let (low, high) =
         positions.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
     let joined = representatives(positions, 1e-9 * (high - low).max_element().max(0.0));

@@ -1,7 +1,6 @@
 //! The example is a test: it asserts a number at its end.
 
-// Its main function reads the command line, which here is the test's.
-#[allow(dead_code)]
+#[allow(dead_code, reason = "its main function is called by the example alone")]
 #[path = "../../examples/own_mesh.rs"]
 mod own_mesh;
 

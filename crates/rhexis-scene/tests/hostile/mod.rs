@@ -1,7 +1,7 @@
 //! What must hold whatever is given: shared by the tests that run everywhere and by the fuzz targets (`tests/fuzz`).
 //!
 //! Each function takes bytes from anywhere; it panics where the engine breaks a promise.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "shared: each that takes it in uses a part")]
 
 #[path = "../../../../tests/meshes/mod.rs"]
 mod meshes;

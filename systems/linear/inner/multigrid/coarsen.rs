@@ -9,7 +9,7 @@ use super::super::pattern::Pattern;
 use super::numbering::Numbering;
 
 /// No node of the coarser level.
-pub const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 /// Known not to be chosen.
 const PASSED: u32 = u32::MAX - 1;
@@ -19,7 +19,7 @@ const MOST: usize = 15;
 
 /// Scratch of the choice.
 #[derive(Debug, Default)]
-pub struct Coarsening {
+pub(super) struct Coarsening {
     /// Per row its node on the coarser level, or [`NONE`].
     pub node: Vec<u32>,
     /// Per node its row.
@@ -30,7 +30,7 @@ pub struct Coarsening {
 
 impl Coarsening {
     /// Chooses anew.
-    pub fn rebuild(&mut self, pattern: &Pattern, numbering: Numbering, is_boundary: &[bool]) {
+    pub(super) fn rebuild(&mut self, pattern: &Pattern, numbering: Numbering, is_boundary: &[bool]) {
         let n = pattern.row_count();
         empty(&mut self.node, n);
         self.node.resize(n, NONE);
@@ -59,7 +59,7 @@ impl Coarsening {
 
     /// Goes on after edits from the choice before them: rows that were added come last, nodes stay nodes. Of those that `is_near` an
     /// edit a row becomes one where no node is beside it, or, at a boundary, none of the boundary.
-    pub fn follow(&mut self, pattern: &Pattern, is_boundary: &[bool], is_near: impl Fn(usize) -> bool) {
+    pub(super) fn follow(&mut self, pattern: &Pattern, is_boundary: &[bool], is_near: impl Fn(usize) -> bool) {
         self.node.resize(pattern.row_count(), NONE);
         for row in (0..pattern.row_count()).filter(|&row| is_near(row)) {
             let is_covered = |near: u32| {
@@ -74,7 +74,7 @@ impl Coarsening {
     }
 
     /// The choice of these nodes among so many rows; `None` where they are not each once among them, and fewer.
-    pub fn of_nodes(nodes: &[u32], row_count: usize) -> Option<Self> {
+    pub(super) fn of_nodes(nodes: &[u32], row_count: usize) -> Option<Self> {
         let mut node = vec![NONE; row_count];
         for (n, &row) in (0..).zip(nodes) {
             let place = node.get_mut(row as usize).filter(|node| **node == NONE)?;

@@ -9,7 +9,7 @@ const LEAST_PIVOT: f64 = 1e-6;
 
 /// The factor.
 #[derive(Debug, Default)]
-pub struct Coarsest {
+pub(super) struct Coarsest {
     /// Rows of L, full ones.
     factor: Vec<f64>,
     b: Vec<f64>,
@@ -17,7 +17,7 @@ pub struct Coarsest {
 
 impl Coarsest {
     /// Factors a level's operator.
-    pub fn factor(&mut self, level: &Level) {
+    pub(super) fn factor(&mut self, level: &Level) {
         let count = level.pattern.row_count();
         let n = 3 * count;
         self.factor.clear();
@@ -54,7 +54,7 @@ impl Coarsest {
     }
 
     /// x = A⁻¹·r.
-    pub fn solve(&mut self, r: &[Vec4], x: &mut [Vec4]) {
+    pub(super) fn solve(&mut self, r: &[Vec4], x: &mut [Vec4]) {
         let n = self.b.len();
         let Self { factor, b } = self;
         for (b, r) in b.chunks_exact_mut(3).zip(r) {

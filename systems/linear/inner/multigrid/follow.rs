@@ -21,7 +21,7 @@ use crate::storage::{Topology, Triangles, Vertices};
 /// What levels are made of anew, beside the mesh: as they follow edits, they are not a function of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Choices {
+pub(super) struct Choices {
     /// What every level's numbering is made of.
     numbering: Vec<[u32; 2]>,
     /// Per level but the last the rows that are nodes of the next.
@@ -30,7 +30,7 @@ pub struct Choices {
 
 impl Hierarchy {
     /// The choices that the levels are made of.
-    pub fn choices(&self) -> Choices {
+    pub(super) fn choices(&self) -> Choices {
         Choices {
             numbering: self.levels.iter().map(|level| level.numbering.kept()).collect(),
             nodes: self.transfers.iter().map(|transfer| transfer.coarsening.row.clone()).collect(),
@@ -39,7 +39,7 @@ impl Hierarchy {
 
     /// Levels of these choices, with so many rows on the finest; all but the choices comes with [`follow`](Self::follow). `None` where no
     /// levels can have them.
-    pub fn of_choices(choices: &Choices, row_count: usize) -> Option<Self> {
+    pub(super) fn of_choices(choices: &Choices, row_count: usize) -> Option<Self> {
         let mut hierarchy = Self::default();
         let mut row_count = row_count;
         let mut nodes = choices.nodes.iter();
@@ -57,7 +57,7 @@ impl Hierarchy {
 
     /// Brings the levels up to edits, or makes of their choices what belongs to it. `false` where all is to be found anew, and what is here
     /// is of no use.
-    pub fn follow(
+    pub(super) fn follow(
         &mut self,
         partition: &Partition,
         order: &Order,

@@ -9,7 +9,7 @@ use super::transfer::Transfer;
 use crate::systems::kernels::block;
 
 /// The pattern of the coarser level.
-pub fn rebuild_pattern(coarse: &mut Pattern, fine: &Pattern, transfer: &Transfer) {
+pub(super) fn rebuild_pattern(coarse: &mut Pattern, fine: &Pattern, transfer: &Transfer) {
     let node_count = transfer.coarsening.row.len();
     // As many as on a regular grid.
     coarse.begin(node_count, 4 * node_count);
@@ -18,7 +18,7 @@ pub fn rebuild_pattern(coarse: &mut Pattern, fine: &Pattern, transfer: &Transfer
 }
 
 /// The same after edits: rows without any mark have the columns that they had.
-pub fn follow_pattern(coarse: &mut Pattern, fine: &Pattern, transfer: &Transfer, marks: &Marks) {
+pub(super) fn follow_pattern(coarse: &mut Pattern, fine: &Pattern, transfer: &Transfer, marks: &Marks) {
     let node_count = transfer.coarsening.row.len();
     coarse.renew(node_count, |node| !marks.is_any(node), |coarse, node| push_row(coarse, fine, transfer, node));
     coarse.finish();
@@ -31,7 +31,7 @@ fn push_row(coarse: &mut Pattern, fine: &Pattern, transfer: &Transfer, node: usi
 }
 
 /// The numbers of the coarser level, whose pattern and free axes stand.
-pub fn assemble(coarse: &mut Level, fine: &Level, transfer: &Transfer) {
+pub(super) fn assemble(coarse: &mut Level, fine: &Level, transfer: &Transfer) {
     let node_count = coarse.pattern.row_count();
     let Level { pattern, diagonal, lower, .. } = coarse;
     let pattern = &*pattern;

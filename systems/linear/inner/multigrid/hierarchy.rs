@@ -34,7 +34,7 @@ pub(super) const LEAST_GAIN: f64 = 0.7;
 
 /// The levels of a body.
 #[derive(Debug, Default)]
-pub struct Hierarchy {
+pub(super) struct Hierarchy {
     pub(super) levels: Vec<Level>,
     vectors: Vec<Vectors>,
     /// From every level to the next.
@@ -55,7 +55,7 @@ pub struct Hierarchy {
 
 impl Hierarchy {
     /// Finds levels, weights and patterns anew.
-    pub fn rebuild(
+    pub(super) fn rebuild(
         &mut self,
         partition: &Partition,
         order: &Order,
@@ -162,7 +162,7 @@ impl Hierarchy {
     }
 
     /// Takes the operator's numbers.
-    pub fn assemble(&mut self, partition: &Partition, matrix: &Matrix) {
+    pub(super) fn assemble(&mut self, partition: &Partition, matrix: &Matrix) {
         let Level { numbering, pattern, diagonal, lower, free, .. } = &mut self.levels[0];
         empty(lower, pattern.column.len());
         lower.resize(pattern.column.len(), block::ZERO);
@@ -184,7 +184,7 @@ impl Hierarchy {
     }
 
     /// Takes the numbers that the finest level of the same mesh has had; whether they fit.
-    pub fn set(&mut self, diagonal: &[Block], lower: &[Block], free: &[Vec4]) -> bool {
+    pub(super) fn set(&mut self, diagonal: &[Block], lower: &[Block], free: &[Vec4]) -> bool {
         let finest = &mut self.levels[0];
         let (rows, blocks) = (finest.pattern.row_count(), finest.pattern.column.len());
         if (diagonal.len(), lower.len(), free.len()) != (rows, blocks, rows) {
@@ -215,25 +215,25 @@ impl Hierarchy {
     }
 
     /// The finest level.
-    pub fn finest(&self) -> &Level {
+    pub(super) fn finest(&self) -> &Level {
         &self.levels[0]
     }
 
     /// The answer of a cycle on the finest level, by its rows.
-    pub fn answer(&self) -> &[Vec4] {
+    pub(super) fn answer(&self) -> &[Vec4] {
         &self.vectors[0].x
     }
 
     /// The first half of a cycle for the right-hand side `r` of the finest level: as much as it takes to know the scalar product of `r`
     /// with the answer, which is returned. A level's sweep and its adjoint, whose matrices are D + L and its transpose, add x·D·x to
     /// it, for the x that the first has left.
-    pub fn descend(&mut self, r: impl Fn(usize) -> Vec4 + Sync) -> f64 {
+    pub(super) fn descend(&mut self, r: impl Fn(usize) -> Vec4 + Sync) -> f64 {
         let of_sweeps: f64 = (0..self.above_twice()).map(|i| self.down(i, (i == 0).then_some(&r))).sum();
         if self.above_twice() == self.levels.len() { of_sweeps } else { of_sweeps + self.cycle_twice() }
     }
 
     /// The second half, back up to the finest level, after the first for the same `r`.
-    pub fn ascend(&mut self, r: impl Fn(usize) -> Vec4 + Sync) {
+    pub(super) fn ascend(&mut self, r: impl Fn(usize) -> Vec4 + Sync) {
         for i in (0..self.above_twice()).rev() {
             self.up(i, (i == 0).then_some(&r));
         }

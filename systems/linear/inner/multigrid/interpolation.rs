@@ -13,7 +13,7 @@ use smallvec::SmallVec;
 
 /// A row's nodes and their weights, which sum to one; unused ones have weight zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Parts {
+pub(super) struct Parts {
     /// Nodes.
     pub node: [u32; 3],
     /// Weights.
@@ -23,14 +23,14 @@ pub struct Parts {
 impl Parts {
     /// The nodes that count.
     #[inline(always)]
-    pub fn iter(&self) -> impl Iterator<Item = (usize, f32)> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, f32)> {
         (0..3).filter(|&i| self.weight[i] != 0.0).map(|i| (self.node[i] as usize, self.weight[i]))
     }
 }
 
 /// A row on the rest surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Place {
+pub(super) struct Place {
     /// Rest position \[mm\].
     pub position: DVec3,
     /// Normal, of any length.
@@ -58,14 +58,14 @@ struct Near {
 }
 
 /// Finds the weights anew. `node` says which rows are nodes.
-pub fn rebuild(parts: &mut Vec<Parts>, pattern: &Pattern, places: &[Place], node: &[u32]) {
+pub(super) fn rebuild(parts: &mut Vec<Parts>, pattern: &Pattern, places: &[Place], node: &[u32]) {
     super::super::empty(parts, node.len());
     parts.resize(node.len(), Parts::default());
     refresh(parts, pattern, places, node, |_| true);
 }
 
 /// Finds those of some rows anew.
-pub fn refresh(
+pub(super) fn refresh(
     parts: &mut [Parts],
     pattern: &Pattern,
     places: &[Place],

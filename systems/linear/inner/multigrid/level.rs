@@ -19,11 +19,11 @@ use crate::systems::parallel;
 use glam::Vec4;
 
 /// No axis prescribed.
-pub const FREE: Vec4 = Vec4::new(1.0, 1.0, 1.0, 0.0);
+pub(super) const FREE: Vec4 = Vec4::new(1.0, 1.0, 1.0, 0.0);
 
 /// The numbers of a level. Rows and columns of prescribed axes are zero.
 #[derive(Debug, Default)]
-pub struct Level {
+pub(super) struct Level {
     /// The order of the rows.
     pub numbering: Numbering,
     /// Where the blocks stand.
@@ -56,7 +56,7 @@ pub(super) struct Sweeps<B> {
 
 /// Vectors of a level.
 #[derive(Debug, Default)]
-pub struct Vectors {
+pub(super) struct Vectors {
     /// Right-hand side, where it is not the solver's \[N\].
     pub r: Vec<Vec4>,
     /// Answer \[mm\].
@@ -72,7 +72,7 @@ const RAISES: [f32; 4] = [1e-6, 1e-4, 1e-2, 1.0];
 
 impl Level {
     /// Zeroes prescribed rows and columns, makes the diagonal invertible and inverts it, mirrors the rest.
-    pub fn finish(&mut self) {
+    pub(super) fn finish(&mut self) {
         let Self { pattern, diagonal, lower, free, solid, flat, is_flat, .. } = self;
         parallel::for_rows(diagonal, |row, diagonal| {
             let own = block::mask(diagonal, free[row], free[row]);
@@ -109,7 +109,7 @@ impl Level {
     }
 
     /// x = (D + L)⁻¹·r; returns x·D·x.
-    pub fn forward(&self, x: &mut [Vec4], partials: &mut Vec<f64>, r: impl Fn(usize) -> Vec4 + Sync) -> f64 {
+    pub(super) fn forward(&self, x: &mut [Vec4], partials: &mut Vec<f64>, r: impl Fn(usize) -> Vec4 + Sync) -> f64 {
         if self.is_flat {
             return self.forward_with((&self.flat.lower, &self.flat), x, partials, r);
         }
@@ -140,7 +140,7 @@ impl Level {
     }
 
     /// Takes the places of its rows from the finer level, which rows of that they are being given.
-    pub fn take_places(&mut self, fine: &Self, rows: &[u32]) {
+    pub(super) fn take_places(&mut self, fine: &Self, rows: &[u32]) {
         empty(&mut self.places, rows.len());
         self.places.extend(rows.iter().map(|&row| fine.places[row as usize]));
         empty(&mut self.is_boundary, rows.len());
@@ -148,7 +148,7 @@ impl Level {
     }
 
     /// Whether sweeps allow for the blocks of the rows that are marked.
-    pub fn is_in_order(&self, marks: &Marks) -> bool {
+    pub(super) fn is_in_order(&self, marks: &Marks) -> bool {
         let rows = (0..self.pattern.row_count()).filter(|&row| marks.is_any(row));
         let mut blocks =
             rows.flat_map(|row| self.pattern.before(row).map(move |k| (row as u32, self.pattern.column[k])));
@@ -156,7 +156,7 @@ impl Level {
     }
 
     /// `left` = r − A·x after [`Level::forward`].
-    pub fn subtract(&self, x: &[Vec4], left: &mut [Vec4]) {
+    pub(super) fn subtract(&self, x: &[Vec4], left: &mut [Vec4]) {
         if self.is_flat {
             parallel::for_chunks(left, &Subtract { level: self, upper: &self.flat.upper, x });
         } else {
@@ -165,7 +165,7 @@ impl Level {
     }
 
     /// x = (D + U)⁻¹·(r − L·x).
-    pub fn backward(&self, x: &mut [Vec4], r: impl Fn(usize) -> Vec4 + Sync) {
+    pub(super) fn backward(&self, x: &mut [Vec4], r: impl Fn(usize) -> Vec4 + Sync) {
         if self.is_flat {
             return self.backward_with((&self.flat.lower, &self.flat), x, r);
         }

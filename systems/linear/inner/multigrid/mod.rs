@@ -31,7 +31,7 @@ use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
 use glam::DVec2;
 use hierarchy::Hierarchy;
-pub use state::MultigridState;
+pub(super) use state::MultigridState;
 
 /// To take the operator's numbers anew costs as much as so many iterations (5 to 8 from 5,000 to 150,000 triangles).
 const RENEWAL: f64 = 6.0;
@@ -41,7 +41,7 @@ const MOST_STRICT: u32 = 64;
 
 /// The levels and how old their numbers are.
 #[derive(Debug, Default)]
-pub struct Multigrid {
+pub(super) struct Multigrid {
     hierarchy: Hierarchy,
     has_levels: bool,
     /// Whether they were asked for since the last edits.
@@ -62,7 +62,7 @@ pub struct Multigrid {
 impl Multigrid {
     /// The triangles have changed: brings the levels up to them. `false` where there were some, but all is to be found anew: they
     /// want rows in good order.
-    pub fn follow(
+    pub(super) fn follow(
         &mut self,
         partition: &Partition,
         order: &Order,
@@ -78,12 +78,12 @@ impl Multigrid {
     }
 
     /// The triangles are others, or their rows.
-    pub fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         self.has_levels = false;
     }
 
     /// Before a solve: levels where there are none, and numbers where those of an earlier operator no longer serve.
-    pub fn prepare(
+    pub(super) fn prepare(
         &mut self,
         partition: &Partition,
         order: &Order,
@@ -111,7 +111,7 @@ impl Multigrid {
     }
 
     /// Takes the operator's numbers because those of an earlier one no longer serve.
-    pub fn renew(&mut self, partition: &Partition, matrix: &Matrix) {
+    pub(super) fn renew(&mut self, partition: &Partition, matrix: &Matrix) {
         // Where they were hardly worth keeping they are not kept for a while.
         self.strictness = if self.served <= 2 { (2 * self.strictness).clamp(4, MOST_STRICT) } else { 0 };
         self.strict = self.strictness;
@@ -125,18 +125,18 @@ impl Multigrid {
     }
 
     /// Whether the numbers are those of an earlier operator.
-    pub fn is_earlier(&self) -> bool {
+    pub(super) fn is_earlier(&self) -> bool {
         self.served > 0
     }
 
     /// Iterations at the most of a solve that is to reduce the residual to the part `gain` of itself: with more, numbers of an
     /// earlier operator are worse than new ones.
-    pub fn most(&self, gain: f64) -> u32 {
+    pub(super) fn most(&self, gain: f64) -> u32 {
         if self.served == 0 { u32::MAX } else { (self.rate * powers_of_ten(gain) + 2.0 * RENEWAL) as u32 }
     }
 
     /// After a solve that has reduced the residual to the part `gain` of itself.
-    pub fn has_served(&mut self, iterations: u32, gain: f64) {
+    pub(super) fn has_served(&mut self, iterations: u32, gain: f64) {
         // What is solved by its guess tells nothing.
         if iterations == 0 {
             return;

@@ -16,7 +16,7 @@ const ONE_PIECE: u32 = 31;
 
 /// The numbering of a level. A row has a *place* along the surface and its number in the sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Numbering {
+pub(super) struct Numbering {
     /// Rows.
     pub count: u32,
     /// Rows that stand in chunks; those after them were added later.
@@ -29,13 +29,13 @@ pub struct Numbering {
 
 impl Numbering {
     /// All rows in one piece.
-    pub fn single(count: usize) -> Self {
+    pub(super) fn single(count: usize) -> Self {
         let count = count as u32;
         Self { count, base: count, first: count, bits: ONE_PIECE }
     }
 
     /// Chunks that are as small as they can be for rows that have blocks with each other up to so many places away.
-    pub fn of_width(count: usize, width: u32) -> Self {
+    pub(super) fn of_width(count: usize, width: u32) -> Self {
         let bits = width.max(LEAST_SIZE).next_power_of_two().trailing_zeros();
         Self::of_chunks(count as u32, bits).unwrap_or(Self::single(count))
     }
@@ -48,12 +48,12 @@ impl Numbering {
     }
 
     /// What [`of_kept`](Self::of_kept) makes it of anew: rows in chunks, and their size as a power of two.
-    pub fn kept(&self) -> [u32; 2] {
+    pub(super) fn kept(&self) -> [u32; 2] {
         [self.base, self.bits]
     }
 
     /// The numbering of so many rows that was kept; `None` where there is none.
-    pub fn of_kept([base, bits]: [u32; 2], count: usize) -> Option<Self> {
+    pub(super) fn of_kept([base, bits]: [u32; 2], count: usize) -> Option<Self> {
         let count = u32::try_from(count).ok().filter(|&count| base <= count)?;
         let numbering = match bits {
             ONE_PIECE => Self::single(base as usize),
@@ -64,19 +64,19 @@ impl Numbering {
     }
 
     /// Adds rows at the end.
-    pub fn grow(&mut self, count: usize) {
+    pub(super) fn grow(&mut self, count: usize) {
         self.count = count as u32;
     }
 
     /// Rows of the first colour, of the second, and those that were added.
-    pub fn split<'a, T>(&self, rows: &'a mut [T]) -> [&'a mut [T]; 3] {
+    pub(super) fn split<'a, T>(&self, rows: &'a mut [T]) -> [&'a mut [T]; 3] {
         let (chunks, added) = rows.split_at_mut(self.base as usize);
         let (first, second) = chunks.split_at_mut(self.first as usize);
         [first, second, added]
     }
 
     /// Whether a sweep allows for a block of two rows.
-    pub fn may_meet(&self, a: u32, b: u32) -> bool {
+    pub(super) fn may_meet(&self, a: u32, b: u32) -> bool {
         let chunk =
             |row: u32| if row < self.first { (0, row >> self.bits) } else { (1, (row - self.first) >> self.bits) };
         let ((colour_a, chunk_a), (colour_b, chunk_b)) = (chunk(a), chunk(b));
@@ -84,13 +84,13 @@ impl Numbering {
     }
 
     /// Rows of a chunk.
-    pub fn size(&self) -> usize {
+    pub(super) fn size(&self) -> usize {
         1 << self.bits
     }
 
     /// The row at a place.
     #[inline(always)]
-    pub fn row(&self, place: u32) -> u32 {
+    pub(super) fn row(&self, place: u32) -> u32 {
         if place >= self.base {
             return place;
         }
@@ -100,7 +100,7 @@ impl Numbering {
 
     /// The place of a row.
     #[inline(always)]
-    pub fn place(&self, row: u32) -> u32 {
+    pub(super) fn place(&self, row: u32) -> u32 {
         if row >= self.base {
             return row;
         }

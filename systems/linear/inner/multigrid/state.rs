@@ -11,7 +11,7 @@ use glam::Vec4;
 /// The levels, the age of their numbers, and those of the finest.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct MultigridState {
+pub(crate) struct MultigridState {
     choices: Option<Choices>,
     is_used: bool,
     numbers: Option<Numbers>,
@@ -33,7 +33,7 @@ struct Numbers {
 
 impl Multigrid {
     /// What a snapshot keeps. `is_current`: no edit has changed the triangles since the levels were brought up to them.
-    pub fn state(&self, is_current: bool) -> MultigridState {
+    pub(crate) fn state(&self, is_current: bool) -> MultigridState {
         let &Self { ref hierarchy, has_levels, is_used, has_numbers, served, rate, excess, strict, strictness } = self;
         let choices = has_levels.then(|| hierarchy.choices());
         let numbers = (has_levels && has_numbers && is_current).then(|| {
@@ -46,7 +46,7 @@ impl Multigrid {
 
     /// The cycle of a state. `is_current`: its levels are those of these triangles, and not of some before edits. `None` where they cannot
     /// be.
-    pub fn of_state(
+    pub(crate) fn of_state(
         state: &MultigridState,
         is_current: bool,
         partition: &Partition,

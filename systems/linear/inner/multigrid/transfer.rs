@@ -11,7 +11,7 @@ use glam::Vec4;
 
 /// From a level to the next coarser one.
 #[derive(Debug, Default)]
-pub struct Transfer {
+pub(super) struct Transfer {
     /// Which rows are nodes.
     pub coarsening: Coarsening,
     /// The nodes of every row.
@@ -29,12 +29,12 @@ pub struct Transfer {
 
 impl Transfer {
     /// With this choice of nodes; the rest comes with [`follow`](Self::follow).
-    pub fn of(coarsening: Coarsening) -> Self {
+    pub(super) fn of(coarsening: Coarsening) -> Self {
         Self { coarsening, ..Self::default() }
     }
 
     /// Sorts the parts of the rows by nodes.
-    pub fn sort(&mut self) {
+    pub(super) fn sort(&mut self) {
         let node_count = self.coarsening.row.len();
         empty(&mut self.start, node_count + 1);
         self.start.resize(node_count + 1, 0);
@@ -59,7 +59,7 @@ impl Transfer {
     }
 
     /// Gives the nodes, which stand in the order of their places, their rows in a numbering.
-    pub fn renumber(&mut self, numbering: Numbering) {
+    pub(super) fn renumber(&mut self, numbering: Numbering) {
         let by_place = &self.coarsening.row;
         empty(&mut self.by_row, by_place.len());
         self.by_row.extend((0..by_place.len() as u32).map(|row| by_place[numbering.place(row) as usize]));
@@ -73,7 +73,7 @@ impl Transfer {
 
     /// After edits: finds the parts anew of rows two edges about those that are marked, as it takes for what rows have near them.
     /// Leaves marks on the nodes whose rows of the next level may have other columns.
-    pub fn follow(&mut self, pattern: &Pattern, places: &[Place], marks: &Marks, of_nodes: &mut Marks) {
+    pub(super) fn follow(&mut self, pattern: &Pattern, places: &[Place], marks: &Marks, of_nodes: &mut Marks) {
         self.parts.resize(places.len(), Parts::default());
         of_nodes.clear(self.coarsening.row.len());
         self.near.spread_from(marks, pattern);
@@ -93,12 +93,12 @@ impl Transfer {
 
     /// Rows that hang on a node, and their weights.
     #[inline(always)]
-    pub fn support(&self, node: usize) -> &[(u32, f32)] {
+    pub(super) fn support(&self, node: usize) -> &[(u32, f32)] {
         &self.support[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
     /// `coarse` = Pᵀ·fine.
-    pub fn restrict(&self, fine: &[Vec4], coarse: &mut [Vec4]) {
+    pub(super) fn restrict(&self, fine: &[Vec4], coarse: &mut [Vec4]) {
         parallel::for_rows(coarse, |node, sum| {
             *sum = Vec4::ZERO;
             for &(row, weight) in self.support(node) {
@@ -108,7 +108,7 @@ impl Transfer {
     }
 
     /// fine += P·coarse.
-    pub fn prolong(&self, coarse: &[Vec4], fine: &mut [Vec4]) {
+    pub(super) fn prolong(&self, coarse: &[Vec4], fine: &mut [Vec4]) {
         parallel::for_rows(fine, |row, x| {
             let Parts { node: [a, b, c], weight: [u, v, w] } = self.parts[row];
             *x += coarse[a as usize] * u + coarse[b as usize] * v + coarse[c as usize] * w;

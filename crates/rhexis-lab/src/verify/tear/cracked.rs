@@ -20,7 +20,7 @@ use rhexis_scene::generate::{self, GenerateError};
 
 /// How a mesh is laid out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pattern {
+pub(super) enum Pattern {
     /// Cells of two triangles with alternating diagonals.
     Structured,
     /// The same with inner vertices moved at random.
@@ -31,10 +31,10 @@ pub enum Pattern {
 
 impl Pattern {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Structured, Self::Jittered, Self::Unstructured];
+    pub(super) const ALL: [Self; 3] = [Self::Structured, Self::Jittered, Self::Unstructured];
 
     /// For tables.
-    pub fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Structured => "structured",
             Self::Jittered => "jittered",
@@ -47,7 +47,7 @@ impl Pattern {
     ///
     /// # Errors
     /// For sizes that are no lengths, and too many triangles.
-    pub fn mesh(self, size: DVec2, edge: f64) -> Result<TriangleMesh, GenerateError> {
+    pub(super) fn mesh(self, size: DVec2, edge: f64) -> Result<TriangleMesh, GenerateError> {
         // Half a square cell with this side has the area of the equilateral triangle.
         let cell = edge * (0.75_f64.sqrt()).sqrt();
         // Even numbers, so that a line of edges runs along the middle.
@@ -69,7 +69,7 @@ const UNSTRUCTURED: f64 = 0.99;
 
 /// What is torn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tissue {
+pub(super) struct Tissue {
     /// Elastic constants and thickness.
     pub material: Material,
     /// Fibre angle from x \[°\].
@@ -79,26 +79,26 @@ pub struct Tissue {
 }
 
 /// One toughness in all directions \[N/mm\].
-pub fn even(toughness: f64) -> Toughness {
+pub(super) fn even(toughness: f64) -> Toughness {
     Toughness { along: toughness, across: toughness }
 }
 
 impl Tissue {
     /// An isotropic one, 3 MPa, 0.1 mm thick, which breaks at `strength` \[MPa\] averaged over `radius` \[mm\].
-    pub fn isotropic(strength: f64, radius: f64) -> Self {
+    pub(super) fn isotropic(strength: f64, radius: f64) -> Self {
         let tearing = Tearing { strength_fibre: strength, strength_transverse: strength, radius, ..Tearing::default() };
         Self { material: Material::isotropic(3.0, 0.3, 0.1), fibre_degrees: 0.0, tearing }
     }
 
     /// A body of it on a mesh, kept in its plane.
-    pub fn membrane(&self, mesh: TriangleMesh) -> Membrane {
+    pub(super) fn membrane(&self, mesh: TriangleMesh) -> Membrane {
         let membrane = Membrane::new("sheet", mesh, self.material).planar();
         membrane.fibres(Fibres::at_degrees(self.fibre_degrees)).with(self.tearing)
     }
 }
 
 /// Two opposite sides of a square clamped in grips that have moved apart: x = 0 by −`u` and x = `side` by `u` \[mm\].
-pub fn between_grips(membrane: Membrane, side: f64, u: f64) -> Membrane {
+pub(super) fn between_grips(membrane: Membrane, side: f64, u: f64) -> Membrane {
     let grip =
         |name: &str, at: f64, by: f64| bodies::hold(&membrane, name, move |p| (p.x == at).then_some(DVec3::X * by));
     let (left, right) = (grip("left", 0.0, -u), grip("right", side, u));
@@ -107,7 +107,7 @@ pub fn between_grips(membrane: Membrane, side: f64, u: f64) -> Membrane {
 
 /// A rectangle from the origin to `size` \[mm\] under even tension along y, `stress` \[MPa\] in tissue of `thickness` \[mm\]. Its
 /// feet are held as statics needs, without a reaction.
-pub fn under_tension(membrane: Membrane, size: DVec2, stress: f64, thickness: f64) -> Membrane {
+pub(super) fn under_tension(membrane: Membrane, size: DVec2, stress: f64, thickness: f64) -> Membrane {
     let side = |y: f64| {
         let mut rows = membrane.select(|p| p.y == y);
         let x = |row: &u32| membrane.mesh().positions[*row as usize].x;
@@ -131,13 +131,13 @@ pub fn under_tension(membrane: Membrane, size: DVec2, stress: f64, thickness: f6
 }
 
 /// Refinement to so many edges per averaging radius, up to `margin` \[mm\] beyond it, of as many triangles as that takes.
-pub fn refined(edges_per_radius: f64, margin: f64) -> Refinement {
+pub(super) fn refined(edges_per_radius: f64, margin: f64) -> Refinement {
     Refinement { edges_per_radius, margin: Some(margin), budget: 100.0, ..Refinement::default() }
 }
 
 /// A tip as the criterion sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tip {
+pub(super) struct Tip {
     /// Where it is \[mm\].
     pub at: DVec2,
     /// Unit direction in which the crack has come.
@@ -175,18 +175,18 @@ impl Tip {
     }
 
     /// Angle \[°\] by which the criterion turns from the crack's direction, counter-clockwise.
-    pub fn kink(&self) -> f64 {
+    pub(super) fn kink(&self) -> f64 {
         self.ahead.angle_to(self.direction).to_degrees()
     }
 
     /// The same by energy; no number where there is none.
-    pub fn kink_by_energy(&self) -> f64 {
+    pub(super) fn kink_by_energy(&self) -> f64 {
         self.by_energy.map_or(f64::NAN, |(direction, _)| self.ahead.angle_to(direction).to_degrees())
     }
 }
 
 /// A sheet with a crack.
-pub struct Cracked {
+pub(super) struct Cracked {
     /// The simulation.
     pub simulation: Simulation,
     /// Its only body.
@@ -198,7 +198,7 @@ impl Cracked {
     ///
     /// # Errors
     /// If the body or the cut is refused.
-    pub fn new(membrane: Membrane, crack: [DVec2; 2]) -> Result<Self, VerifyError> {
+    pub(super) fn new(membrane: Membrane, crack: [DVec2; 2]) -> Result<Self, VerifyError> {
         let settings = Settings { threads: 1, preconditioner: Preconditioner::Cholesky, ..Settings::default() };
         let (mut simulation, body) = bodies::simulate(settings, membrane)?;
         simulation.cut(body, &crack.map(|p| p.extend(0.0)))?;
@@ -209,7 +209,7 @@ impl Cracked {
     ///
     /// # Errors
     /// Where the solve fails.
-    pub fn solve(&mut self) -> Result<Linear, VerifyError> {
+    pub(super) fn solve(&mut self) -> Result<Linear, VerifyError> {
         bodies::linear(&mut self.simulation, self.body)
     }
 
@@ -217,7 +217,7 @@ impl Cracked {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn tips(&self, toughness: Toughness) -> Result<Vec<Tip>, VerifyError> {
+    pub(super) fn tips(&self, toughness: Toughness) -> Result<Vec<Tip>, VerifyError> {
         type Query<'a> = ((&'a Vertices, &'a Triangles, &'a Topology), (&'a Tips, &'a Tearing));
         let mut query = self.simulation.world().query_one::<Query>(self.body);
         let ((vertices, triangles, topology), (tips, tearing)) =

@@ -18,7 +18,7 @@ struct Tear {
     dt: Option<f64>,
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-energy");
     for tear in [
         Tear { name: "45°, dynamic", scene: "fig2-tear", dt: None },

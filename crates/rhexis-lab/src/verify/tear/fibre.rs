@@ -5,7 +5,7 @@ use super::square::{Square, Tissue};
 use glam::DVec2;
 use std::f64::consts::FRAC_PI_2;
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-fibre");
     // Three edges per averaging radius.
     let mesh = "{ grid = { width = 30, height = 30, nx = 76, ny = 64 } }";

@@ -78,7 +78,7 @@ struct Torn {
     is_free: bool,
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-flap");
     let mut lines = Vec::new();
     // The one that bends takes longer steps.

@@ -64,7 +64,7 @@ impl Slant {
     }
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-kink");
     let (name, text) = file!("kink.csv");
     let unit = TENSION * (PI * HALF).sqrt();

@@ -56,7 +56,7 @@ enum Load {
     Grips(f64),
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-load");
     let sheets = sheets()?;
     let (sheets, patterns, edges) = match out.is_quick() {

@@ -20,7 +20,7 @@ const SAME: f64 = 1e-6;
 
 /// A kind of mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub(crate) enum Kind {
     Structured,
     Rotated,
     Jittered,
@@ -29,10 +29,10 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 4] = [Self::Structured, Self::Rotated, Self::Jittered, Self::Unstructured];
+    pub(crate) const ALL: [Self; 4] = [Self::Structured, Self::Rotated, Self::Jittered, Self::Unstructured];
 
     /// As a scene file writes it.
-    pub fn mesh(self, cells: u32) -> String {
+    pub(crate) fn mesh(self, cells: u32) -> String {
         // As many equilateral triangles as there are halves of square cells.
         let edge = 30.0 / f64::from(cells) * (2.0 / 3.0_f64.sqrt()).sqrt();
         let square = "corners = [[0, 0], [30, 0], [30, 30], [0, 30]]";
@@ -92,17 +92,17 @@ impl Torn {
 }
 
 /// The dynamic scene, free mode.
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     table(out, "tear-mesh", "fig2-tear", "free")
 }
 
 /// Equilibria, free mode.
-pub fn stable(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn stable(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     table(out, "tear-mesh-stable", "fig2-tear-stable", "free")
 }
 
 /// The dynamic scene, edge mode.
-pub fn edge(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn edge(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     table(out, "tear-mesh-edge", "fig2-tear", "edge")
 }
 

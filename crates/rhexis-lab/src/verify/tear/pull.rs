@@ -17,7 +17,7 @@ const MOST: f64 = 100.0;
 const TOLERANCE: f64 = 1e-9;
 
 /// The sheet.
-pub struct Pulled {
+pub(super) struct Pulled {
     simulation: Simulation,
     body: Entity,
     time: f64,
@@ -25,7 +25,7 @@ pub struct Pulled {
 
 /// One start with the way of its tip, in the rest shape \[mm\].
 #[derive(Clone, Debug, Default)]
-pub struct Start {
+pub(super) struct Start {
     /// From the first place of the tip on.
     pub path: Vec<DVec2>,
     tip: TipKey,
@@ -33,7 +33,7 @@ pub struct Start {
 
 /// What has come of it.
 #[derive(Clone, Debug, Default)]
-pub struct Torn {
+pub(super) struct Torn {
     /// Force of a grip \[N\] in the equilibrium at which the first tear started.
     pub force: f64,
     /// Tips by starts, in order.
@@ -44,14 +44,14 @@ pub struct Torn {
 
 impl Torn {
     /// The tears as lines of a picture.
-    pub fn lines(&self, name: &str) -> Vec<Line> {
+    pub(super) fn lines(&self, name: &str) -> Vec<Line> {
         self.starts.iter().map(|start| Line { name: name.to_owned(), points: start.path.clone() }).collect()
     }
 }
 
 impl Pulled {
     /// Grips at x = ±`half` \[mm\].
-    pub fn new(sheet: Membrane, half: f64) -> Result<Self, VerifyError> {
+    pub(super) fn new(sheet: Membrane, half: f64) -> Result<Self, VerifyError> {
         let grip = |name: &str, side: f64| {
             let curve = Curve::ramp(MOST, MOST).unwrap_or_else(|_| Curve::constant(0.0));
             let is_held = move |p: DVec3| (p.x * side > half - 1e-9).then_some(DVec3::X * side);
@@ -64,7 +64,7 @@ impl Pulled {
     }
 
     /// The displacement of a grip \[mm\] at which it would have so much force \[N\], by that at a small one.
-    pub fn guess(&mut self, force: f64) -> Result<f64, VerifyError> {
+    pub(super) fn guess(&mut self, force: f64) -> Result<f64, VerifyError> {
         let small = 1e-2;
         self.go_to(small)?;
         Ok(small * force / self.force()?)
@@ -72,7 +72,7 @@ impl Pulled {
 
     /// Draws on from one displacement in steps \[mm\] until a tear has started, then lets it go as far as it goes there in so many
     /// rounds. The displacement is at most three times the first.
-    pub fn until_torn(&mut self, from: f64, step: f64, rounds: u32) -> Result<Torn, VerifyError> {
+    pub(super) fn until_torn(&mut self, from: f64, step: f64, rounds: u32) -> Result<Torn, VerifyError> {
         let mut torn = Torn::default();
         let mut to = from;
         while torn.starts.is_empty() && to < 3.0 * from.max(1e-9) + 100.0 * step {

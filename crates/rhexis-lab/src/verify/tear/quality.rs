@@ -55,7 +55,7 @@ impl Figures {
     }
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-quality");
     let (tissues, cells) = if out.is_quick() { (&TISSUES[..1], 40) } else { (&TISSUES[..], CELLS) };
     for kind in Kind::ALL {

@@ -21,7 +21,7 @@ struct Curve {
     release: Vec<f64>,
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-release");
     let (name, text) = file!("energy_release.json");
     let file = Json::new(name, text)?;

@@ -22,7 +22,7 @@ const WIDE: f64 = 135.0;
 /// The run ends here \[°\].
 const NARROWEST: f64 = 95.0;
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-shape");
     two_points(&mut rows, out)?;
     forbidden(&mut rows, out)?;

@@ -19,7 +19,7 @@ fn toughness(strength: f64, irwin: f64) -> f64 {
     irwin * strength * strength / YOUNG
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-start");
     dog_bone(&mut rows, out)?;
     notches(&mut rows, out)?;

@@ -17,7 +17,7 @@ const RADIUS: f64 = 1.0;
 /// Edges per R at the tip and far from it.
 const EDGES: [f64; 2] = [3.0, 1.0];
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-strip");
     let patterns = if out.is_quick() { &Pattern::ALL[..1] } else { &Pattern::ALL[..] };
     let tissue = Tissue::isotropic(1.0, RADIUS);

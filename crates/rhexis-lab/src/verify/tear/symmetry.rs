@@ -13,7 +13,7 @@ const HALF_TURN: Image = |p| DVec2::splat(SIDE) - p;
 
 type Image = fn(DVec2) -> DVec2;
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-symmetry");
     let all = [[30, 26], [40, 40]];
     for cells in if out.is_quick() { &all[..1] } else { &all[..] } {

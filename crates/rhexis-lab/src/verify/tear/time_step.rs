@@ -42,7 +42,7 @@ impl Run {
     }
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-time-step");
     // Along the fibre; free to bend, since the notch is off the middle; between the fibre and the pull, without a cusp of the
     // threshold that would make the tear jump between two directions.

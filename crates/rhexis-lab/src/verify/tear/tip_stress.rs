@@ -26,7 +26,7 @@ struct Square {
     release: f64,
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-tip-stress");
     let (name, text) = file!("tip_disc_average.json");
     let file = Json::new(name, text)?;

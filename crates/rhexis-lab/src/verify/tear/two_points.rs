@@ -41,7 +41,7 @@ struct Pull {
     form: f64,
 }
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("tear-two-points");
     let changes = [
         format!(

@@ -72,15 +72,15 @@ const FIBRES: [Trouser; 7] = [
     Trouser { name: "fibres at 90°, α = 1", fibres: Some([90.0, 2.0, 1.0]), ..PLAIN },
 ];
 
-pub fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     all("tear-trouser", &CASES, out)
 }
 
-pub fn meshes(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn meshes(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     all("tear-trouser-mesh", &MESHES, out)
 }
 
-pub fn fibres(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
+pub(crate) fn fibres(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     all("tear-trouser-fibre", &FIBRES, out)
 }
 

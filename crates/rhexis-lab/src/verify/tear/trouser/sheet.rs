@@ -14,11 +14,11 @@ use rhexis::storage::{Tips, TriangleMesh, Vertices};
 use rhexis_scene::generate::{self, GenerateError};
 
 /// Width and length of the sheet, and length of its legs \[mm\].
-pub const WIDTH: f64 = 12.0;
-pub const LENGTH: f64 = 30.0;
-pub const LEGS: f64 = 12.0;
+pub(super) const WIDTH: f64 = 12.0;
+pub(super) const LENGTH: f64 = 30.0;
+pub(super) const LEGS: f64 = 12.0;
 /// Held at the inner corners of the legs, so that they pull along the line of the tear \[mm\].
-pub const HELD: f64 = 1.5;
+pub(super) const HELD: f64 = 1.5;
 /// Size of triangles far from the tip \[mm\].
 const COARSE: f64 = 1.0;
 /// Speed of either hand across the sheet \[mm/ms\]: the tear goes as fast.
@@ -31,13 +31,13 @@ const DRAG: f64 = 4e-7;
 /// Steps are long where the criterion, √(G/G_c), is below this: long ones raise it by less than what is left.
 const TAUT: f64 = 0.85;
 const SLACK_STEP: f64 = 5.0;
-pub const THICKNESS: f64 = 0.1;
+pub(super) const THICKNESS: f64 = 0.1;
 /// Toughness \[N/mm\].
-pub const TOUGHNESS: f64 = 0.05;
+pub(super) const TOUGHNESS: f64 = 0.05;
 
 /// How the triangles lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Triangles {
+pub(super) enum Triangles {
     /// Cells with alternating diagonals.
     Alternating,
     /// Cells with all diagonals one way: no mirror image of themselves about the tear.
@@ -71,7 +71,7 @@ impl Triangles {
 
 /// A sheet that is torn.
 #[derive(Clone, Copy, Debug)]
-pub struct Trouser {
+pub(super) struct Trouser {
     pub name: &'static str,
     pub triangles: Triangles,
     /// Size of the triangles around the tip \[mm\].
@@ -90,7 +90,7 @@ pub struct Trouser {
 
 /// The state before a step in which the tear advanced.
 #[derive(Clone, Copy, Debug)]
-pub struct Pull {
+pub(super) struct Pull {
     /// Mean pull of a leg \[N\].
     pub force: f64,
     /// What it rose by in the step before \[N\].
@@ -107,7 +107,7 @@ pub struct Pull {
 
 /// What a tear has shown.
 #[derive(Clone, Debug, Default)]
-pub struct Torn {
+pub(super) struct Torn {
     pub pulls: Vec<Pull>,
     /// From the end of the cut on \[mm\].
     pub path: Vec<DVec2>,
@@ -145,7 +145,7 @@ impl Trouser {
     ///
     /// # Errors
     /// If the scene is refused or a step fails.
-    pub fn tear(&self) -> Result<Torn, VerifyError> {
+    pub(super) fn tear(&self) -> Result<Torn, VerifyError> {
         let pace = self.pace();
         let most = MOST / pace;
         let settings = Settings { threads: 1, preconditioner: Preconditioner::Cholesky, ..Settings::default() };
@@ -194,7 +194,7 @@ impl Trouser {
     }
 
     /// Part of the hands' usual speed: stiffer and tougher legs come taut in less time of their way.
-    pub fn pace(&self) -> f64 {
+    pub(super) fn pace(&self) -> f64 {
         (self.toughness / TOUGHNESS / self.young).clamp(0.3, 1.0)
     }
 }

@@ -10,7 +10,7 @@ const STEP: f64 = 0.05;
 const FINE: f64 = 0.02;
 
 /// The path that theory gives to a tear.
-pub struct Path {
+pub(super) struct Path {
     /// From the end of the cut on \[mm\], to the right.
     points: Vec<DVec2>,
     /// Pull of a leg at each of them, of legs that do not stretch \[N\].
@@ -33,12 +33,12 @@ impl Trouser {
     }
 
     /// Where it turns at first: both legs pull along the cut.
-    pub fn first_direction(&self) -> f64 {
+    pub(super) fn first_direction(&self) -> f64 {
         self.best([0.0; 2])
     }
 
     /// Whether theory has the tear turn on after its first advance, by more than a degree.
-    pub fn turns(&self) -> bool {
+    pub(super) fn turns(&self) -> bool {
         let first = self.first_direction();
         let ahead = DVec2::new(first.sin(), first.cos()) * LEGS;
         (self.direction(ahead, first) - first).abs() > 1_f64.to_radians()
@@ -47,7 +47,7 @@ impl Trouser {
     /// The direction from a place aside of and ahead of the end of the cut, for a tear that has come in the direction `psi`: the last
     /// directions ψᵢ are those of the shortest ways within the legs from grip to tip. On the side from which the tear turns away that
     /// leads round the end of the cut and along its lip, on the other it is straight.
-    pub fn direction(&self, at: DVec2, psi: f64) -> f64 {
+    pub(super) fn direction(&self, at: DVec2, psi: f64) -> f64 {
         self.best([psi, straight(at)])
     }
 }
@@ -59,7 +59,7 @@ fn straight(tip: DVec2) -> f64 {
 
 impl Path {
     /// So many mm of it at the most.
-    pub fn new(trouser: &Trouser, length: f64) -> Self {
+    pub(super) fn new(trouser: &Trouser, length: f64) -> Self {
         let start = DVec2::new(0.0, LENGTH - LEGS);
         let (mut tip, mut psi) = (DVec2::ZERO, 0.0);
         let (mut points, mut pulls) = (vec![start], Vec::new());
@@ -75,12 +75,12 @@ impl Path {
     }
 
     /// The pull of a leg after so many mm of tear \[N\]; not a number beyond its end.
-    pub fn pull(&self, torn: f64) -> f64 {
+    pub(super) fn pull(&self, torn: f64) -> f64 {
         self.pulls.get((torn / STEP) as usize).copied().unwrap_or(f64::NAN)
     }
 
     /// The largest distance of points from it \[mm\], on either side.
-    pub fn off(&self, path: &[DVec2]) -> f64 {
+    pub(super) fn off(&self, path: &[DVec2]) -> f64 {
         let side = path.last().map_or(1.0, |p| 1.0_f64.copysign(p.x));
         let distance = |p: &DVec2| {
             let p = DVec2::new(p.x * side, p.y);
