@@ -277,6 +277,7 @@ fn stitch(inner: &Ring, outer: &Ring, triangles: &mut Vec<[u32; 3]>) {
 }
 
 /// SplitMix64 (Steele, Lea, Flood 2014): the same numbers for a seed on any machine and with any version of any crate.
+#[doc(hidden)]
 pub struct Random(u64);
 
 impl Random {
@@ -295,6 +296,7 @@ impl Random {
 }
 
 /// A length \[mm\] above zero, or the error that names it.
+#[doc(hidden)]
 pub fn length(what: &'static str, value: f64) -> Result<f64, GenerateError> {
     if value > 0.0 && value.is_finite() { Ok(value) } else { Err(GenerateError::Length { what, value }) }
 }
@@ -304,6 +306,7 @@ fn at_least(what: &'static str, value: usize, least: usize) -> Result<(), Genera
 }
 
 /// A number of triangles that is not too large.
+#[doc(hidden)]
 pub fn bounded(triangle_count: Option<usize>) -> Result<usize, GenerateError> {
     triangle_count.filter(|count| *count <= MOST_TRIANGLES).ok_or(GenerateError::TooMany)
 }

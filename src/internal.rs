@@ -1,8 +1,8 @@
 //! What the crates of this workspace share with the engine. It is no part of the public interface and may change in any version.
 
 pub use crate::generate::{Random, bounded, length};
-pub use crate::snapshot::fingerprint;
-pub use crate::storage::{THINNEST, by_corners, slenderness};
+pub use crate::snapshot::hash::sum as fingerprint;
+pub use crate::storage::mesh::{THINNEST, by_corners, slenderness};
 
 /// Reading files that a user names.
 pub mod source {

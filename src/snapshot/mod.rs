@@ -19,7 +19,7 @@ mod error;
 mod factor;
 #[cfg(feature = "snapshot")]
 pub(crate) mod handle;
-mod hash;
+pub(crate) mod hash;
 mod saved;
 
 #[cfg(feature = "snapshot")]
@@ -27,7 +27,6 @@ pub(crate) use check::check_spawned;
 pub use error::SnapshotError;
 pub use hash::StateHash;
 pub(crate) use hash::hash_of;
-pub use hash::sum as fingerprint;
 pub(crate) use saved::{Saved, is_ours, strip};
 
 use crate::event::Event;
