@@ -149,6 +149,10 @@ pub struct Settings {
     /// How often a dynamic step is taken up again after tears have advanced by less than `max_tear_speed` allows: each time one
     /// more solve and one more advance per tip. With 0 a tip makes one advance per step.
     pub resumes: u32,
+    /// Further solves at the most from where a linearly implicit step leads, if it would create energy: Newton's method along the projected
+    /// tangent with a line search on the incremental potential, for the bodies that need it. What would still create energy is retried in
+    /// halves.
+    pub corrections: u32,
     /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. What
     /// would still create energy then goes only a part of its way.
     pub halvings: u32,
@@ -176,6 +180,7 @@ impl Default for Settings {
             newton_tolerance: 1e-9,
             static_iterations: 60,
             resumes: 8,
+            corrections: 6,
             halvings: 4,
             budget: None,
             threads: 0,

@@ -17,7 +17,9 @@
 //! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
 //! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
 //! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
-//! a share of the energy in the body is refused, and [retried in halves](crate::settings::Settings::halvings).
+//! a share of the energy in the body is [solved further](crate::settings::Settings::corrections) from where it leads, with the projected
+//! tangent and a [line search](line_search); where that does not end below the share, it is refused, and
+//! [retried in halves](crate::settings::Settings::halvings).
 //!
 //! Damping dissipates what it takes: W has the work of the stress that the earlier solves' way has left along the way
 //! of this one. So does drag, whose work along the way is no load's.
@@ -27,6 +29,7 @@
 mod bound;
 mod folds;
 mod lanes;
+mod line_search;
 pub mod nonlinear;
 mod patch;
 mod place;
@@ -36,6 +39,7 @@ use super::linear::{Folds, Operator, reactions};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
     Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
+    partly,
 };
 use crate::math::{ElementState, FibreLaw, Orthotropic, Sym2};
 use crate::report::{GuardCause, GuardPlace};
@@ -118,8 +122,10 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
-            let spike = if step.is_retried || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
-            let SolverScratch { free, partials, pairs, left_over, unseen, .. } = &mut *scratch;
+            let spike = if step.is_retried || step.is_correction || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
+            let is_used_up = step.budget.is_some_and(|budget| scratch.work >= budget);
+            let may_correct = step.corrections > 0 && !is_used_up;
+            let SolverScratch { free, partials, pairs, left_over, unseen, to_correct, .. } = &mut *scratch;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
             let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
             let solved = Solved {
@@ -135,11 +141,13 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 drag,
                 rate,
             };
-            let most = SHARE * solved.energy(stored, tautness.slack, partials);
+            // What the solve before has created is in the body where this one starts, and it is to take it away.
+            let is_corrected = to_correct.is_some();
+            let most = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(stored, tautness.slack, partials));
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
-            let mut before = left_over.min(most);
+            let mut before = if is_corrected { *left_over } else { left_over.min(most) };
             *unseen = unseen.min(UNSEEN * most);
-            let bound = if fibres.is_some() || folds.is_some() || is_damped_before {
+            let bound = if is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
                 f64::INFINITY
             } else {
                 bound((increment, triangles, frames), (stored, tautness.stiffest), partials, pairs)
@@ -155,12 +163,13 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 before += *unseen * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
                 *unseen = 0.0;
             }
+            let bearable = most;
             let most = most - *unseen;
-            let before = before.min(most);
+            let before = if is_corrected { before } else { before.min(most) };
             let (mut part, mut sum, mut place) = (1.0, before + more + work, None);
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
-            if !(sum <= most) {
+            if !(sum <= most) && !(may_correct && is_corrected) {
                 place = Some(solved.place(work, more + work, holders, partials));
             }
             let mut patch = None;
@@ -171,13 +180,27 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 });
                 (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
             }
-            if step.is_last_resort && !(sum <= most) {
+            if (step.is_last_resort || is_used_up) && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
                 (part, sum) = solved.shorten(&bounds, HALVED, partials);
                 // What stands and would stand for ever goes as little as need be.
                 if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
                     (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
                 }
+            }
+            if may_correct && sum > most && sum.is_finite() {
+                // The first answer carries the prescribed motion, and goes all its way.
+                if is_corrected {
+                    let full = Operator { external: holders.1, ..solved.operator };
+                    let found = solved.fraction(&full, partials);
+                    (part, sum) = (found.part, before + found.created + found.part * work);
+                }
+                if let Some(place) = place {
+                    increment.guard.correct(place.cause);
+                }
+                increment.go_part(&scratch.free, part);
+                (scratch.left_over, scratch.is_counted, scratch.to_correct) = (sum, true, Some(bearable));
+                return;
             }
             scratch.creates_energy = !(sum <= most);
             increment.creates_at = place;
@@ -199,11 +222,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 increment.limits[0] = true;
                 let place = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
                 increment.guard.limit(place, increment.delta.len());
-                increment
-                    .delta
-                    .iter_mut()
-                    .zip(&scratch.free)
-                    .for_each(|(delta, free)| *delta = partly(*delta, *free, part));
+                increment.go_part(&scratch.free, part);
             }
         },
     );
@@ -219,11 +238,6 @@ fn shorter(part: f64) -> f64 {
         _ if part > LEAST_PART => 0.125 * part,
         _ => 0.0,
     }
-}
-
-/// A displacement of which only a part is gone along free axes.
-fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
-    delta * (DVec3::ONE - free * (1.0 - part))
 }
 
 /// A body and the solve's answer.
@@ -330,7 +344,7 @@ impl Solved<'_> {
 
     /// What this `part` of the answer leaves over \[mJ\].
     fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
-        let Self { operator: Operator { vertices, triangles, topology, tangent, .. }, increment, .. } = self;
+        let Self { operator: Operator { triangles, tangent, .. }, .. } = self;
         let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
         let sum = if is_alike {
             let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
@@ -342,6 +356,13 @@ impl Solved<'_> {
         } else {
             parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
         };
+        let sum = sum + self.bent(part, partials);
+        if sum == 0.0 { 0.0 } else { sum - self.dissipated(part, partials) }
+    }
+
+    /// What backward Euler and drag dissipate \[mJ\] along this `part` of the answer, less the work of the motion at the start of the step.
+    fn dissipated(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
+        let Self { operator: Operator { vertices, triangles, topology, .. }, increment, .. } = self;
         let dissipated = |v: usize| {
             let delta = partly(self.delta[v], self.free[v], part);
             let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
@@ -355,8 +376,7 @@ impl Solved<'_> {
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
                 + drag * (dragged + delta.dot(gone + delta))
         };
-        let sum = sum + self.bent(part, partials);
-        if sum == 0.0 { 0.0 } else { sum - parallel::sum(vertices.len(), partials, dissipated) }
+        parallel::sum(vertices.len(), partials, dissipated)
     }
 
     /// u·A·u \[mJ\] along free axes, with the membrane and the masses of the step's matrix A: of a part p of the answer p·(1 − p) of it are

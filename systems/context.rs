@@ -56,6 +56,10 @@ pub struct StepContext {
     pub is_retried: bool,
     /// No shorter step is left to be tried: a body that would create energy goes only a part of its way.
     pub is_last_resort: bool,
+    /// Further solves from where this one leads, where it would create energy.
+    pub corrections: u32,
+    /// Whether this is one of them.
+    pub is_correction: bool,
     /// Tangent of the solves.
     pub tangent: Tangent,
     /// Limits of each linear solve.
@@ -86,6 +90,8 @@ impl StepContext {
             is_resumed: false,
             is_retried: false,
             is_last_resort: false,
+            corrections: settings.corrections,
+            is_correction: false,
             tangent: settings.tangent,
             linear: settings.linear,
             budget: settings.budget,
@@ -117,6 +123,8 @@ impl StepContext {
             is_resumed: false,
             is_retried: false,
             is_last_resort: false,
+            corrections: 0,
+            is_correction: false,
             tangent: Tangent::Exact,
             linear: LinearParams::by_residual(1e-12, 20_000),
             budget: None,
@@ -134,6 +142,7 @@ impl StepContext {
         Self {
             formula: Formula::BackwardEuler,
             is_last_resort: true,
+            corrections: 0,
             tangent: Tangent::Rotated,
             linear: LinearParams { tolerance, position_tolerance: f64::INFINITY, ..self.linear },
             newton_iterations: 1,

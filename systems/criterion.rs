@@ -2,13 +2,13 @@
 
 use super::kernels::failure;
 use super::tearing::{
-    EnergyTerms, PartingSites, Surface, SurfaceQuery, TipMemory, decision, disc_average, energy_decision, parting,
-    strength, tip_decision, vertex_decision,
+    EnergyTerms, Surface, SurfaceQuery, TipMemory, beyond_stretch, decision, disc_average, energy_decision, strength,
+    tip_decision, vertex_decision,
 };
 use super::{StepContext, parallel};
 use crate::components::{
-    DecidedBy, EnergyCriterion, Grips, Holds, Sleeping, SolverScratch, TearDecision, TearDecisions, TearLog, TearSite,
-    Tearing, WithheldStart,
+    DecidedBy, EnergyCriterion, Grips, Holds, Parting, Sleeping, SolverScratch, TearDecision, TearDecisions, TearLog,
+    TearSite, Tearing, WithheldStart,
 };
 use crate::math::elementary;
 use crate::storage::Tips;
@@ -60,17 +60,28 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
             let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
-            let has_strands = log.length > decisions.strand_refused_at;
-            if has_strands || tearing.ultimate_stretch.is_some() {
+            if log.length > decisions.strand_refused_at {
                 let at = |row: u32| surface.vertices.rest_position[row as usize];
                 let least_sq = elementary::powi(tearing.radius, 2);
                 let may_part = |p: DVec3| {
                     let mut others = tips.vertex.iter().chain(held()).chain(gripped());
                     others.all(|&row| at(row).distance_squared(p) >= least_sq)
                 };
+                let strands = memory.strands(&surface, tearing.radius);
+                decisions.parting = strands.weakest(&surface, &strength(tearing), &may_part).map(Box::new);
+            }
+            if let Some(ultimate) = tearing.ultimate_stretch {
                 let is_held = |row: u32| held().chain(gripped()).any(|&other| other == row);
-                let sites = PartingSites { may_part: &may_part, tips: &tips.vertex, is_held: &is_held, has_strands };
-                decisions.parting = parting(&surface, tearing, &sites).map(Box::new);
+                let stretched = beyond_stretch(&surface, ultimate, &tips.vertex, &is_held);
+                let strand = decisions.parting.as_deref();
+                // A tip that tissue too far stretched leads on goes first; of two partings the one farther beyond what it bears.
+                let leads = |found: &Parting| match found.site {
+                    TearSite::Vertex(_) => true,
+                    TearSite::Triangle(_) => strand.is_none_or(|strand| found.value > strand.value),
+                };
+                if let Some(found) = stretched.filter(leads) {
+                    decisions.parting = Some(Box::new(found));
+                }
             }
             if tearing.may_initiate {
                 let at = |&row: &u32| surface.vertices.rest_position[row as usize];

@@ -23,7 +23,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         if !step.is_retried {
             scratch.relaxing = scratch.relaxing.saturating_sub(1);
         }
-        (scratch.is_counted, scratch.fault) = (false, None);
+        (scratch.is_counted, scratch.fault, scratch.to_correct) = (false, None, None);
         scratch.account.energy = None;
         scratch.start_left_over = [scratch.left_over, scratch.unseen];
     }

@@ -4,7 +4,7 @@
 //!
 //! `cargo run --release --no-default-features --features snapshot,direct --example play -- --seconds 600 --seed 1`
 //!
-//! It brings its own meshes, so `snapshot` is all it needs. `--iterations N` limits the solver's iterations, `--tolerance X` sets the relative
+//! It brings its own meshes, so `snapshot` is all it needs. `--preset haptic|game|accurate|static` takes those settings, `--iterations N` limits the solver's iterations, `--tolerance X` sets the relative
 //! residual at which a solve ends. At the end it prints times, rolled back frames, allocations and a hash that every run with the
 //! same arguments has. After each frame it asserts that the renderer's copy is the mesh, after each load and reset that the
 //! state is the one that was kept.
@@ -54,13 +54,21 @@ impl Options {
         let mut options = Self { seconds: 20.0, seed: 1, settings: Settings { threads: 1, ..Settings::default() } };
         let mut words = std::env::args().skip(1);
         while let Some(word) = words.next() {
-            let value = words.next().ok_or_else(|| format!("{word} wants a number"))?;
+            let value = words.next().ok_or_else(|| format!("{word} wants a value"))?;
             match word.as_str() {
+                "--preset" => {
+                    let preset = Settings::presets().into_iter().find(|(name, _)| *name == value);
+                    let (_, settings) = preset.ok_or_else(|| format!("{value}: haptic, game, accurate or static"))?;
+                    options.settings = Settings { threads: 1, ..settings };
+                }
                 "--seconds" => options.seconds = value.parse()?,
                 "--seed" => options.seed = value.parse()?,
                 "--iterations" => options.settings.linear.iterations = value.parse()?,
                 "--tolerance" => options.settings.linear.tolerance = value.parse()?,
-                _ => return Err(format!("{word}: --seconds, --seed, --iterations and --tolerance are known").into()),
+                _ => {
+                    let known = "--seconds, --seed, --preset, --iterations and --tolerance are known";
+                    return Err(format!("{word}: {known}").into());
+                }
             }
         }
         Ok(options)
@@ -123,17 +131,18 @@ fn main() -> Result<()> {
         }
 
         let (begin, before) = (ThreadTime::now(), ALLOCATOR.stats());
-        let mut rolled_back = 0;
+        let (mut rolled_back, mut corrected) = (0, 0);
         for _ in 0..clock.steps_after(FRAME)? {
             let report = simulation.step(clock.dt())?;
             rolled_back += report.rolled_back;
+            corrected += report.bodies.iter().map(|body| body.guard.corrections()).sum::<u32>();
             if report.has_failed {
                 summary.count("step failed");
             }
         }
         let (time, after) = (begin.elapsed(), ALLOCATOR.stats());
 
-        let mut is_quiet = rolled_back == 0;
+        let mut is_quiet = rolled_back == 0 && corrected == 0;
         for event in simulation.drain_events() {
             is_quiet = false;
             summary.count(match event.kind {
@@ -150,7 +159,7 @@ fn main() -> Result<()> {
             is_quiet &= changes == 0;
         }
         let allocations = (after.allocations + after.reallocations) - (before.allocations + before.reallocations);
-        summary.add_frame(time, rolled_back > 0, is_quiet.then_some(allocations));
+        summary.add_frame(time, [rolled_back > 0, corrected > 0], is_quiet.then_some(allocations));
     }
     println!("{seconds} s, seed {seed}, a sheet of {SIZE} mm\n{summary}\nhash {}", simulation.hash());
     Ok(())

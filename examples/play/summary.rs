@@ -9,6 +9,7 @@ pub struct Summary {
     /// Processor time of the steps of every frame \[ms\].
     times: Vec<f64>,
     rolled_back: usize,
+    corrected: usize,
     /// Frames without an event, a change of the mesh or a step undone; those of them that allocated nothing.
     quiet: usize,
     without_allocation: usize,
@@ -20,10 +21,17 @@ impl Summary {
         *self.counts.entry(what).or_default() += 1;
     }
 
-    /// A frame whose steps took `time`; with the number of their allocations if nothing happened in it.
-    pub fn add_frame(&mut self, time: Duration, is_rolled_back: bool, quiet_allocations: Option<usize>) {
+    /// A frame whose steps took `time`, and whether one was undone or solved further; with the number of their allocations if nothing
+    /// happened in it.
+    pub fn add_frame(
+        &mut self,
+        time: Duration,
+        [is_rolled_back, is_corrected]: [bool; 2],
+        quiet_allocations: Option<usize>,
+    ) {
         self.times.push(time.as_secs_f64() * 1e3);
         self.rolled_back += usize::from(is_rolled_back);
+        self.corrected += usize::from(is_corrected);
         self.quiet += usize::from(quiet_allocations.is_some());
         self.without_allocation += usize::from(quiet_allocations == Some(0));
     }
@@ -41,7 +49,11 @@ impl fmt::Display for Summary {
             f,
             "steps of a frame [ms of processor time]: mean {mean:.2}, median {median:.2}, 99th percentile {most:.2}, worst {worst:.2}"
         )?;
-        writeln!(f, "frames: {count}, {} with steps undone and tried again", self.rolled_back)?;
+        let (undone, further) = (self.rolled_back, self.corrected);
+        writeln!(
+            f,
+            "frames: {count}, {further} with steps solved further, {undone} with steps undone and tried again"
+        )?;
         writeln!(f, "quiet frames: {}, {} of them without an allocation", self.quiet, self.without_allocation)?;
         let counts: Vec<String> = self.counts.iter().map(|(what, count)| format!("{what} {count}")).collect();
         write!(f, "{}", counts.join(", "))

@@ -154,6 +154,11 @@ pub struct Increment {
     pub dt: f64,
 }
 
+/// A displacement of which only a part is gone along free axes.
+pub(crate) fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
+    delta * (DVec3::ONE - free * (1.0 - part))
+}
+
 /// How much a body resists strain.
 #[derive(Clone, Copy, Debug)]
 pub struct Tautness {
@@ -170,6 +175,13 @@ impl Increment {
         let lists = [start, start_velocity, displacement, delta, middle_displacement, middle_velocity];
         for values in lists.into_iter().filter(|values| !values.is_empty()) {
             grow(values, values.len() + more, room);
+        }
+    }
+
+    /// Leaves a part of the last solve's answer along free axes.
+    pub(crate) fn go_part(&mut self, free: &FreeAxes, part: f64) {
+        if part < 1.0 {
+            self.delta.iter_mut().zip(free).for_each(|(delta, free)| *delta = partly(*delta, *free, part));
         }
     }
 
@@ -306,6 +318,9 @@ pub struct SolverScratch {
     pub fault: Option<Fault>,
     /// Whether the last solve would create more of it than is bearable.
     pub creates_energy: bool,
+    /// The energy \[mJ\] that may come from nowhere in this step, where a solve has created more and the next one is to correct it.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub to_correct: Option<f64>,
     /// Whether the body went only a part of its way in this step, lest that happen.
     pub is_held_back: bool,
     /// How many times the body's next last resort is made shorter: once more each time that it is held back again.
@@ -330,7 +345,7 @@ impl SolverScratch {
         let empty = Self::default();
         let Self { free, residual, rhs, direction, product, inverse_block, partials, pairs, account, stops, .. } =
             empty;
-        let Self { sweeps, readings, residual_work, is_counted, fault, work, motion_scale, .. } = empty;
+        let Self { sweeps, readings, residual_work, is_counted, fault, to_correct, work, motion_scale, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
         let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, shortenings, .. } = *self;
@@ -366,6 +381,7 @@ impl SolverScratch {
             is_counted,
             fault,
             creates_energy,
+            to_correct,
             is_held_back,
             shortenings,
             relaxing,
@@ -379,7 +395,7 @@ impl SolverScratch {
     /// Forgets what an attempt that is undone has come to.
     pub(crate) fn forget_attempt(&mut self) {
         (self.linear_residual, self.stored, self.stress_error, self.imbalance) = (0.0, 0.0, 0.0, 0.0);
-        (self.creates_energy, self.line_search) = (false, None);
+        (self.creates_energy, self.to_correct, self.line_search) = (false, None, None);
         [self.left_over, self.unseen] = self.start_left_over;
     }
 

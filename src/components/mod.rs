@@ -47,6 +47,7 @@ pub use body::{Body, Planar};
 pub use body_error::BodyError;
 pub use changes::{Change, ChangeSet, Changes};
 pub use curve::{BadCurve, Curve};
+pub(crate) use derived::partly;
 pub use derived::{
     ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch, StepAccount, Sweeps, Tautness,
 };

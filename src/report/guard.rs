@@ -92,7 +92,9 @@ impl GuardPlace {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct GuardFigures {
-    /// Attempts at the step or a part of it that were undone, by cause in the order of [`GuardCause::ALL`].
+    /// Attempts at the step or a part of it that were solved further from where they led, by cause in the order of [`GuardCause::ALL`].
+    pub corrected: [u32; GuardCause::COUNT],
+    /// Attempts at the step or a part of it that were undone, by cause in the same order.
     pub refused: [u32; GuardCause::COUNT],
     /// Parts of the step whose answer was limited, by cause in the same order.
     pub limited: [u32; GuardCause::COUNT],
@@ -105,6 +107,11 @@ pub struct GuardFigures {
 }
 
 impl GuardFigures {
+    /// Number of attempts that were solved further.
+    pub fn corrections(&self) -> u32 {
+        self.corrected.iter().sum()
+    }
+
     /// Number of attempts that were undone.
     pub fn refusals(&self) -> u32 {
         self.refused.iter().sum()
@@ -123,6 +130,11 @@ impl GuardFigures {
     /// Whether the guard did anything.
     pub fn has_acted(&self) -> bool {
         self.first.is_some()
+    }
+
+    /// Counts an attempt that is solved further.
+    pub(crate) fn correct(&mut self, cause: GuardCause) {
+        self.corrected[cause as usize] += 1;
     }
 
     /// Counts an attempt that is undone.

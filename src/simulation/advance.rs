@@ -6,7 +6,7 @@ use crate::components::{
 use crate::math::elementary;
 use crate::report::{Fault, GuardCause, GuardPlace, Report};
 use crate::schedule::{Schedule, Stage};
-use crate::settings::{LinearParams, Settings};
+use crate::settings::{LinearParams, Settings, Tangent};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::tearing::will_tear;
 use crate::systems::{StepContext, contact};
@@ -284,10 +284,23 @@ fn solve_stage(world: &mut World, step: &StepContext, running: &mut Running) {
     }
 }
 
-/// The one iteration of a linearly implicit step.
+/// The one iteration of a linearly implicit step, and further ones of bodies that it would let create energy.
 fn run_iteration(world: &mut World, step: &StepContext, running: &mut Running) {
     running.stage(world, step, Stage::Evaluate);
     running.stage(world, step, Stage::Solve);
+    for corrections in (0..step.corrections).rev() {
+        let mut is_any = false;
+        for scratch in world.query_mut::<&mut SolverScratch>() {
+            scratch.is_converged = scratch.to_correct.is_none();
+            is_any |= !scratch.is_converged;
+        }
+        if !is_any {
+            break;
+        }
+        let step = StepContext { corrections, is_correction: true, tangent: Tangent::Projected, ..*step };
+        running.stage(world, &step, Stage::Evaluate);
+        running.stage(world, &step, Stage::Solve);
+    }
     for scratch in world.query_mut::<&mut SolverScratch>() {
         scratch.is_converged = scratch.linear_residual.is_finite();
     }

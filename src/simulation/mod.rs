@@ -285,6 +285,8 @@ impl Simulation {
             is_resumed: false,
             is_retried: false,
             is_last_resort: false,
+            corrections: 0,
+            is_correction: false,
             tangent: Tangent::Exact,
             linear,
             budget: None,

@@ -1,7 +1,7 @@
 //! What bending adds to what a step leaves over.
 
-use super::{Solved, partly};
-use crate::components::Increment;
+use super::Solved;
+use crate::components::{Increment, partly};
 use crate::settings::Tangent;
 
 impl Solved<'_> {

@@ -4,6 +4,7 @@
 use super::held_shut::{field_centre, lay_at_tip, triangles_around};
 use super::ring::Ring;
 use super::shifted_disc::{MaterialForce, ShiftedDisc};
+use super::strands::Strands;
 use super::tip_disc::{Disc, Walk};
 use super::tip_stress::{DiscAverage, Surface};
 use crate::storage::EditRecord;
@@ -20,6 +21,8 @@ pub struct TipMemory {
     rings: Vec<Kept<Ring>>,
     /// Discs for the material force, where it is asked for.
     shifted: Vec<Kept<ShiftedDisc>>,
+    /// Of a body that has torn.
+    strands: Option<Box<Strands>>,
     /// Number of edits so far, and per triangle the last one that has touched it.
     edits: u32,
     touched: Vec<u32>,
@@ -95,6 +98,13 @@ impl TipMemory {
     pub fn search(&mut self, strength: Strength) -> &Search {
         let kept = self.search.take().filter(|search| *search.strength() == strength);
         self.search.insert(kept.unwrap_or_else(|| Box::new(Search::new(strength))))
+    }
+
+    /// The strands of a body narrower than a radius \[mm\].
+    pub fn strands(&mut self, surface: &Surface, radius: f64) -> &Strands {
+        let strands = self.strands.get_or_insert_default();
+        strands.find(surface, self.edits, radius);
+        strands
     }
 
     /// For the `tip`th tip of a body, at `vertex`: the chart of its fan, the search for these strengths and the averages
@@ -187,6 +197,7 @@ impl TipMemory {
     pub fn follow(&mut self, record: &EditRecord) {
         if self.edits == u32::MAX {
             (self.edits, self.places, self.rings, self.shifted) = (0, Vec::new(), Vec::new(), Vec::new());
+            self.strands = None;
             self.touched.fill(0);
         }
         self.edits += 1;

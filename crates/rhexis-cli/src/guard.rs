@@ -15,6 +15,9 @@ pub(super) struct GuardTally {
     pub refused: Count,
     /// Steps with an answer that was limited.
     pub limited: Count,
+    /// Attempts that were solved further from where they led, by cause.
+    #[serde(default)]
+    pub corrected_by_cause: BTreeMap<String, u64>,
     /// Attempts that were undone, by cause.
     pub refused_by_cause: BTreeMap<String, u64>,
     /// Parts of steps whose answer was limited, by cause.
@@ -56,10 +59,10 @@ impl GuardTally {
     /// Adds what the guard did in a step of the run.
     pub(crate) fn add(&mut self, step: u64, body: &BodyReport) {
         let guard = &body.guard;
-        let Some(first) = &guard.first else { return };
         self.refused.note(guard.refusals() > 0, step);
         self.limited.note(guard.limitations() > 0, step);
         let counts = [
+            (&mut self.corrected_by_cause, &guard.corrected),
             (&mut self.refused_by_cause, &guard.refused),
             (&mut self.limited_by_cause, &guard.limited),
             (&mut self.relaxed_by_cause, &guard.relaxed),
@@ -72,6 +75,7 @@ impl GuardTally {
         if guard.limited_vertices > self.largest_limited_vertices {
             (self.largest_limited_vertices, self.vertices_then) = (guard.limited_vertices, body.vertex_count);
         }
+        let Some(first) = &guard.first else { return };
         self.first.get_or_insert_with(|| Place::of(step, first));
         if self.largest.as_ref().is_none_or(|largest| first.energy > largest.energy_mj) {
             self.largest = Some(Place::of(step, first));
@@ -135,6 +139,7 @@ mod tests {
         GuardTally {
             refused: Count { steps: limited + 1, first: Some(7) },
             limited: Count { steps: limited, first: (limited > 0).then_some(8) },
+            corrected_by_cause: BTreeMap::new(),
             refused_by_cause: BTreeMap::from([("membrane".into(), limited + 1)]),
             limited_by_cause: BTreeMap::from([("membrane".into(), limited)]),
             relaxed_by_cause: BTreeMap::new(),

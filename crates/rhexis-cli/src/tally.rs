@@ -146,7 +146,9 @@ impl Tally {
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
         self.rolled_back += u64::from(report.rolled_back);
-        for (index, body) in report.bodies.iter().enumerate().filter(|(_, body)| body.guard.has_acted()) {
+        for (index, body) in
+            report.bodies.iter().enumerate().filter(|(_, body)| body.guard.has_acted() || body.guard.corrections() > 0)
+        {
             self.guard.entry(index).or_default().add(o.step, body);
         }
         for (name, force) in o.grips.iter().filter(|(_, force)| *force != DVec3::ZERO) {

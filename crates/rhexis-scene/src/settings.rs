@@ -33,6 +33,11 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
         let hint = "give 1000 or less: each is one more solve";
         return Err(Fault::new("run.resumes", format!("{resumes} resumes are too many"), hint));
     }
+    let corrections = spec.corrections.unwrap_or(base.corrections);
+    if corrections > 100 {
+        let hint = "give 100 or less: each is one more solve";
+        return Err(Fault::new("run.corrections", format!("{corrections} corrections are too many"), hint));
+    }
     if halvings > 20 {
         let hint = "give 20 or less: a millionth of dt is the smallest part then";
         return Err(Fault::new("run.halvings", format!("{halvings} halvings are too many"), hint));
@@ -94,6 +99,7 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
             10_000,
         )?,
         resumes,
+        corrections,
         halvings,
         budget: match spec.budget {
             Some(given) => Some(counted("budget", given, 1_000_000)?),
