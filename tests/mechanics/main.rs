@@ -10,6 +10,7 @@ mod found_by_stress;
 mod holzapfel_gasser_ogden;
 mod noise;
 mod rest_and_release;
+mod solved_further;
 mod stiffening_fibres;
 
 #[path = "../common/mod.rs"]
