@@ -15,7 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The version of the format that this build writes and reads.
-pub const VERSION: u16 = 13;
+pub const VERSION: u16 = 14;
 
 const HAS_FACTORS: u16 = 1;
 const IS_COMPRESSED: u16 = 2;

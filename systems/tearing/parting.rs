@@ -70,7 +70,7 @@ pub fn parting(surface: &Surface, tearing: &Tearing, sites: &PartingSites<'_>) -
 
 /// A triangle whose greatest principal stretch, one plus the Biot strain from the stress-free state, exceeds the ultimate one.
 fn beyond_stretch(surface: &Surface, t: usize, ultimate: f64) -> Option<Parting> {
-    let strain = surface.state(t).polar.stretch - surface.unstretched;
+    let strain = surface.state(t).polar.stretch - surface.triangles.unstretched(t, surface.unstretched);
     let value = (1.0 + strain.principal_values().0) / ultimate;
     if !(value > 1.0) {
         return None;
@@ -92,7 +92,7 @@ fn across_strand(surface: &Surface, vertex: u32, strength: &Strength, radius: f6
     let from = surface.vertices.rest_position[vertex as usize];
     let mut best: Option<Parting> = None;
     for (t, corner) in surface.topology.fan(vertex).sectors {
-        if failure::cannot_tear(surface.stress(t as usize), strength) {
+        if failure::cannot_tear(surface.stress(t as usize), &strength.times(surface.triangles.strength[t as usize])) {
             continue;
         }
         let x = corners(surface, t as usize);
@@ -136,6 +136,7 @@ fn to_rim(surface: &Surface, start: &Start, direction: DVec3, strength: &Strengt
         let d = (direction - normal * normal.dot(direction)).try_normalize()?;
         let fibre = surface.triangles.fibre[t];
         let in_frame = DVec2::new(d.dot(fibre), d.dot(normal.cross(fibre)));
+        let strength = &strength.times(surface.triangles.strength[t]);
         value = f64::min(value, failure::direction_value(surface.stress(t), DVec2::X, strength, in_frame));
         // The nearest edge ahead: where the distance from its line falls to zero.
         let mut exit: Option<(f64, usize)> = None;

@@ -12,6 +12,7 @@ mod held_shut;
 mod least_edge;
 mod material_force;
 mod no_dead_ends;
+mod per_triangle;
 mod random_edits;
 mod random_tears;
 mod refinement;
