@@ -1,15 +1,45 @@
 //! A body before it is spawned: mesh, material, fibres and whatever else it carries.
 
 pub use crate::components::BodyError;
-use crate::components::check::{Host, number, positive};
+use crate::components::check::{Check, Host, number, positive};
 use crate::components::{
     Bending, Body, Fibres, Hold, Holds, HolzapfelGasserOgden, Material, Planar, Refinement, Tearing,
 };
-use crate::math::RestTriangle;
+use crate::math::{RestTriangle, Sym2};
 use crate::registry::{check_changed, complete};
 use crate::storage::{Broken, Mesh, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure};
 use glam::DVec3;
 use hecs::EntityBuilder;
+
+/// What differs from triangle to triangle.
+#[derive(Default)]
+struct PerTriangle {
+    thickness: Option<Vec<f64>>,
+    strength: Option<Vec<f64>>,
+    toughness: Option<Vec<f64>>,
+    pre_stretch: Option<Vec<Sym2>>,
+}
+
+impl PerTriangle {
+    fn check(&self, needed: usize) -> Result<(), BodyError> {
+        let Self { thickness, strength, toughness, pre_stretch } = self;
+        let lengths = [
+            ("thicknesses", thickness.as_ref().map(Vec::len)),
+            ("strengths", strength.as_ref().map(Vec::len)),
+            ("toughnesses", toughness.as_ref().map(Vec::len)),
+            ("pre-stretches", pre_stretch.as_ref().map(Vec::len)),
+        ];
+        lengths.into_iter().try_for_each(|(what, given)| match given {
+            Some(given) if given != needed => Err(BodyError::ValueCount { what, given, needed }),
+            _ => Ok(()),
+        })
+    }
+}
+
+/// The value of a triangle where there is a list, else the default.
+fn own<T: Copy>(list: &Option<Vec<T>>, triangle: usize, default: T) -> T {
+    list.as_ref().and_then(|list| list.get(triangle)).copied().unwrap_or(default)
+}
 
 /// A body to be spawned.
 pub struct Membrane {
@@ -17,7 +47,7 @@ pub struct Membrane {
     mesh: TriangleMesh,
     material: Box<dyn Fn(DVec3) -> Material + Send + Sync>,
     fibres: Option<Fibres>,
-    thicknesses: Option<Vec<f64>>,
+    per_triangle: PerTriangle,
     holds: Vec<Hold>,
     components: EntityBuilder,
 }
@@ -31,7 +61,7 @@ impl Membrane {
             mesh,
             material: Box::new(move |_| material),
             fibres: None,
-            thicknesses: None,
+            per_triangle: PerTriangle::default(),
             holds: Vec::new(),
             components: EntityBuilder::new(),
         }
@@ -54,7 +84,30 @@ impl Membrane {
     /// Sets the thickness \[mm\] of each triangle, in the mesh's order, in place of the material's.
     #[must_use]
     pub fn thicknesses(mut self, list: Vec<f64>) -> Self {
-        self.thicknesses = Some(list);
+        self.per_triangle.thickness = Some(list);
+        self
+    }
+
+    /// Sets the strengths of each triangle over those of [`Tearing`], > 0, in the mesh's order: a seam at 0.2 tears at a fifth.
+    #[must_use]
+    pub fn strengths(mut self, list: Vec<f64>) -> Self {
+        self.per_triangle.strength = Some(list);
+        self
+    }
+
+    /// Sets the toughnesses of each triangle over those of [`EnergyCriterion`](crate::components::EnergyCriterion), > 0, in the mesh's
+    /// order.
+    #[must_use]
+    pub fn toughnesses(mut self, list: Vec<f64>) -> Self {
+        self.per_triangle.toughness = Some(list);
+        self
+    }
+
+    /// Sets a pre-stretch of each triangle beside [`PreStretch`](crate::components::PreStretch), in the axes (fibre, transverse), in the
+    /// mesh's order.
+    #[must_use]
+    pub fn pre_stretches(mut self, list: Vec<Sym2>) -> Self {
+        self.per_triangle.pre_stretch = Some(list);
         self
     }
 
@@ -120,7 +173,9 @@ impl Membrane {
             c.add(Holds { groups });
         }
         let surface = c.get::<&Triangles>().zip(c.get::<&Topology>());
-        check_changed(c, &Host::new(c.get::<&Vertices>(), surface))?;
+        let host = Host::new(c.get::<&Vertices>(), surface);
+        surface.map_or(Ok(()), |(triangles, _)| triangles.check(&host))?;
+        check_changed(c, &host)?;
         complete(c);
         Ok(self.components)
     }
@@ -144,18 +199,14 @@ impl Membrane {
         {
             return Err(BodyError::FibreCount { given: list.len(), needed });
         }
-        if let Some(list) = self.thicknesses.as_ref().filter(|list| list.len() != needed) {
-            return Err(BodyError::ThicknessCount { given: list.len(), needed });
-        }
+        self.per_triangle.check(needed)?;
         let mut triangles = Triangles::default();
         triangles.reserve(needed + self.room()[1]);
         for (t, &corners) in self.mesh.triangles.iter().enumerate() {
             let x = corners.map(|v| self.mesh.positions[v as usize]);
             let centroid = (x[0] + x[1] + x[2]) / 3.0;
             let mut material = (self.material)(centroid);
-            if let Some(&thickness) = self.thicknesses.as_ref().and_then(|list| list.get(t)) {
-                material.thickness = thickness;
-            }
+            material.thickness = own(&self.per_triangle.thickness, t, material.thickness);
             positive("Material", "thickness", material.thickness)?;
             positive("Material", "density", material.density)?;
             let stiffness = material.stiffness().map_err(|source| BodyError::Material { triangle: t, source })?;
@@ -169,7 +220,18 @@ impl Membrane {
             let rest = RestTriangle::new(x, fibre).ok_or(Broken::RestArea { triangle: t as u32 })?;
             let Material { thickness, density, .. } = material;
             enough_mass("the mass of a triangle in g", thickness * density * rest.area)?;
-            triangles.push(TriangleRow { corners, rest, fibre, stiffness, thickness, density });
+            let PerTriangle { strength, toughness, pre_stretch, .. } = &self.per_triangle;
+            triangles.push(TriangleRow {
+                corners,
+                rest,
+                fibre,
+                stiffness,
+                thickness,
+                density,
+                pre_stretch: own(pre_stretch, t, Sym2::ZERO),
+                strength: own(strength, t, 1.0),
+                toughness: own(toughness, t, 1.0),
+            });
         }
         Ok(triangles)
     }

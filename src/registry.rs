@@ -24,6 +24,7 @@ macro_rules! components {
             parameter, saved, recorded {
                 holds: Holds,
                 hold_turns: HoldTurns,
+                hold_guides: HoldGuides,
                 springs: Springs,
                 grips: Grips,
                 point_loads: PointLoads,
@@ -66,6 +67,7 @@ macro_rules! components {
             derived, saved {
                 reactions: Reactions,
                 swept: Swept,
+                rubbing: Rubbing,
                 tear_decisions: TearDecisions,
             }
             derived {

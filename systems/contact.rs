@@ -49,6 +49,22 @@ struct Travel {
 }
 
 impl Travel {
+    /// How an obstacle has moved since the start of the step.
+    fn of(obstacle: &Obstacle, swept: Option<&Swept>) -> Self {
+        swept.map_or(Self::default(), |swept| {
+            let anchor = swept.from.anchor();
+            Self { offset: obstacle.shape.anchor() - anchor, turn: swept.turn.map(|turn| (turn, anchor)) }
+        })
+    }
+
+    /// The way of a point against the obstacle that was at `start` and is at `x`.
+    fn slip(&self, start: DVec3, x: DVec3) -> DVec3 {
+        match self.turn {
+            None => x - start - self.offset,
+            Some(_) => x - self.carry(start),
+        }
+    }
+
     /// Where a point that goes with the obstacle is at the end of the step.
     fn carry(&self, start: DVec3) -> DVec3 {
         match self.turn {
@@ -85,13 +101,7 @@ pub fn move_obstacles(world: &mut World, step: &StepContext) -> usize {
 }
 
 fn obstacles(world: &mut World) -> Obstacles {
-    let travel = |(obstacle, swept): (&Obstacle, Option<&Swept>)| {
-        let travel = swept.map_or(Travel::default(), |swept| {
-            let anchor = swept.from.anchor();
-            Travel { offset: obstacle.shape.anchor() - anchor, turn: swept.turn.map(|turn| (turn, anchor)) }
-        });
-        (obstacle.clone(), travel)
-    };
+    let travel = |(obstacle, swept): (&Obstacle, Option<&Swept>)| (obstacle.clone(), Travel::of(obstacle, swept));
     world.query_mut::<(&Obstacle, Option<&Swept>)>().into_iter().map(travel).collect()
 }
 
@@ -153,10 +163,7 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
                     let mut block = Sym3::outer(normal) * stiffness;
                     let mut force = normal * (depth * stiffness);
                     if contact.friction > 0.0 {
-                        let slipped = |x: DVec3| match moved.1.turn {
-                            None => x - start - moved.1.offset,
-                            Some(_) => x - moved.1.carry(start),
-                        };
+                        let slipped = |x: DVec3| moved.1.slip(start, x);
                         let along = |u: DVec3| u - normal * u.dot(normal);
                         // By how much it slips is taken from the guess; the force then grows with the slip that comes. Newton's
                         // method has been there already.
@@ -307,6 +314,30 @@ fn shift(vertices: &mut Vertices, increment: &mut Increment, v: usize, way: DVec
     increment.is_put_outside = true;
     increment.limits[1] = true;
     vertices.velocity[v] = step.travel(increment, v) * step.rate();
+}
+
+/// The friction \[N\] of an obstacle on a body as it is, which it was at `start` when the step began.
+pub fn friction_of(
+    (obstacle, swept): (&Obstacle, Option<&Swept>),
+    contact: &Contact,
+    (vertices, triangles, topology): (&Vertices, &Triangles, &Topology),
+    start: &[DVec3],
+) -> DVec3 {
+    if contact.friction == 0.0 || start.len() != vertices.len() {
+        return DVec3::ZERO;
+    }
+    let travel = Travel::of(obstacle, swept);
+    let brake = |(v, x): (usize, &DVec3)| match obstacle.shape.distance(*x) {
+        Some((distance, normal)) if distance < 0.0 => {
+            let slip = travel.slip(start[v], *x);
+            let slip = slip - normal * slip.dot(normal);
+            let least = STICKING * topology.vertex_area(triangles, v as u32).sqrt();
+            let push = -distance * stiffness(contact, triangles, topology, v);
+            slip * (-contact.friction * push / slip.length().max(least))
+        }
+        _ => DVec3::ZERO,
+    };
+    vertices.position.iter().enumerate().map(brake).sum()
 }
 
 /// The force \[N\] of an obstacle on a body as it is, along its normals.

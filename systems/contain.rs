@@ -297,7 +297,7 @@ impl Solved<'_> {
     }
 
     fn stored(&self, t: usize, state: &ElementState) -> f64 {
-        let law = (self.is_planar, self.unstretched, self.fibres);
+        let law = (self.is_planar, self.operator.triangles.unstretched(t, self.unstretched), self.fibres);
         0.5 * self.volume(t) * membrane::twice_energy(state, &self.operator.triangles.stiffness[t], law)
     }
 

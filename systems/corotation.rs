@@ -6,9 +6,9 @@ use super::kernels::membrane_lanes::{Geometric, States};
 use super::kernels::simd::{self, Kernel};
 use super::{Formula, StepContext, parallel};
 use crate::components::{FibreLaws, Frames, Planar, PreStretch, SolverScratch, fibre_law};
-use crate::math::{CoupledStiffness, Faded, FibreLaw, GeometricStiffness, Orthotropic, Sym2};
+use crate::math::{CoupledStiffness, Faded, FibreLaw, GeometricStiffness, Sym2};
 use crate::settings::Tangent;
-use crate::storage::{Alike, Triangles, Vertices};
+use crate::storage::{Triangles, Vertices};
 use std::sync::atomic::AtomicBool;
 
 /// Fills [`Frames`].
@@ -50,11 +50,19 @@ fn evaluate_rotated(
     frames.resize(triangles.len(), triangles.corners.capacity(), is_planar);
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
-    let states =
-        States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
+    let states = States {
+        corners,
+        position,
+        rest,
+        stiffness,
+        is_planar,
+        unstretched,
+        pre_stretch: triangles.pre_stretch.by_row(),
+        has_faded: AtomicBool::new(false),
+    };
     states_and_stiffness(&states, &mut frames.solid, &mut frames.geometric, reserve);
     states_and_stiffness(&states, &mut frames.flat, &mut frames.in_plane, reserve);
-    stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), None);
+    stiffen(frames, triangles, unstretched, states.has_faded.into_inner(), None);
 }
 
 fn states_and_stiffness<S: Stored, G: Send>(states: &States, state: &mut [S], geometric: &mut [G], reserve: f64)
@@ -80,29 +88,33 @@ pub fn evaluate(
     frames.resize(triangles.len(), triangles.corners.capacity(), is_planar);
     let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
     let stiffness = triangles.stiffness.by_row();
-    let states =
-        States { corners, position, rest, stiffness, is_planar, unstretched, has_faded: AtomicBool::new(false) };
+    let states = States {
+        corners,
+        position,
+        rest,
+        stiffness,
+        is_planar,
+        unstretched,
+        pre_stretch: triangles.pre_stretch.by_row(),
+        has_faded: AtomicBool::new(false),
+    };
     parallel::for_chunks(&mut frames.solid, &states);
     parallel::for_chunks(&mut frames.flat, &states);
-    stiffen(frames, &triangles.stiffness, unstretched, states.has_faded.into_inner(), fibres);
+    stiffen(frames, triangles, unstretched, states.has_faded.into_inner(), fibres);
 }
 
 /// Fills in the stiffness where it is not that of the material, and adds to the stress what fibres do beyond the linear law.
-fn stiffen(
-    frames: &mut Frames,
-    material: &Alike<Orthotropic>,
-    unstretched: Sym2,
-    has_faded: bool,
-    fibres: Option<&FibreLaw>,
-) {
+fn stiffen(frames: &mut Frames, triangles: &Triangles, unstretched: Sym2, has_faded: bool, fibres: Option<&FibreLaw>) {
     let is_planar = frames.is_planar();
     let Frames { solid, flat, stiffened, .. } = frames;
     stiffened.clear();
     if fibres.is_none() && !has_faded {
         return;
     }
+    let material = &triangles.stiffness;
     stiffened.extend(material.iter().map(|law| CoupledStiffness { law: *law, q16: 0.0, q26: 0.0 }));
     let answer = |t: usize, stretch: Sym2, stress: &mut Sym2, stiffened: &mut CoupledStiffness| {
+        let unstretched = triangles.unstretched(t, unstretched);
         if let Some(faded) = Faded::at(stretch, is_planar) {
             stiffened.law = faded.majorant(&stiffened.law, stretch, unstretched);
         }

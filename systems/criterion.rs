@@ -187,7 +187,7 @@ fn for_each_start(
     let rest = &surface.vertices.rest_position;
     rim.clear();
     for t in 0..surface.triangles.len() {
-        if failure::cannot_tear(surface.stress(t), &strength) {
+        if failure::cannot_tear(surface.stress(t), &strength.times(surface.triangles.strength[t])) {
             continue;
         }
         let corners = surface.triangles.corners[t];
@@ -223,6 +223,7 @@ fn in_triangle(
     let buffers = (&mut memory.passing, &mut memory.walk);
     let average = disc_average(surface, centre, axes, tearing.radius, [t as u32], buffers)?;
     let answer = memory.search(strength(tearing)).evaluate(average.stress, average.fibre, None, None)?;
+    let answer = answer.over(surface.triangles.strength[t]);
     let d = answer.best.direction;
     Some(decision(t as u32, &answer, &average, axes, axes[0] * d.x + axes[1] * d.y))
 }

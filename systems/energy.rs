@@ -59,7 +59,7 @@ impl<'a> Sheet<'a> {
             stiffness: &self.triangles.stiffness[t],
             volume: rest.area * self.triangles.thickness[t],
             is_planar: self.is_planar,
-            unstretched: PreStretch::unstretched(self.pre_stretch),
+            unstretched: self.triangles.unstretched(t, PreStretch::unstretched(self.pre_stretch)),
             fibres: self.fibres.as_ref(),
         }
     }

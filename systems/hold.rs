@@ -3,7 +3,8 @@
 use super::context::SECOND_STAGE;
 use super::{StepContext, parallel};
 use crate::components::{
-    Forces, Grips, HoldTurns, Holds, Increment, Pinch, Planar, Read, Sleeping, SolverScratch, TearDecisions,
+    Forces, Grips, Guide, HoldGuides, HoldTurns, Holds, Increment, Pinch, Planar, Read, Sleeping, SolverScratch,
+    TearDecisions,
 };
 use crate::storage::Vertices;
 use glam::DVec3;
@@ -102,18 +103,19 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
 }
 
 /// What prescribes where vertices are: holds, and jaws that are a constraint.
-type Prescription<'a> = ((Option<&'a Holds>, Option<&'a HoldTurns>), Option<&'a mut Grips>);
+type Prescription<'a> = ((Option<&'a Holds>, Option<&'a HoldTurns>, Option<&'a HoldGuides>), Option<&'a mut Grips>);
 
 /// Marks the free axes, and puts what is left of the prescribed motion into the first guess.
 fn mark_axes(
     vertices: &Vertices,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
-    ((holds, turns), grips): Prescription<'_>,
+    ((holds, turns, guides), grips): Prescription<'_>,
     planar: Option<&Planar>,
     time: f64,
 ) {
     let free_axes = if planar.is_some() { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
+    scratch.allowed.clear();
     scratch.free.reset(vertices.len(), vertices.position.capacity(), free_axes);
     if planar.is_some() {
         increment.delta.iter_mut().for_each(|d| d.z = 0.0);
@@ -121,21 +123,55 @@ fn mark_axes(
     for (place, hold) in holds.map(|h| h.groups.as_slice()).unwrap_or_default().iter().enumerate() {
         let factor = hold.curve.at(time);
         let turning = turns.and_then(|turns| turns.of(place)).map(|turning| (turning.at(time), turning.pivot));
+        let guide = guides.and_then(|guides| guides.of(place));
+        if let Some(guide) = guide {
+            scratch.allowed.add(hold, guide, planar, time);
+        }
         for (&row, &offset) in hold.members.rows().iter().zip(hold.members.values()) {
             let v = row as usize;
             let rest = vertices.rest_position[v];
             let turned = turning.map_or(rest, |(turn, pivot)| turn * (rest - pivot) + pivot);
-            let target = turned + offset * factor;
-            for axis in 0..3 {
-                if hold.axes[axis] {
-                    scratch.free.prescribe(v, axis);
-                    increment.delta[v][axis] = target[axis] - vertices.position[v][axis];
-                }
+            let wanted = turned + offset * factor - vertices.position[v];
+            let guess = increment.delta[v];
+            let (axes, wanted) = match guide {
+                None => (hold.axes, wanted),
+                Some(Guide::Across(n)) => ([true; 3], guess + *n * n.dot(wanted - guess)),
+                Some(Guide::Along(d)) => ([true; 3], wanted + *d * d.dot(guess - wanted)),
+                // They come to one displacement from the rest shape below.
+                Some(Guide::Together { .. }) => (hold.axes, guess + vertices.position[v] - rest),
+            };
+            for axis in (0..3).filter(|&axis| axes[axis] && !(planar.is_some() && axis == 2 && guide.is_some())) {
+                scratch.free.prescribe(v, axis);
+                increment.delta[v][axis] = wanted[axis];
             }
         }
     }
+    if !scratch.allowed.is_empty() {
+        level(vertices, increment, scratch, (holds, guides));
+    }
     for pinch in grips.map(|g| g.pinches.as_mut_slice()).unwrap_or_default() {
         mark_pinched(vertices, increment, scratch, pinch, time);
+    }
+}
+
+/// Makes the displacements of those that move alike one, and of these again what is left of the step.
+fn level(
+    vertices: &Vertices,
+    increment: &mut Increment,
+    scratch: &SolverScratch,
+    (holds, guides): (Option<&Holds>, Option<&HoldGuides>),
+) {
+    scratch.allowed.level(&mut increment.delta);
+    let (Some(holds), Some(guides)) = (holds, guides) else { return };
+    for (place, hold) in holds.groups.iter().enumerate() {
+        let Some(Guide::Together { .. }) = guides.of(place) else { continue };
+        for &row in hold.members.rows() {
+            let v = row as usize;
+            let gone = vertices.position[v] - vertices.rest_position[v];
+            let free = scratch.free[v];
+            increment.delta[v] -=
+                gone * (DVec3::ONE - free) * DVec3::from_array(hold.axes.map(|a| f64::from(u8::from(a))));
+        }
     }
 }
 

@@ -244,7 +244,8 @@ impl Refiner<'_> {
             fibres: self.fibres,
             bending: None,
         };
-        let strength = self.tearing.strength_transverse.min(self.tearing.strength_fibre);
+        let least = self.tearing.strength_transverse.min(self.tearing.strength_fibre);
+        let strength = least * self.mesh.triangles.least_strength();
         plan_thin_out(&surface, row, strength, &is_wanted)
     }
 

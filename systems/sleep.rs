@@ -8,8 +8,8 @@
 use super::linear::{self, Folds, Inner, InnerSolver, Means, Operator};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
-    Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, HoldTurns, Holds, Increment, Obstacle,
-    PointLoads, Pose, Pressure, Sleeping, Slumber, SolverScratch, TearDecisions, TearLog, Tearing,
+    Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, HoldGuides, HoldTurns, Holds, Increment,
+    Obstacle, PointLoads, Pose, Pressure, Sleeping, Slumber, SolverScratch, TearDecisions, TearLog, Tearing,
 };
 use crate::event::{EventKind, WokenBy};
 use crate::settings::{LinearParams, Tangent};
@@ -28,7 +28,7 @@ const LONGEST_WAIT: u32 = 128;
 
 /// What drives a body from outside.
 type Drive<'a> = (
-    (Option<&'a Holds>, Option<&'a HoldTurns>, Option<&'a Grips>),
+    (Option<&'a Holds>, Option<&'a HoldTurns>, Option<&'a HoldGuides>, Option<&'a Grips>),
     (Option<&'a Pressure>, Option<&'a PointLoads>, Option<&'a EdgeLoads>),
 );
 
@@ -109,11 +109,13 @@ pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
 
 /// The values of everything that moves or loads a body over time.
 fn driven<'a>(drive: Drive<'a>, time: f64) -> impl Iterator<Item = f64> + 'a {
-    let ((holds, turns, grips), (pressure, point_loads, edge_loads)) = drive;
+    let ((holds, turns, guides, grips), (pressure, point_loads, edge_loads)) = drive;
     let holds = holds.into_iter().flat_map(|holds| &holds.groups).map(|hold| &hold.curve);
     let pressure = pressure.into_iter().map(|pressure| &pressure.curve);
     let point_loads = point_loads.into_iter().flat_map(|loads| &loads.groups).map(|load| &load.curve);
     let edge_loads = edge_loads.into_iter().flat_map(|loads| &loads.groups).map(|load| &load.curve);
+    let clamps = guides.into_iter().flat_map(HoldGuides::curves);
+    let holds = holds.chain(clamps);
     let curves = holds.chain(pressure).chain(point_loads).chain(edge_loads).map(move |curve| curve.at(time));
     let hands = grips.into_iter().flat_map(|grips| &grips.pinches).filter(|pinch| pinch.forceps.is_some());
     let hands = hands.flat_map(move |pinch| {
@@ -168,7 +170,7 @@ fn strain_of(triangles: &Triangles, t: usize, moved: impl Fn(usize) -> f64) -> f
 fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
     let Some((tearing, tips, decisions)) = tears else { return true };
     let ((_, triangles, _), (frames, ..), _) = body;
-    let least = tearing.strength_transverse.min(tearing.strength_fibre);
+    let least = tearing.strength_transverse.min(tearing.strength_fibre) * triangles.least_strength();
     let stiffest = (0..triangles.len())
         .map(|t| frames.stiffness(triangles, t))
         .map(|q| q.q11.max(q.q22) + q.q12.abs() + q.q66)
@@ -200,6 +202,8 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
         pressure: 0.0,
         tangent: Tangent::Rotated,
     };
+    // Guided vertices count as held: what moves them is in balance, or the body is not at rest.
+    let allowed = std::mem::take(&mut scratch.allowed);
     let mut is_told = true;
     for is_momentum in [false, true] {
         for (v, x) in increment.delta.iter_mut().enumerate() {
@@ -213,6 +217,7 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
         is_told &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);
         slumber.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
     }
+    scratch.allowed = allowed;
     increment.delta.copy_from_slice(&slumber.first_guess);
     let largest = (0..triangles.len()).map(|t| strain_of(triangles, t, |v| slumber.left[v])).fold(0.0, f64::max);
     if is_told { largest } else { f64::NAN }

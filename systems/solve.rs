@@ -73,6 +73,9 @@ fn solve_body(
     step: &StepContext,
 ) {
     let imbalance_before = scratch.imbalance;
+    // Before the first increment prescribed motion is still to come.
+    let has_begun = scratch.newton_iterations > 1;
+    scratch.least_imbalance = if has_begun { scratch.least_imbalance.min(imbalance_before) } else { f64::INFINITY };
     (increment.is_part, increment.is_put_outside) = (false, false);
     let force_scale = imbalance(vertices, forces, increment, scratch, step);
     // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
@@ -125,7 +128,8 @@ fn solve_body(
     scratch.is_audited = audit.is_some() || step.formula != Formula::BackwardEuler && step.newton_iterations == 1;
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
     // What is retried is solved in full: in a short part of a step nothing moves far.
-    let is_near_enough = is_linear_step && !step.is_retried && params.position_tolerance.is_finite();
+    let is_near_enough =
+        is_linear_step && !step.is_retried && params.position_tolerance.is_finite() && scratch.allowed.is_empty();
     scratch.motion_scale = if is_near_enough { motion_by_an_edge(&operator, scratch) } else { 0.0 };
     scratch.stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
     // Free axes of the body, by direction.
@@ -194,7 +198,7 @@ fn twice_stored(
         let state = frames.state(t);
         let volume = triangles.rest[t].area * triangles.thickness[t];
         let strain = match frames.stiffened.get(t) {
-            None => state.polar.stretch - unstretched,
+            None => state.polar.stretch - triangles.unstretched(t, unstretched),
             Some(stiffened) => stiffened.law.strain(state.stress),
         };
         volume * state.stress.contract(strain)
@@ -222,7 +226,7 @@ fn imbalance(
     let of_vertices = scratch.residual.iter().zip(&scratch.free).map(|(r, f)| *r * *f);
     // What is no number is no small one.
     let larger = |most: f64, r: DVec3| if r.is_finite() { most.max(r.abs().max_element()) } else { f64::INFINITY };
-    scratch.imbalance = of_vertices.fold(0.0, larger);
+    scratch.imbalance = of_vertices.fold(scratch.allowed.imbalance(&scratch.residual), larger);
     forces.scale
 }
 
@@ -349,9 +353,8 @@ fn solve_or_fall_back(
 /// Work of the imbalance along an increment, and the norm of the imbalance: what the line search compares.
 fn merit(increment: &Increment, scratch: &SolverScratch) -> (f64, f64) {
     let rows = increment.delta.iter().zip(&scratch.residual).zip(&scratch.free);
-    rows.fold((0.0, 0.0), |(work, norm_sq), ((d, r), f)| {
-        (work + (*d * *f).dot(*r), norm_sq + (*r * *f).length_squared())
-    })
+    let guided = scratch.allowed.merit(&increment.delta, &scratch.residual);
+    rows.fold(guided, |(work, norm_sq), ((d, r), f)| (work + (*d * *f).dot(*r), norm_sq + (*r * *f).length_squared()))
 }
 
 /// Remembers the imbalance before a static increment is made. The solve has overwritten the residual: it is formed anew.
@@ -372,7 +375,8 @@ fn reject_increment(increment: &mut Increment, scratch: &mut SolverScratch) -> b
         return false;
     }
     let back = if search.fraction == 1.0 { -0.5 } else { 0.5 };
-    increment.delta.iter_mut().zip(&scratch.free).for_each(|(d, f)| *d *= *f * back);
+    let SolverScratch { free, allowed, .. } = scratch;
+    linear::scale_allowed((allowed, free), &mut increment.delta, back);
     scratch.line_search = Some(LineSearch { fraction: 0.5 * search.fraction, ..search });
     true
 }

@@ -8,7 +8,7 @@ use super::StepContext;
 use super::linear::Factor;
 use super::tearing::{
     Advance, Cutter, End, EnergyTerms, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart,
-    TipMemory, may_go_on, turned_axis,
+    TipMemory, factor_of, may_go_on, mean_around, turned_axis,
 };
 use crate::components::{
     Attributes, Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PartedBy, PointLoads, Refined,
@@ -175,11 +175,12 @@ impl Tearer<'_> {
         if !reach.allows(self.tips.allowance[tip], way) {
             return self.note_held_back(key, at, decision.value);
         }
+        let factor = chart.as_ref().map_or(1.0, |tip| self.factor_ahead(tip, decision.direction));
         let thickness = self.thickness_at(vertex);
         let result = chart.and_then(|tip| self.cut_from(&tip, ideal, decision.direction));
         match result {
             Ok((advance, ideal)) => {
-                self.record_advance(key, decision, (&advance, thickness), ideal);
+                self.record_advance(key, decision, (&advance, thickness, factor), ideal);
                 self.leave_notch(&advance);
                 self.branch(decision);
             }
@@ -201,19 +202,19 @@ impl Tearer<'_> {
         self.log.held_back_criterion = self.log.held_back_criterion.max(criterion);
     }
 
-    /// Takes down an advance from where the sheet was so thick \[mm\].
+    /// Takes down an advance from where the sheet was so thick \[mm\] into a triangle with this factor of the body's toughness.
     fn record_advance(
         &mut self,
         key: TipKey,
         decision: &TearDecision,
-        (advance, thickness): (&Advance, f64),
+        (advance, thickness, factor): (&Advance, f64, f64),
         ideal: DVec3,
     ) {
         let Some(tip) = self.tips.row(key) else { return };
         let length = advance.length();
         let area = length * 0.5 * (thickness + self.thickness_at(advance.vertex));
         let way = (advance.to - advance.from).normalize_or(decision.direction);
-        let toughness = self.toughness(decision.fibre, way);
+        let toughness = self.toughness(decision.fibre, way, factor);
         self.log.note_area(area, toughness);
         let overshoot = decision.value * decision.value - 1.0;
         let before = self.tips.at(tip);
@@ -259,11 +260,23 @@ impl Tearer<'_> {
         thickness.sum::<f64>() / around.len().max(1) as f64
     }
 
-    /// Toughness against a tear in a unit direction \[N/mm\], of a body that has one.
-    fn toughness(&self, fibre: DVec3, way: DVec3) -> Option<f64> {
+    /// Toughness over the body's of the triangle that a direction leads into from a tip.
+    fn factor_ahead(&self, tip: &TipChart, direction: DVec3) -> f64 {
+        let factors = &self.mesh.triangles.toughness;
+        let sector = tip.chart.sector(tip.chart.to_chart(direction));
+        sector.map_or(1.0, |sector| factor_of(factors, &tip.fan, sector))
+    }
+
+    /// Mean toughness over the body's of the triangles around a vertex.
+    fn factor_at(&self, vertex: u32) -> f64 {
+        mean_around(&self.mesh.triangles.toughness, &self.mesh.topology.incident[vertex as usize])
+    }
+
+    /// Toughness against a tear in a unit direction \[N/mm\], of a body that has one, where it is `factor` times the body's.
+    fn toughness(&self, fibre: DVec3, way: DVec3, factor: f64) -> Option<f64> {
         let terms = EnergyTerms { tearing: self.tearing, energy: self.energy? };
         let delta = elementary::atan2(fibre.cross(way).length(), fibre.dot(way).abs());
-        Some(terms.toughness().threshold(delta))
+        Some(terms.toughness().threshold(delta) * factor)
     }
 
     /// What follows from a cut, once the tip that made it has moved on.

@@ -43,15 +43,22 @@ pub enum BodyError {
     /// Two laws of the fibres.
     #[error("fibres have one law: leave `StiffeningFibres` or `HolzapfelGasserOgden` out")]
     TwoFibreLaws,
+    /// A published law of the fibres with a pre-stretch that differs from triangle to triangle.
+    #[error(
+        "`HolzapfelGasserOgden` takes one pre-stretch for the whole body: give `PreStretch`, or leave those of triangles out"
+    )]
+    PublishedLawPreStretched,
     /// A neo-Hookean matrix with elastic constants of another law, in the triangle with this index.
     #[error("triangle {0}: a neo-Hookean matrix goes with the material that `Material::neo_hookean` gives")]
     NotNeoHookean(usize),
     /// Bending of a body that stays in its plane.
     #[error("a planar body does not bend: let it leave its plane, or leave bending out")]
     BendingInPlane,
-    /// Thicknesses and triangles differ in number.
-    #[error("{given} thicknesses for {needed} triangles: give one per triangle")]
-    ThicknessCount {
+    /// Values and triangles differ in number.
+    #[error("{given} {what} for {needed} triangles: give one per triangle")]
+    ValueCount {
+        /// Of which kind, in plural.
+        what: &'static str,
         /// How many were given.
         given: usize,
         /// How many the mesh takes.

@@ -2,6 +2,7 @@
 
 use super::check::{Check, Host, MOST};
 use super::{Body, BodyError, EnergyAudit, Increment, Planar, Reactions, Refined, TearDecisions, TearLog};
+use crate::math::Sym2;
 use crate::storage::{Broken, NONE, Tips, Topology, Triangles, Vertices};
 
 fn misaligned(table: &'static str, column: Option<&'static str>) -> Result<(), BodyError> {
@@ -64,6 +65,12 @@ impl Check for Triangles {
             let is_thick = self.thickness[t] > 0.0 && self.density[t] > 0.0;
             let is_thick = is_thick && self.thickness[t].is_finite() && self.density[t].is_finite();
             must("Triangles", is_thick, "the thickness or density of a triangle is not positive and finite")?;
+            let is_strong = |factor: f64| factor > 0.0 && factor.is_finite();
+            let is_strong = is_strong(self.strength[t]) && is_strong(self.toughness[t]);
+            must("Triangles", is_strong, "the strength or toughness of a triangle is not positive and finite")?;
+            let Sym2 { xx, yy, xy } = self.pre_stretch[t];
+            let is_held = [xx, yy, xy].iter().all(|strain| strain.is_finite());
+            must("Triangles", is_held, "the pre-stretch of a triangle is not finite")?;
         }
         Ok(())
     }

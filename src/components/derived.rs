@@ -1,6 +1,6 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
-use super::{FreeAxes, Readings, Stops};
+use super::{Allowed, FreeAxes, Readings, Stops};
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
 use crate::report::{Fault, GuardFigures, GuardPlace};
 use crate::settings::Tangent;
@@ -246,6 +246,9 @@ pub struct SolverScratch {
     /// 1 along free axes, 0 along prescribed ones.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub free: FreeAxes,
+    /// Motions of guided vertices, which have no free axes for them.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub allowed: Allowed,
     /// Residual \[N\].
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual: Vec<DVec3>,
@@ -292,6 +295,9 @@ pub struct SolverScratch {
     pub is_late: bool,
     /// Largest free nodal imbalance at the last evaluation \[N\].
     pub imbalance: f64,
+    /// The smallest of those at the evaluations before it in this solve \[N\].
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub least_imbalance: f64,
     /// Whether this body needs no further iteration in this step.
     pub is_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
@@ -345,7 +351,19 @@ impl SolverScratch {
         let empty = Self::default();
         let Self { free, residual, rhs, direction, product, inverse_block, partials, pairs, account, stops, .. } =
             empty;
-        let Self { sweeps, readings, residual_work, is_counted, fault, to_correct, work, motion_scale, .. } = empty;
+        let Self {
+            sweeps,
+            readings,
+            residual_work,
+            is_counted,
+            fault,
+            to_correct,
+            work,
+            motion_scale,
+            least_imbalance,
+            allowed,
+            ..
+        } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
         let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, shortenings, .. } = *self;
@@ -387,6 +405,8 @@ impl SolverScratch {
             relaxing,
             work,
             motion_scale,
+            least_imbalance,
+            allowed,
             position_error,
             line_search,
         }

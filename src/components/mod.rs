@@ -2,6 +2,7 @@
 //! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
 //! system that would read it finds no match.
 
+mod allowed;
 mod attributes;
 mod bending;
 mod blade;
@@ -21,6 +22,7 @@ mod forceps;
 mod free_axes;
 mod grip;
 mod hold;
+mod hold_guides;
 mod hull;
 mod loads;
 mod material;
@@ -40,6 +42,7 @@ mod tearing;
 mod turning;
 
 pub use crate::math::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, StiffeningFibres};
+pub use allowed::Allowed;
 pub use attributes::{Attributes, Channel};
 pub use bending::Bending;
 pub use blade::Blade;
@@ -61,10 +64,11 @@ pub use forceps::{Forceps, Jaws, Motion, Pinch, Pose, Slip};
 pub use free_axes::{EachFree, FreeAxes};
 pub use grip::{Grip, Grips, NearTip, Path};
 pub use hold::{Hold, Holds};
+pub use hold_guides::{Guide, HoldGuides};
 pub use hull::{Hull, HullError};
 pub use loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use material::Material;
-pub use obstacle::{Contact, Obstacle, ObstaclePath, Shape, Swept};
+pub use obstacle::{Contact, Obstacle, ObstaclePath, Rubbing, Shape, Swept};
 pub use parting::{PartedBy, Parting};
 pub(crate) use readings::Read;
 pub use readings::Readings;

@@ -125,6 +125,14 @@ pub struct Swept {
     pub turn: Option<DMat3>,
 }
 
+/// The friction of an obstacle on bodies in the last step. *Derived.*
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Rubbing {
+    /// Force on each body that it rubs \[N\], by the body's [`order`](super::Body::order).
+    pub forces: Vec<(u32, DVec3)>,
+}
+
 /// Makes a body feel obstacles: a penalty force along the obstacle's normal on every vertex inside, implicit in the step, and
 /// friction. Where a triangle is longer than half the obstacle's least radius of curvature, its deepest point is held back as well: an
 /// obstacle thinner than an edge does not pierce the body between vertices. Friction acts at vertices alone. In a static solve the

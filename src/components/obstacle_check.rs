@@ -2,7 +2,7 @@
 
 use super::BodyError;
 use super::check::{Check, Host, Owner, finite, not_negative, number, positive};
-use super::obstacle::{Contact, Obstacle, ObstaclePath, Shape, Swept};
+use super::obstacle::{Contact, Obstacle, ObstaclePath, Rubbing, Shape, Swept};
 use glam::{DMat3, DVec3};
 
 impl Shape {
@@ -79,6 +79,14 @@ impl Check for Swept {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         self.from.check("Swept")?;
         self.turn.map_or(Ok(()), |turn| finite("Swept", "turn", turn.to_cols_array()))
+    }
+}
+
+impl Check for Rubbing {
+    const OWNER: Owner = Owner::Obstacle;
+
+    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
+        self.forces.iter().try_for_each(|(_, force)| finite("Rubbing", "friction", force.to_array()))
     }
 }
 

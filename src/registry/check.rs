@@ -82,6 +82,10 @@ pub(crate) fn check_rules(body: &impl Look) -> Result<(), BodyError> {
         (body.has::<EnergyCriterion>() && !body.has::<Tearing>(), BodyError::EnergyCriterionWithoutTearing),
         (body.has::<HolzapfelGasserOgden>() && body.has::<StiffeningFibres>(), BodyError::TwoFibreLaws),
         (body.has::<Bending>() && body.has::<Planar>(), BodyError::BendingInPlane),
+        (
+            body.has::<HolzapfelGasserOgden>() && body.look(Triangles::are_pre_stretched).unwrap_or(false),
+            BodyError::PublishedLawPreStretched,
+        ),
     ];
     rules.into_iter().find(|(is_broken, _)| *is_broken).map_or(Ok(()), |(_, error)| Err(error))?;
     let held = body.look(|held: &PreStretch| held.strain).unwrap_or(Sym2::ZERO);

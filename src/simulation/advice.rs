@@ -10,15 +10,9 @@ use hecs::Entity;
 const FLAT: f64 = 1e-9;
 
 impl Simulation {
-    /// A sentence for the body that has no equilibrium; `is_used_up` where the iterations were.
-    pub(super) fn advice(&mut self, body: Entity, is_used_up: bool) -> String {
-        self.free_piece(body).or_else(|| self.slack_sheet(body)).unwrap_or_else(|| {
-            if is_used_up {
-                "the iterations are used up: allow more (`static_iterations`), or use smaller load steps".to_owned()
-            } else {
-                "use smaller load steps, more holds, or a dynamic run".to_owned()
-            }
-        })
+    /// A sentence on what keeps a body from an equilibrium, where that is plain.
+    pub(super) fn advice(&mut self, body: Entity) -> Option<String> {
+        self.free_piece(body).or_else(|| self.slack_sheet(body))
     }
 
     /// Names a piece that nothing holds.
@@ -45,10 +39,11 @@ impl Simulation {
         let of_piece = || pieces.iter().zip(triangles.corners.iter()).filter(|(piece, _)| **piece as usize == free);
         let triangle_count = of_piece().count();
         let corners = || of_piece().flat_map(|(_, corners)| corners).map(|&v| vertices.rest_position[v as usize]);
+        let vertex = of_piece().flat_map(|(_, corners)| corners).min().copied().unwrap_or(0);
         let centre = corners().sum::<DVec3>() / (3 * triangle_count) as f64;
         Some(format!(
-            "piece {free} of {count} of body `{}`, {triangle_count} triangle(s) about ({:.3}, {:.3}, {:.3}) mm, is held by \
-             nothing: hold it, give it springs, or leave it out",
+            "piece {free} of {count} of body `{}`, {triangle_count} triangle(s) with vertex {vertex} about ({:.3}, {:.3}, {:.3}) \
+             mm, is held by nothing: hold it, give it springs, or leave it out",
             body.name, centre.x, centre.y, centre.z
         ))
     }
@@ -66,6 +61,12 @@ impl Simulation {
             body.name
         ))
     }
+}
+
+/// What may help any body; `is_used_up` where the iterations were, without coming nearer.
+pub(super) fn in_general(is_used_up: bool) -> String {
+    let iterations = if is_used_up { "the iterations are used up and the imbalance no longer falls: " } else { "" };
+    format!("{iterations}use smaller load steps, more holds, or a dynamic run")
 }
 
 /// Whether points lie in one plane.

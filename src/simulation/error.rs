@@ -55,6 +55,21 @@ pub enum SimulationError {
         /// What helps.
         advice: String,
     },
+    /// The iterations of a static solve were used up while it still came nearer; the last good state stands.
+    #[error(
+        "not yet in equilibrium at time {time} ms: the {iterations} iterations are used up while the imbalance still falls \
+         ({imbalance:e} N, {least:e} N before): raise `static_iterations`, or use smaller load steps"
+    )]
+    IterationsUsedUp {
+        /// Time whose loads were applied \[ms\].
+        time: f64,
+        /// Largest free nodal force left \[N\].
+        imbalance: f64,
+        /// The least at an earlier iteration \[N\].
+        least: f64,
+        /// Newton iterations done.
+        iterations: u32,
+    },
     /// The linear system of a linear response was not solved; the last good state stands.
     #[error(
         "no linear response at time {time} ms: relative residual {residual:e}; a part of the body may be held by nothing"

@@ -5,7 +5,7 @@ use super::material_force::material_force;
 use crate::components::{Attributes, Body, DecidedBy, EnergyCriterion, Forces, Frames, TearDecision, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
-use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::storage::{Alike, Tips, Topology, Triangles, Vertices};
 use crate::systems::assembly::membrane_forces;
 use crate::systems::kernels::failure::{self, Search, Strength};
 use crate::systems::tearing::{
@@ -50,7 +50,8 @@ impl Simulation {
         };
         if let Some((tearing, tips)) = tearing {
             let search = Search::new(strength(tearing));
-            frame.criterion = frames.states().map(|state| own_criterion(state.stress, &search)).collect();
+            let own = frames.states().zip(triangles.strength.iter());
+            frame.criterion = own.map(|(state, factor)| own_criterion(state.stress, &search) / factor).collect();
             let mut memory = TipMemory::default();
             frame.tips = (0..tips.len())
                 .filter_map(|tip| {
@@ -101,7 +102,7 @@ fn tip_frame(
     let [e1, e2] = decision.axes;
     let fibre = DVec2::new(decision.fibre.dot(e1), decision.fibre.dot(e2));
     let strength = strength(tearing);
-    let chart = surface.chart(decision.row);
+    let (fan, chart) = (surface.topology.fan(decision.row), surface.chart(decision.row));
     let is_admissible = |rest: DVec3, flat: DVec2| {
         let is_in_fan = chart.as_ref().is_none_or(|c| c.sector(flat).is_some());
         is_in_fan && (previous == DVec3::ZERO || rest.dot(previous) >= elementary::cos(tearing.cone) - 1e-9)
@@ -111,9 +112,18 @@ fn tip_frame(
         .filter_map(|i| {
             let flat = elementary::unit_at(std::f64::consts::TAU * i as f64 / CURVE_POINTS as f64);
             let rest = e1 * flat.x + e2 * flat.y;
+            let factor = |factors: &Alike<f64>| {
+                let sector = chart.as_ref().and_then(|c| c.sector(flat));
+                sector.and_then(|sector| fan.sectors.get(sector)).map_or(1.0, |&(t, _)| factors[t as usize])
+            };
             let value = match &energy {
-                Some((reading, toughness)) => reading.value(toughness, flat),
-                None => failure::direction_value(decision.stress, fibre, &strength, flat),
+                Some((reading, toughness)) => {
+                    reading.value(toughness, flat) / factor(&surface.triangles.toughness).sqrt()
+                }
+                None => {
+                    failure::direction_value(decision.stress, fibre, &strength, flat)
+                        / factor(&surface.triangles.strength)
+                }
             };
             is_admissible(rest, flat).then(|| (turn.apply(rest), value))
         })

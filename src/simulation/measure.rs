@@ -29,8 +29,9 @@ impl Simulation {
         let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let fibres = fibre_law(fibres, pre_stretch);
-        let law = (frames.is_planar(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+        let body = PreStretch::unstretched(pre_stretch);
         let elastic = frames.states().enumerate().map(|(t, state)| {
+            let law = (frames.is_planar(), triangles.unstretched(t, body), fibres.as_ref());
             let twice = membrane::twice_energy(&state, &triangles.stiffness[t], law);
             0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
         });

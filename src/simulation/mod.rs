@@ -49,7 +49,7 @@ pub use tear::{Cut, CutError};
 pub use tools::{Grasp, ToolError};
 pub use view::{BodyView, normals};
 
-use crate::components::{Body, EnergyAudit};
+use crate::components::{Body, EnergyAudit, SolverScratch};
 use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::replay::{Input, Recorder};
@@ -252,10 +252,19 @@ impl Simulation {
         let failed = self.report.bodies.iter().filter(|b| !(b.is_converged && is_finite));
         let worst = failed.map(|b| (b.imbalance, b.newton_iterations, b.body));
         if let Some((imbalance, iterations, body)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
+            let least = self.world.get::<&SolverScratch>(body).map_or(0.0, |scratch| scratch.least_imbalance);
             self.undo(&step);
-            let imbalance = imbalance.min(f64::MAX);
-            let advice = self.advice(body, iterations >= step.newton_iterations);
-            return Err(SimulationError::NoEquilibrium { time: step.time, imbalance, iterations, advice });
+            let (time, imbalance) = (step.time, imbalance.min(f64::MAX));
+            let is_used_up = iterations >= step.newton_iterations;
+            return Err(match self.advice(body) {
+                None if is_used_up && imbalance < least => {
+                    SimulationError::IterationsUsedUp { time, imbalance, least, iterations }
+                }
+                advice => {
+                    let advice = advice.unwrap_or_else(|| advice::in_general(is_used_up));
+                    SimulationError::NoEquilibrium { time, imbalance, iterations, advice }
+                }
+            });
         }
         self.report.time = step.time;
         self.rest_obstacles();

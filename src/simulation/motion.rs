@@ -1,7 +1,7 @@
 //! A body set elsewhere, or thrown.
 
 use super::Simulation;
-use crate::components::{EnergyAudit, Hold, HoldTurns, Holds, Increment, Planar};
+use crate::components::{EnergyAudit, Hold, HoldGuides, HoldTurns, Holds, Increment, Planar};
 use crate::event::WokenBy;
 use crate::registry::Refused;
 use crate::replay::Input;
@@ -38,12 +38,12 @@ impl Simulation {
     pub fn teleport(&mut self, body: Entity, rotation: DQuat, shift: DVec3) -> Result<(), MotionError> {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Increment, Option<&'a mut Holds>),
-            (Option<&'a Planar>, Option<&'a mut EnergyAudit>, Option<&'a HoldTurns>),
+            (Option<&'a Planar>, Option<&'a mut EnergyAudit>, Option<&'a HoldTurns>, Option<&'a HoldGuides>),
         );
         self.note(|| Input::Teleport { body, rotation, shift });
         self.admit()?;
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| MotionError::NoSuchBody)?;
-        let ((vertices, increment, mut holds), (planar, audit, turns)) = found;
+        let ((vertices, increment, mut holds), (planar, audit, turns, guides)) = found;
         if !(rotation.is_finite() && rotation.length_squared() > 0.0 && shift.is_finite()) {
             return Err(MotionError::NotFinite);
         }
@@ -52,7 +52,10 @@ impl Simulation {
         if planar.is_some() && (rotation.x != 0.0 || rotation.y != 0.0 || shift.z != 0.0) {
             return Err(MotionError::OutOfPlane);
         }
-        let is_turned = |place: usize| turns.is_some_and(|turns| turns.of(place).is_some());
+        let is_turned = |place: usize| {
+            turns.is_some_and(|turns| turns.of(place).is_some())
+                || guides.is_some_and(|guides| guides.of(place).is_some())
+        };
         let curved =
             |(place, hold): &(usize, &Hold)| !(hold.is_pin() && !is_turned(*place) || hold.members.rows().is_empty());
         let curved = holds.as_ref().and_then(|holds| holds.groups.iter().enumerate().find(curved));

@@ -2,13 +2,16 @@
 
 use super::{Simulation, SimulationError};
 use crate::components::check::{Check, Host};
-use crate::components::{Body, BodyError, Contact, Obstacle, ObstaclePath, Path, Shape, Swept, Turning};
+use crate::components::{
+    Body, BodyError, Contact, Increment, Obstacle, ObstaclePath, Path, Rubbing, Shape, Swept, Turning,
+};
 use crate::registry::Refused;
 use crate::replay::Input;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::contact;
 use glam::DVec3;
 use hecs::Entity;
+use smallvec::SmallVec;
 
 impl Simulation {
     /// Puts an obstacle into the world; bodies that carry [`Contact`] feel it.
@@ -67,29 +70,64 @@ impl Simulation {
         self.world.insert_one(obstacle, Swept { from, turn: None }).map_err(|_| SimulationError::NoSuchBody)
     }
 
-    /// The forces \[N\] of the obstacles on a body as it is, along their normals, each with its obstacle; those that do not touch
-    /// it are left out.
+    /// The forces \[N\] of the obstacles on a body, each with its obstacle: along their normals as it is, and the friction of the last step.
+    /// Those that do not touch it are left out.
     ///
     /// # Errors
     /// If there is no such body.
     pub fn contact_forces(&self, body: Entity) -> Result<Vec<(Entity, DVec3)>, SimulationError> {
         type Query<'a> = (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, Option<&'a Contact>);
         let mut query = self.world.query_one::<Query>(body);
-        let (_, vertices, triangles, topology, contact) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let (about, vertices, triangles, topology, contact) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some(contact) = contact else { return Ok(Vec::new()) };
-        let mut obstacles = self.world.query::<(Entity, &Obstacle)>();
-        let force = |(entity, obstacle): (Entity, &Obstacle)| {
-            (entity, contact::force_of(obstacle, contact, (vertices, triangles, topology)))
+        let mut obstacles = self.world.query::<(Entity, &Obstacle, Option<&Rubbing>)>();
+        let force = |(entity, obstacle, rubbing): (Entity, &Obstacle, Option<&Rubbing>)| {
+            let rubbed = rubbing.and_then(|rubbing| rubbing.forces.iter().find(|(order, _)| *order == about.order));
+            let push = contact::force_of(obstacle, contact, (vertices, triangles, topology));
+            (entity, push + rubbed.map_or(DVec3::ZERO, |(_, force)| *force))
         };
         let mut forces: Vec<_> = obstacles.iter().map(force).filter(|(_, force)| *force != DVec3::ZERO).collect();
         forces.sort_unstable_by_key(|(entity, _)| *entity);
         Ok(forces)
     }
 
-    /// After a step: the obstacles that were moved stay.
+    /// After a step: takes down the friction of the obstacles, and those that were moved stay.
     pub(super) fn rest_obstacles(&mut self) {
+        self.note_friction();
         for (obstacle, swept) in self.world.query_mut::<(&Obstacle, &mut Swept)>() {
             *swept = Swept { from: obstacle.shape.clone(), turn: None };
+        }
+    }
+
+    /// Takes down the friction of the last step on every body that feels some.
+    fn note_friction(&mut self) {
+        let has_friction = |contact: &Contact| contact.friction > 0.0;
+        if !self.world.query_mut::<&Contact>().into_iter().any(has_friction) {
+            return;
+        }
+        type Rubbed<'a> = (&'a Body, &'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a Contact);
+        let obstacles = self.world.query_mut::<(Entity, &Obstacle)>();
+        let obstacles: SmallVec<[Entity; 8]> = obstacles.into_iter().map(|(entity, _)| entity).collect();
+        for entity in obstacles {
+            let known = self.world.get::<&mut Rubbing>(entity).ok().map(|mut rubbing| std::mem::take(&mut *rubbing));
+            let is_known = known.is_some();
+            let mut rubbing = known.unwrap_or_default();
+            rubbing.forces.clear();
+            if let Ok(obstacle) = self.world.get::<&Obstacle>(entity) {
+                let swept = self.world.get::<&Swept>(entity).ok();
+                let mut bodies = self.world.query::<Rubbed>();
+                for (about, vertices, triangles, topology, increment, contact) in bodies.iter() {
+                    let (moved, body) = ((&*obstacle, swept.as_deref()), (vertices, triangles, topology));
+                    let force = contact::friction_of(moved, contact, body, &increment.start);
+                    if force != DVec3::ZERO {
+                        rubbing.forces.push((about.order, force));
+                    }
+                }
+            }
+            if is_known || !rubbing.forces.is_empty() {
+                // An obstacle that was just there.
+                let _ = self.world.insert_one(entity, rubbing);
+            }
         }
     }
 }

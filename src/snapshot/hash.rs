@@ -1,6 +1,7 @@
 //! A number that tells two states apart.
 
 use crate::components::{Body, Grips};
+use crate::math::Sym2;
 use crate::storage::{Tips, Triangles, Vertices};
 use glam::DVec3;
 use hecs::World;
@@ -13,7 +14,7 @@ use xxhash_rust::xxh3::Xxh3;
 ///
 /// It runs over the number of steps and the time; then over every body in order of spawning: its place in that order; number of
 /// vertices, their keys, positions, velocities, rest positions, masses; number of triangles, their keys, corners, fibres,
-/// elastic constants, thicknesses, densities; number of tips, their keys, vertices, last directions, ideal points, criterion
+/// elastic constants, thicknesses, densities, and pre-stretches, strengths and toughnesses where some are not the body's own; number of tips, their keys, vertices, last directions, ideal points, criterion
 /// values, allowances, marks; and for every grip the number of held vertices, their rows and their places in the jaws.
 /// Column after column, each from the first row to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -53,6 +54,16 @@ pub(crate) fn hash_of(world: &World, step: u64, time: f64) -> StateHash {
             [law.q11, law.q12, law.q22, law.q66].into_iter().for_each(|q| hash.real(q));
         }
         triangles.thickness.iter().chain(triangles.density.iter()).for_each(|&value| hash.real(value));
+        // Not of bodies that are the same everywhere: most are.
+        if triangles.pre_stretch.iter().any(|&strain| strain != Sym2::ZERO) {
+            let strains = triangles.pre_stretch.iter().flat_map(|strain| [strain.xx, strain.yy, strain.xy]);
+            strains.for_each(|value| hash.real(value));
+        }
+        for factors in [&triangles.strength, &triangles.toughness] {
+            if factors.iter().any(|&factor| factor != 1.0) {
+                factors.iter().for_each(|&factor| hash.real(factor));
+            }
+        }
         if let Some(tips) = tips {
             hash.keys(tips.keys());
             tips.vertex.iter().for_each(|&vertex| hash.row(vertex));

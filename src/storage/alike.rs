@@ -93,6 +93,11 @@ impl<T> Alike<T> {
         self.len == 0
     }
 
+    /// Whether one value is kept for all rows.
+    pub fn are_alike(&self) -> bool {
+        self.mask == 0
+    }
+
     /// The value of a row, if there is one.
     pub fn get(&self, row: usize) -> Option<&T> {
         if row < self.len { self.values.get(row & self.mask) } else { None }
@@ -149,18 +154,27 @@ impl<T: Copy + PartialEq> Column<T> for Alike<T> {
     }
 }
 
-/// As a list with one value per row.
+/// As the number of rows and their values, of which there is one where all are alike.
 #[cfg(feature = "snapshot")]
-impl<T: serde::Serialize> serde::Serialize for Alike<T> {
+impl<T: PartialEq + serde::Serialize> serde::Serialize for Alike<T> {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.iter())
+        let values = if self.len == 0 { &[][..] } else { &self.values };
+        let are_alike = values.windows(2).all(|pair| pair[0] == pair[1]);
+        (self.len as u64, if are_alike { &values[..values.len().min(1)] } else { values }).serialize(serializer)
     }
 }
 
 #[cfg(feature = "snapshot")]
 impl<'de, T: Copy + PartialEq + serde::Deserialize<'de>> serde::Deserialize<'de> for Alike<T> {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(Vec::deserialize(deserializer)?.into_iter().collect())
+        let (len, values) = <(u64, Vec<T>)>::deserialize(deserializer)?;
+        let len = usize::try_from(len).map_err(serde::de::Error::custom)?;
+        let are_alike = values.len() == 1 || len == 0 && values.is_empty();
+        if !are_alike && values.len() != len {
+            return Err(serde::de::Error::custom("a column has neither one value nor one for each row"));
+        }
+        let mask = if are_alike { 0 } else { usize::MAX };
+        Ok(Self { values, mask, len, room: 0 })
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::table::table;
 use super::{Alike, EditRecord};
-use crate::math::{Orthotropic, RestTriangle};
+use crate::math::{Orthotropic, RestTriangle, Sym2};
 use glam::DVec3;
 
 table! {
@@ -21,7 +21,7 @@ table! {
 }
 
 table! {
-    /// The triangles of a body. 52 bytes a row while all are made of the same, with fibres along one direction; else up to 72 more.
+    /// The triangles of a body. 52 bytes a row while all are made of the same, with fibres along one direction; else up to 112 more.
     pub struct Triangles, row TriangleRow, key TriangleKey {
         /// Rows of the three vertices, counter-clockwise seen from the side the normal points to.
         corners: Vec<[u32; 3]>,
@@ -35,6 +35,12 @@ table! {
         thickness: Alike<f64>,
         /// Density \[g/mm³\].
         density: Alike<f64>,
+        /// Pre-stretch beside the body's own, in the axes (fibre, transverse).
+        pre_stretch: Alike<Sym2>,
+        /// Strengths over those of the body.
+        strength: Alike<f64>,
+        /// Toughnesses over those of the body.
+        toughness: Alike<f64>,
     }
 }
 
@@ -55,6 +61,27 @@ table! {
         is_refused: Vec<bool>,
         /// Whether it was said that the mesh is too coarse for R here.
         is_coarse: Vec<bool>,
+    }
+}
+
+impl Triangles {
+    /// The stretch of a triangle that is free of stress, in a body whose own is `unstretched`.
+    #[inline]
+    pub fn unstretched(&self, triangle: usize, unstretched: Sym2) -> Sym2 {
+        unstretched - self.pre_stretch[triangle]
+    }
+
+    /// Whether some triangle has a pre-stretch beside the body's own.
+    pub fn are_pre_stretched(&self) -> bool {
+        !self.pre_stretch.are_alike() || self.pre_stretch.get(0).is_some_and(|&strain| strain != Sym2::ZERO)
+    }
+
+    /// The smallest of the strengths over those of the body: 1 where all are alike.
+    pub fn least_strength(&self) -> f64 {
+        if self.strength.are_alike() {
+            return self.strength.get(0).copied().unwrap_or(1.0);
+        }
+        self.strength.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }
 

@@ -49,8 +49,7 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
         let operator = &solved.operator;
         let (vertices, triangles, frames) = (operator.vertices, operator.triangles, operator.frames);
         let (thickness, stiffness) = (triangles.thickness.by_row(), triangles.stiffness.by_row());
-        let free = solved.unstretched;
-        let free = doubles(lanes, &[[free.xx; 4], [free.yy; 4], [free.xy; 4]]);
+        let pre_stretch = triangles.pre_stretch.by_row();
         let (zero, half, one) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0));
         let (two, damped) = (Doubles::splat(lanes, 2.0), Doubles::splat(lanes, 1.0 + operator.viscosity));
         let is_damped_before = solved.is_damped_before;
@@ -62,6 +61,7 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
             let (mut shape, mut law) = ([zero; DOUBLES], [zero; DOUBLES]);
             let (mut geometric, mut volume) = ([zero; DOUBLES], [0.0; DOUBLES]);
             let mut of_lanes = [&state[start]; DOUBLES];
+            let mut free = [[0.0; DOUBLES]; 3];
             for lane in 0..DOUBLES {
                 // The last group is filled up with its last triangle.
                 let t = start + lane.min(count - 1);
@@ -70,7 +70,10 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
                 geometric[lane] = Doubles::new(lanes, [normal.xx, normal.yy, normal.xy, in_plane]);
                 volume[lane] = triangles.rest[t].area * thickness[t];
                 of_lanes[lane] = &state[t];
+                let own = solved.unstretched - pre_stretch[t];
+                (free[0][lane], free[1][lane], free[2][lane]) = (own.xx, own.yy, own.xy);
             }
+            let free = doubles(lanes, &free);
             let of_group = (&triangles.corners[..], start);
             let [x, x1, x2] = at_corners(lanes, of_group, &|v| vertices.position[v]);
             let [u, u1, u2] = at_corners(lanes, of_group, &|v| solved.delta[v]);

@@ -194,8 +194,9 @@ fn evaluated_energy(
     partials: &mut Vec<f64>,
 ) -> f64 {
     let fibres = fibre_law(fibres, pre_stretch);
-    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+    let body = PreStretch::unstretched(pre_stretch);
     let stored = parallel::sum(triangles.len(), partials, |t| {
+        let law = (planar.is_some(), triangles.unstretched(t, body), fibres.as_ref());
         let twice = membrane::twice_energy(&frames.state(t), &triangles.stiffness[t], law);
         0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
     });
@@ -210,6 +211,7 @@ fn stored_now(
 ) -> f64 {
     let (rest, stiffness) = (&triangles.rest[t], &triangles.stiffness[t]);
     let volume = rest.area * triangles.thickness[t];
+    let unstretched = triangles.unstretched(t, unstretched);
     let element = Element { rest, stiffness, volume, is_planar, unstretched, fibres };
     element.energy(triangles.corners[t].map(|v| vertices.position[v as usize]))
 }

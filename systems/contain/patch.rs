@@ -199,6 +199,7 @@ impl Solved<'_> {
     pub(super) fn element(&self, t: usize) -> Element<'_> {
         let &Self { is_planar, unstretched, fibres, .. } = self;
         let triangles = self.operator.triangles;
+        let unstretched = triangles.unstretched(t, unstretched);
         let (rest, stiffness, volume) = (&triangles.rest[t], &triangles.stiffness[t], self.volume(t));
         Element { rest, stiffness, volume, is_planar, unstretched, fibres }
     }

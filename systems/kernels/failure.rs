@@ -71,6 +71,12 @@ impl Strength {
         Ok(Self { fibre, transverse, exponent })
     }
 
+    /// With both thresholds `factor` times as large.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self { fibre: self.fibre * factor, transverse: self.transverse * factor, ..self }
+    }
+
     /// σ̄(δ) \[MPa\], eq. 6, for a tear at the angle `delta` \[rad\] in [0, π/2] to the fibre; exactly σ̄_T at 0 and σ̄_F at π/2.
     pub fn threshold(&self, delta: f64) -> f64 {
         let w = elementary::pow(delta / FRAC_PI_2, self.exponent);
@@ -160,6 +166,13 @@ impl Decision {
     /// Whether the runner-up is as good as the best, so that the tie rule of [`evaluate`] decided.
     pub fn is_tie(&self) -> bool {
         self.margin() <= TIE
+    }
+
+    /// The same where all thresholds are `factor` times as large.
+    #[must_use]
+    pub fn over(self, factor: f64) -> Self {
+        let over = |candidate: Candidate| Candidate { value: candidate.value / factor, ..candidate };
+        Self { best: over(self.best), runner_up: self.runner_up.map(over), ..self }
     }
 
     /// Whether the membrane fails here.

@@ -113,6 +113,14 @@ impl FanChart {
         self.spokes.len()
     }
 
+    /// Chart angle \[rad\] of a spoke.
+    ///
+    /// # Panics
+    /// If there is no such spoke.
+    pub fn angle(&self, index: usize) -> f64 {
+        self.spokes[index].angle
+    }
+
     /// Chart position \[mm\] of the end of a spoke, from the vertex.
     ///
     /// # Panics

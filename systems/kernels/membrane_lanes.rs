@@ -114,16 +114,23 @@ pub struct States<'a> {
     pub stiffness: PerRow<'a, Orthotropic>,
     /// Whether the normal stays +z.
     pub is_planar: bool,
-    /// The stretch that is free of stress.
+    /// The stretch that is free of stress, of the body.
     pub unstretched: Sym2,
+    /// Pre-stretch beside it.
+    pub pre_stretch: PerRow<'a, Sym2>,
     /// Becomes true where there is a triangle whose law has [`Faded`].
     pub has_faded: AtomicBool,
 }
 
 impl States<'_> {
+    #[inline(always)]
+    fn free(&self, t: usize) -> Sym2 {
+        self.unstretched - self.pre_stretch[t]
+    }
+
     fn alone(&self, t: usize) -> ElementState {
         let x = self.corners[t].map(|v| self.position[v as usize]);
-        membrane::state(x, &self.rest[t], &self.stiffness[t], self.is_planar, self.unstretched)
+        membrane::state(x, &self.rest[t], &self.stiffness[t], self.is_planar, self.free(t))
     }
 
     /// Does over what a lane cannot do alike: triangles that are not sound, and strains that are but rounding.
@@ -138,7 +145,7 @@ impl States<'_> {
                 *out = state.into();
             } else if strain_sq[lane] <= ROUNDING_SQ {
                 let mut state: ElementState = (*out).into();
-                (state.polar.stretch, state.stress) = (self.unstretched, Sym2::ZERO);
+                (state.polar.stretch, state.stress) = (self.free(first + lane), Sym2::ZERO);
                 *out = state.into();
             }
         }
@@ -148,11 +155,11 @@ impl States<'_> {
 impl<T: Stored> Kernel<T> for States<'_> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [T]) {
-        let free = doubles(lanes, &[[self.unstretched.xx; 4], [self.unstretched.yy; 4], [self.unstretched.xy; 4]]);
         let (zero, rounding_sq) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, ROUNDING_SQ));
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
             let first = first + group * DOUBLES;
             let (mut edges, mut gradients, mut law) = ([[zero; DOUBLES]; 2], [zero; DOUBLES], [zero; DOUBLES]);
+            let mut free = [[0.0; DOUBLES]; 3];
             for lane in 0..DOUBLES {
                 // The last group is filled up with its last triangle.
                 let t = first + lane.min(out.len() - 1);
@@ -162,7 +169,10 @@ impl<T: Stored> Kernel<T> for States<'_> {
                 edges[1][lane] = row(lanes, self.position[k]) - x;
                 gradients[lane] = gradients_of(lanes, &self.rest[t]);
                 law[lane] = law_of(lanes, &self.stiffness[t]);
+                let own = self.free(t);
+                (free[0][lane], free[1][lane], free[2][lane]) = (own.xx, own.yy, own.xy);
             }
+            let free = doubles(lanes, &free);
             let (a, b) = (components(edges[0]), components(edges[1]));
             let ([g1x, g1y, g2x, g2y], [q11, q12, q22, q66]) = (Doubles::transpose(gradients), Doubles::transpose(law));
             let (f1, f2) = (combine(a, g1x, b, g2x), combine(a, g1y, b, g2y));

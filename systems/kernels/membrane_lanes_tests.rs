@@ -17,6 +17,7 @@ struct Mesh {
     position: Vec<DVec3>,
     rest: Vec<RestTriangle>,
     stiffness: Vec<Orthotropic>,
+    pre_stretch: Vec<Sym2>,
     thickness: Vec<f64>,
 }
 
@@ -25,8 +26,8 @@ impl Mesh {
     /// to a point, and in the plane one mirrored and one a pure mirror image.
     fn new(is_planar: bool) -> Self {
         let mut next = numbers();
-        let (stiffness, thickness) = (vec![], vec![]);
-        let mut mesh = Self { corners: vec![], position: vec![], rest: vec![], stiffness, thickness };
+        let (stiffness, pre_stretch, thickness) = (vec![], vec![], vec![]);
+        let mut mesh = Self { corners: vec![], position: vec![], rest: vec![], stiffness, pre_stretch, thickness };
         for t in 0..17_u32 {
             let mut vector = || DVec3::new(next(), next(), if is_planar { 0.0 } else { next() });
             let x = [vector(), vector() + DVec3::X * 2.0, vector() + DVec3::Y * 2.0];
@@ -41,6 +42,7 @@ impl Mesh {
             });
             mesh.corners.push([3 * t, 3 * t + 1, 3 * t + 2]);
             mesh.stiffness.push(Orthotropic::new(10.0 + next(), 2.0 + next(), 0.3, 0.7 + 0.5 * next()).unwrap());
+            mesh.pre_stretch.push(Sym2::new(0.02 * next(), 0.01, 0.01 * next()));
             mesh.thickness.push(0.1 + 0.05 * next());
         }
         mesh
@@ -50,7 +52,16 @@ impl Mesh {
         let Self { corners, position, rest, stiffness, .. } = self;
         let stiffness = PerRow::each(stiffness);
         let has_faded = AtomicBool::new(false);
-        States { corners, position, rest, stiffness, is_planar, unstretched: Sym2::new(0.98, 1.01, 0.005), has_faded }
+        States {
+            corners,
+            position,
+            rest,
+            stiffness,
+            is_planar,
+            unstretched: Sym2::new(0.97, 1.02, 0.005),
+            pre_stretch: PerRow::each(&self.pre_stretch),
+            has_faded,
+        }
     }
 }
 

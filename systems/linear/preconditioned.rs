@@ -2,7 +2,7 @@
 //! precision, or double precision with multigrid or block Jacobi.
 
 use super::factor::{Factor, NoFactor};
-use super::{CgError, CgInfo, Inner, InnerSolver, Operator, With, block_jacobi, cg};
+use super::{CgError, CgInfo, Inner, InnerSolver, Operator, With, block_jacobi, cg, guided};
 use crate::clock::Moment;
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::{LinearParams, Tangent};
@@ -55,6 +55,9 @@ pub fn solve(
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
+    if !scratch.allowed.is_empty() {
+        return guided::solve(operator, params, means, corner, x, scratch);
+    }
     let start = Moment::now();
     let mut done = 0;
     if let Some((factor, how)) = &mut means.factor

@@ -93,10 +93,11 @@ impl Tearer<'_> {
         let Some(tip) = copies.iter().find_map(leads) else { return };
         let at = self.mesh.vertices.rest_position[tip.vertex as usize];
         let key = self.renew(NewTip { vertex: tip.vertex, direction: other, ideal: at }, Renewal::Branch);
-        let thickness = self.thickness_at(tip.vertex);
+        let (thickness, factor) = (self.thickness_at(tip.vertex), self.factor_ahead(&tip, other));
         match self.cut_from(&tip, at, other) {
             Ok((advance, ideal)) => {
-                self.record_advance(key, &TearDecision { direction: other, ..*decision }, (&advance, thickness), ideal);
+                let decision = TearDecision { direction: other, ..*decision };
+                self.record_advance(key, &decision, (&advance, thickness, factor), ideal);
             }
             Err(refusal) => self.refuse(Some(key), at, &refusal),
         }
@@ -184,7 +185,8 @@ impl Tearer<'_> {
     fn note_way(&mut self, advance: &Advance, thickness: f64, parting: &Parting) {
         let way = (advance.to - advance.from).normalize_or(parting.direction);
         self.log.length += advance.length();
-        self.log.note_area(advance.length() * thickness, self.toughness(parting.fibre, way));
+        let factor = self.factor_at(advance.vertex);
+        self.log.note_area(advance.length() * thickness, self.toughness(parting.fibre, way, factor));
         self.log.note_angle(advance.smallest_angle);
     }
 }

@@ -59,7 +59,8 @@ impl Tearer<'_> {
             let way = rest[ends[1] as usize] - rest[ends[0] as usize];
             let thickness = 0.5 * (self.thickness_at(ends[0]) + self.thickness_at(ends[1]));
             length += way.length();
-            self.log.note_area(way.length() * thickness, self.toughness(fibre, way.normalize_or(direction)));
+            let factor = 0.5 * (self.factor_at(ends[0]) + self.factor_at(ends[1]));
+            self.log.note_area(way.length() * thickness, self.toughness(fibre, way.normalize_or(direction), factor));
         }
         self.log.length += length;
         self.log.note_angle(slit.smallest_angle);
@@ -75,9 +76,10 @@ impl Tearer<'_> {
             && at.distance(from) + 0.5 * edge < length
             && let thickness = self.thickness_at(vertex)
             && let Ok(chart) = TipChart::new(&self.mesh, vertex)
+            && let factor = self.factor_ahead(&chart, decision.direction)
             && let Ok((advance, ideal)) = self.cut_from(&chart, ideal, decision.direction)
         {
-            self.record_advance(key, &decision, (&advance, thickness), ideal);
+            self.record_advance(key, &decision, (&advance, thickness, factor), ideal);
         }
     }
 

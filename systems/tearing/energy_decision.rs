@@ -1,6 +1,7 @@
 //! The criterion on energy at a tip: from the field in the ring around it where that is a plane crack's, by the material force where
 //! it is not.
 
+use super::by_triangle::in_runs;
 use super::tip_decision::{admissible, decision_in_fan};
 use super::{Contour, MaterialForce, Surface, TipMemory, strength};
 use crate::components::{DecidedBy, EnergyCriterion, RingFault, TearDecision, Tearing};
@@ -92,23 +93,29 @@ pub fn energy_decision(
     let (tearing, toughness) = (terms.tearing, terms.toughness());
     let (chart, average, ring) = memory.at_tip_with_ring(surface, (tip, vertex), strength(tearing), terms.radii())?;
     let (cone, sector) = admissible(tearing, previous, chart);
+    let (factors, place) = (&surface.triangles.toughness, (surface, vertex, chart));
     let field = ring.contour(surface).map(|contour| contour.field).and_then(|field| {
-        let answer = evaluate_release(&field, &toughness, cone, sector);
-        let answer = answer.filter(|answer| answer.best.value > 0.0).ok_or(RingFault::NoRelease)?;
+        let answer = in_runs(factors, place, sector, |sector, factor| {
+            Some(evaluate_release(&field, &toughness, cone, sector)?.over(factor.sqrt()))
+        });
+        let answer = answer.filter(|(answer, _)| answer.best.value > 0.0).ok_or(RingFault::NoRelease)?;
         Ok((EnergyReading::Field(field), answer))
     });
-    let (reading, answer) = match field {
+    let (reading, (answer, factor)) = match field {
         Ok(found) => found,
         Err(fault) => {
-            let (_, force) = memory.material_force(surface, (tip, vertex), strength(tearing), terms.radii())?;
+            let (chart, force) = memory.material_force(surface, (tip, vertex), strength(tearing), terms.radii())?;
             let (release, fibre) = (force.release, average.fibre);
-            let answer = evaluate_pull(release, fibre, &toughness, cone, sector)?;
+            let place = (surface, vertex, chart);
+            let answer = in_runs(factors, place, sector, |sector, factor| {
+                Some(evaluate_pull(release, fibre, &toughness, cone, sector)?.over(factor.sqrt()))
+            })?;
             (EnergyReading::Pull { release, fibre, fault }, answer)
         }
     };
     let decision = decision_in_fan(vertex, &answer, &surface.chart(vertex)?, &average);
     let (fibre, d) = (average.fibre, answer.best.direction);
     let delta = elementary::atan2(fibre.perp_dot(d).abs(), fibre.dot(d).abs());
-    let release = Some(answer.best.value * answer.best.value * toughness.threshold(delta));
+    let release = Some(answer.best.value * answer.best.value * toughness.threshold(delta) * factor);
     Some((TearDecision { by: reading.by(), release, ..decision }, reading))
 }

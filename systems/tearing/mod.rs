@@ -8,6 +8,7 @@
 mod advance;
 mod bisect;
 mod blade;
+mod by_triangle;
 mod cut_line;
 mod edge;
 mod energy_decision;
@@ -38,6 +39,7 @@ mod trial;
 
 pub use bisect::size;
 pub use blade::CutOutcome;
+pub use by_triangle::{factor_of, mean_around};
 pub use edge::{EdgeAdvance, EdgePlan, plan_edge};
 pub use energy_decision::{EnergyReading, EnergyTerms, energy_decision};
 pub use followers::Followers;

@@ -37,7 +37,7 @@ pub fn beyond_stretch(
 
 /// A triangle whose greatest principal stretch, one plus the Biot strain from the stress-free state, exceeds the ultimate one.
 fn of_triangle(surface: &Surface, t: usize, ultimate: f64) -> Option<Parting> {
-    let strain = surface.state(t).polar.stretch - surface.unstretched;
+    let strain = surface.state(t).polar.stretch - surface.triangles.unstretched(t, surface.unstretched);
     let value = (1.0 + strain.principal_values().0) / ultimate;
     if !(value > 1.0) {
         return None;

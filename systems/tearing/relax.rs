@@ -2,7 +2,7 @@
 //! interpolates the state anew, so good triangles are left alone.
 
 use super::Cutter;
-use crate::math::{Orthotropic, SmallestAngle, elementary};
+use crate::math::{Orthotropic, SmallestAngle, Sym2, elementary};
 use crate::storage::{Edit, Mesh, NONE, TriangleRow};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -103,8 +103,12 @@ fn normal(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
 
 fn are_alike(a: &TriangleRow, b: &TriangleRow) -> bool {
     let moduli = |q: Orthotropic| [q.q11, q.q12, q.q22, q.q66];
+    let strains = |e: Sym2| [e.xx, e.yy, e.xy];
     let close = |x: f64, y: f64| (x - y).abs() <= ALIKE * x.abs().max(y.abs());
     moduli(a.stiffness).into_iter().zip(moduli(b.stiffness)).all(|(x, y)| close(x, y))
         && close(a.thickness, b.thickness)
         && close(a.density, b.density)
+        && close(a.strength, b.strength)
+        && close(a.toughness, b.toughness)
+        && strains(a.pre_stretch).into_iter().zip(strains(b.pre_stretch)).all(|(x, y)| close(x, y))
 }

@@ -206,6 +206,7 @@ impl Ring {
                 if !is_planar && cross.dot(normal) < COS_BENT * cross.length() {
                     return Err(RingFault::Bent);
                 }
+                let unstretched = triangles.unstretched(member.triangle as usize, unstretched);
                 let strain = u - unstretched;
                 let stress = member.turned(triangles.stiffness[member.triangle as usize].stress(strain));
                 let free = member.turned(unstretched);

@@ -6,7 +6,7 @@
 use super::Surface;
 use super::shifted_folds::ShiftedFolds;
 use super::tip_disc::{TangentPlane, Walk};
-use crate::math::{ElementState, FibreLaw, Orthotropic, PerRow, RestTriangle};
+use crate::math::{ElementState, FibreLaw, Orthotropic, PerRow, RestTriangle, Sym2};
 use crate::storage::NONE;
 use crate::systems::kernels::material_force::{Strained, pulled_back};
 use crate::systems::kernels::membrane_lanes::{CornerForces, States};
@@ -252,6 +252,7 @@ struct Pack {
     corners: Vec<[u32; 3]>,
     rest: Vec<RestTriangle>,
     stiffness: Vec<Orthotropic>,
+    pre_stretch: Vec<Sym2>,
     thickness: Vec<f64>,
     state: Vec<ElementState>,
     forces: Vec<[DVec3; 3]>,
@@ -262,6 +263,7 @@ impl Pack {
         self.corners.reserve(PACK);
         self.rest.reserve(PACK);
         self.stiffness.reserve(PACK);
+        self.pre_stretch.reserve(PACK);
         self.thickness.reserve(PACK);
         self.state.reserve(PACK);
         self.forces.reserve(PACK);
@@ -269,26 +271,31 @@ impl Pack {
 
     /// Strains the triangles of some members.
     fn fill(&mut self, members: &[Member], surface: &Surface) {
-        let Self { corners, rest, stiffness, thickness, state, forces } = self;
+        let Self { corners, rest, stiffness, pre_stretch, thickness, state, forces } = self;
         corners.clear();
         rest.clear();
         stiffness.clear();
+        pre_stretch.clear();
         thickness.clear();
         for member in members {
             let (triangles, t) = (surface.triangles, member.triangle as usize);
             corners.push(triangles.corners[t]);
             rest.push(triangles.rest[t]);
             stiffness.push(triangles.stiffness[t]);
+            pre_stretch.push(triangles.pre_stretch[t]);
             thickness.push(triangles.thickness[t]);
         }
         state.resize(members.len(), ElementState::REST);
         forces.resize(members.len(), [DVec3::ZERO; 3]);
         let (is_planar, unstretched, has_faded) = (surface.is_planar, surface.unstretched, AtomicBool::new(false));
         let (position, law) = (&surface.vertices.position, PerRow::each(stiffness));
-        let states = States { corners, position, rest, stiffness: law, is_planar, unstretched, has_faded };
+        let own = PerRow::each(pre_stretch);
+        let states =
+            States { corners, position, rest, stiffness: law, is_planar, unstretched, pre_stretch: own, has_faded };
         simd::run(&states, 0, state);
         if let Some(fibres) = &surface.fibres {
-            for (state, stiffness) in state.iter_mut().zip(stiffness) {
+            for ((state, stiffness), own) in state.iter_mut().zip(stiffness).zip(pre_stretch) {
+                let unstretched = unstretched - *own;
                 let linear = (state.stress, &*stiffness);
                 state.stress = FibreLaw::stress(Some(fibres), state.polar.stretch, unstretched, linear);
             }
@@ -301,7 +308,8 @@ impl Pack {
         let (rest, stiffness) = (&self.rest[place], &self.stiffness[place]);
         let x = self.corners[place].map(|v| surface.vertices.position[v as usize]);
         let (f1, f2) = membrane::gradient(x, rest);
-        let law = (surface.is_planar, surface.unstretched, surface.fibres.as_ref());
+        let unstretched = surface.unstretched - self.pre_stretch[place];
+        let law = (surface.is_planar, unstretched, surface.fibres.as_ref());
         let twice = membrane::twice_energy(&self.state[place], stiffness, law);
         let energy = 0.5 * twice * rest.area * self.thickness[place];
         let DVec2 { x: c, y: s } = member.fibre;

@@ -121,7 +121,9 @@ impl Strands {
 fn weakest_of(surface: &Surface, crossed: &[(u32, DVec2)], strength: &Strength, least: f64) -> f64 {
     let mut value = f64::INFINITY;
     for &(t, direction) in crossed {
-        value = value.min(failure::direction_value(surface.stress(t as usize), DVec2::X, strength, direction));
+        let t = t as usize;
+        let strength = strength.times(surface.triangles.strength[t]);
+        value = value.min(failure::direction_value(surface.stress(t), DVec2::X, &strength, direction));
         if !(value > least) {
             break;
         }

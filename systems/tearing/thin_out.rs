@@ -5,6 +5,7 @@
 
 use super::Surface;
 use crate::math::{FibreLaw, RestTriangle, smallest_angle};
+use crate::storage::{Fan, Triangles};
 use crate::systems::kernels::path_work::Element;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -41,6 +42,10 @@ pub fn plan_thin_out(
     is_wanted: &dyn Fn([DVec3; 3], f64) -> bool,
 ) -> Option<ThinOut> {
     let fan = surface.topology.fan(vertex);
+    // What differs from triangle to triangle stays where it is.
+    if !are_uniform(surface.triangles, &fan) {
+        return None;
+    }
     let corners = &surface.triangles.corners;
     let end = |&(t, corner): &(u32, usize), step: usize| corners[t as usize][(corner + step) % 3];
     // A vertex on the boundary can only go along it.
@@ -64,6 +69,17 @@ pub fn plan_thin_out(
         let energy_change = surface.energy_change(&fan.sectors, into, strength)?;
         Some(ThinOut { into, energy_change })
     })
+}
+
+/// Whether the triangles of a fan have one thickness, strength, toughness and pre-stretch.
+fn are_uniform(triangles: &Triangles, fan: &Fan) -> bool {
+    let Triangles { thickness, strength, toughness, pre_stretch, .. } = triangles;
+    let mut rows = fan.sectors.iter().map(|&(t, _)| t as usize);
+    let Some(first) = rows.next() else { return true };
+    let numbers = [thickness, strength, toughness];
+    let are_alike = numbers.iter().all(|column| column.are_alike()) && pre_stretch.are_alike();
+    are_alike
+        || rows.all(|t| numbers.iter().all(|column| column[t] == column[first]) && pre_stretch[t] == pre_stretch[first])
 }
 
 impl Surface<'_> {
@@ -95,6 +111,7 @@ impl Surface<'_> {
             let triangle = self.triangles.at(t);
             let energy = |rest: &RestTriangle, now: [DVec3; 3]| {
                 let &Self { is_planar, unstretched, ref fibres, .. } = self;
+                let unstretched = self.triangles.unstretched(t as usize, unstretched);
                 let (stiffness, volume) = (&triangle.stiffness, rest.area * triangle.thickness);
                 Element { rest, stiffness, volume, is_planar, unstretched, fibres: fibres.as_ref() }.energy(now)
             };

@@ -1,5 +1,6 @@
 //! The criterion at a tip, from the mean stress around it.
 
+use super::by_triangle::in_runs;
 use super::held_shut::lay_at_tip;
 use super::{DiscAverage, Surface, TipMemory};
 use crate::components::{DecidedBy, TearDecision, Tearing};
@@ -23,7 +24,7 @@ pub fn tip_decision(
     memory: &mut TipMemory,
 ) -> Option<TearDecision> {
     let (chart, search, average) = memory.at_tip(surface, (tip, vertex), strength(tearing), tearing.radius)?;
-    in_fan(tearing, (vertex, previous), chart, search, &average)
+    in_fan(surface, tearing, (vertex, previous), chart, search, &average)
 }
 
 /// The criterion at a vertex of the boundary without a tip, within its fan. `None` where no direction is admissible.
@@ -36,10 +37,11 @@ pub fn vertex_decision(
     let chart = surface.chart(vertex)?;
     lay_at_tip(&mut memory.passing, surface, (vertex, tearing.radius), &chart, &mut memory.walk);
     let average = DiscAverage::over(&memory.passing, tearing.radius, surface)?;
-    in_fan(tearing, (vertex, DVec3::ZERO), &chart, memory.search(strength(tearing)), &average)
+    in_fan(surface, tearing, (vertex, DVec3::ZERO), &chart, memory.search(strength(tearing)), &average)
 }
 
 pub(super) fn in_fan(
+    surface: &Surface,
     tearing: &Tearing,
     (vertex, previous): (u32, DVec3),
     chart: &FanChart,
@@ -47,7 +49,10 @@ pub(super) fn in_fan(
     average: &DiscAverage,
 ) -> Option<TearDecision> {
     let (cone, sector) = admissible(tearing, previous, chart);
-    let answer = search.evaluate(average.stress, average.fibre, cone, sector)?;
+    let (answer, _) = in_runs(&surface.triangles.strength, (surface, vertex, chart), sector, |sector, factor| {
+        let answer = search.evaluate(average.stress, average.fibre, cone, sector)?;
+        Some(answer.over(factor))
+    })?;
     Some(decision_in_fan(vertex, &answer, chart, average))
 }
 

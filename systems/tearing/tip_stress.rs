@@ -22,7 +22,7 @@ pub struct Surface<'a> {
     pub topology: &'a Topology,
     /// Whether the body stays in its plane.
     pub is_planar: bool,
-    /// The stretch that is free of stress.
+    /// The stretch of the body that is free of stress.
     pub unstretched: Sym2,
     /// Law of the fibres, if the body has one.
     pub fibres: Option<FibreLaw>,
@@ -87,16 +87,17 @@ impl Surface<'_> {
         let (vertices, triangles) = (self.vertices, self.triangles);
         let x = triangles.corners[triangle].map(|v| vertices.position[v as usize]);
         let (rest, stiffness) = (&triangles.rest[triangle], &triangles.stiffness[triangle]);
-        let state = membrane::state(x, rest, stiffness, self.is_planar, self.unstretched);
+        let unstretched = triangles.unstretched(triangle, self.unstretched);
+        let state = membrane::state(x, rest, stiffness, self.is_planar, unstretched);
         let linear = (state.stress, stiffness);
-        let stress = FibreLaw::stress(self.fibres.as_ref(), state.polar.stretch, self.unstretched, linear);
+        let stress = FibreLaw::stress(self.fibres.as_ref(), state.polar.stretch, unstretched, linear);
         ElementState { stress, ..state }
     }
 
     /// Energy stored in a triangle at a state \[mJ\].
     pub fn energy(&self, triangle: usize, state: &ElementState) -> f64 {
         let triangles = self.triangles;
-        let law = (self.is_planar, self.unstretched, self.fibres.as_ref());
+        let law = (self.is_planar, triangles.unstretched(triangle, self.unstretched), self.fibres.as_ref());
         let twice = membrane::twice_energy(state, &triangles.stiffness[triangle], law);
         0.5 * twice * triangles.rest[triangle].area * triangles.thickness[triangle]
     }

@@ -104,16 +104,17 @@ impl EnergyTerms<'_> {
     /// How far the field of a tip by itself reaches the strength of its direction \[mm\]: its largest stress is 1.3·K/√(2πr) at the distance r (mode I,
     /// isotropic). Zero where the tip's decision is on no energy.
     pub fn overstressed(&self, surface: &Surface, decision: &TearDecision) -> f64 {
-        let law = surface.topology.incident.get(decision.row as usize).and_then(|incident| {
+        let found = surface.topology.incident.get(decision.row as usize).and_then(|incident| {
             let triangle = incident.iter().next()? / 3;
-            surface.triangles.stiffness.get(triangle as usize)
+            surface.triangles.stiffness.get(triangle as usize).map(|law| (triangle as usize, law))
         });
-        let (Some(law), Some(release)) = (law, decision.release) else { return 0.0 };
+        let (Some((triangle, law)), Some(release)) = (found, decision.release) else { return 0.0 };
         let across = decision.axes[0].cross(decision.axes[1]).cross(decision.direction);
         let angle = elementary::atan2(decision.fibre.dot(across), decision.fibre.dot(decision.direction));
         let intensity_sq = release / CrackTip::new(law, angle).energy_release(1.0, 0.0);
         let delta = elementary::atan2(elementary::sin_cos(angle).0.abs(), elementary::sin_cos(angle).1.abs());
-        LARGEST_SQ * intensity_sq / (TAU * elementary::powi(strength(self.tearing).threshold(delta), 2))
+        let strength = strength(self.tearing).times(surface.triangles.strength[triangle]);
+        LARGEST_SQ * intensity_sq / (TAU * elementary::powi(strength.threshold(delta), 2))
     }
 
     /// The ways of a start: inward from a vertex of the rim, both ways from inside.
@@ -139,9 +140,11 @@ impl EnergyTerms<'_> {
     fn sample(&self, surface: &Surface, ray: &Ray, (disc, walk): TrialBuffers<'_>) -> Option<(f64, Sample)> {
         let axes = [ray.ahead, ray.normal(surface).cross(ray.ahead)];
         let average = disc_average(surface, ray.at, axes, self.tearing.radius, [ray.triangle], (disc, walk))?;
-        let criterion = direction_value(average.stress, average.fibre, &strength(self.tearing), DVec2::X);
+        let triangle = ray.triangle as usize;
+        let strength = strength(self.tearing).times(surface.triangles.strength[triangle]);
+        let criterion = direction_value(average.stress, average.fibre, &strength, DVec2::X);
         let delta = elementary::atan2(average.fibre.y.abs(), average.fibre.x.abs());
-        let toughness = self.toughness().threshold(delta);
+        let toughness = self.toughness().threshold(delta) * surface.triangles.toughness[triangle];
         Some((criterion, Sample { opening: average.stress.yy, sliding: average.stress.xy, toughness }))
     }
 }

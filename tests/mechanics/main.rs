@@ -7,6 +7,7 @@ mod edge_loads;
 mod element;
 mod energy;
 mod found_by_stress;
+mod guides;
 mod holzapfel_gasser_ogden;
 mod noise;
 mod rest_and_release;

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use rhexis::generate;
-use rhexis::math::{Orthotropic, RestTriangle};
+use rhexis::math::{Orthotropic, RestTriangle, Sym2};
 use rhexis::storage::{
     Mesh, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices,
     measure::{rest_corners, rest_data},
@@ -126,7 +126,17 @@ impl Body {
             let [a, b, c] = rest_corners(&vertices, corners);
             let rest = RestTriangle::new([a, b, c], fibre).unwrap();
             let fibre = RestTriangle::axis((b - a).cross(c - a).normalize(), fibre, b - a);
-            triangles.push(TriangleRow { corners, rest, fibre, stiffness, thickness: 0.1, density: 1e-3 });
+            triangles.push(TriangleRow {
+                corners,
+                rest,
+                fibre,
+                stiffness,
+                thickness: 0.1,
+                density: 1e-3,
+                pre_stretch: Sym2::ZERO,
+                strength: 1.0,
+                toughness: 1.0,
+            });
         }
         let topology = Topology::new(vertices.len(), &triangles.corners).unwrap();
         let mut body = Self { vertices, triangles, topology };

@@ -8,6 +8,7 @@ mod fig2_tear;
 mod least_edge;
 mod material_force;
 mod no_dead_ends;
+mod per_triangle;
 mod random_edits;
 mod starts;
 mod tear_meetings;

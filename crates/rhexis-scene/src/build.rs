@@ -11,13 +11,12 @@ use super::schema::{
 };
 use super::springs::{point_loads, springs};
 use super::{grasp, held, mesh_file, per_triangle, shape};
-use glam::DVec3;
 use rhexis::components::{
-    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Hold, HoldTurns, Material,
-    PointLoads, PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
+    Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Material, PointLoads,
+    PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
 };
 use rhexis::membrane::{BodyError, Membrane};
-use rhexis::storage::Attached;
+use glam::DVec3;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -27,6 +26,8 @@ pub(super) struct Sheet {
     pub file: MeshFile,
     /// Of a fibre file.
     pub fibres: Option<Vec<DVec3>>,
+    /// What differs from triangle to triangle.
+    pub per_triangle: per_triangle::PerTriangle,
     /// Largest way by which `planar` moved a vertex \[mm\].
     pub flattened: f64,
 }
@@ -42,7 +43,8 @@ pub(super) fn sheet(spec: &BodySpec, folder: &Path, key: &str) -> Result<Sheet, 
         _ => None,
     };
     let flattened = if spec.planar { shape::flatten(&mut file.mesh, key)? } else { 0.0 };
-    Ok(Sheet { file, fibres, flattened })
+    let per_triangle = per_triangle::read(spec, &file, folder, key)?;
+    Ok(Sheet { file, fibres, per_triangle, flattened })
 }
 
 /// A membrane, not yet spawned: the copy of this name.
@@ -53,7 +55,6 @@ pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) ->
     if let Some(grading) = &spec.grading {
         membrane = graded(membrane, material, grading, &format!("{key}.grading"))?;
     }
-    membrane = per_triangle::values(membrane, spec, &sheet.file, key)?;
     if let Some(own) = &spec.fibres {
         membrane = membrane.fibres(fibres(own, sheet, &format!("{key}.fibres"))?);
     }
@@ -61,10 +62,13 @@ pub(super) fn membrane(spec: &BodySpec, name: &str, sheet: &Sheet, key: &str) ->
         membrane = membrane.planar();
     }
     membrane = surroundings(membrane, spec, key)?;
-    if let Some(spec) = &spec.tearing {
-        membrane = membrane.with(tearing(spec, &material, &format!("{key}.tearing"))?);
+    let tearing = spec.tearing.as_ref().map(|spec| tearing(spec, &material, &format!("{key}.tearing"))).transpose()?;
+    let criterion = tip_criterion(spec, &material, key)?;
+    membrane = per_triangle::values(membrane, (spec, sheet), (tearing.as_ref(), criterion.as_ref()), key)?;
+    if let Some(tearing) = tearing {
+        membrane = membrane.with(tearing);
     }
-    if let Some(criterion) = tip_criterion(spec, &material, key)? {
+    if let Some(criterion) = criterion {
         membrane = membrane.with(criterion);
     }
     if let Some(refinement) = &spec.refinement {
@@ -343,26 +347,10 @@ fn boundary_conditions(mut membrane: Membrane, spec: &BodySpec, file: &MeshFile,
     let own = |kind: &str, names: Vec<&String>| {
         own_names(names.into_iter().enumerate().map(|(i, name)| (format!("{key}.{kind}.{i}"), name.clone())))
     };
-    own("holds", spec.holds.iter().map(|hold| &hold.name).collect())?;
+    let clamps = spec.clamps.iter().filter_map(|clamp| clamp.name.as_ref());
+    own("holds", spec.holds.iter().map(|hold| &hold.name).chain(clamps).collect())?;
     own("grips", spec.grips.iter().map(|grip| &grip.name).collect())?;
-    let turns =
-        spec.holds.iter().enumerate().map(|(i, hold)| held::turn(hold, i, spec.planar, &format!("{key}.holds.{i}")));
-    let turns: Vec<Option<_>> = turns.collect::<Result<_, _>>()?;
-    if turns.iter().any(Option::is_some) {
-        membrane = membrane.with(HoldTurns { list: turns.into_iter().flatten().collect() });
-    }
-    for (i, hold) in spec.holds.iter().enumerate() {
-        let key = format!("{key}.holds.{i}");
-        let rows = surface.vertices(&hold.region, &format!("{key}.region"))?;
-        let m = &hold.movement;
-        let offset = |p: DVec3| m.offset.0 + m.per_x.0 * p.x + m.per_y.0 * p.y + m.per_z.0 * p.z;
-        membrane = membrane.hold(Hold {
-            name: hold.name.clone(),
-            members: Attached::new(rows.into_iter().map(|row| (row, offset(mesh.positions[row as usize])))),
-            axes: held::axes(&hold.axes, &format!("{key}.axes"))?,
-            curve: hold.curve.0.clone(),
-        });
-    }
+    membrane = held::holds(membrane, spec, mesh, &surface, key)?;
     if !spec.point_loads.is_empty() {
         let mut groups = Vec::new();
         for (i, load) in spec.point_loads.iter().enumerate() {

@@ -86,20 +86,15 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
 }
 
 /// What people look for and there is not, with what there is instead.
-const INSTEAD: [(&str, &str); 13] = [
+const INSTEAD: [(&str, &str); 11] = [
     ("self", "a body does not touch itself: keep its folds apart by `bending` or an obstacle between them"),
     ("prony", "stress relaxation is not there: `damping` is a strain-rate (Kelvin-Voigt) damping"),
     ("volume", "a closed gas is not there: give `pressure` as a number or a curve over time [MPa]"),
     ("wind", "wind is not there: `drag` resists motion, `pressure` and `edge_loads` push"),
     ("break_force", "springs do not break: a grip with `force_limit` lets go, `tearing` parts the tissue"),
     ("units", "units are fixed: mm, g, ms, hence N and MPa; give 1 m as 1000 and 1 kPa as 1e-3"),
-    ("seam", "a weak line is not there: cut it, or parts of it with bridges between, by `cuts`"),
-    ("strength_map", "strengths are those of a body: `strength_transverse` with `strength_fibre` or `strength_ratio`"),
-    (
-        "clamps",
-        "a rigid clamp under a force is not there: hold the region and read its reaction, or load it by `total`",
-    ),
-    ("normal", "holds are along x, y, z (`axes`): turn the mesh by `rotate` so that the direction is one of them"),
+    ("seam", "a weak line is a strip of triangles with less strength: `per_triangle = { strength = … }` of the body"),
+    ("strength_map", "strengths of triangles are `per_triangle = { strength = … }` of the body"),
     ("gltf", "the torn surface is written as `obj = true` or `ply = true`, which Blender turns into glTF"),
     ("torque", "torques are not there: give forces by `point_loads` or `edge_loads`"),
     ("self_contact", "a body does not touch itself: keep its folds apart by `bending` or an obstacle between them"),

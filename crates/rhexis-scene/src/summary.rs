@@ -47,6 +47,8 @@ pub struct BodySummary {
     pub tearing: Option<(Tearing, Toughness)>,
     /// Toughness \[N/mm\] at which tips advance, where energy decides.
     pub energy: Option<Toughness>,
+    /// What differs from triangle to triangle, in words.
+    pub varying: Vec<String>,
     /// Expected edges per averaging radius: by the mesh, and by the refinement where there is one.
     pub edges_per_radius: Option<(f64, Option<f64>)>,
     /// Its mesh before any cut.
@@ -86,12 +88,42 @@ fn summary(simulation: &Simulation, body: Entity, mesh: &MeshSummary) -> Option<
         tip_count: world.get::<&Tips>(body).map_or(0, |tips| tips.len()),
         tearing: thresholds(simulation, body),
         energy: world.get::<&EnergyCriterion>(body).ok().map(|energy| energy.toughness),
+        varying: varying(
+            &*world.get::<&Triangles>(body).ok()?,
+            world.get::<&Tearing>(body).ok().as_deref(),
+            world.get::<&EnergyCriterion>(body).ok().as_deref(),
+        ),
         edges_per_radius: world.get::<&Tearing>(body).ok().map(|tearing| {
             let refined = world.get::<&Refinement>(body).ok().map(|refinement| refinement.edges_per_radius);
             (tearing.radius / mesh.mean_size, refined)
         }),
         mesh: mesh.clone(),
     })
+}
+
+/// What of the triangles differs, from the least to the greatest.
+fn varying(triangles: &Triangles, tearing: Option<&Tearing>, energy: Option<&EnergyCriterion>) -> Vec<String> {
+    let range = |what: &str, values: &mut dyn Iterator<Item = f64>, own: f64, unit: &str| {
+        let [least, greatest] =
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+        if least < greatest {
+            return Some(format!("{what} {least:.3e} to {greatest:.3e}{unit}"));
+        }
+        (least != own && least.is_finite()).then(|| format!("{what} {least:.3e}{unit}"))
+    };
+    let strength = tearing.map_or(0.0, |tearing| tearing.strength_transverse);
+    let toughness = energy.map_or(0.0, |energy| energy.toughness.along);
+    let (factors, tough) = (triangles.strength.iter(), triangles.toughness.iter());
+    let (strains, thick) = (|| triangles.pre_stretch.iter(), triangles.thickness.get(0).copied().unwrap_or(0.0));
+    let besides = " beside the body's";
+    let lists = [
+        range("thickness", &mut triangles.thickness.iter().copied(), thick, " mm"),
+        range("strength along the fibres", &mut factors.map(|factor| factor * strength), strength, " MPa"),
+        range("toughness along the fibres", &mut tough.map(|factor| factor * toughness), toughness, " N/mm"),
+        range("pre-stretch along the fibres", &mut strains().map(|strain| strain.xx), 0.0, besides),
+        range("pre-stretch across the fibres", &mut strains().map(|strain| strain.yy), 0.0, besides),
+    ];
+    lists.into_iter().flatten().collect()
 }
 
 impl fmt::Display for Summary {
@@ -140,6 +172,9 @@ impl fmt::Display for Summary {
                         "\n    tips advance by energy: along the fibres at {along:.3e} N/mm, across at {across:.3e} N/mm"
                     )?;
                 }
+            }
+            if !body.varying.is_empty() {
+                write!(f, "\n    per triangle: {}", body.varying.join(", "))?;
             }
             if let Some((edges, refined)) = body.edges_per_radius {
                 write!(f, "\n    about {edges:.1} edges per radius")?;

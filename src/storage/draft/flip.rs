@@ -1,7 +1,7 @@
 //! Replacing an edge by the other diagonal.
 //!
-//! The two new triangles overlap both old ones, so where those differ in fibre, thickness, density or stiffness, both take
-//! the area-weighted mean; where they agree, the value is kept bit for bit.
+//! The two new triangles overlap both old ones, so where those differ in what they are made of, both take the area-weighted mean;
+//! where they agree, the value is kept bit for bit.
 
 use super::{
     Draft, SmallVec, checked_rest, current_of, edge_sides, keep_mass, normal, rest_of, same_side, triangle_mass,
@@ -62,6 +62,9 @@ fn blend(a: &TriangleRow, b: &TriangleRow) -> TriangleRow {
         },
         thickness: mean(a.thickness, b.thickness, share),
         density: mean(a.density, b.density, share),
+        pre_stretch: mean(a.pre_stretch, b.pre_stretch, share),
+        strength: mean(a.strength, b.strength, share),
+        toughness: mean(a.toughness, b.toughness, share),
         ..*a
     }
 }

@@ -99,8 +99,22 @@ fn what_there_is_not_is_refused_with_what_there_is() {
         ("", "[[obstacles]]\nmesh = { file = 'tool.stl' }", "tool.stl"),
         ("", "[[obstacles]]\nmesh = { grid = { width = 1, height = 1, nx = 1, ny = 1 } }", "not closed"),
         ("", "[[bodies.springs]]\nregion = { all = true }\nper_area = 0.1\nbreak_force = 1", "springs do not break"),
-        ("", "[[bodies.clamps]]\nregion = { x = 10 }", "rigid clamp"),
-        ("", "[[bodies.holds]]\nname = 'skew'\nregion = { x = 0 }\nnormal = [1, 1, 0]", "`axes`"),
+        ("", "[[bodies.clamps]]\nregion = { x = 10 }\naxes = 'y'\nforce = [1, 0, 0]", "which the clamp leaves free"),
+        ("", "[[bodies.holds]]\nname = 's'\nregion = { x = 10 }\nnormal = [0, 0, 0]", "it has no direction"),
+        (
+            "",
+            "[[bodies.holds]]\nname = 's'\nregion = { x = 10 }\nnormal = [1, 1, 0]\nline = [1, 0, 0]",
+            "either `normal` or `line`",
+        ),
+        (
+            "",
+            "[[bodies.holds]]\nname = 's'\nregion = { x = 10 }\nnormal = [1, 1, 0]\naxes = 'x'",
+            "both say what is held",
+        ),
+        ("planar = true", "[[bodies.holds]]\nname = 's'\nregion = { x = 10 }\nline = [0, 0, 1]", "out of the plane"),
+        ("per_triangle = { strength = [1] }", "", "1 entries, and the mesh"),
+        ("per_triangle = { strength = 'seam' }", "", "arrays are those of mesh files"),
+        ("per_triangle = { thickness = 0.1 }", "", "an entry for each triangle"),
         ("", "[[bodies.holds]]\nname = 'h'\nregion = { x = 0 }\npivot = [1, 1, 0]", "no turn about it"),
         ("contact = {}", "[[obstacles]]\nsphere = { centre = [0, 0], radius = 1 }\npivot = [0, 0]", "no turn about it"),
         (
@@ -126,7 +140,50 @@ fn a_static_failure_names_what_helps() {
         material = { young = 1, poisson = 0.3, thickness = 0.1 }\ngravity = [0.001, 0, 0]\n\
         [[bodies.holds]]\nname = 'left'\nregion = { x = 0, y = [0, 1] }\n";
     let failed = Scene::parse(text, "f.toml").unwrap().instantiate().unwrap().advance().unwrap_err().to_string();
-    assert!(failed.contains("piece 1 of 2 of body `two`, 1 triangle(s)"), "{failed}");
+    assert!(failed.contains("piece 1 of 2 of body `two`, 1 triangle(s) with vertex 4"), "{failed}");
+    // Two iterations are not enough for a strain of a half and a shear of as much, and each comes nearer.
+    let text = "[scene]\nname = 'f'\n[run]\nmode = 'static'\ndt = 1\nsteps = 1\nstatic_iterations = 2\n[[bodies]]\nname = 'b'\n\
+        planar = true\nmesh = { grid = { width = 10, height = 10, nx = 8, ny = 8 } }\n\
+        material = { young = 1, poisson = 0.3, thickness = 0.1 }\n\
+        [[bodies.holds]]\nname = 'left'\nregion = { x = 0 }\n\
+        [[bodies.holds]]\nname = 'right'\nregion = { x = 10 }\nmove = { offset = [5, 5, 0] }\n";
+    let failed = Scene::parse(text, "f.toml").unwrap().instantiate().unwrap().advance().unwrap_err().to_string();
+    assert!(failed.contains("still falls") && failed.contains("raise `static_iterations`"), "{failed}");
+    let enough = text.replace("static_iterations = 2\n", "");
+    assert!(Scene::parse(&enough, "f.toml").unwrap().instantiate().unwrap().advance().is_ok());
+}
+
+/// A hold along a slanted direction and a clamp that a force draws, as scenes say them.
+#[test]
+fn holds_along_a_direction_and_clamps_under_a_force() {
+    let skew = "[[bodies.holds]]\nname = 'left'\nregion = { x = 0 }\n\
+        [[bodies.holds]]\nname = 'skew'\nregion = { x = 10 }\nnormal = [1, 1, 0]\nmove = { offset = [0.5, 0.5, 0] }\n";
+    let mut instance = scene("static", "planar = true", skew).unwrap();
+    instance.advance().unwrap();
+    let (simulation, body) = (&instance.simulation, instance.bodies[0]);
+    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+    let rows: Vec<usize> = (0..vertices.len()).filter(|&v| vertices.rest_position[v].x == 10.0).collect();
+    let gone = |v: usize| vertices.position[v] - vertices.rest_position[v];
+    // Along (1, 1) by the offset's part; across it as the sheet will.
+    assert!(rows.iter().all(|&v| (gone(v).x + gone(v).y - 1.0).abs() < 1e-12));
+    assert!(rows.iter().any(|&v| (gone(v).x - gone(v).y).abs() > 0.01));
+    let force = simulation.reactions(body).unwrap()[1].1;
+    assert!((force.x - force.y).abs() < 1e-6 * force.length() && force.x > 0.0, "{force}");
+
+    let clamp = "[[bodies.holds]]\nname = 'left'\nregion = { x = 0 }\n\
+        [[bodies.clamps]]\nregion = { x = 10 }\nforce = [0.1, 0, 0]\n";
+    let mut instance = scene("static", "", clamp).unwrap();
+    instance.advance().unwrap();
+    let (simulation, body) = (&instance.simulation, instance.bodies[0]);
+    let vertices = simulation.world().get::<&Vertices>(body).unwrap();
+    let rows: Vec<usize> = (0..vertices.len()).filter(|&v| vertices.rest_position[v].x == 10.0).collect();
+    let gone = |v: usize| vertices.position[v] - vertices.rest_position[v];
+    assert!(rows.iter().all(|&v| gone(v).distance(gone(rows[0])) < 1e-12));
+    // Strain of F/(E·h·w) = 10 %, and less for the held sides, by 1/(1 − ν²) at the most.
+    assert!((0.9..1.0).contains(&gone(rows[0]).x), "{}", gone(rows[0]));
+    let told = simulation.reactions(body).unwrap();
+    assert_eq!(told[1].0, "clamp 0");
+    assert!((told[1].1.x - 0.1).abs() < 1e-6, "{told:?}");
 }
 
 #[test]

@@ -149,25 +149,24 @@ impl MeshFile {
         if names.is_empty() { "it has no arrays".into() } else { format!("it has {}", names.join(", ")) }
     }
 
-    /// One number per triangle from the array of this name: points are averaged.
+    /// The numbers of the array of this name for each triangle, by rows, with how many they are a row: points are averaged.
     ///
     /// # Errors
-    /// In words, where there is no such array or it has more than `components` numbers a row.
-    pub fn per_triangle(&self, name: &str, components: usize) -> Result<Vec<f64>, String> {
+    /// In words, where there is no such array.
+    pub fn per_triangle(&self, name: &str) -> Result<(Vec<f64>, usize), String> {
         let array = self.arrays.iter().find(|array| array.name == name);
         let array = array.ok_or_else(|| format!("the mesh has no array {name:?}: {}", self.array_names()))?;
-        if array.components != components {
-            return Err(format!("the array {name:?} has {} numbers a row, not {components}", array.components));
-        }
+        let components = array.components;
         let at = |row: u32, component: usize| array.values[row as usize * components + component];
-        Ok(match array.on {
+        let values = match array.on {
             On::Cells => array.values.clone(),
             On::Points => {
                 let rows = self.mesh.triangles.iter();
                 rows.flat_map(|&[a, b, c]| (0..components).map(move |i| (at(a, i) + at(b, i) + at(c, i)) / 3.0))
                     .collect()
             }
-        })
+        };
+        Ok((values, components))
     }
 }
 
@@ -244,6 +243,18 @@ fn format(path: &Path) -> Result<Format, MeshFileError> {
 /// between; empty lines and what follows a `#` are skipped.
 pub fn read_fibres(path: &Path) -> Result<Vec<DVec3>, MeshFileError> {
     bytes(path).map(encoding::unwrapped)?.and_then(fibres::parse).map_err(|fault| malformed(path, fault))
+}
+
+/// Reads the numbers of a text file, a row for each line that holds any, with its line; separated as in [`read_fibres`].
+///
+/// # Errors
+/// Where the file cannot be read, or a word is no number.
+pub fn read_rows(path: &Path) -> Result<Vec<(usize, Vec<f64>)>, MeshFileError> {
+    let must = "give numbers, the same count on every line";
+    bytes(path)
+        .map(encoding::unwrapped)?
+        .and_then(|bytes| fibres::rows(bytes, must))
+        .map_err(|fault| malformed(path, fault))
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, MeshFileError> {

@@ -1,6 +1,7 @@
 //! `[[bodies]]`: a membrane and what it carries.
 
-use super::constraint::{EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, SpringSpec};
+use super::constraint::{ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, PointLoadSpec, SpringSpec};
+use super::per_triangle::PerTriangleSpec;
 use super::tool::{BladeSpec, CutSpec, PunctureSpec};
 use super::{Exactly, HolzapfelGasserOgdenSpec, MeshSpec, Point, StiffeningFibresSpec, Strain, TimeCurve};
 use serde::Deserialize;
@@ -30,7 +31,7 @@ pub struct BodySpec {
     pub grading: Option<GradingSpec>,
     /// Where the fibres run; the mesh file's own, or along x, if absent.
     pub fibres: Option<FibreSpec>,
-    /// What differs from triangle to triangle, by arrays of the mesh file.
+    /// What differs from triangle to triangle.
     pub per_triangle: Option<PerTriangleSpec>,
     /// Initial strain held by the surroundings: the drawn shape is under tension, a freed piece shrinks by it.
     pub pre_stretch: Option<Strain>,
@@ -63,6 +64,9 @@ pub struct BodySpec {
     /// Prescribed vertices.
     #[serde(default)]
     pub holds: Vec<HoldSpec>,
+    /// Clamps that a force draws.
+    #[serde(default)]
+    pub clamps: Vec<ClampSpec>,
     /// Forces on vertices.
     #[serde(default)]
     pub point_loads: Vec<PointLoadSpec>,
@@ -178,21 +182,6 @@ pub struct AxisSpec {
     /// Angle in the surface \[°\], from the direction that names the field. Default 0.
     #[serde(default)]
     pub degrees: f64,
-}
-
-/// `per_triangle`: names of arrays of the mesh file, a number for each of its cells or points; points are averaged. Where an array has
-/// no number (NaN), the body's own value stands.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PerTriangleSpec {
-    /// Thickness \[mm\], > 0, in place of the material's.
-    pub thickness: Option<String>,
-    /// Strength: not read yet, and refused with what there is instead.
-    pub strength: Option<String>,
-    /// Toughness: not read yet, and refused with what there is instead.
-    pub toughness: Option<String>,
-    /// Pre-stretch: not read yet, and refused with what there is instead.
-    pub pre_stretch: Option<String>,
 }
 
 /// `bending`: `bending = {}` takes the stiffness that follows from the material and the thickness, E·h³/(12·(1 − ν²)) of an
@@ -347,7 +336,7 @@ fn one_thickness<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::E
     impl<'de> Visitor<'de> for Read {
         type Value = f64;
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("one number in mm; values per triangle are an array of the mesh file: per_triangle = { thickness = \"…\" }")
+            f.write_str("one number in mm; values per triangle are `per_triangle = { thickness = … }`, beside it: an array of the mesh file, a list or { file = \"…\" }")
         }
         fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
             Ok(value)

@@ -86,6 +86,30 @@ pub struct HoldSpec {
     pub rotate: Option<TimePath>,
     /// A point of that axis \[mm\]. Default the origin.
     pub pivot: Option<Point>,
+    /// Held along this direction, free across it. In place of `axes`.
+    pub normal: Option<Point>,
+    /// Free along this direction, held across it. In place of `axes`.
+    pub line: Option<Point>,
+}
+
+/// One of `[[bodies.clamps]]`: vertices that move alike, without turning, by as much as a force on them makes. Exact, without a penalty. A clamp
+/// counts as a hold in reports, where its reaction is the force on the body.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClampSpec {
+    /// Name in reports. Default `clamp 0`, `clamp 1` and so on.
+    pub name: Option<String>,
+    /// Which vertices.
+    pub region: RegionSpec,
+    /// Force on all of them together \[N\], along clamped axes. Default none: the clamp keeps them together and goes with the tissue.
+    #[serde(default)]
+    pub force: Point,
+    /// Clamped axes, some of `"xyz"` (default all). The others stay free for each vertex.
+    #[serde(default = "all_axes")]
+    pub axes: String,
+    /// Factor of the force over time. Default 1.
+    #[serde(default)]
+    pub curve: TimeCurve,
 }
 
 /// `move`: offset + x·per_x + y·per_y + z·per_z of the rest position, \[mm\].

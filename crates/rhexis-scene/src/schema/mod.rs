@@ -11,22 +11,23 @@ mod hand;
 mod mesh;
 mod mesh_file;
 mod number;
+mod per_triangle;
 mod tool;
 
 pub use body::{
     AxisSpec, BendingSpec, BodySpec, ContactSpec, CriterionSpec, EnergyCriterionSpec, FibreSpec, GradingSpec,
-    InitialSpec, MaterialModelSpec, MaterialSpec, PerTriangleSpec, RefinementSpec, SleepSpec, TearModeSpec,
-    TearingSpec,
+    InitialSpec, MaterialModelSpec, MaterialSpec, RefinementSpec, SleepSpec, TearModeSpec, TearingSpec,
 };
 pub use constraint::{
-    ArcSpec, ArrayRangeSpec, BallSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec, PointLoadSpec,
-    RegionSpec, SpringSpec,
+    ArcSpec, ArrayRangeSpec, BallSpec, ClampSpec, EdgeLoadSpec, GripSpec, HoldSpec, LegSpec, MoveSpec, NearTipSpec,
+    PointLoadSpec, RegionSpec, SpringSpec,
 };
 pub use fibre_law::{Angles, FibreFamilySpec, HolzapfelGasserOgdenSpec, StiffeningFibresSpec};
 pub use hand::HandSpec;
 pub use mesh::MeshSpec;
 pub use mesh_file::{FileSpec, ReadingSpec, UnitSpec};
 pub use number::{Exactly, Interval, Numbers, Point, Strain, TimeCurve, TimePath};
+pub use per_triangle::{PerTriangleSpec, Values};
 pub use tool::{BladeSpec, CutSpec, PunctureSpec};
 
 use rhexis::settings::LinearParams;

@@ -2,6 +2,7 @@
 
 mod as_they_are;
 mod hostile;
+mod per_triangle;
 mod reading;
 mod samples;
 

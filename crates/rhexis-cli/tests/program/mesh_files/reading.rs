@@ -10,7 +10,7 @@ use rhexis_scene::{MeshSummary, Scene, SceneError};
 use std::path::Path;
 
 /// A scene of one body with these lines, whose files lie beside it; pulled by 5 % from `left` to `right` if it spans 0 to 1 along x.
-fn scene(files: &[(&str, &str)], lines: &str) -> Result<Scene, SceneError> {
+pub(super) fn scene(files: &[(&str, &str)], lines: &str) -> Result<Scene, SceneError> {
     let folder = tempfile::tempdir().unwrap().keep();
     for (name, text) in files {
         std::fs::write(folder.join(name), text).unwrap();
@@ -25,7 +25,7 @@ fn scene(files: &[(&str, &str)], lines: &str) -> Result<Scene, SceneError> {
     Scene::load(&path)
 }
 
-const MATERIAL: &str = "material = { young = 1, poisson = 0.3, thickness = 0.1 }\n";
+pub(super) const MATERIAL: &str = "material = { young = 1, poisson = 0.3, thickness = 0.1 }\n";
 
 fn force(files: &[(&str, &str)], lines: &str) -> f64 {
     let mut instance = scene(files, lines).unwrap().instantiate().unwrap_or_else(|error| panic!("{error}"));
@@ -33,12 +33,12 @@ fn force(files: &[(&str, &str)], lines: &str) -> f64 {
     instance.simulation.reactions(instance.bodies[0]).unwrap()[1].1.x
 }
 
-fn summary(files: &[(&str, &str)], lines: &str) -> (MeshSummary, String) {
+pub(super) fn summary(files: &[(&str, &str)], lines: &str) -> (MeshSummary, String) {
     let summary = scene(files, lines).unwrap().check().unwrap_or_else(|error| panic!("{error}"));
     (summary.bodies[0].mesh.clone(), summary.to_string())
 }
 
-fn refusal(files: &[(&str, &str)], lines: &str) -> String {
+pub(super) fn refusal(files: &[(&str, &str)], lines: &str) -> String {
     scene(files, lines).and_then(|scene| scene.check()).unwrap_err().to_string()
 }
 
@@ -317,15 +317,19 @@ fn thickness_comes_from_an_array() {
     assert_eq!([0, 1].map(|t| triangles.thickness[t]), [0.1, 0.3]);
     for (file, lines, told) in [
         (&file, mapped.replace("thick\"", "thin\""), "the mesh has no array \"thin\": it has \"fibre\", \"thick\""),
-        (&file, mapped.replace("\"thick\"", "\"fibre\""), "the array \"fibre\" has 3 numbers a row, not 1"),
+        (&file, mapped.replace("\"thick\"", "\"fibre\""), "the array \"fibre\" has 3 numbers for a triangle, not 1"),
         (&file.replace("0.3 0.3", "0.3 -1"), mapped.clone(), "the array \"thick\" has -1 at triangle 1"),
         (
             &file,
             format!("{lines}per_triangle = {{ toughness = \"thick\" }}"),
-            "the toughness of a body is one for all its triangles",
+            "a toughness is asked when it tears, and this body does not",
         ),
-        (&file, lines.replace("0.1 }", "[0.1, 0.2] }"), "values per triangle are an array of the mesh file"),
-        (&file, lines.replace("0.1 }", "{ file = \"t.txt\" } }"), "values per triangle are an array of the mesh file"),
+        (&file, lines.replace("0.1 }", "[0.1, 0.2] }"), "values per triangle are `per_triangle = { thickness"),
+        (
+            &file,
+            lines.replace("0.1 }", "{ file = \"t.txt\" } }"),
+            "values per triangle are `per_triangle = { thickness",
+        ),
     ] {
         let message = refusal(&[("a.vtu", file)], &lines);
         assert!(message.contains(told), "{told}: {message}");

@@ -1,0 +1,233 @@
+//! Solves in which holds leave their vertices some motion ([`HoldGuides`](crate::components::HoldGuides)).
+//!
+//! Conjugate gradients run in the space of motions that the guides allow: with the orthogonal projection Π onto it the system is
+//! Π·A·Π·x = Π·b, of which every iterate meets the constraint to rounding (Gould, Hribar, Nocedal 2001, "On the solution of equality constrained
+//! quadratic programming problems arising in optimization"). The preconditioner is that of the free axes, for which guided vertices are held,
+//! and for every list of vertices that move alike the inverse of its own block Zᵀ·A·Z.
+
+use super::estimate::{EnergyError, Limits};
+use super::factor::NoFactor;
+use super::{CgError, CgInfo, Factor, Means, Operator, block_jacobi};
+use crate::components::{Allowed, FreeAxes, SolverScratch};
+use crate::settings::LinearParams;
+use crate::systems::parallel;
+use glam::{DMat3, DVec3};
+
+/// Iterations with a factor of an earlier state at the most: guided vertices, which it does not know, take some even with one of the present.
+const MOST_WITH_EARLIER_FACTOR: u32 = 60;
+
+/// A pivot below this part of a block's largest entry is none.
+const LEAST_PIVOT: f64 = 1e-12;
+
+/// As [`solve`](super::solve), for a body with guided vertices. It starts from nothing along free axes and guides.
+///
+/// # Errors
+/// See [`CgError`].
+pub fn solve(
+    operator: &Operator,
+    params: &LinearParams,
+    means: &mut Means,
+    corner: &mut Vec<[DVec3; 3]>,
+    x: &mut [DVec3],
+    scratch: &mut SolverScratch,
+) -> Result<CgInfo, CgError> {
+    let allowed = std::mem::take(&mut scratch.allowed);
+    let blocks = inverse_blocks(operator, &allowed);
+    allowed.add_forces(&mut scratch.residual);
+    let result = solve_with((&allowed, &blocks), operator, params, means, corner, x, scratch);
+    scratch.allowed = allowed;
+    result
+}
+
+fn solve_with(
+    guides: (&Allowed, &[DMat3]),
+    operator: &Operator,
+    params: &LinearParams,
+    means: &mut Means,
+    corner: &mut Vec<[DVec3; 3]>,
+    x: &mut [DVec3],
+    scratch: &mut SolverScratch,
+) -> Result<CgInfo, CgError> {
+    let mut done = 0;
+    let mut with_factor = |factor: &mut Factor, most: u32, x: &mut [DVec3], scratch: &mut SolverScratch| {
+        factor.begin(operator, &scratch.free);
+        let limited = LinearParams { iterations: params.iterations.min(most), ..*params };
+        let precondition =
+            |r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| factor.apply(r, free, z, partials);
+        iterate(guides, operator, &limited, corner, x, scratch, precondition)
+    };
+    if let Some((factor, _)) = &mut means.factor {
+        if factor.is_of(&operator.triangles.corners, &scratch.free) {
+            scratch.rhs.clone_from(&scratch.residual);
+            let info = with_factor(factor, MOST_WITH_EARLIER_FACTOR, x, scratch)?;
+            if info.is_solved || info.is_late {
+                return Ok(info);
+            }
+            done = info.iterations;
+            scratch.residual.copy_from_slice(&scratch.rhs);
+        }
+        match factor.renew(operator, &scratch.free) {
+            Ok(()) => {
+                let info = with_factor(factor, params.iterations - done.min(params.iterations), x, scratch)?;
+                return Ok(CgInfo { iterations: done + info.iterations, ..info });
+            }
+            Err(NoFactor::Indefinite) if !operator.is_definite() => {
+                return Err(CgError::Indefinite { iteration: done });
+            }
+            // There can be none, or rounding has left no factor.
+            Err(_) => {}
+        }
+    }
+    let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), ..*params };
+    let mut inverse = std::mem::take(&mut scratch.inverse_block);
+    block_jacobi::invert_blocks(operator, &scratch.free, &mut inverse);
+    let precondition = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| {
+        block_jacobi::apply(&inverse, r, z, partials)
+    };
+    let info = iterate(guides, operator, &limited, corner, x, scratch, precondition);
+    scratch.inverse_block = inverse;
+    info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
+}
+
+/// The inverse of Zᵀ·A·Z for each list of vertices that move alike, Z having their directions in its columns.
+fn inverse_blocks(operator: &Operator, allowed: &Allowed) -> Vec<DMat3> {
+    let of_group = |group: usize| {
+        let (rows, directions) = allowed.group(group);
+        let block = match rows {
+            [row] => operator.diagonal_block(*row as usize),
+            _ => sum_of_blocks(operator, rows),
+        };
+        let mut own = DMat3::IDENTITY;
+        for (j, d) in directions.iter().enumerate() {
+            let image = block * *d;
+            let mut column = DVec3::ZERO;
+            directions.iter().enumerate().for_each(|(i, e)| column[i] = e.dot(image));
+            *own.col_mut(j) = column;
+        }
+        inverse(own, directions.len())
+    };
+    (0..allowed.len()).map(of_group).collect()
+}
+
+/// Σ over pairs of rows of their blocks of A: how the sum of their forces answers a common displacement.
+fn sum_of_blocks(operator: &Operator, rows: &[u32]) -> DMat3 {
+    let count = operator.vertices.len();
+    let (mut moved, mut forces) = (vec![DVec3::ZERO; count], vec![DVec3::ZERO; count]);
+    let mut column = |axis: DVec3| -> DVec3 {
+        rows.iter().for_each(|&row| moved[row as usize] = axis);
+        operator.apply_sparse(&moved, &mut forces);
+        rows.iter().map(|&row| forces[row as usize]).sum()
+    };
+    DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
+}
+
+/// The inverse of a block of this size; of a singular one that of its diagonal, whose zeros count as 1.
+fn inverse(block: DMat3, size: usize) -> DMat3 {
+    let diagonal = [block.x_axis.x, block.y_axis.y, block.z_axis.z];
+    let scale: f64 = diagonal[..size].iter().product();
+    let padded = (size..3).fold(1.0, |product, i| product * diagonal[i]);
+    if diagonal.iter().all(|d| *d > 0.0) && block.determinant() > LEAST_PIVOT * scale * padded {
+        return block.inverse();
+    }
+    let safe = diagonal.map(|d| if d > 0.0 && d.is_finite() { 1.0 / d } else { 1.0 });
+    DMat3::from_diagonal(DVec3::from_array(safe))
+}
+
+/// Writes the answer of the blocks to the residual `r` into `z`, and returns their part of r·z.
+fn precondition_guided((allowed, blocks): (&Allowed, &[DMat3]), r: &[DVec3], z: &mut [DVec3]) -> f64 {
+    let mut sum = 0.0;
+    for (group, inverse) in blocks.iter().enumerate() {
+        let (rows, directions) = allowed.group(group);
+        let force: DVec3 = rows.iter().map(|&row| r[row as usize]).sum();
+        let mut parts = DVec3::ZERO;
+        directions.iter().enumerate().for_each(|(i, d)| parts[i] = d.dot(force));
+        let answer = *inverse * parts;
+        let motion: DVec3 = directions.iter().enumerate().map(|(i, d)| *d * answer[i]).sum();
+        rows.iter().for_each(|&row| z[row as usize] += motion);
+        sum += answer.dot(parts);
+    }
+    sum
+}
+
+/// Leaves of forces what finds a way, along free axes and guides: the orthogonal projection.
+fn project(allowed: &Allowed, free: &FreeAxes, forces: &mut [DVec3]) {
+    allowed.level(forces);
+    scale((allowed, free), forces, 1.0);
+}
+
+/// Multiplies vectors by a factor along free axes and guides, and leaves nothing of them elsewhere.
+pub fn scale((allowed, free): (&Allowed, &FreeAxes), vectors: &mut [DVec3], factor: f64) {
+    let guided: Vec<DVec3> = allowed.rows().iter().map(|&row| vectors[row as usize]).collect();
+    parallel::for_rows(vectors, |v, vector| *vector *= free[v] * factor);
+    let groups = (0..allowed.len()).map(|group| allowed.group(group));
+    let rows = groups.flat_map(|(rows, directions)| rows.iter().map(move |&row| (row, directions)));
+    for ((row, directions), own) in rows.zip(guided) {
+        let along: DVec3 = directions.iter().map(|d| *d * d.dot(own)).sum();
+        vectors[row as usize] += along * factor;
+    }
+}
+
+fn iterate(
+    (allowed, blocks): (&Allowed, &[DMat3]),
+    operator: &Operator,
+    params: &LinearParams,
+    corner: &mut Vec<[DVec3; 3]>,
+    x: &mut [DVec3],
+    scratch: &mut SolverScratch,
+    mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
+) -> Result<CgInfo, CgError> {
+    let n = x.len();
+    let scales = [scratch.stored, scratch.motion_scale];
+    let SolverScratch { free, residual, direction, product, partials, stops, .. } = scratch;
+    [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
+    parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
+    allowed.take(x);
+    operator.apply(x, free, corner, product, partials);
+    parallel::for_rows(residual, |v, r| *r -= product[v]);
+    project(allowed, free, residual);
+    let reference_sq = parallel::sum(n, partials, |v| residual[v].length_squared());
+    if !reference_sq.is_finite() {
+        return Err(CgError::NotFinite { iteration: 0 });
+    }
+    let mut residual_sq = reference_sq;
+    let limits = Limits::new(params, reference_sq, scales).repeating(stops);
+    let mut answer = |r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| {
+        let of_free = precondition(r, free, z, partials);
+        of_free + precondition_guided((allowed, blocks), r, z)
+    };
+    let mut rz = answer(residual, product, partials);
+    direction.copy_from_slice(product);
+    let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);
+    while !limits.allow_stop(residual_sq, &error) && iteration < limits.iterations && !is_late {
+        operator.apply(direction, free, corner, product, partials);
+        let curvature = parallel::sum(n, partials, |v| direction[v].dot(product[v]));
+        if !(curvature.is_finite() && rz.is_finite()) {
+            return Err(CgError::NotFinite { iteration });
+        }
+        if curvature <= 0.0 {
+            // Nothing is left to be found, or the operator is not positive definite.
+            if operator.is_definite() || rz == 0.0 {
+                break;
+            }
+            return Err(CgError::Indefinite { iteration });
+        }
+        let alpha = rz / curvature;
+        parallel::for_rows(x, |v, x| *x += direction[v] * alpha);
+        project(allowed, free, product);
+        residual_sq = parallel::sum_rows(residual, partials, |v, r| {
+            *r -= product[v] * alpha;
+            r.length_squared()
+        });
+        let next = answer(residual, product, partials);
+        error.advance(alpha, next);
+        let beta = next / rz;
+        rz = next;
+        parallel::for_rows(direction, |v, p| *p = product[v] + *p * beta);
+        iteration += 1;
+        is_late = limits.is_late(iteration);
+    }
+    stops.note(iteration, is_late);
+    let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
+    let is_solved = limits.allow_stop(residual_sq, &error);
+    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_solved, is_late })
+}
