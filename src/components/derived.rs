@@ -315,6 +315,9 @@ pub struct SolverScratch {
     /// Work that this step has taken, retries and resumes included, in iterations of linear solves.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub work: u32,
+    /// Squared norm \[N²\] of the largest right-hand side of the step's solves so far, which the residuals of further ones are measured by.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub load_sq: f64,
     /// Energy \[mJ\] of the body's motion by an edge in one step, where the solve asks for the error of positions; else zero.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub motion_scale: f64,
@@ -330,7 +333,7 @@ impl SolverScratch {
         let empty = Self::default();
         let Self { free, residual, rhs, direction, product, inverse_block, partials, pairs, account, stops, .. } =
             empty;
-        let Self { sweeps, readings, residual_work, is_counted, fault, work, motion_scale, .. } = empty;
+        let Self { sweeps, readings, residual_work, is_counted, fault, work, load_sq, motion_scale, .. } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
         let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, shortenings, .. } = *self;
@@ -370,6 +373,7 @@ impl SolverScratch {
             shortenings,
             relaxing,
             work,
+            load_sq,
             motion_scale,
             position_error,
             line_search,
