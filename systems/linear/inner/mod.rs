@@ -22,6 +22,7 @@ mod own;
 mod partition;
 mod pattern;
 mod residual;
+mod response;
 mod state;
 
 use super::estimate::Limits;
@@ -43,6 +44,7 @@ use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
 use residual::is_single;
+use response::Ready;
 pub use state::InnerState;
 
 /// A round that leaves more of the residual than this has come to nothing: double precision goes on.
@@ -111,6 +113,8 @@ pub struct InnerSolver {
     edits: Box<Edits>,
     multigrid: Box<Multigrid>,
     vectors: Box<Vectors>,
+    /// What made the iterations of the last solve few; `None` where the triangles have changed since.
+    ready: Option<Ready>,
     /// Whether an order that is due may be found anew: in a step's first solve, as further ones make it long.
     may_renew: bool,
     /// Whether the matrix and the incomplete factor have been made of the operator that several solves share.
@@ -261,6 +265,10 @@ impl InnerSolver {
             With::Factor(factor, _) => factor.begin(operator, free),
         }
         self.put_away_neighbours();
+        self.ready = Some(match with {
+            With::Own(inner) => Ready::Own(*inner),
+            With::Factor(..) => Ready::Factor,
+        });
     }
 
     /// Finds the neighbours of the vertices where they are not known.
@@ -298,7 +306,7 @@ impl InnerSolver {
         if is_same && !(self.may_renew && edits::is_due(self.order.changed, corners.len())) {
             return;
         }
-        self.fingerprint = fingerprint;
+        (self.fingerprint, self.ready) = (fingerprint, None);
         self.put_away_neighbours();
         let Self { order, partition, edits, multigrid, .. } = self;
         let mut is_found = !is_same && edits.find(partition, corners, topology, order);
