@@ -63,6 +63,26 @@ fn haptic_model(bencher: Bencher, horizon: f64) {
     bencher.counter(ItemsCount::new(COUNT)).with_inputs(move_on).bench_local_values(|()| next());
 }
 
+/// The same from what the steps' solves have left.
+#[divan::bench(max_time = 3)]
+fn refreshed_haptic_model(bencher: Bencher) {
+    let (simulation, body) = pinched();
+    let shared = RefCell::new((simulation, Haptics::new(1.0)));
+    let next = || {
+        let (simulation, haptics) = &mut *shared.borrow_mut();
+        let coupling = simulation.coupling_of_grip(body, 0).expect("a closed grip");
+        haptics.refresh(simulation, body, &coupling).expect("a model")
+    };
+    let move_on = || {
+        shared.borrow_mut().0.step(1.0).expect("a time step");
+    };
+    for _ in 0..50 {
+        move_on();
+        next();
+    }
+    bencher.counter(ItemsCount::new(COUNT)).with_inputs(move_on).bench_local_values(|()| next());
+}
+
 #[divan::bench]
 fn vertex_normals(bencher: Bencher) {
     let (mut simulation, body) = pinched();

@@ -6,7 +6,7 @@ use rhexis::components::{Curve, Damping, Grip, Grips, Hold, Jaws, Material, Path
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
-use rhexis::simulation::{HapticReceiver, Haptics, Simulation, haptic_feed};
+use rhexis::simulation::{HapticBlend, HapticReceiver, Haptics, Simulation, haptic_feed};
 use rhexis::storage::Attached;
 use std::sync::Mutex;
 use std::thread;
@@ -54,7 +54,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
             simulation.entity_mut::<&mut Grips>(body)?.list[0].path.points[1].1 = to;
             simulation.step(5.0)?;
             let coupling = simulation.coupling_of_grip(body, 0)?;
-            sender.send(&haptics.model(&mut simulation, body, &coupling)?);
+            sender.send(&haptics.refresh(&mut simulation, body, &coupling)?);
         }
         device.join().map_err(|_| "the device has stopped".into())
     });
@@ -75,13 +75,16 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// The device: moves the hand, then rests until the simulation has caught up. Returns the forces on the tissue \[N\].
 fn device(receiver: &HapticReceiver, start: DVec3, hand: &Mutex<DVec3>) -> Vec<DVec3> {
     let (mut forces, mut last, mut models_at_rest) = (Vec::new(), 0.0, 0);
+    let mut blend = HapticBlend::new(5.0);
     for tick in 0.. {
         let at = LIFT * (f64::from(tick.min(TICKS)) / f64::from(TICKS));
         if let Ok(mut hand) = hand.lock() {
             *hand = at;
         }
         if let Some(model) = receiver.latest() {
-            forces.push(model.force_at(start + at));
+            blend.hand_over(&model);
+            // A real device says how long it has been since the last tick.
+            forces.extend(blend.force_at(1.0, start + at));
             models_at_rest += u32::from(tick > TICKS && model.time > last);
             last = model.time;
         }

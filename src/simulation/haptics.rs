@@ -96,15 +96,23 @@ pub struct Haptics {
     frames: Frames,
     folds: Folds,
     external: ExternalStiffness,
-    scratch: SolverScratch,
+    pub(super) scratch: SolverScratch,
     corner: Vec<[DVec3; 3]>,
     /// The answers to the three unit motions of the tool, and the forces they need.
-    answers: [Vec<DVec3>; 3],
-    forces: [Vec<DVec3>; 3],
+    pub(super) answers: [Vec<DVec3>; 3],
+    pub(super) forces: [Vec<DVec3>; 3],
     /// Row and stiffness of every spring.
-    springs: Vec<(usize, f64)>,
+    pub(super) springs: Vec<(usize, f64)>,
     /// Rows of the pins.
     pinned: Vec<usize>,
+    /// The stiffness of the last model, its body, the vertices of its answers, and those that its springs held.
+    pub(super) last: Option<DMat3>,
+    pub(super) body: Option<Entity>,
+    pub(super) keys: Vec<VertexKey>,
+    pub(super) held: Vec<VertexKey>,
+    /// The answer that is improved next.
+    pub(super) turn: usize,
+    pub(super) work: u32,
 }
 
 impl Haptics {
@@ -142,8 +150,10 @@ impl Haptics {
         self.mark_free(vertices, holds, planar.is_some());
         let is_in_steps = matches!(coupling, Coupling::Springs { is_in_steps: true, .. });
         self.add_stiffness(vertices.len(), external, is_in_steps);
-        let Self { horizon, factor, inner, frames, folds, external, scratch, corner, answers, forces, springs, pinned } =
+        let Self { horizon, factor, inner, frames, folds, external, scratch, corner, answers, forces, springs, .. } =
             self;
+        let (pinned, work) = (&self.pinned, &mut self.work);
+        *work = 0;
         let rate = 1.0 / *horizon;
         let viscosity = damping.map_or(0.0, |d| d.time) * rate;
         let solved = simulation.pool.run(|| {
@@ -182,7 +192,7 @@ impl Haptics {
                 springs.iter().for_each(|&(v, stiffness)| scratch.residual[v][axis] += stiffness);
                 let mut means =
                     Means { factor: Some((factor, Use::Aside)), inner: Some((inner, Inner::IncompleteCholesky)) };
-                linear::solve(&operator, &LIMITS, &mut means, corner, u, scratch)?;
+                *work += 1 + linear::solve(&operator, &LIMITS, &mut means, corner, u, scratch)?.iterations;
                 force.resize(vertices.len(), DVec3::ZERO);
                 operator.apply(u, &scratch.free, corner, force, &mut scratch.partials);
             }
@@ -194,11 +204,17 @@ impl Haptics {
         if !(stiffness.is_finite() && force.is_finite()) {
             return Err(HapticError::NoAnswer("a value that is not finite".to_owned()));
         }
+        let vertices = simulation.world.query_one_mut::<&Vertices>(body).map_err(|_| HapticError::NoSuchBody)?;
+        self.note(body, vertices.keys(), coupling, stiffness);
         Ok(HapticModel { time: simulation.report.time, position, force, stiffness })
     }
 
     /// Notes the springs, and gives the tool's point, the mean of its springs', and its force on the tissue \[N\].
-    fn take_springs(&mut self, vertices: &Vertices, springs: &[ToolSpring]) -> Result<(DVec3, DVec3), HapticError> {
+    pub(super) fn take_springs(
+        &mut self,
+        vertices: &Vertices,
+        springs: &[ToolSpring],
+    ) -> Result<(DVec3, DVec3), HapticError> {
         self.springs.clear();
         self.pinned.clear();
         let (mut position, mut force, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
@@ -276,7 +292,7 @@ impl Haptics {
 }
 
 /// The matrix, raised by as much as rounding may have left it below zero.
-fn positive(matrix: DMat3) -> DMat3 {
+pub(super) fn positive(matrix: DMat3) -> DMat3 {
     let size = matrix.x_axis.x.abs() + matrix.y_axis.y.abs() + matrix.z_axis.z.abs();
     let minor = matrix.x_axis.x * matrix.y_axis.y - matrix.x_axis.y * matrix.y_axis.x;
     if matrix.x_axis.x > 0.0 && minor > 0.0 && matrix.determinant() > 0.0 {

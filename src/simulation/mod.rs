@@ -8,7 +8,9 @@ mod debug_lines;
 mod error;
 mod fixed_step;
 mod frame;
+mod haptic_blend;
 mod haptic_feed;
+mod haptic_refresh;
 mod haptics;
 mod lent;
 mod material_force;
@@ -37,6 +39,7 @@ pub use error::SimulationError;
 #[cfg(feature = "snapshot")]
 pub(crate) use error::check_settings;
 pub use fixed_step::FixedStep;
+pub use haptic_blend::HapticBlend;
 pub use haptic_feed::{HapticModel, HapticReceiver, HapticSender, haptic_feed};
 pub use haptics::{Coupling, HapticError, Haptics, ToolSpring};
 pub use material_force::TipForce;

@@ -68,6 +68,12 @@ impl Limits {
         }
     }
 
+    /// Those of a solve that stops by the squared energy norm of its error \[mJ\] alone, or after so many iterations.
+    pub fn by_energy(energy: f64, iterations: u32) -> Self {
+        let residual_sq = f64::INFINITY;
+        Self { residual_sq, energy, least_sq: 0.0, near: 0.0, iterations, end: None, stop: None }
+    }
+
     /// Those of one round in single precision, in units of the residual's norm: a little below what is asked for, but no further than
     /// single precision can go.
     pub(super) fn of_round(self, norm: f64, iterations: u32) -> Self {

@@ -1,5 +1,6 @@
 //! What a program that embeds the engine relies on.
 
+mod haptic_blend;
 mod haptics;
 mod mirror;
 mod pins;
