@@ -22,7 +22,7 @@
 //! use glam::DVec3;
 //! use rhexis::components::{Curve, Fibres, Hold, Material, Tearing};
 //! use rhexis::event::EventKind;
-//! use rhexis::{membrane::Membrane, generate, settings::Settings, simulation::Simulation, storage::Attached};
+//! use rhexis::{generate, membrane::Membrane, settings::Settings, simulation::Simulation, storage::Attached};
 //!
 //! fn main() -> Result<(), Box<dyn std::error::Error>> {
 //!     let mesh = generate::grid(30.0, 30.0, 30, 25)?;
@@ -61,7 +61,7 @@
 //! and readers for OBJ, Gmsh, VTK, PLY and STL are the crate `rhexis-scene`; the program `rhexis`, pictures and ParaView files the
 //! crate `rhexis-cli`. A mesh is a [`TriangleMesh`](storage::TriangleMesh) of your own positions and triangles, or one of [`generate`].
 
-#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
 
 mod clock;
 pub mod components;

@@ -5,7 +5,7 @@
 //! `stress` end with what they have, a second one ends them at once, as the first does for the others: they write nothing before
 //! they are done.
 
-#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
 
 mod account;
 mod bench;

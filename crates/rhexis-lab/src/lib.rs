@@ -1,7 +1,7 @@
 //! What judges the engine: comparisons with independent results, benchmarks at equal error, random hostile tools, maps of stability,
 //! and minutes of tearing that must not leak. Each is a subcommand of the program `rhexis`.
 
-#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
 
 #[allow(clippy::disallowed_methods, reason = "figures and plots of runs, no part of a step")]
 pub mod bench;

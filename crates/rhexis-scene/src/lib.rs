@@ -33,7 +33,7 @@
 //!
 //! Every error names the file, the line and how to mend it.
 
-#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
 
 mod beginning;
 mod build;
