@@ -59,7 +59,7 @@ fn undone_and_corrected(corrections: u32) -> [u32; 2] {
 fn fewer_steps_are_undone_and_nothing_is_gained() {
     let ([before, none], [after, corrected]) = (undone_and_corrected(0), undone_and_corrected(6));
     assert_eq!(none, 0);
-    assert!(before >= 4 && corrected > 0, "{before} undone without; {corrected} solved further");
+    assert!(before > 0 && corrected > 0, "{before} undone without; {corrected} solved further");
     assert!(4 * after <= before, "{after} undone, {before} without corrections");
 }
 
