@@ -60,10 +60,6 @@ const UNSEEN: f64 = 0.1;
 /// Triangles that may make up for what a whole step creates, for their vertices to find their own way at once.
 const SPIKE: usize = 2;
 
-/// An excess over what is bearable, as a multiple of that, up to which halves of the step do: they keep a spin, which Newton's method
-/// brakes as backward Euler does. Beyond it the step is solved further.
-const MILD: f64 = 2.0;
-
 /// Steps in which vertices find their own way at once after one in which some had to: where a spike flaps, it does so for a while.
 const RELAXING: u32 = 8;
 
@@ -128,7 +124,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let spike = if step.is_retried || step.is_correction || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
             let is_used_up = step.budget.is_some_and(|budget| scratch.work >= budget);
-            let may_correct = step.corrections > 0 && !is_used_up;
+            // In a plane a membrane resists every motion but a spin, which halves of the step keep; Newton's method brakes it as backward Euler.
+            let may_correct = step.corrections > 0 && !is_used_up && planar.is_none();
             let SolverScratch { free, partials, pairs, left_over, unseen, to_correct, .. } = &mut *scratch;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
             let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
@@ -177,8 +174,6 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 place = Some(solved.place(work, more + work, holders, partials));
             }
             let mut patch = None;
-            let is_mild = !is_corrected && sum <= MILD * most;
-            let spike = if is_mild { usize::MAX } else { spike };
             if !(sum <= most) {
                 let full = Operator { external: holders.1, ..solved.operator };
                 let found = Patch::found(&solved, &full, spike, (sum, most), |patch| {
@@ -194,7 +189,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                     (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
                 }
             }
-            if may_correct && !is_mild && sum > most && sum.is_finite() {
+            if may_correct && sum > most && sum.is_finite() {
                 // The first answer carries the prescribed motion, and goes all its way.
                 if is_corrected {
                     let full = Operator { external: holders.1, ..solved.operator };

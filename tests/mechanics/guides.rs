@@ -5,8 +5,8 @@ use hecs::Entity;
 use rhexis::components::{
     Curve, Damping, EnergyAudit, Fibres, Gravity, Guide, Hold, HoldGuides, Material, PointLoad, PointLoads,
 };
-use rhexis::membrane::Membrane;
 use rhexis::generate;
+use rhexis::membrane::Membrane;
 use rhexis::settings::{Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::Snapshot;

@@ -6,9 +6,9 @@ use hecs::Entity;
 use rhexis::components::{
     Curve, EnergyCriterion, Hold, HolzapfelGasserOgden, Material, PreStretch, Refinement, TearLog, Tearing, Toughness,
 };
+use rhexis::generate;
 use rhexis::math::{GroundSubstance, Sym2};
 use rhexis::membrane::{BodyError, Membrane};
-use rhexis::generate;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Triangles, Vertices};

@@ -11,12 +11,12 @@ use super::schema::{
 };
 use super::springs::{point_loads, springs};
 use super::{grasp, held, mesh_file, per_triangle, shape};
+use glam::DVec3;
 use rhexis::components::{
     Bending, Contact, Damping, Drag, EdgeLoad, EdgeLoads, EnergyCriterion, Gravity, Grips, Material, PointLoads,
     PreStretch, Pressure, Refinement, Sleeping, TearMode, Tearing, Toughness,
 };
 use rhexis::membrane::{BodyError, Membrane};
-use glam::DVec3;
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -4,10 +4,10 @@ use super::build::direction;
 use super::error::Fault;
 use super::region::Surface;
 use super::schema::{BodySpec, ClampSpec, HoldSpec};
+use glam::DVec3;
 use rhexis::components::{Curve, Guide, Hold, HoldGuides, HoldTurns, Path, Turning};
 use rhexis::membrane::Membrane;
 use rhexis::storage::{Attached, TriangleMesh};
-use glam::DVec3;
 
 /// Gives a membrane its holds and clamps; `key` is the body's path in the scene.
 pub(super) fn holds(
