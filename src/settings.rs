@@ -150,8 +150,8 @@ pub struct Settings {
     /// more solve and one more advance per tip. With 0 a tip makes one advance per step.
     pub resumes: u32,
     /// Further solves at the most from where a linearly implicit step leads, if it would create energy: Newton's method along the projected
-    /// tangent with a line search on the incremental potential, for the bodies in space that need it. What would still create energy is retried in
-    /// halves.
+    /// tangent with a line search on the incremental potential, for the bodies in space that something holds. What would still create energy is
+    /// retried in halves.
     pub corrections: u32,
     /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. What
     /// would still create energy then goes only a part of its way.

@@ -124,8 +124,9 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let spike = if step.is_retried || step.is_correction || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
             let is_used_up = step.budget.is_some_and(|budget| scratch.work >= budget);
-            // In a plane a membrane resists every motion but a spin, which halves of the step keep; Newton's method brakes it as backward Euler.
-            let may_correct = step.corrections > 0 && !is_used_up && planar.is_none();
+            // What nothing holds, or only its plane, may spin: halves of the step keep that, Newton's method brakes it as backward Euler.
+            let may_spin = planar.is_some() || scratch.free.iter().all(|axes| *axes == DVec3::ONE);
+            let may_correct = step.corrections > 0 && !is_used_up && !may_spin && scratch.allowed.is_empty();
             let SolverScratch { free, partials, pairs, left_over, unseen, to_correct, .. } = &mut *scratch;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
             let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);

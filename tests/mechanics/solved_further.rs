@@ -3,25 +3,29 @@
 
 use glam::DVec3;
 use hecs::Entity;
-use rhexis::components::{EnergyAudit, Fibres, Material};
+use rhexis::components::{Curve, EnergyAudit, Fibres, Hold, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
-use rhexis::storage::Vertices;
+use rhexis::storage::{Attached, Vertices};
 
-/// A sheet at rest, and one that spins by a radian per step of 10 ms about an axis in its plane, each with its audit.
+/// A sheet at rest, and one that spins by a radian per step of 10 ms about an axis in its plane, each held by a corner and with its audit.
 fn two_sheets(settings: Settings) -> (Simulation, [Entity; 2]) {
     let mut simulation = Simulation::new(settings).unwrap();
     let bodies = ["at rest", "spinning"].map(|name| {
         let mesh = generate::grid(10.0, 10.0, 12, 12).unwrap();
         let sheet = Membrane::new(name, mesh, Material { thickness: 0.015, ..Material::figure_2() });
-        simulation.spawn(sheet.fibres(Fibres::at_degrees(30.0)).with(EnergyAudit::default())).unwrap()
+        // One corner stays where it is, about which the sheet spins.
+        let members = Attached::new([(0, DVec3::ZERO)]);
+        let hold = Hold { name: "corner".into(), members, axes: [true; 3], curve: Curve::constant(0.0) };
+        let sheet = sheet.fibres(Fibres::at_degrees(30.0)).hold(hold).with(EnergyAudit::default());
+        simulation.spawn(sheet).unwrap()
     });
     let mut vertices = simulation.world().get::<&mut Vertices>(bodies[1]).unwrap();
     let Vertices { position, velocity, .. } = &mut *vertices;
     let axis = DVec3::new(0.6, 0.8, 0.0);
-    position.iter().zip(velocity).for_each(|(x, u)| *u = axis.cross(*x - DVec3::new(5.0, 5.0, 0.0)) * 0.1);
+    position.iter().zip(velocity).for_each(|(x, u)| *u = axis.cross(*x) * 0.1);
     drop(vertices);
     (simulation, bodies)
 }
