@@ -182,7 +182,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 });
                 (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
             }
-            if (step.is_last_resort || is_used_up) && !(sum <= most) {
+            if (step.is_last_resort || is_used_up && !is_corrected) && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
                 (part, sum) = solved.shorten(&bounds, HALVED, partials);
                 // What stands and would stand for ever goes as little as need be.

@@ -16,7 +16,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.readings.keep(read);
         scratch.iterations = 0;
         scratch.is_late = false;
-        (scratch.newton_iterations, scratch.load_sq) = (0, 0.0);
+        scratch.newton_iterations = 0;
         scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
         scratch.fell_back = false;
         scratch.line_search = None;

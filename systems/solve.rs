@@ -159,8 +159,6 @@ fn solve_body(
             scratch.position_error =
                 if is_near_enough { (info.error_energy / scratch.motion_scale).sqrt() } else { 0.0 };
             scratch.linear_residual = info.relative_residual;
-            // The tolerance of Newton's iterations is in parts of what each of them has to mend.
-            scratch.load_sq = if is_linear_step { info.load_sq } else { 0.0 };
             let stored = scratch.stored;
             let asks_for_stress = params.stress_tolerance.is_finite();
             scratch.stress_error =

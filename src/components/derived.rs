@@ -336,9 +336,6 @@ pub struct SolverScratch {
     /// Work that this step has taken, retries and resumes included, in iterations of linear solves.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub work: u32,
-    /// Squared norm \[N²\] of the largest right-hand side of the step's solves so far, which the residuals of further ones are measured by.
-    #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub load_sq: f64,
     /// Energy \[mJ\] of the body's motion by an edge in one step, where the solve asks for the error of positions; else zero.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub motion_scale: f64,
@@ -362,7 +359,6 @@ impl SolverScratch {
             fault,
             to_correct,
             work,
-            load_sq,
             motion_scale,
             least_imbalance,
             allowed,
@@ -408,7 +404,6 @@ impl SolverScratch {
             shortenings,
             relaxing,
             work,
-            load_sq,
             motion_scale,
             least_imbalance,
             allowed,

@@ -71,8 +71,8 @@ impl HapticBlend {
             // By the trapezoidal rule, exact for the forces of one model: with half of what is felt now kept back for the next call.
             let most = (self.credit + 0.5 * force_before.dot(way)).max(0.0);
             let excess = -force.dot(way) - most;
-            if excess > 0.0 {
-                force += way * (excess / way.length_squared());
+            if let Some(along) = way.try_normalize().filter(|_| excess > 0.0) {
+                force += along * (excess / way.length());
                 self.withheld += excess;
             }
             self.credit += 0.5 * (force_before + force).dot(way);

@@ -140,6 +140,8 @@ impl Haptics {
             (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<(&'a Bending, &'a Folds)>),
         );
         simulation.admit()?;
+        // Until this one is found there is none to refresh.
+        (self.last, self.body) = (None, None);
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
         let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, fibres, damping, bending)) =
             found;

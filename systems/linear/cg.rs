@@ -17,11 +17,8 @@ const ROUNDING: f64 = 1e-12;
 pub struct CgInfo {
     /// Iterations done.
     pub iterations: u32,
-    /// Norm of the residual over that of `load_sq`.
+    /// Norm of the residual over the norm of the right-hand side (with the prescribed motion on its right side).
     pub relative_residual: f64,
-    /// Squared norm \[N²\] that residuals are measured by: of the right-hand side (with the prescribed motion on its right side), or of
-    /// [`SolverScratch::load_sq`] where that is larger.
-    pub load_sq: f64,
     /// Squared energy norm of the error, as estimated \[mJ\].
     pub error_energy: f64,
     /// Whether the tolerances were reached, that of the residual and that of the stress.
@@ -63,7 +60,7 @@ pub(super) fn solve(
     mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
-    let (scales, load_of_step_sq) = ([scratch.stored, scratch.motion_scale], scratch.load_sq);
+    let scales = [scratch.stored, scratch.motion_scale];
     let SolverScratch { free, residual, direction, product, partials, pairs, stops, .. } = scratch;
     for vector in [&mut *direction, product] {
         vector.resize(n, DVec3::ZERO);
@@ -82,8 +79,7 @@ pub(super) fn solve(
     };
     let direction = b;
 
-    let load_sq = reference_sq.max(load_of_step_sq);
-    let limits = Limits::new(params, load_sq, scales).repeating(stops);
+    let limits = Limits::new(params, reference_sq, scales).repeating(stops);
     // z and A·p take turns in one vector: each has been used up where the other begins.
     let mut rz = precondition(residual, free, product, partials);
     direction.copy_from_slice(product);
@@ -116,8 +112,7 @@ pub(super) fn solve(
         is_late = limits.is_late(iteration);
     }
     stops.note(iteration, is_late);
-    let relative_residual = if load_sq > 0.0 { (residual_sq / load_sq).sqrt() } else { 0.0 };
+    let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
     let is_solved = limits.allow_stop(residual_sq, &error);
-    let error_energy = error.squared();
-    Ok(CgInfo { iterations: iteration, relative_residual, load_sq, error_energy, is_solved, is_late })
+    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_solved, is_late })
 }

@@ -272,11 +272,8 @@ impl Factor {
         self.without = iterations;
     }
 
-    /// Follows an edit of the mesh. Tissue that goes on tearing has no use for another trial: a rest lasts until so many solves after that.
+    /// Follows an edit of the mesh.
     pub fn follow(&mut self, record: &EditRecord) {
-        if self.rest > 0 {
-            self.rest = self.rest.max(REST);
-        }
         if let Some(current) = &mut self.current {
             current.bridge.follow(record);
         }

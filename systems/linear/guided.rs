@@ -177,7 +177,7 @@ fn iterate(
     mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
-    let (scales, load_of_step_sq) = ([scratch.stored, scratch.motion_scale], scratch.load_sq);
+    let scales = [scratch.stored, scratch.motion_scale];
     let SolverScratch { free, residual, direction, product, partials, stops, .. } = scratch;
     [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
     parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
@@ -190,8 +190,7 @@ fn iterate(
         return Err(CgError::NotFinite { iteration: 0 });
     }
     let mut residual_sq = reference_sq;
-    let load_sq = reference_sq.max(load_of_step_sq);
-    let limits = Limits::new(params, load_sq, scales).repeating(stops);
+    let limits = Limits::new(params, reference_sq, scales).repeating(stops);
     let mut answer = |r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| {
         let of_free = precondition(r, free, z, partials);
         of_free + precondition_guided((allowed, blocks), r, z)
@@ -228,7 +227,7 @@ fn iterate(
         is_late = limits.is_late(iteration);
     }
     stops.note(iteration, is_late);
-    let relative_residual = if load_sq > 0.0 { (residual_sq / load_sq).sqrt() } else { 0.0 };
+    let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
     let is_solved = limits.allow_stop(residual_sq, &error);
-    Ok(CgInfo { iterations: iteration, relative_residual, load_sq, error_energy: error.squared(), is_solved, is_late })
+    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_solved, is_late })
 }

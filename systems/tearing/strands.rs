@@ -16,6 +16,8 @@ const MOST_CROSSED: usize = 64;
 const FEWEST_CROSSED: usize = 3;
 /// Ways from one vertex of the rim, the shortest first: which of them is the weakest depends on the fibres.
 const WAYS: usize = 3;
+/// Ways tried from one vertex: some meet a rim on their way, or cross too few triangles.
+const MOST_TRIED: usize = 16;
 /// Largest lean of a way, at either end, from the line halfway between the rim's two edges, over half the angle between those: 60° at
 /// a straight rim. Ways along the rim, as the chords of a round one, cut off no strand.
 const LEAN: f64 = 2.0 / 3.0;
@@ -28,8 +30,8 @@ pub struct Strands {
     ways: Vec<Way>,
     /// The triangles of all ways, each with the way's direction in its frame (fibre, transverse).
     crossed: Vec<(u32, DVec2)>,
-    /// Vertices of the rim by their x, while strands are looked for.
-    rim: Vec<u32>,
+    /// Vertices of the rim by their x, with their ways into the body, while strands are looked for.
+    rim: Vec<(u32, Option<Inwards>)>,
 }
 
 /// A straight way over the rest surface from a vertex of the rim to one that faces it.
@@ -41,6 +43,7 @@ struct Way {
 }
 
 /// The way into the body at a vertex of the rim.
+#[derive(Clone, Copy, Debug)]
 struct Inwards {
     direction: DVec3,
     /// Cosine of the most that a way may lean from it.
@@ -57,35 +60,45 @@ impl Strands {
         self.ways.clear();
         self.crossed.clear();
         let rest = &surface.vertices.rest_position;
-        self.rim.clear();
-        self.rim.extend((0..rest.len() as u32).filter(|&v| surface.topology.is_boundary_vertex(v)));
-        let rim = &mut self.rim;
-        rim.sort_unstable_by(|&a, &b| rest[a as usize].x.total_cmp(&rest[b as usize].x).then(a.cmp(&b)));
-        let inwards: Vec<Option<Inwards>> = rim.iter().map(|&v| inwards(surface, v)).collect();
-        let mut facing: SmallVec<[(f64, u32); 16]> = SmallVec::new();
-        for (i, &from) in rim.iter().enumerate() {
-            facing.clear();
-            let (at, Some(in_from)) = (rest[from as usize], &inwards[i]) else { continue };
-            for (&to, in_to) in rim[i + 1..].iter().zip(&inwards[i + 1..]) {
-                let way = rest[to as usize] - at;
-                if way.x >= radius {
-                    break;
-                }
-                let (length, Some(in_to)) = (way.length(), in_to) else { continue };
-                let leads = |inwards: &Inwards, way: DVec3| way.dot(inwards.direction) >= inwards.least * length;
-                if length > 0.0 && length < radius && leads(in_from, way) && leads(in_to, -way) {
-                    facing.push((length, to));
-                }
+        let mut rim = std::mem::take(&mut self.rim);
+        rim.clear();
+        let of_rim = (0..rest.len() as u32).filter(|&v| surface.topology.is_boundary_vertex(v));
+        rim.extend(of_rim.map(|v| (v, inwards(surface, v))));
+        rim.sort_unstable_by(|(a, _), (b, _)| rest[*a as usize].x.total_cmp(&rest[*b as usize].x).then(a.cmp(b)));
+        for place in 0..rim.len() {
+            self.find_from(surface, &rim, place, radius);
+        }
+        self.rim = rim;
+    }
+
+    /// Finds the shortest ways from a vertex of the rim. A way is found from both of its ends.
+    fn find_from(&mut self, surface: &Surface, rim: &[(u32, Option<Inwards>)], place: usize, radius: f64) {
+        let rest = &surface.vertices.rest_position;
+        let (from, Some(inwards)) = rim[place] else { return };
+        let at = rest[from as usize];
+        let mut facing: SmallVec<[(f64, u32); 64]> = SmallVec::new();
+        let near = |(to, _): &&(u32, Option<Inwards>)| (rest[*to as usize].x - at.x).abs() < radius;
+        let after = rim[place + 1..].iter().take_while(near);
+        for &(to, other) in rim[..place].iter().rev().take_while(near).chain(after) {
+            let (way, Some(other)) = (rest[to as usize] - at, other) else { continue };
+            let length = way.length();
+            let leads = |inwards: &Inwards, way: DVec3| way.dot(inwards.direction) >= inwards.least * length;
+            if length > 0.0 && length < radius && leads(&inwards, way) && leads(&other, -way) {
+                facing.push((length, to));
             }
-            facing.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            for &(_, to) in facing.iter().take(WAYS) {
-                let first = self.crossed.len();
-                if cross(surface, from, to, &mut self.crossed) {
-                    let crossed = first as u32..self.crossed.len() as u32;
-                    self.ways.push(Way { vertices: [from, to], crossed });
-                } else {
-                    self.crossed.truncate(first);
-                }
+        }
+        facing.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut count = 0;
+        for &(_, to) in facing.iter().take(MOST_TRIED) {
+            let first = self.crossed.len();
+            if cross(surface, from, to, &mut self.crossed) {
+                self.ways.push(Way { vertices: [from, to], crossed: first as u32..self.crossed.len() as u32 });
+                count += 1;
+            } else {
+                self.crossed.truncate(first);
+            }
+            if count == WAYS {
+                break;
             }
         }
     }

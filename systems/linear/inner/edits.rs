@@ -10,17 +10,9 @@ use crate::storage::Topology;
 /// All is found anew where more than one in so many triangles has changed since the last solve,
 const MOST: usize = 16;
 
-/// or one in so many since all was found anew the last time.
-const MOST_IN_ALL: usize = 6;
-
-/// From one in so many on all is found anew at the first solve of a step since whose last one nothing has changed: one that tears takes long
-/// as it is. Rows out of order cost iterations: on the lens capsule as it tears none with this limit, an eighth more without it.
-const DUE: usize = 8;
-
-/// Whether all is to be found anew where so many triangles of a body have changed since it was.
-pub fn is_due(changed: usize, count: usize) -> bool {
-    changed > count / DUE
-}
+/// or one in so many since all was found anew the last time. Rows out of order cost iterations: on the lens capsule as it tears none
+/// with this limit, an eighth more without it.
+const MOST_IN_ALL: usize = 8;
 
 /// The triangles that have changed and the rows that they concern. Scratch.
 #[derive(Debug, Default)]

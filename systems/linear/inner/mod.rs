@@ -115,8 +115,6 @@ pub struct InnerSolver {
     vectors: Box<Vectors>,
     /// What made the iterations of the last solve few; `None` where the triangles have changed since.
     ready: Option<Ready>,
-    /// Whether an order that is due may be found anew: in a step's first solve, as further ones make it long.
-    may_renew: bool,
     /// Whether the matrix and the incomplete factor have been made of the operator that several solves share.
     same: Option<[bool; 2]>,
 }
@@ -144,12 +142,10 @@ impl InnerSolver {
         scratch: &mut SolverScratch,
     ) -> Result<(CgInfo, bool), CgError> {
         let is_single = is_single(params, scratch);
-        self.may_renew = scratch.load_sq == 0.0;
         let (reference_sq, mut residual_sq, has_taken) =
             self.first_residual(operator, is_single, corner, x, scratch)?;
-        let load_sq = reference_sq.max(scratch.load_sq);
-        let limits = Limits::new(params, load_sq, [scratch.stored, scratch.motion_scale]);
-        let mut info = CgInfo { error_energy: f64::INFINITY, load_sq, ..CgInfo::default() };
+        let limits = Limits::new(params, reference_sq, [scratch.stored, scratch.motion_scale]);
+        let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
         let (mut is_solved, mut shift) = (true, SHIFT);
         if !limits.are_met_at_end(residual_sq, info.error_energy) {
             if !has_taken {
@@ -228,7 +224,7 @@ impl InnerSolver {
             scratch.residual.copy_from_slice(&scratch.direction);
         }
         info.is_solved = limits.are_met_at_end(residual_sq, info.error_energy);
-        info.relative_residual = if load_sq > 0.0 { (residual_sq / load_sq).sqrt() } else { 0.0 };
+        info.relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
         Ok((info, is_solved))
     }
 
@@ -302,14 +298,13 @@ impl InnerSolver {
     fn follow(&mut self, mesh: (&Vertices, &Triangles, &Topology), is_cut: bool) {
         let (_, Triangles { corners, .. }, topology) = mesh;
         let fingerprint = Fingerprint::of(corners);
-        let is_same = self.fingerprint == fingerprint;
-        if is_same && !(self.may_renew && edits::is_due(self.order.changed, corners.len())) {
+        if self.fingerprint == fingerprint {
             return;
         }
         (self.fingerprint, self.ready) = (fingerprint, None);
         self.put_away_neighbours();
         let Self { order, partition, edits, multigrid, .. } = self;
-        let mut is_found = !is_same && edits.find(partition, corners, topology, order);
+        let mut is_found = edits.find(partition, corners, topology, order);
         if is_found {
             partition.rebuild(corners, &order.row);
             is_found = multigrid.follow(partition, order, mesh, edits);
