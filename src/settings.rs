@@ -150,8 +150,8 @@ pub struct Settings {
     /// more solve and one more advance per tip. With 0 a tip makes one advance per step.
     pub resumes: u32,
     /// Further solves at the most from where a linearly implicit step leads, if it would create energy: Newton's method along the projected
-    /// tangent with a line search on the incremental potential, for the bodies in space that something holds. What would still create energy is
-    /// retried in halves.
+    /// tangent with a line search on the incremental potential, for the bodies in space that holds, pins or rigid jaws hold. What would still create
+    /// energy is retried in halves. 0, the default, for none; 6 for a hand that flings slack cloth, where halves would be many.
     pub corrections: u32,
     /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. What
     /// would still create energy then goes only a part of its way.
@@ -180,7 +180,7 @@ impl Default for Settings {
             newton_tolerance: 1e-9,
             static_iterations: 60,
             resumes: 8,
-            corrections: 6,
+            corrections: 0,
             halvings: 4,
             budget: None,
             threads: 0,

@@ -49,13 +49,23 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
 }
 
 /// Keeps the acceleration of every vertex at the start of a step of two stages, by the forces just evaluated there.
-pub fn start(world: &mut hecs::World, _: &StepContext) -> usize {
-    parallel::for_bodies::<(&Vertices, &Forces, &mut Increment, &SolverScratch)>(
+pub fn start(world: &mut hecs::World, step: &StepContext) -> usize {
+    type Query<'a> =
+        (&'a Vertices, &'a Forces, &'a mut Increment, &'a SolverScratch, Option<(&'a Holds, &'a HoldGuides)>);
+    parallel::for_bodies::<Query>(
         world,
-        |(vertices, .., scratch)| scratch.rows_to_solve(vertices.len()),
-        |(vertices, forces, increment, _)| {
+        |(vertices, _, _, scratch, _)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, forces, increment, _, guided)| {
             increment.start_acceleration.resize(vertices.len(), DVec3::ZERO);
             parallel::for_rows(&mut increment.start_acceleration, |v, a| *a = forces.nodal[v] / vertices.mass[v]);
+            let Some((holds, guides)) = guided else { return };
+            for (place, hold) in holds.groups.iter().enumerate() {
+                let Some(Guide::Together { force, curve }) = guides.of(place) else { continue };
+                let mass: f64 = hold.members.rows().iter().map(|&row| vertices.mass[row as usize]).sum();
+                let held = DVec3::from_array(hold.axes.map(|axis| f64::from(u8::from(axis))));
+                let gained = *force * held * (curve.at(step.time) / mass);
+                hold.members.rows().iter().for_each(|&row| increment.start_acceleration[row as usize] += gained);
+            }
         },
     )
 }

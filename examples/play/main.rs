@@ -2,9 +2,9 @@
 //! cuts a domed sheet hung on two corners, a second sheet that comes and goes, saves, loads and resets of the level, and a
 //! renderer whose copy of every mesh follows what has changed.
 //!
-//! `cargo run --release --no-default-features --features snapshot,direct --example play -- --seconds 600 --seed 1`
+//! `cargo run --release -p rhexis --features direct --example play -- --seconds 600 --seed 1`
 //!
-//! It brings its own meshes, so `snapshot` is all it needs. `--preset haptic|game|accurate|static` takes those settings, `--iterations N` limits the solver's iterations, `--tolerance X` sets the relative
+//! It brings its own meshes, so `snapshot` is all it needs. `--preset haptic|game|accurate|static` takes those settings, `--corrections N` solves steps further before they are undone, `--iterations N` limits the solver's iterations, `--tolerance X` sets the relative
 //! residual at which a solve ends. At the end it prints times, rolled back frames, allocations and a hash that every run with the
 //! same arguments has. After each frame it asserts that the renderer's copy is the mesh, after each load and reset that the
 //! state is the one that was kept.
@@ -64,9 +64,10 @@ impl Options {
                 "--seconds" => options.seconds = value.parse()?,
                 "--seed" => options.seed = value.parse()?,
                 "--iterations" => options.settings.linear.iterations = value.parse()?,
+                "--corrections" => options.settings.corrections = value.parse()?,
                 "--tolerance" => options.settings.linear.tolerance = value.parse()?,
                 _ => {
-                    let known = "--seconds, --seed, --preset, --iterations and --tolerance are known";
+                    let known = "--seconds, --seed, --preset, --iterations, --corrections and --tolerance are known";
                     return Err(format!("{word}: {known}").into());
                 }
             }

@@ -248,7 +248,7 @@ pub struct SolverScratch {
     pub free: FreeAxes,
     /// Motions of guided vertices, which have no free axes for them.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub allowed: Allowed,
+    pub allowed: Box<Allowed>,
     /// Residual \[N\].
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual: Vec<DVec3>,
@@ -272,13 +272,13 @@ pub struct SolverScratch {
     pub pairs: Vec<DVec2>,
     /// What a step of several iterations is judged by.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub account: StepAccount,
+    pub account: Box<StepAccount>,
     /// Where solves have stopped because time was up.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub stops: Stops,
     /// Of the triangles that have to be put outside an obstacle.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub sweeps: Sweeps,
+    pub sweeps: Box<Sweeps>,
     /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
     pub stored: f64,
     /// Whether `residual` has to be exact after the solve: an energy balance counts it.

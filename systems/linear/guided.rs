@@ -23,7 +23,7 @@ const LEAST_PIVOT: f64 = 1e-12;
 ///
 /// # Errors
 /// See [`CgError`].
-pub fn solve(
+pub(super) fn solve(
     operator: &Operator,
     params: &LinearParams,
     means: &mut Means,

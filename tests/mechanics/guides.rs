@@ -223,3 +223,15 @@ fn a_clamp_keeps_what_is_cut_and_is_saved() {
     let ends: Vec<DVec3> = ends.map(gone).collect();
     assert!(ends.len() == 7 && ends.iter().all(|u| u.distance(ends[0]) < 1e-13 && u.x > 0.0), "{ends:?}");
 }
+
+/// In equilibrium under a clamp's force, steps of two stages stay there.
+#[test]
+fn a_clamp_in_equilibrium_stays_there_in_accurate_steps() {
+    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::accurate() }).unwrap();
+    let body = simulation.spawn(clamped(DVec3::new(0.05, 0.0, 0.0), true)).unwrap();
+    simulation.settle(0.0, 1e-11).unwrap();
+    let before = positions(&simulation, body);
+    (0..20).for_each(|_| _ = simulation.step(1.0).unwrap());
+    // An equilibrium to 1e-11 of the largest force, left by twenty solves to 1e-10 of theirs.
+    assert!(farthest(&before, &positions(&simulation, body)) < 1e-8);
+}

@@ -70,7 +70,7 @@ fn fewer_steps_are_undone_and_nothing_is_gained() {
 #[test]
 fn other_bodies_keep_their_bits_and_threads_do_not_matter() {
     let run = |threads: usize| {
-        let (mut simulation, _) = two_sheets(Settings { threads, ..Settings::default() });
+        let (mut simulation, _) = two_sheets(Settings { threads, ..single(6) });
         (0..6).for_each(|_| assert!(!simulation.step(10.0).unwrap().has_failed));
         simulation.hash()
     };

@@ -12,7 +12,7 @@ use glam::{DVec3, Vec4};
 
 /// What made the iterations of the last solve few.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ready {
+pub(super) enum Ready {
     /// Made by the solver itself.
     Own(Inner),
     /// The body's Cholesky factor.

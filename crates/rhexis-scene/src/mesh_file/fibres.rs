@@ -24,7 +24,7 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Vec<DVec3>, Fault> {
 }
 
 /// The numbers of every line that holds any, with the line's own; `must` says what there has to be.
-pub fn rows(bytes: Vec<u8>, must: &str) -> Result<Vec<(usize, Vec<f64>)>, Fault> {
+pub(super) fn rows(bytes: Vec<u8>, must: &str) -> Result<Vec<(usize, Vec<f64>)>, Fault> {
     let text = encoding::text(bytes);
     let mut rows = Vec::new();
     for (number, line) in text.lines().enumerate() {
