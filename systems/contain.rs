@@ -171,7 +171,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (mut part, mut sum, mut place) = (1.0, before + more + work, None);
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
-            if !(sum <= most) && !(may_correct && is_corrected) {
+            if !(sum <= most || may_correct && is_corrected) {
                 place = Some(solved.place(work, more + work, holders, partials));
             }
             let mut patch = None;

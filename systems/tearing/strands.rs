@@ -18,6 +18,8 @@ const FEWEST_CROSSED: usize = 3;
 const WAYS: usize = 3;
 /// Ways tried from one vertex: some meet a rim on their way, or cross too few triangles.
 const MOST_TRIED: usize = 16;
+/// Ways for which there is room.
+const ROOM: usize = 256;
 /// Largest lean of a way, at either end, from the line halfway between the rim's two edges, over half the angle between those: 60° at
 /// a straight rim. Ways along the rim, as the chords of a round one, cut off no strand.
 const LEAN: f64 = 2.0 / 3.0;
@@ -32,6 +34,8 @@ pub struct Strands {
     crossed: Vec<(u32, DVec2)>,
     /// Vertices of the rim by their x, with their ways into the body, while strands are looked for.
     rim: Vec<(u32, Option<Inwards>)>,
+    /// Lengths \[mm\] of the ways from one of them, with their other ends.
+    facing: Vec<(f64, u32)>,
 }
 
 /// A straight way over the rest surface from a vertex of the rim to one that faces it.
@@ -60,6 +64,10 @@ impl Strands {
         self.ways.clear();
         self.crossed.clear();
         let rest = &surface.vertices.rest_position;
+        // Room from the start, so that lists do not grow while a tear goes on.
+        self.ways.reserve(ROOM);
+        self.crossed.reserve(4 * ROOM);
+        self.facing.reserve(ROOM);
         let mut rim = std::mem::take(&mut self.rim);
         rim.clear();
         let of_rim = (0..rest.len() as u32).filter(|&v| surface.topology.is_boundary_vertex(v));
@@ -76,7 +84,8 @@ impl Strands {
         let rest = &surface.vertices.rest_position;
         let (from, Some(inwards)) = rim[place] else { return };
         let at = rest[from as usize];
-        let mut facing: SmallVec<[(f64, u32); 64]> = SmallVec::new();
+        let mut facing = std::mem::take(&mut self.facing);
+        facing.clear();
         let near = |(to, _): &&(u32, Option<Inwards>)| (rest[*to as usize].x - at.x).abs() < radius;
         let after = rim[place + 1..].iter().take_while(near);
         for &(to, other) in rim[..place].iter().rev().take_while(near).chain(after) {
@@ -101,6 +110,7 @@ impl Strands {
                 break;
             }
         }
+        self.facing = facing;
     }
 
     /// The strand with the largest criterion above 1, of those whose middle \[mm, rest shape\] may part: every triangle on the way across
