@@ -18,7 +18,7 @@
 //! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
 //! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
 //! a share of the energy in the body is [solved further](crate::settings::Settings::corrections) from where it leads, with the projected
-//! tangent and a [line search](line_search); where that does not end below the share, it is refused, and
+//! tangent and a line search; where that does not end below the share, it is refused, and
 //! [retried in halves](crate::settings::Settings::halvings).
 //!
 //! Damping dissipates what it takes: W has the work of the stress that the earlier solves' way has left along the way
