@@ -166,7 +166,7 @@ fn inwards(surface: &Surface, vertex: u32) -> Option<Inwards> {
         let (a, b) = (x[(corner + 1) % 3] - at, x[(corner + 2) % 3] - at);
         (a, b, elementary::atan2(a.cross(b).length(), a.dot(b)))
     });
-    let all: SmallVec<[(DVec3, DVec3, f64); 8]> = angles.collect();
+    let all: SmallVec<[(DVec3, DVec3, f64); 24]> = angles.collect();
     let half = 0.5 * all.iter().map(|sector| sector.2).sum::<f64>();
     let mut left = half;
     for (a, b, angle) in all {
