@@ -62,6 +62,7 @@
 //! crate `rhexis-cli`. A mesh is a [`TriangleMesh`](storage::TriangleMesh) of your own positions and triangles, or one of [`generate`].
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]
 
 mod clock;
 pub mod components;

@@ -33,22 +33,20 @@ mod line_search;
 pub mod nonlinear;
 mod patch;
 mod place;
+mod solved;
 
-use super::kernels::membrane;
 use super::linear::{Folds, Operator, reactions};
 use super::{Formula, StepContext, parallel};
 use crate::components::{
     Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
-    partly,
 };
-use crate::math::{ElementState, FibreLaw, Orthotropic, Sym2};
+use crate::math::Orthotropic;
 use crate::report::{GuardCause, GuardPlace};
-use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
 use bound::bound;
 use glam::DVec3;
-use lanes::Whole;
 use patch::Patch;
+use solved::{Bounds, Solved};
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
 /// much smaller one would refuse steps that do no harm.
@@ -124,9 +122,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let spike = if step.is_retried || step.is_correction || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
             let is_used_up = step.budget.is_some_and(|budget| scratch.work >= budget);
-            // What nothing holds, or only its plane, may spin: halves of the step keep that, Newton's method brakes it as backward Euler.
-            let may_spin = planar.is_some() || scratch.free.iter().all(|axes| *axes == DVec3::ONE);
-            let may_correct = step.corrections > 0 && !is_used_up && !may_spin && scratch.allowed.is_empty();
+            let may_correct =
+                step.corrections > 0 && !is_used_up && scratch.allowed.is_empty() && !may_spin(planar, &scratch.free);
             let SolverScratch { free, partials, pairs, left_over, unseen, to_correct, .. } = &mut *scratch;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
             let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
@@ -233,180 +230,17 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
+/// Whether nothing holds a body, or only its plane: halves of a step keep its spin, which Newton's method brakes as backward Euler does.
+fn may_spin(planar: Option<&Planar>, free: &FreeAxes) -> bool {
+    planar.is_some() || free.iter().all(|axes| *axes == DVec3::ONE)
+}
+
 /// The part of its way to be tried after this one.
 fn shorter(part: f64) -> f64 {
     match part {
         _ if part > HALVED => 0.5 * part,
         _ if part > LEAST_PART => 0.125 * part,
         _ => 0.0,
-    }
-}
-
-/// A body and the solve's answer.
-#[derive(Clone, Copy)]
-struct Solved<'a> {
-    operator: Operator<'a>,
-    increment: &'a Increment,
-    /// The way that is judged.
-    delta: &'a [DVec3],
-    free: &'a FreeAxes,
-    unstretched: Sym2,
-    fibres: Option<&'a FibreLaw>,
-    is_planar: bool,
-    /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
-    is_counted: bool,
-    /// Whether there is damping, and something that an earlier solve of the step has gone.
-    is_damped_before: bool,
-    /// The coefficient of drag over dt \[N/mm³\].
-    drag: f64,
-    /// 1/dt \[1/ms\].
-    rate: f64,
-}
-
-/// What a part of an answer is judged by \[mJ\].
-struct Bounds {
-    /// What earlier solves have left over.
-    before: f64,
-    /// What the residual has done.
-    work: f64,
-    /// See [`Solved::unsolved`].
-    unsolved: f64,
-    /// The most that is bearable.
-    most: f64,
-}
-
-impl Solved<'_> {
-    /// The largest part of the answer, down to the `least`, that leaves no more over than is bearable, and that; a part of 0 whatever it
-    /// leaves over.
-    fn shorten(&self, bounds: &Bounds, least: f64, partials: &mut Vec<f64>) -> (f64, f64) {
-        let &Bounds { before, work, unsolved, most } = bounds;
-        let mut part = 1.0;
-        loop {
-            part = shorter(part);
-            if part < least {
-                part = 0.0;
-            }
-            let left_over = self.left_over(part, partials);
-            let sum = before + left_over + part * (work - (1.0 - part) * unsolved);
-            if sum <= most || part == 0.0 {
-                return (part, sum);
-            }
-        }
-    }
-
-    fn volume(&self, t: usize) -> f64 {
-        self.operator.triangles.rest[t].area * self.operator.triangles.thickness[t]
-    }
-
-    fn stored(&self, t: usize, state: &ElementState) -> f64 {
-        let law = (self.is_planar, self.operator.triangles.unstretched(t, self.unstretched), self.fibres);
-        0.5 * self.volume(t) * membrane::twice_energy(state, &self.operator.triangles.stiffness[t], law)
-    }
-
-    /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer.
-    fn of_triangle(&self, t: usize, part: f64) -> f64 {
-        let Self { operator: Operator { vertices, triangles, frames, .. }, .. } = self;
-        let rest = &triangles.rest[t];
-        let corners = triangles.corners[t].map(|v| v as usize);
-        let u = corners.map(|v| partly(self.delta[v], self.free[v], part));
-        let x = corners.map(|v| vertices.position[v]);
-        let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
-        let start = frames.state(t);
-        let (volume, end) = (self.volume(t), self.element(t).energy(x));
-        let rate = membrane::stretch_rate(&start.polar, rest, u);
-        let pull = self.operator.element(t).apply(u);
-        let work = volume * start.stress.contract(rate)
-            + self.damped(t, rate)
-            + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
-        end - self.stored(t, &start) - work
-    }
-
-    /// [`damped`](Self::damped) where a triangle goes this `part` of the answer.
-    fn damped_along(&self, t: usize, part: f64) -> f64 {
-        if !self.is_damped_before {
-            return 0.0;
-        }
-        let Operator { triangles, frames, .. } = self.operator;
-        let u = triangles.corners[t].map(|v| partly(self.delta[v as usize], self.free[v as usize], part));
-        self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
-    }
-
-    /// What damping by what the step's earlier solves have gone does along a stretch rate \[mJ\], and in these where they are not counted.
-    fn damped(&self, t: usize, rate: Sym2) -> f64 {
-        let Operator { triangles, frames, viscosity, .. } = self.operator;
-        if !self.is_damped_before {
-            return 0.0;
-        }
-        let u = triangles.corners[t].map(|v| self.increment.displacement[v as usize]);
-        let earlier = membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u);
-        let stress = frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), earlier * viscosity);
-        let along = if self.is_counted { rate } else { rate + earlier };
-        self.volume(t) * stress.contract(along)
-    }
-
-    /// What this `part` of the answer leaves over \[mJ\].
-    fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
-        let Self { operator: Operator { triangles, tangent, .. }, .. } = self;
-        let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
-        let sum = if is_alike {
-            let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
-            if frames.is_planar() {
-                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.flat })
-            } else {
-                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.solid })
-            }
-        } else {
-            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
-        };
-        let sum = sum + self.bent(part, partials);
-        if sum == 0.0 { 0.0 } else { sum - self.dissipated(part, partials) }
-    }
-
-    /// What backward Euler and drag dissipate \[mJ\] along this `part` of the answer, less the work of the motion at the start of the step.
-    fn dissipated(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
-        let Self { operator: Operator { vertices, triangles, topology, .. }, increment, .. } = self;
-        let dissipated = |v: usize| {
-            let delta = partly(self.delta[v], self.free[v], part);
-            let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
-            let gone = increment.displacement[v];
-            let (earlier, dragged) = if self.is_counted {
-                (0.0, 0.0)
-            } else {
-                (0.5 * (gone * self.rate - before).length_squared(), gone.length_squared())
-            };
-            let drag = if self.drag > 0.0 { self.drag * topology.vertex_area(triangles, v as u32) } else { 0.0 };
-            vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
-                + drag * (dragged + delta.dot(gone + delta))
-        };
-        parallel::sum(vertices.len(), partials, dissipated)
-    }
-
-    /// u·A·u \[mJ\] along free axes, with the membrane and the masses of the step's matrix A: of a part p of the answer p·(1 − p) of it are
-    /// left unsolved, and are no work of holds and loads.
-    fn unsolved(&self, partials: &mut Vec<f64>) -> f64 {
-        let Operator { vertices, triangles, inertia, .. } = self.operator;
-        let along = |v: usize| self.delta[v] * self.free[v];
-        let pulls = parallel::sum(triangles.len(), partials, |t| {
-            let u = triangles.corners[t].map(|v| along(v as usize));
-            let pull = self.operator.element(t).apply(u);
-            (0..3).map(|i| pull[i].dot(u[i])).sum()
-        });
-        let masses = |v: usize| vertices.mass[v] * inertia * along(v).length_squared();
-        let sum = pulls + parallel::sum(vertices.len(), partials, masses);
-        if sum.is_finite() { sum } else { 0.0 }
-    }
-
-    /// What is in the body where the solve starts: stored, twice of which may be known, as motion, and what is `slack` \[mJ\].
-    fn energy(&self, twice_stored: f64, slack: f64, partials: &mut Vec<f64>) -> f64 {
-        let Operator { vertices, triangles, frames, .. } = self.operator;
-        let motion = |v: usize| 0.5 * vertices.mass[v] * vertices.velocity[v].length_squared();
-        let motion = parallel::sum(vertices.len(), partials, motion);
-        let bent = self.operator.folds.map_or(0.0, |folds| folds.stored(partials));
-        if frames.stiffened.is_empty() {
-            return 0.5 * twice_stored + bent + slack + motion;
-        }
-        let stored = parallel::sum(triangles.len(), partials, |t| self.stored(t, &frames.state(t)));
-        stored + bent + slack_energy(triangles, |t| frames.stiffness(triangles, t)) + motion
     }
 }
 

@@ -33,6 +33,7 @@ mod readings;
 mod refinement;
 mod sleeping;
 mod solid;
+mod solver_scratch;
 mod springs;
 mod step_forces;
 mod stops;
@@ -51,9 +52,7 @@ pub use body_error::BodyError;
 pub use changes::{Change, ChangeSet, Changes};
 pub use curve::{BadCurve, Curve};
 pub(crate) use derived::partly;
-pub use derived::{
-    ExternalStiffness, Forces, Frames, Increment, LineSearch, Reactions, SolverScratch, StepAccount, Sweeps, Tautness,
-};
+pub use derived::{ExternalStiffness, Forces, Frames, Increment, Reactions, Tautness};
 pub use energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use energy_audit::{Equilibrium, Shares};
 pub use energy_criterion::EnergyCriterion;
@@ -74,6 +73,7 @@ pub(crate) use readings::Read;
 pub use readings::Readings;
 pub use refinement::{Refined, Refinement};
 pub use sleeping::{Sleeping, Slumber};
+pub use solver_scratch::{LineSearch, SolverScratch, StepAccount, Sweeps};
 pub use springs::{Anchor, Springs};
 pub use step_forces::StepForces;
 pub use stops::Stops;

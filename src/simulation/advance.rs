@@ -1,16 +1,14 @@
 //! One step of the world: solves, tears, and what is done where it leaves no sound state.
 
-use crate::components::{
-    EnergyAudit, Forceps, Grips, Increment, Reactions, Sleeping, SolverScratch, TearDecisions, Tearing,
-};
+use super::faults::{has_sound, tell_forceps};
+use crate::components::{SolverScratch, TearDecisions, Tearing};
 use crate::math::elementary;
-use crate::report::{Fault, GuardCause, GuardPlace, Report};
+use crate::report::Report;
 use crate::schedule::{Schedule, Stage};
 use crate::settings::{LinearParams, Settings, Tangent};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::tearing::will_tear;
 use crate::systems::{StepContext, contact};
-use glam::DVec3;
 use hecs::{Entity, World};
 use smallvec::SmallVec;
 
@@ -322,119 +320,4 @@ fn take_up_again_for_tears(world: &mut World, step: &StepContext) -> bool {
         is_any |= tears;
     }
     is_any
-}
-
-/// What is wrong with a body after a solve.
-fn fault(vertices: &Vertices, scratch: &SolverScratch) -> Option<Fault> {
-    if scratch.linear_residual.is_nan() {
-        return Some(Fault::Unsolvable);
-    }
-    let Vertices { position, velocity, mass, .. } = vertices;
-    // An energy that overflows is none; nor is a force that does.
-    let is_finite = scratch.stored.is_finite()
-        && scratch.imbalance.is_finite()
-        && position.iter().all(|x| x.is_finite())
-        && velocity.iter().zip(mass).map(|(v, m)| m * v.length_squared()).sum::<f64>().is_finite();
-    if !is_finite {
-        return Some(Fault::NotFinite);
-    }
-    scratch.creates_energy.then_some(Fault::CreatesEnergy)
-}
-
-type Judged<'a> = (&'a Vertices, &'a SolverScratch, Option<&'a Sleeping>);
-
-/// Of a body that is awake; what sleeps was sound when it fell asleep.
-fn fault_of((vertices, scratch, sleeping): Judged<'_>) -> Option<Fault> {
-    if sleeping.is_some_and(Sleeping::is_asleep) { None } else { fault(vertices, scratch) }
-}
-
-/// What is wrong with a body, if anything is.
-pub(super) fn fault_in(world: &World, body: Entity) -> Option<Fault> {
-    world.query_one::<Judged>(body).get().ok().and_then(fault_of)
-}
-
-/// Whether every solve and every state is.
-pub(super) fn is_finite(world: &mut World) -> bool {
-    world
-        .query_mut::<Judged>()
-        .into_iter()
-        .all(|body| !matches!(fault_of(body), Some(Fault::Unsolvable | Fault::NotFinite)))
-}
-
-/// Sets the bodies back, and puts them aside, that a solve has left in no sound state. Whether there are others to go on with.
-fn has_sound(world: &mut World, failed: &mut Aside) -> bool {
-    let unsound = world.query_mut::<(Entity, Judged)>().into_iter();
-    let unsound: SmallVec<[(Entity, Fault); 1]> =
-        unsound.filter_map(|(body, judged)| Some((body, fault_of(judged)?))).collect();
-    if unsound.is_empty() {
-        return true;
-    }
-    for (body, fault) in unsound {
-        if let Ok(((vertices, increment, scratch, audit), read)) = world.query_one_mut::<Started>(body) {
-            let place = refused_at(fault, vertices, increment);
-            increment.guard.refuse(place);
-            set_back(((vertices, increment, scratch, audit), read));
-        }
-        if let Ok(mut scratch) = world.remove_one::<SolverScratch>(body) {
-            scratch.fault = Some(fault);
-            failed.push((body, scratch));
-        }
-    }
-    world.query_mut::<&SolverScratch>().into_iter().next().is_some()
-}
-
-/// Why and where a body's step is undone.
-fn refused_at(fault: Fault, vertices: &Vertices, increment: &mut Increment) -> GuardPlace {
-    let found = increment.creates_at.take();
-    let cause = match fault {
-        Fault::CreatesEnergy => return found.unwrap_or(GuardPlace::nowhere(GuardCause::Iterations)),
-        Fault::NotFinite => GuardCause::NotFinite,
-        Fault::Unsolvable => GuardCause::Unsolvable,
-    };
-    let Vertices { position, velocity, mass, .. } = vertices;
-    let motion = |v: usize| mass[v] * velocity[v].length_squared();
-    // A solve without an answer leaves what it started from.
-    let started = |v: usize| increment.start_velocity.get(v).map_or(0.0, |start| mass[v] * start.length_squared());
-    let is_finite = |v: usize| position[v].is_finite() && motion(v).is_finite() && started(v).is_finite();
-    let nowhere = GuardPlace::nowhere(cause);
-    let Some(v) = (0..vertices.len()).find(|&v| !is_finite(v)) else { return nowhere };
-    GuardPlace { vertex: u32::try_from(v).ok(), at: vertices.rest_position[v], ..nowhere }
-}
-
-type Started<'a> = (
-    (&'a mut Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a mut EnergyAudit>),
-    (Option<&'a mut Reactions>, Option<&'a mut Grips>, Option<(&'a mut Tips, &'a mut TearDecisions)>),
-);
-
-/// Back to the start of the step, and the obstacles to where they were at this time \[ms\].
-pub(super) fn restore(world: &mut World, step: &StepContext, time: f64) {
-    world.query_mut::<Started>().into_iter().for_each(set_back);
-    contact::move_obstacles(world, &StepContext { time, ..*step });
-    tell_forceps(world);
-}
-
-/// Back to the last good state, with all that can be read of it.
-fn set_back(((vertices, increment, scratch, audit), read): Started<'_>) {
-    if increment.start.len() == vertices.len() {
-        vertices.position.copy_from_slice(&increment.start);
-        vertices.velocity.copy_from_slice(&increment.start_velocity);
-    }
-    increment.forget_attempt();
-    scratch.forget_attempt();
-    scratch.readings.put_back(read);
-    if let Some(audit) = audit {
-        audit.undo_step();
-    }
-}
-
-/// Tells forceps what their jaws pull with, where a step was undone.
-pub(super) fn tell_forceps(world: &mut World) {
-    let pinches = world.query_mut::<&Grips>().into_iter().flat_map(|grips| &grips.pinches);
-    let told = pinches.filter_map(|pinch| Some((pinch.forceps?, pinch.force, pinch.torque)));
-    let told: SmallVec<[(Entity, DVec3, DVec3); 8]> = told.collect();
-    for (forceps, force, torque) in told {
-        if let Ok(forceps) = world.query_one_mut::<&mut Forceps>(forceps) {
-            (forceps.force, forceps.torque) = (force, torque);
-        }
-    }
 }

@@ -1,7 +1,7 @@
 //! The report of a step or a static solve, and what stays of one that is undone.
 
 use super::Simulation;
-use super::advance::{fault_in, restore};
+use super::faults::{fault_in, restore};
 use crate::components::{Body, Increment, Sleeping, SolverScratch, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};

@@ -1,6 +1,6 @@
 //! What bending adds to what a step leaves over.
 
-use super::Solved;
+use super::solved::Solved;
 use crate::components::{Increment, partly};
 use crate::settings::Tangent;
 

@@ -1,6 +1,6 @@
 //! What a solve leaves over, for four triangles side by side: bodies of the linear law with the rotated tangent, and all of the answer.
 
-use super::Solved;
+use super::solved::Solved;
 use crate::math::GeometricStiffness;
 use crate::systems::kernels::gather::{StateLanes, Stored, at_corners, gradients_of, law_of, less};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};

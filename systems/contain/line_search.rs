@@ -5,9 +5,9 @@
 //!
 //! Φ(x + p·d) − Φ(x) = E(x + p·d) − E(x) + p·f·d − ½·p²·d·K·d − (p − ½·p²)·d·A·d,
 //!
-//! whose first terms the energy guard's sum has already. A is positive definite, so that a small fraction always lowers Φ.
+//! whose first terms the energy guard's sum has already, with −p²·d·K·d in place of −½·p²·d·K·d. A is positive definite, so that a small fraction always lowers Φ.
 
-use super::Solved;
+use super::solved::Solved;
 use crate::systems::linear::Operator;
 use glam::DVec3;
 
@@ -36,11 +36,10 @@ impl Solved<'_> {
         let (whole, elastic) = (form(full), form(&still));
         let mut part = 1.0;
         loop {
-            let left_over = self.left_over(part, partials);
-            let created = left_over - part * (1.0 - part) * whole;
-            let potential = left_over + self.dissipated(part, partials) + 0.5 * part * part * elastic
-                - (part - 0.5 * part * part) * whole;
+            let strained = self.strained(part, partials);
+            let potential = strained + 0.5 * part * part * elastic - (part - 0.5 * part * part) * whole;
             if potential <= -PROMISED * part * whole || part <= LEAST {
+                let created = strained - self.dissipated(part, partials) - part * (1.0 - part) * whole;
                 return Fraction { part, created };
             }
             part *= 0.5;

@@ -8,7 +8,7 @@
 //! has them, quadratic. All other vertices keep the solve's answer; what the vertices beside the patch miss by its moves counts as work
 //! that no load has done.
 
-use super::Solved;
+use super::solved::Solved;
 use crate::math::{ElementState, elementary};
 use crate::systems::kernels::membrane;
 use crate::systems::kernels::path_work::Element;

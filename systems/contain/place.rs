@@ -1,6 +1,6 @@
 //! Names what creates the energy of a solve that is refused, and where. It runs where a solve is refused only.
 
-use super::Solved;
+use super::solved::Solved;
 use crate::components::{ExternalStiffness, Grips};
 use crate::report::{GuardCause, GuardPlace};
 use crate::storage::{Triangles, Vertices};

@@ -6,6 +6,7 @@
 //! they are done.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]
 
 mod account;
 mod bench;

@@ -2,6 +2,7 @@
 //! and minutes of tearing that must not leak. Each is a subcommand of the program `rhexis`.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]
 
 #[allow(clippy::disallowed_methods, reason = "figures and plots of runs, no part of a step")]
 pub mod bench;

@@ -34,6 +34,7 @@
 //! Every error names the file, the line and how to mend it.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
+#![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]
 
 mod beginning;
 mod build;
