@@ -48,21 +48,24 @@ fn evaluate_rotated(
     reserve: f64,
 ) {
     frames.resize(triangles.len(), triangles.corners.capacity(), is_planar);
-    let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
-    let stiffness = triangles.stiffness.by_row();
-    let states = States {
-        corners,
-        position,
-        rest,
-        stiffness,
+    let states = states_of(vertices, triangles, is_planar, unstretched);
+    states_and_stiffness(&states, &mut frames.solid, &mut frames.geometric, reserve);
+    states_and_stiffness(&states, &mut frames.flat, &mut frames.in_plane, reserve);
+    stiffen(frames, triangles, unstretched, states.has_faded.into_inner(), None);
+}
+
+/// The triangles of a body for the kernel of their states.
+fn states_of<'a>(vertices: &'a Vertices, triangles: &'a Triangles, is_planar: bool, unstretched: Sym2) -> States<'a> {
+    States {
+        corners: &triangles.corners,
+        position: &vertices.position,
+        rest: &triangles.rest,
+        stiffness: triangles.stiffness.by_row(),
         is_planar,
         unstretched,
         pre_stretch: triangles.pre_stretch.by_row(),
         has_faded: AtomicBool::new(false),
-    };
-    states_and_stiffness(&states, &mut frames.solid, &mut frames.geometric, reserve);
-    states_and_stiffness(&states, &mut frames.flat, &mut frames.in_plane, reserve);
-    stiffen(frames, triangles, unstretched, states.has_faded.into_inner(), None);
+    }
 }
 
 fn states_and_stiffness<S: Stored, G: Send>(states: &States, state: &mut [S], geometric: &mut [G], reserve: f64)
@@ -86,18 +89,7 @@ pub fn evaluate(
 ) {
     let unstretched = PreStretch::unstretched(pre_stretch);
     frames.resize(triangles.len(), triangles.corners.capacity(), is_planar);
-    let (Triangles { corners, rest, .. }, position) = (triangles, &vertices.position);
-    let stiffness = triangles.stiffness.by_row();
-    let states = States {
-        corners,
-        position,
-        rest,
-        stiffness,
-        is_planar,
-        unstretched,
-        pre_stretch: triangles.pre_stretch.by_row(),
-        has_faded: AtomicBool::new(false),
-    };
+    let states = states_of(vertices, triangles, is_planar, unstretched);
     parallel::for_chunks(&mut frames.solid, &states);
     parallel::for_chunks(&mut frames.flat, &states);
     stiffen(frames, triangles, unstretched, states.has_faded.into_inner(), fibres);

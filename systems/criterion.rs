@@ -175,7 +175,7 @@ fn site_at(surface: &Surface, site: TearSite) -> DVec3 {
 
 /// Offers what the criterion says of every place that may start a tear, triangles before vertices of the boundary, by rows. The
 /// cheap bound comes first: a triangle whose own largest principal stress is under every threshold cannot be the centre of
-/// a start, nor a vertex of the boundary whose triangles are all such.
+/// a start, nor a vertex of the boundary whose triangles are all under the thresholds of the weakest triangle.
 fn for_each_start(
     surface: &Surface,
     tearing: &Tearing,
@@ -184,14 +184,19 @@ fn for_each_start(
     mut offer: impl FnMut(TearSite, TearDecision),
 ) {
     let strength = strength(tearing);
+    let weakest = strength.times(surface.triangles.least_strength());
     let rest = &surface.vertices.rest_position;
     rim.clear();
     for t in 0..surface.triangles.len() {
-        if failure::cannot_tear(surface.stress(t), &strength.times(surface.triangles.strength[t])) {
+        let stress = surface.stress(t);
+        if failure::cannot_tear(stress, &weakest) {
             continue;
         }
         let corners = surface.triangles.corners[t];
         rim.extend(corners.into_iter().filter(|&v| surface.topology.is_boundary_vertex(v)));
+        if failure::cannot_tear(stress, &strength.times(surface.triangles.strength[t])) {
+            continue;
+        }
         let x = corners.map(|v| rest[v as usize]);
         if !may_start((x[0] + x[1] + x[2]) / 3.0) {
             continue;

@@ -218,6 +218,8 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
         slumber.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
     }
     scratch.allowed = allowed;
+    // This operator is no step's.
+    inner.forget_operator();
     increment.delta.copy_from_slice(&slumber.first_guess);
     let largest = (0..triangles.len()).map(|t| strain_of(triangles, t, |v| slumber.left[v])).fold(0.0, f64::max);
     if is_told { largest } else { f64::NAN }

@@ -53,7 +53,7 @@ pub struct SolverScratch {
     pub account: Box<StepAccount>,
     /// Where solves have stopped because time was up.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub stops: Stops,
+    pub stops: Box<Stops>,
     /// Of the triangles that have to be put outside an obstacle.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub sweeps: Box<Sweeps>,
@@ -90,7 +90,7 @@ pub struct SolverScratch {
     pub start_left_over: [f64; 2],
     /// What can be read of the last step, to be put back if this one is undone.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub readings: Readings,
+    pub readings: Box<Readings>,
     /// The work \[mJ\] of the residual that the last solve has left, along its answer.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual_work: f64,

@@ -130,8 +130,9 @@ mod tests {
     use super::super::*;
     use super::Whole;
     use crate::components::{Fibres, Material};
+    use crate::math::Sym2;
     use crate::membrane::Membrane;
-    use crate::settings::Settings;
+    use crate::settings::{Settings, Tangent};
     use crate::simulation::Simulation;
     use crate::storage::TriangleMesh;
     use crate::systems::kernels::simd::{force_portable, run};

@@ -55,6 +55,9 @@ pub fn solve(
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
+    if let Some((inner, _)) = &mut means.inner {
+        inner.forget_operator();
+    }
     if !scratch.allowed.is_empty() {
         return guided::solve(operator, params, means, corner, x, scratch);
     }

@@ -21,6 +21,8 @@ const RIM: [f64; 2] = [0.6147, 0.2040];
 const POINTS: u32 = 24;
 /// Square of the largest principal stress around a tip over K/√(2πr), at 60° from its direction.
 const LARGEST_SQ: f64 = 1.69;
+/// Where a way is looked at to see which triangle it enters, in lengths of a step or a zone.
+const NEAR: f64 = 0.01;
 /// Triangles that one step of the walk may cross.
 const MOST_CROSSED: usize = 64;
 
@@ -104,11 +106,11 @@ impl EnergyTerms<'_> {
     /// How far the field of a tip by itself reaches the strength of its direction \[mm\]: its largest stress is 1.3·K/√(2πr) at the distance r (mode I,
     /// isotropic). Zero where the tip's decision is on no energy.
     pub fn overstressed(&self, surface: &Surface, decision: &TearDecision) -> f64 {
-        let found = surface.topology.incident.get(decision.row as usize).and_then(|incident| {
-            let triangle = incident.iter().next()? / 3;
-            surface.triangles.stiffness.get(triangle as usize).map(|law| (triangle as usize, law))
-        });
-        let (Some((triangle, law)), Some(release)) = (found, decision.release) else { return 0.0 };
+        let Some(release) = decision.release else { return 0.0 };
+        let way = decision.direction * (NEAR * self.tearing.radius);
+        let Some(triangle) = triangle_ahead(surface, decision.row, way) else { return 0.0 };
+        let triangle = triangle as usize;
+        let law = &surface.triangles.stiffness[triangle];
         let across = decision.axes[0].cross(decision.axes[1]).cross(decision.direction);
         let angle = elementary::atan2(decision.fibre.dot(across), decision.fibre.dot(decision.direction));
         let intensity_sq = release / CrackTip::new(law, angle).energy_release(1.0, 0.0);
@@ -122,10 +124,7 @@ impl EnergyTerms<'_> {
         match site {
             TearSite::Vertex(vertex) => {
                 let at = surface.vertices.rest_position[vertex as usize];
-                let least = |[a, b, c]: [f64; 3]| a.min(b).min(c);
-                let within = |t: u32| least(barycentric(corners(surface, t), at + d * (0.01 * step)));
-                let around = surface.topology.incident.get(vertex as usize)?.iter().map(|entry| entry / 3);
-                let triangle = around.max_by(|&a, &b| within(a).total_cmp(&within(b)))?;
+                let triangle = triangle_ahead(surface, vertex, d * (NEAR * step))?;
                 Some(smallvec![Ray { at, ahead: d, triangle }])
             }
             TearSite::Triangle(triangle) => {
@@ -218,6 +217,15 @@ fn release(crack: &CrackTip, ways: &[Vec<Sample>], length: f64, step: f64) -> f6
 fn mean(way: &[Sample], of: impl Fn(&Sample) -> f64) -> f64 {
     let sum: f64 = way.windows(2).map(|pair| 0.5 * (of(&pair[0]) + of(&pair[1]))).sum();
     sum / (way.len() - 1).max(1) as f64
+}
+
+/// The triangle at a vertex that a way \[mm\] from it enters, or comes nearest to.
+fn triangle_ahead(surface: &Surface, vertex: u32, way: DVec3) -> Option<u32> {
+    let to = surface.vertices.rest_position.get(vertex as usize)? + way;
+    let least = |[a, b, c]: [f64; 3]| a.min(b).min(c);
+    let within = |t: u32| least(barycentric(corners(surface, t), to));
+    let around = surface.topology.incident.get(vertex as usize)?.iter().map(|entry| entry / 3);
+    around.max_by(|&a, &b| within(a).total_cmp(&within(b)))
 }
 
 /// Angle \[rad\] of a triangle's fibre from a direction, counter-clockwise about its normal.

@@ -20,9 +20,14 @@ pub(super) enum Ready {
 }
 
 impl InnerSolver {
-    /// Whether the last solve has left an operator of these triangles, for [`product`](Self::product) and [`correct`](Self::correct).
+    /// Whether the last solve of the step has left an operator of these triangles, for [`product`](Self::product) and [`correct`](Self::correct).
     pub fn has_operator_of(&self, corners: &[[u32; 3]]) -> bool {
         self.ready.is_some() && self.fingerprint == Fingerprint::of(corners)
+    }
+
+    /// Leaves no operator to be used: the next solve is of another.
+    pub fn forget_operator(&mut self) {
+        self.ready = None;
     }
 
     /// `out` = A·x \[N\] along free axes, for an `x` \[mm\] by vertex that is zero along the others.
