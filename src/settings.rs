@@ -157,8 +157,8 @@ pub struct Settings {
     /// would still create energy then goes only a part of its way.
     pub halvings: u32,
     /// Iterations of linear solves that a body may take in one step, retries and resumes included; `None`, the default, for any number. A step that has
-    /// used them up ends with the best answer so far: tears that are due go on in the next step, and each solve still takes 4 iterations. The
-    /// count, and so the answer, is the same on every machine. Without a limit of iterations a Cholesky factor may serve; with one none does.
+    /// used them up ends with the best answer so far, and where that would create energy with a part of the way to it (`went_part_of_way`): tears
+    /// that are due go on in the next step, and each solve still takes 4 iterations. The count, and so the answer, is the same on every machine. Without a limit of iterations a Cholesky factor may serve; with one none does.
     pub budget: Option<u32>,
     /// Threads; 0 means one per core. The result has the same bits for any number. A Cholesky factor that is made aside has
     /// one of its own for as long as that takes.

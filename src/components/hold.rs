@@ -2,7 +2,7 @@
 
 use super::BodyError;
 use super::Curve;
-use super::check::{Check, Host, at_row, finite};
+use super::check::{Check, Host, at_row, finite, number};
 use crate::storage::Attached;
 use glam::DVec3;
 
@@ -26,6 +26,20 @@ pub struct Hold {
 pub struct Holds {
     /// The groups. No two prescribe the same axis of the same vertex.
     pub groups: Vec<Hold>,
+}
+
+impl Holds {
+    /// The hold at a place that another component names.
+    pub(super) fn at(&self, component: &'static str, place: u32) -> Result<&Hold, BodyError> {
+        let hold = self.groups.get(place as usize);
+        number(
+            component,
+            "the place of a hold",
+            f64::from(place),
+            (hold.is_some(), "it must be one of the body's holds"),
+        )?;
+        Ok(&self.groups[place as usize])
+    }
 }
 
 impl Check for Holds {

@@ -1,7 +1,7 @@
 //! Holds that leave their vertices some motion: across a direction, along a line, or all alike under a force.
 
 use super::check::{Check, Host, finite, number};
-use super::{BodyError, Curve};
+use super::{BodyError, Curve, HoldTurns, Holds};
 use glam::DVec3;
 
 /// The motion that a hold leaves its vertices.
@@ -35,6 +35,32 @@ impl HoldGuides {
     /// The guide of the hold at a place, if it has one.
     pub fn of(&self, hold: usize) -> Option<&Guide> {
         self.list.iter().find(|(place, _)| *place as usize == hold).map(|(_, guide)| guide)
+    }
+
+    /// Judges the guides beside the holds that they guide, the turns of these, and whether the body stays in its plane.
+    pub(crate) fn check_beside(
+        &self,
+        holds: &Holds,
+        turns: Option<&HoldTurns>,
+        is_planar: bool,
+    ) -> Result<(), BodyError> {
+        let contradiction = |what| Err(BodyError::Contradiction { component: "HoldGuides", what });
+        for (place, guide) in &self.list {
+            let hold = holds.at("HoldGuides", *place)?;
+            match guide {
+                Guide::Across(_) | Guide::Along(_) if hold.axes != [true; 3] => {
+                    return contradiction("a hold across or along a direction has all axes: mark all three");
+                }
+                Guide::Across(n) | Guide::Along(n) if is_planar && n.z != 0.0 => {
+                    return contradiction("a planar body has its guides in its plane: give a direction in x and y");
+                }
+                Guide::Together { .. } if turns.is_some_and(|turns| turns.of(*place as usize).is_some()) => {
+                    return contradiction("a hold that moves all together does not turn: remove its turn or its guide");
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// The curves of the forces.

@@ -1,10 +1,9 @@
 //! Turns over time: of obstacles, and of what holds prescribe.
 
-use super::BodyError;
-use super::Path;
 use super::check::{Check, Host, finite, number};
+use super::{BodyError, Holds, Path};
 use crate::math::elementary;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// A turn about a point, over time.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +44,18 @@ impl HoldTurns {
     /// How the hold at a place turns, if it does.
     pub fn of(&self, hold: usize) -> Option<&Turning> {
         self.list.iter().find(|(place, _)| *place as usize == hold).map(|(_, turning)| turning)
+    }
+
+    /// Judges the turns beside the holds that they turn, and whether the body stays in its plane.
+    pub(crate) fn check_beside(&self, holds: &Holds, is_planar: bool) -> Result<(), BodyError> {
+        for (place, turning) in &self.list {
+            holds.at("HoldTurns", *place)?;
+            if is_planar && turning.vectors.points.iter().any(|(_, vector)| vector.truncate() != DVec2::ZERO) {
+                let what = "a planar body turns about z alone: give rotation vectors along z";
+                return Err(BodyError::Contradiction { component: "HoldTurns", what });
+            }
+        }
+        Ok(())
     }
 }
 

@@ -88,8 +88,22 @@ pub(crate) fn check_rules(body: &impl Look) -> Result<(), BodyError> {
         ),
     ];
     rules.into_iter().find(|(is_broken, _)| *is_broken).map_or(Ok(()), |(_, error)| Err(error))?;
+    check_holds(body)?;
     let held = body.look(|held: &PreStretch| held.strain).unwrap_or(Sym2::ZERO);
     body.look(|law: &HolzapfelGasserOgden| law.check_under(held)).unwrap_or(Ok(()))
+}
+
+/// What must hold between holds and what says how they turn and what they leave free.
+fn check_holds(body: &impl Look) -> Result<(), BodyError> {
+    let is_planar = body.has::<Planar>();
+    let beside =
+        |check: &dyn Fn(&Holds) -> Result<(), BodyError>| body.look(check).unwrap_or_else(|| check(&Holds::default()));
+    body.look(|turns: &HoldTurns| beside(&|holds| turns.check_beside(holds, is_planar))).transpose()?;
+    let guided = |guides: &HoldGuides| {
+        let judge = |turns: Option<&HoldTurns>| beside(&|holds| guides.check_beside(holds, turns, is_planar));
+        body.look(|turns: &HoldTurns| judge(Some(turns))).unwrap_or_else(|| judge(None))
+    };
+    body.look(guided).transpose().map(|_| ())
 }
 
 /// Judges all of an entity that may have been written past the calls. What is gone, or none of the engine's, is right.

@@ -4,7 +4,7 @@
 //! stiffness is positive semidefinite as both are, and it is what the next one takes the place of. The force is therefore continuous
 //! whenever models come. Models that change while the hand moves may still give energy: a force there on the way along it, and gone on the way
 //! back. An observer keeps account of the hand's work (time-domain passivity, Hannaford, Ryu 2002), and where it would be given more
-//! than it has put in since the first model, the force along its motion is cut. The account holds no more than tissue under this load can: F·S⁻¹·F, twice the
+//! than it has put in since the first model, the force along its motion is cut, so that it is given no more than half of one call's work too much. The account holds no more than tissue under this load can: F·S⁻¹·F, twice the
 //! energy of a linear spring. A spring that stiffens as any power of its length has stored less.
 
 use super::haptic_feed::HapticModel;
@@ -13,7 +13,8 @@ use glam::{DMat3, DVec3};
 /// The stiffness that counts at least in the energy under a load, as part of the largest.
 const LEAST_STIFFNESS: f64 = 1e-6;
 
-/// Blends successive models for one device. It runs on the device's thread, and neither waits nor allocates.
+/// Blends successive models of one grasp for one device; the next grasp begins a new one. It runs on the device's thread, and neither waits nor
+/// allocates.
 #[derive(Clone, Debug)]
 pub struct HapticBlend {
     interval: f64,

@@ -3,7 +3,8 @@
 use glam::{DQuat, DVec3};
 use hecs::Entity;
 use rhexis::components::{
-    Curve, Damping, EnergyAudit, Fibres, Gravity, Guide, Hold, HoldGuides, Material, PointLoad, PointLoads,
+    Curve, Damping, EnergyAudit, Fibres, Gravity, Guide, Hold, HoldGuides, HoldTurns, Holds, Material, Path, PointLoad,
+    PointLoads, Turning,
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
@@ -235,4 +236,39 @@ fn a_clamp_in_equilibrium_stays_there_in_accurate_steps() {
     (0..20).for_each(|_| _ = simulation.step(1.0).unwrap());
     // An equilibrium to 1e-11 of the largest force, left by twenty solves to 1e-10 of theirs.
     assert!(farthest(&before, &positions(&simulation, body)) < 1e-8);
+}
+
+/// Guides and turns that their holds or the plane contradict are refused, in words that say what to do; nothing is spawned.
+#[test]
+fn guides_that_contradict_their_holds_are_refused() {
+    let along = || Guide::Along(DVec3::X);
+    let together = || Guide::Together { force: DVec3::X, curve: Curve::constant(1.0) };
+    let turns = |place, vector| {
+        let turning = Turning { pivot: DVec3::ZERO, vectors: Path { points: vec![(0.0, vector)] } };
+        HoldTurns { list: vec![(place, turning)] }
+    };
+    let sheet = |axes, guide, planar| {
+        let right = hold(at(LENGTH), "right", DVec3::ZERO, axes);
+        let sheet = Membrane::new("strip", mesh(), Material::figure_2()).hold(right);
+        let sheet = if planar { sheet.planar() } else { sheet };
+        sheet.with(HoldGuides { list: vec![(0, guide)] })
+    };
+    let cases = [
+        (sheet([true; 3], along(), false).with(HoldGuides { list: vec![(1, along())] }), "the place of a hold"),
+        (sheet([true, false, true], along(), false), "mark all three"),
+        (sheet([true; 3], Guide::Across(DVec3::Z), true), "in x and y"),
+        (sheet([true; 3], together(), false).with(turns(0, DVec3::Z)), "does not turn"),
+        (sheet([true; 3], along(), false).with(turns(1, DVec3::Z)), "the place of a hold"),
+        (sheet([true; 3], along(), true).with(turns(0, DVec3::X)), "about z alone"),
+    ];
+    let mut simulation = simulation(Preconditioner::Auto);
+    for (membrane, wanted) in cases {
+        let error = simulation.spawn(membrane).unwrap_err().to_string();
+        assert!(error.contains(wanted), "{error}");
+    }
+    // Nor is a hold taken away from under its guide.
+    let body = simulation.spawn(sheet([true; 3], along(), false)).unwrap();
+    let error = simulation.set(body, Holds::default()).unwrap_err().to_string();
+    assert!(error.contains("HoldGuides: the place of a hold is 0"), "{error}");
+    simulation.step(1.0).unwrap();
 }
