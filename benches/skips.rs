@@ -15,7 +15,8 @@ use rhexis::schedule::{STEP, Stage};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::TriangleMesh;
-use rhexis::systems::{StepContext, assembly, corotation};
+use rhexis::systems::StepContext;
+use rhexis::systems::forces::{assembly, corotation};
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("no pool before this one");

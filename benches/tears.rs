@@ -13,11 +13,11 @@ use rhexis::math::Sym2;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{EditRecord, Mesh, Tips, Topology, Triangles, Vertices, undo};
-use rhexis::systems::kernels::failure::{Cone, Search, Sector, Strength, evaluate};
-use rhexis::systems::tearing::{
+use rhexis::systems::fracture::{
     Cutter, Disc, EnergyTerms, Quality, ShiftedDisc, Surface, TearScratch, TipMemory, Walk, energy_decision,
     lay_at_tip, strength,
 };
+use rhexis::systems::kernels::failure::{Cone, Search, Sector, Strength, evaluate};
 use std::cell::RefCell;
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,7 +1,9 @@
 //! What happened to the tissue, in order.
 
-use crate::components::{DecidedBy, PartedBy, WithheldStart};
-use crate::report::GuardPlace;
+mod causes;
+
+pub use causes::{DecidedBy, GuardCause, GuardPlace, PartedBy, RingFault, WithheldStart};
+
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
 use hecs::Entity;
@@ -16,7 +18,7 @@ pub struct Event {
     /// Time at the end of that step \[ms\].
     pub time: f64,
     /// The body.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
     pub body: Entity,
     /// What happened.
     pub kind: EventKind,

@@ -76,7 +76,6 @@ pub mod membrane;
 mod registry;
 pub mod replay;
 pub mod report;
-pub mod schedule;
 pub mod settings;
 pub mod simulation;
 pub mod snapshot;
@@ -85,6 +84,8 @@ pub mod storage;
 
 #[path = "../systems/mod.rs"]
 pub mod systems;
+
+pub use systems::step::schedule;
 
 #[doc = include_str!("../docs/theory.md")]
 pub mod theory {}

@@ -1,11 +1,11 @@
 //! What a step did and what it cost.
 
-mod guard;
 mod opening;
 mod tear_account;
 mod tear_course;
 
-pub use guard::{GuardCause, GuardFigures, GuardPlace};
+pub use crate::components::{Fault, GuardFigures};
+pub use crate::event::{GuardCause, GuardPlace};
 pub use opening::{Axis, Opening, boundary_loops};
 pub use tear_account::{AccountFigures, Overshoot, TearAccount, TearSpan};
 pub use tear_course::{CourseFigures, GraspFigures, Outcome, TearCourse};
@@ -24,27 +24,12 @@ pub struct SystemReport {
     pub time: Duration,
 }
 
-/// Why a body's step was given up: the last good state stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub enum Fault {
-    /// A linear system that has no finite answer: a force, a stiffness or a prescribed motion beyond what numbers hold.
-    #[error("its linear system has no finite answer: a force, a stiffness or a prescribed motion is too large")]
-    Unsolvable,
-    /// A position that is not finite, or velocities whose energy is not.
-    #[error("its positions or velocities are not finite, or so large that their energy is not")]
-    NotFinite,
-    /// Energy from nowhere, however little of its way the body goes.
-    #[error("it would create energy however short its way")]
-    CreatesEnergy,
-}
-
 /// One body's solve.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyReport {
     /// The body.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
     pub body: Entity,
     /// Its vertices now.
     pub vertex_count: usize,

@@ -1,6 +1,13 @@
 //! How a simulation solves: every number with its unit, default and what it costs.
 
+mod range;
+
+pub use range::OutOfRange;
+
 use std::time::Duration;
+
+/// More threads than any machine that this runs on has cores for; each takes a stack of its own.
+const MOST_THREADS: usize = 1024;
 
 /// Which derivative of the nodal forces a linear solve uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -226,6 +233,23 @@ impl Settings {
     /// by [`settle`](crate::simulation::Simulation::settle), whose own limits are `static_iterations` and its tolerance.
     pub fn equilibrium() -> Self {
         Self { linear: Self::accurate().linear, static_iterations: 200, ..Self::default() }
+    }
+
+    /// Checks that every number is in its range.
+    ///
+    /// # Errors
+    /// For a tolerance below zero or not finite (those of stress and positions may be infinite), and for more than 1024 threads.
+    pub fn validate(&self) -> Result<(), OutOfRange> {
+        let LinearParams { tolerance, stress_tolerance, position_tolerance, .. } = self.linear;
+        OutOfRange::unless_tolerance("linear.tolerance", tolerance)?;
+        for (what, value) in
+            [("linear.stress_tolerance", stress_tolerance), ("linear.position_tolerance", position_tolerance)]
+        {
+            OutOfRange::unless(value >= 0.0, what, value, "it must be zero or more, or infinite")?;
+        }
+        OutOfRange::unless_tolerance("newton_tolerance", self.newton_tolerance)?;
+        let must = "it must be at most 1024, or 0 for one per core";
+        OutOfRange::unless(self.threads <= MOST_THREADS, "threads", self.threads as f64, must)
     }
 
     /// The presets by name.

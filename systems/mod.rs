@@ -1,33 +1,18 @@
-//! Behaviour: one file per system of the step, wired into an order by [`crate::schedule`].
+//! Behaviour: one file per system of the step, wired into an order by [`crate::systems::step::schedule`].
 //!
 //! A system is a plain function of the world and the step's context. Its query is its declaration: what it borrows mutably it
 //! writes, what it borrows it reads, and a body without one of the components is not touched. It returns how many bodies it
-//! ran on. Systems do not name each other; what two of them need is a kernel, or the linear operator in [`linear`].
+//! ran on. Systems do not name each other; what two of them need is a kernel, or the linear operator in [`solver`].
 
-pub mod assembly;
 pub mod bending;
 pub mod contact;
-pub mod contain;
 pub mod context;
-pub mod corners;
-pub mod corotation;
-pub mod criterion;
-pub mod drag;
-pub mod energy;
-pub mod gravity;
-pub mod grip;
-pub mod hold;
-pub mod integrate;
+pub mod forces;
+pub mod fracture;
+pub mod guard;
 pub mod kernels;
-pub mod linear;
-pub mod loads;
 pub mod parallel;
-pub mod pressure;
-pub mod refine;
-pub mod sleep;
-pub mod solve;
-pub mod split;
-pub mod springs;
-pub mod tearing;
+pub mod solver;
+pub mod step;
 
 pub use context::{Formula, StepContext};

@@ -16,7 +16,7 @@ pub struct Blade {
     /// Shortest cut \[mm, rest shape\]: strokes are saved up until they are as long. Half an edge of the mesh or more.
     pub least: f64,
     /// The body in which the edge is.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle::option"))]
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::option"))]
     pub body: Option<Entity>,
     /// Where its next cut begins, in that body's rest shape \[mm\].
     pub from: DVec3,

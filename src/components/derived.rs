@@ -1,8 +1,8 @@
 //! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
-use super::FreeAxes;
+use super::{FreeAxes, GuardFigures};
+use crate::event::GuardPlace;
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
-use crate::report::{GuardFigures, GuardPlace};
 use crate::storage::room::grow;
 use crate::storage::{Edit, EditRecord, Triangles};
 use glam::DVec3;

@@ -7,7 +7,7 @@
 use super::BodyError;
 use super::check::{Check, Host, Owner};
 use crate::math::elementary;
-use crate::storage::{Attached, Vertices};
+use crate::storage::{Attached, VertexKey, Vertices};
 use glam::{DQuat, DVec3};
 use hecs::Entity;
 
@@ -150,12 +150,36 @@ pub struct Forceps {
     /// Where they are and where they go.
     pub motion: Motion,
     /// The body of which they hold a part.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle::option"))]
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::option"))]
     pub body: Option<Entity>,
     /// Force of the jaws on the tissue \[N\] at the last step; the hand feels the opposite.
     pub force: DVec3,
     /// Torque of the jaws on the tissue about their position \[N·mm\] at the last step.
     pub torque: DVec3,
+}
+
+/// What jaws close about. Their radius in the rest shape counts from the point found.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub enum Grasp {
+    /// The point of the surface nearest to the jaws' position, no farther away than this \[mm\].
+    Nearest {
+        /// \[mm\], above zero.
+        reach: f64,
+    },
+    /// The first point of the surface on a ray.
+    Ray {
+        /// Where the ray begins \[mm\].
+        origin: DVec3,
+        /// Of any length.
+        direction: DVec3,
+        /// How far it goes \[mm\].
+        reach: f64,
+    },
+    /// A point of the tissue, in the rest shape \[mm\].
+    Point(DVec3),
+    /// These vertices, and no others: a region that the host has chosen.
+    Vertices(Vec<VertexKey>),
 }
 
 /// What closed jaws hold of a body. *State*, but for what the step computes.
@@ -165,7 +189,7 @@ pub struct Pinch {
     /// Name in events.
     pub name: String,
     /// The forceps in the world that hold it; `None` for a grasp by script.
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle::option"))]
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::option"))]
     pub forceps: Option<Entity>,
     /// How they hold.
     pub jaws: Jaws,

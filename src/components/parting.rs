@@ -1,27 +1,7 @@
 //! Where tissue fails without a tip.
 
-use super::TearSite;
+use super::{PartedBy, TearSite};
 use glam::DVec3;
-use std::fmt;
-
-/// Why tissue parts where no tip leads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub enum PartedBy {
-    /// A strand narrower than R carries more than its strength over its whole width.
-    Strand,
-    /// The tissue is stretched beyond [`ultimate_stretch`](super::Tearing::ultimate_stretch).
-    Stretch,
-}
-
-impl fmt::Display for PartedBy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Strand => "strand",
-            Self::Stretch => "stretch",
-        })
-    }
-}
 
 /// A place where tissue is to part without a tip.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,6 @@
 //! What a body's solver keeps: the vectors of the linear solve, what it reached, and what the energy guard has summed.
 
-use super::{Allowed, FreeAxes, Readings, Stops};
-use crate::report::Fault;
+use super::{Allowed, Fault, FreeAxes, Readings, Stops};
 use crate::settings::Tangent;
 use glam::{DVec2, DVec3};
 

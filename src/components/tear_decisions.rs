@@ -1,10 +1,9 @@
 //! What the criterion finds for the split.
 
-use super::Parting;
+use super::{DecidedBy, Parting, WithheldStart};
 use crate::math::Sym2;
 use crate::storage::{TriangleKey, VertexKey};
 use glam::DVec3;
-use std::fmt;
 
 /// Where a tear starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,65 +23,6 @@ pub enum RefusedSite {
     Triangle(TriangleKey),
     /// At this vertex.
     Vertex(VertexKey),
-}
-
-/// Which criterion a decision is of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub enum DecidedBy {
-    /// The stress averaged over the disc.
-    #[default]
-    Stress,
-    /// The energy that a kink releases ([`EnergyCriterion`](super::EnergyCriterion)).
-    Energy,
-    /// The energy that an advance releases by the material force, because the ring around the tip has no field of a plane crack.
-    MaterialForce(RingFault),
-    /// None: a blade led the tip.
-    Blade,
-    /// The start itself, whose whole length opens at once: strength along it and the energy of opening it.
-    Start,
-}
-
-/// Why the ring around a tip does not have the field of one straight crack.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub enum RingFault {
-    /// No crack leads through the ring to the tip: the tip stands at an open corner, or its crack ends within the ring.
-    #[error("no crack leads through the ring")]
-    NoCrack,
-    /// The ring meets a boundary that is not the two lips of a straight crack: the rim, another tear, a bend of its own.
-    #[error("the ring meets another boundary than a straight crack's lips")]
-    OtherBoundary,
-    /// The ring is bent, at rest or now: a triangle's normal is off the ring's by more than 10°.
-    #[error("the ring is bent")]
-    Bent,
-    /// The ring has fewer than three edges to its radius.
-    #[error("the ring has too few edges")]
-    Coarse,
-    /// The field opens nothing: no energy is released in any direction.
-    #[error("the ring releases no energy")]
-    NoRelease,
-    /// The fibres stiffen, and the fields by which the ring is read are those of a linear law.
-    #[error("the fibres stiffen")]
-    Stiffening,
-}
-
-impl RingFault {
-    /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::NoCrack, Self::OtherBoundary, Self::Bent, Self::Coarse, Self::NoRelease, Self::Stiffening];
-}
-
-impl fmt::Display for DecidedBy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Stress => f.write_str("stress"),
-            Self::Energy => f.write_str("energy"),
-            Self::Blade => f.write_str("blade"),
-            Self::Start => f.write_str("strength and energy of a start"),
-            Self::MaterialForce(fault) => write!(f, "energy by the material force: {fault}"),
-        }
-    }
 }
 
 /// The criterion's answer at a tip, a vertex of the boundary or inside a triangle. Directions are unit vectors of the rest shape.
@@ -113,22 +53,6 @@ pub struct TearDecision {
     pub axes: [DVec3; 2],
     /// Averaging radius over mean edge length; under 3 the mesh is too coarse for R.
     pub edges_per_radius: f64,
-}
-
-/// A start whose stress reaches the strength, and which does not open for want of energy.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct WithheldStart {
-    /// Where \[mm, rest shape\].
-    pub at: DVec3,
-    /// The criterion of strength there, above 1.
-    pub criterion: f64,
-    /// Length along which the strength is reached \[mm\], in whole edges; zero where that is less than one.
-    pub length: f64,
-    /// Energy that opening it would release, per area \[N/mm\].
-    pub release: f64,
-    /// Mean toughness along it \[N/mm\].
-    pub toughness: f64,
 }
 
 /// *Derived.* One decision per tip, in the order of the tips' rows, and one for the place where a tear may start.

@@ -3,8 +3,9 @@
 use super::Look;
 use crate::components::*;
 use crate::storage::{Tips, Triangles};
-use crate::systems::linear::{Factor, Folds, InnerSolver};
-use crate::systems::tearing::{TearScratch, TipMemory};
+use crate::systems::bending::Folds;
+use crate::systems::fracture::{TearScratch, TipMemory};
+use crate::systems::solver::{Factor, InnerSolver};
 use hecs::{Component, Entity, EntityBuilder, World};
 
 /// Something that can be given components.

@@ -1,9 +1,8 @@
 //! The calls of a host that change a simulation. A new one is a variant here and an arm of `Simulation::repeat`.
 
-use crate::components::{Jaws, Obstacle, Path, Pose, Shape, Turning};
+use crate::components::{Grasp, Jaws, Obstacle, Path, Pose, Shape, Turning};
 use crate::registry::Parameters;
 use crate::settings::Settings;
-use crate::simulation::Grasp;
 use crate::snapshot::{Saved, Snapshot};
 use crate::storage::VertexKey;
 use glam::{DQuat, DVec3};
@@ -45,7 +44,7 @@ pub enum Input {
     /// A cut.
     Cut {
         /// The body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
         /// Its points \[mm, rest shape\].
         polyline: Vec<DVec3>,
@@ -59,7 +58,7 @@ pub enum Input {
     /// An obstacle was moved.
     MoveObstacle {
         /// The obstacle.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         obstacle: Entity,
         /// Where it is at the end of the next step.
         shape: Shape,
@@ -76,7 +75,7 @@ pub enum Input {
     /// Forceps were moved.
     MoveForceps {
         /// The forceps.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         forceps: Entity,
         /// Where they go.
         pose: Pose,
@@ -86,16 +85,16 @@ pub enum Input {
     /// Forceps were closed.
     CloseForceps {
         /// The forceps.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         forceps: Entity,
         /// The body between them.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
         /// What of it.
         grasp: Grasp,
     },
     /// Forceps were opened.
-    OpenForceps(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))] Entity),
+    OpenForceps(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
     /// A blade was put into the world.
     SpawnBlade {
         /// How far it reaches \[mm\].
@@ -106,10 +105,10 @@ pub enum Input {
     /// A blade was drawn.
     DrawBlade {
         /// The blade.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         blade: Entity,
         /// Through this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
         /// To here \[mm\].
         edge: DVec3,
@@ -117,7 +116,7 @@ pub enum Input {
     /// Vertices were pinned.
     Pin {
         /// Of this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
         /// Under this name.
         name: String,
@@ -127,7 +126,7 @@ pub enum Input {
     /// Vertices were let go.
     Unpin {
         /// Of this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
         /// These.
         vertices: Vec<VertexKey>,
@@ -135,7 +134,7 @@ pub enum Input {
     /// All pins of a name were let go.
     UnpinAll {
         /// Of this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
         /// The name.
         name: String,
@@ -143,7 +142,7 @@ pub enum Input {
     /// A body was set elsewhere.
     Teleport {
         /// The body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
         /// Turned about the origin.
         rotation: DQuat,
@@ -151,19 +150,19 @@ pub enum Input {
         shift: DVec3,
     },
     /// A body, an obstacle or a tool was taken out.
-    Despawn(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))] Entity),
+    Despawn(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
     /// A body, or those that a changed obstacle touches, was woken.
-    Wake(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))] Entity),
+    Wake(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
     /// All bodies were woken.
     WakeAll,
     /// A body's rows were sorted.
-    Reorder(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))] Entity),
+    Reorder(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
     /// Other settings.
     SetSettings(Settings),
     /// Components were changed from outside.
     Change {
         /// Of this body or obstacle.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         entity: Entity,
         /// Those that were.
         to: Changes,
@@ -173,7 +172,7 @@ pub enum Input {
     /// A component was set or taken off.
     Set {
         /// Of this body, obstacle or tool.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         entity: Entity,
         /// That one.
         to: Changes,
@@ -181,7 +180,7 @@ pub enum Input {
     /// A vertex was pushed.
     ApplyForce {
         /// Of this body.
-        #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+        #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
         /// This one.
         vertex: VertexKey,

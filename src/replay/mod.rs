@@ -13,7 +13,6 @@ mod input;
 pub use input::{Changes, Input, Spawned};
 
 use crate::registry::Parameters;
-use crate::simulation::Simulation;
 use crate::snapshot::{Snapshot, SnapshotError, StateHash};
 use hecs::Entity;
 
@@ -64,28 +63,6 @@ impl Recording {
     /// The hash of the state at its end.
     pub fn end(&self) -> StateHash {
         self.end
-    }
-
-    /// Repeats all of it.
-    ///
-    /// # Errors
-    /// Where it does not begin, or does not end as the recording did.
-    pub fn replay(&self) -> Result<Simulation, ReplayError> {
-        self.replay_with(|_, _| {})
-    }
-
-    /// Repeats all of it and shows the simulation after every input.
-    ///
-    /// # Errors
-    /// As [`replay`](Self::replay).
-    pub fn replay_with(&self, mut look: impl FnMut(&Input, &Simulation)) -> Result<Simulation, ReplayError> {
-        let mut simulation = Simulation::of_snapshot(&self.start)?;
-        for input in &self.inputs {
-            simulation.repeat(input);
-            look(input, &simulation);
-        }
-        let (expected, found) = (self.end, simulation.hash());
-        if found == expected { Ok(simulation) } else { Err(ReplayError::Diverged { expected, found }) }
     }
 }
 

@@ -108,7 +108,7 @@ struct Felt {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearAccount {
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
     body: Entity,
     area: f64,
     surface_energy: Option<f64>,

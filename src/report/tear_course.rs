@@ -98,7 +98,7 @@ impl GraspFigures {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearCourse {
-    #[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::handle"))]
+    #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
     body: Entity,
     axis: Axis,
     rim: Vec<DVec3>,

@@ -1,10 +1,7 @@
-//! Why a simulation could not be made or could not go on, and what is judged at its door.
+//! Why a simulation could not be made or could not go on, and what is refused at its door.
 
 use crate::registry::Refused;
-use crate::settings::{LinearParams, Settings};
-
-/// More threads than any machine that this runs on has cores for; each takes a stack of its own.
-const MOST_THREADS: usize = 1024;
+use crate::settings::OutOfRange;
 
 /// Why a simulation could not be made or could not go on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -15,16 +12,9 @@ pub enum SimulationError {
     /// A time step that is not a positive finite number, or leads beyond the largest number.
     #[error("dt is {0:?} ms: it must be positive and finite, and so must be the time it leads to")]
     TimeStep(f64),
-    /// A setting outside its range.
-    #[error("{what} is {value:?}: {must}")]
-    OutOfRange {
-        /// Which setting.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it must be.
-        must: &'static str,
-    },
+    /// A setting or an argument outside its range.
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
     /// There is no such body.
     #[error("there is no such body")]
     NoSuchBody,
@@ -80,29 +70,4 @@ pub enum SimulationError {
         /// Residual over the right-hand side.
         residual: f64,
     },
-}
-
-/// Judges the settings; counts are taken as they are.
-pub(crate) fn check_settings(settings: &Settings) -> Result<(), SimulationError> {
-    check_tolerance("linear.tolerance", settings.linear.tolerance)?;
-    let LinearParams { stress_tolerance, position_tolerance, .. } = settings.linear;
-    let of_errors = [("linear.stress_tolerance", stress_tolerance), ("linear.position_tolerance", position_tolerance)];
-    for (what, value) in of_errors {
-        if !(value >= 0.0) {
-            return Err(SimulationError::OutOfRange { what, value, must: "it must be zero or more, or infinite" });
-        }
-    }
-    check_tolerance("newton_tolerance", settings.newton_tolerance)?;
-    if settings.threads > MOST_THREADS {
-        let (value, must) = (settings.threads as f64, "it must be at most 1024, or 0 for one per core");
-        return Err(SimulationError::OutOfRange { what: "threads", value, must });
-    }
-    Ok(())
-}
-
-/// Judges a tolerance.
-pub(super) fn check_tolerance(what: &'static str, value: f64) -> Result<(), SimulationError> {
-    let must = "it must be zero or more, and finite";
-    let is_right = value >= 0.0 && value.is_finite();
-    is_right.then_some(()).ok_or(SimulationError::OutOfRange { what, value, must })
 }

@@ -1,6 +1,7 @@
 //! Steps of one length under a loop of any rate.
 
 use super::{Simulation, SimulationError};
+use crate::settings::OutOfRange;
 use glam::DVec3;
 use hecs::Entity;
 
@@ -39,10 +40,7 @@ impl FixedStep {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
-        if most == 0 {
-            let (value, must) = (0.0, "it must be 1 or more");
-            return Err(SimulationError::OutOfRange { what: "the steps per picture", value, must });
-        }
+        OutOfRange::unless(most > 0, "the steps per picture", f64::from(most), "it must be 1 or more")?;
         Ok(Self { dt, most, owed: 0.0, lost: 0.0 })
     }
 
@@ -52,10 +50,13 @@ impl FixedStep {
     /// # Errors
     /// For a time that is negative or not finite; nothing has changed then.
     pub fn steps_after(&mut self, elapsed: f64) -> Result<u32, SimulationError> {
-        if !(elapsed >= 0.0 && elapsed.is_finite()) {
-            let (what, must) = ("the time since the last picture", "it must be zero or more, and finite");
-            return Err(SimulationError::OutOfRange { what, value: elapsed, must });
-        }
+        let is_right = elapsed >= 0.0 && elapsed.is_finite();
+        OutOfRange::unless(
+            is_right,
+            "the time since the last picture",
+            elapsed,
+            "it must be zero or more, and finite",
+        )?;
         self.owed += elapsed;
         let mut steps = 0;
         while self.owed >= self.dt && steps < self.most {

@@ -6,11 +6,11 @@ use crate::components::{Attributes, Body, DecidedBy, EnergyCriterion, Forces, Fr
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
 use crate::storage::{Alike, Tips, Topology, Triangles, Vertices};
-use crate::systems::assembly::membrane_forces;
-use crate::systems::kernels::failure::{self, Search, Strength};
-use crate::systems::tearing::{
+use crate::systems::forces::assembly::membrane_forces;
+use crate::systems::fracture::{
     EnergyReading, EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, strength, tip_decision,
 };
+use crate::systems::kernels::failure::{self, Search, Strength};
 use glam::{DMat3, DVec2, DVec3};
 use hecs::Entity;
 

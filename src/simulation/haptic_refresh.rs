@@ -11,7 +11,7 @@ use super::haptic_feed::HapticModel;
 use super::haptics::{Coupling, HapticError, Haptics, ToolSpring, positive};
 use crate::components::SolverScratch;
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
-use crate::systems::linear::{CgError, Factor, InnerSolver};
+use crate::systems::solver::{CgError, Factor, InnerSolver};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 

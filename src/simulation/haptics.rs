@@ -20,8 +20,9 @@ use crate::registry::Refused;
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
-use crate::systems::corotation::{evaluate, geometric_stiffness};
-use crate::systems::linear::{self, Factor, Folds, Inner, InnerSolver, Means, Operator, Use};
+use crate::systems::bending::Folds;
+use crate::systems::forces::corotation::{evaluate, geometric_stiffness};
+use crate::systems::solver::{self, Factor, Inner, InnerSolver, Means, Operator, Use};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
@@ -194,11 +195,11 @@ impl Haptics {
                 springs.iter().for_each(|&(v, stiffness)| scratch.residual[v][axis] += stiffness);
                 let mut means =
                     Means { factor: Some((factor, Use::Aside)), inner: Some((inner, Inner::IncompleteCholesky)) };
-                *work += 1 + linear::solve(&operator, &LIMITS, &mut means, corner, u, scratch)?.iterations;
+                *work += 1 + solver::solve(&operator, &LIMITS, &mut means, corner, u, scratch)?.iterations;
                 force.resize(vertices.len(), DVec3::ZERO);
                 operator.apply(u, &scratch.free, corner, force, &mut scratch.partials);
             }
-            Ok::<(), linear::CgError>(())
+            Ok::<(), solver::CgError>(())
         });
         self.inner.share(false);
         solved.map_err(|error| HapticError::NoAnswer(error.to_string()))?;

@@ -4,7 +4,7 @@ use super::{Simulation, SimulationError};
 use crate::components::{EnergyCriterion, Tearing, Toughness};
 use crate::math::elementary;
 use crate::storage::{TipKey, Tips};
-use crate::systems::tearing::{EnergyTerms, Surface, SurfaceQuery, TipMemory};
+use crate::systems::fracture::{EnergyTerms, Surface, SurfaceQuery, TipMemory};
 use glam::DVec3;
 use hecs::Entity;
 

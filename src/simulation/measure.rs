@@ -6,9 +6,9 @@ use crate::components::{
     Reactions, Turning, fibre_law,
 };
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::corotation;
+use crate::systems::bending::Folds;
+use crate::systems::forces::corotation;
 use crate::systems::kernels::membrane;
-use crate::systems::linear::Folds;
 use glam::DVec3;
 use hecs::Entity;
 

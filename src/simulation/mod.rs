@@ -33,12 +33,11 @@ mod tools;
 mod view;
 
 pub use crate::components::Energies;
+pub use crate::components::Grasp;
 pub use crate::registry::{Parameter, Refused};
 pub use apply_force::ForceError;
 pub use debug_lines::{DebugKind, DebugLine, DebugLines};
 pub use error::SimulationError;
-#[cfg(feature = "snapshot")]
-pub(crate) use error::check_settings;
 pub use fixed_step::FixedStep;
 pub use haptic_blend::HapticBlend;
 pub use haptic_feed::{HapticModel, HapticReceiver, HapticSender, haptic_feed};
@@ -50,7 +49,7 @@ pub use probe::TipAnswer;
 pub use query::Hit;
 pub use set::SetError;
 pub use tear::{Cut, CutError};
-pub use tools::{Grasp, ToolError};
+pub use tools::ToolError;
 pub use view::{BodyView, normals};
 
 use crate::components::{Body, EnergyAudit, SolverScratch};
@@ -58,9 +57,9 @@ use crate::event::{Event, EventKind};
 use crate::membrane::{BodyError, Membrane};
 use crate::replay::{Input, Recorder};
 use crate::report::{Fault, Report};
-use crate::schedule::Schedule;
-use crate::settings::{Integrator, Precision, Settings, Tangent};
+use crate::settings::{Integrator, OutOfRange, Precision, Settings, Tangent};
 use crate::systems::parallel::Pool;
+use crate::systems::step::schedule::Schedule;
 use crate::systems::{Formula, StepContext};
 use advance::{Aside, Running, advance, iterate_and_account};
 use faults::is_finite;
@@ -89,11 +88,15 @@ impl Simulation {
     /// # Errors
     /// For a tolerance below zero or not finite (the stress tolerance may be infinite), for more than 1024 threads, and if the system grants no threads.
     pub fn new(settings: Settings) -> Result<Self, SimulationError> {
-        error::check_settings(&settings)?;
+        settings.validate()?;
         let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SimulationError::Threads)?;
+        Ok(Self::with_pool(settings, pool))
+    }
+
+    fn with_pool(settings: Settings, pool: Pool) -> Self {
         let (world, report, events) = (World::new(), Report::default(), Vec::new());
         let (schedule, lent, spare) = (Schedule::default(), Lent::default(), Vec::new());
-        Ok(Self { world, settings, pool, schedule, report, events, next_order: 0, recorder: None, lent, spare })
+        Self { world, settings, pool, schedule, report, events, next_order: 0, recorder: None, lent, spare }
     }
 
     /// Puts a body into the world.
@@ -134,7 +137,7 @@ impl Simulation {
     /// # Errors
     /// For a tolerance below zero or not finite (the stress tolerance may be infinite); nothing has changed then.
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), SimulationError> {
-        error::check_settings(&settings)?;
+        settings.validate()?;
         self.note(|| Input::SetSettings(settings));
         let Settings { threads, portable_instructions, .. } = self.settings;
         self.settings = Settings { threads, portable_instructions, ..settings };
@@ -242,7 +245,7 @@ impl Simulation {
         if !(dt >= 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
-        error::check_tolerance("the tolerance", tolerance)?;
+        OutOfRange::unless_tolerance("the tolerance", tolerance)?;
         self.admit()?;
         self.begin_report();
         let iterations = self.settings.static_iterations.max(2);

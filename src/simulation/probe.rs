@@ -3,8 +3,8 @@
 use super::{Simulation, SimulationError};
 use crate::components::{EnergyCriterion, Forces, Frames, TearDecision, Tearing};
 use crate::storage::{Tips, Topology, Triangles};
-use crate::systems::assembly::membrane_forces;
-use crate::systems::tearing::{EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, tip_decision};
+use crate::systems::forces::assembly::membrane_forces;
+use crate::systems::fracture::{EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, tip_decision};
 use glam::DVec3;
 use hecs::Entity;
 

@@ -3,7 +3,7 @@
 use super::{Simulation, order};
 use crate::components::{Body, SolverScratch};
 use crate::registry::Parameters;
-use crate::replay::{Input, Recorder, Recording, Spawned};
+use crate::replay::{Input, Recorder, Recording, ReplayError, Spawned};
 use crate::snapshot::Saved;
 use hecs::Entity;
 
@@ -131,5 +131,29 @@ impl Simulation {
             Input::Set { entity, to } => self.set_again(*entity, &to.0),
             Input::ApplyForce { body, vertex, force } => _ = self.apply_force(*body, *vertex, *force),
         }
+    }
+}
+
+impl Recording {
+    /// Repeats all of it.
+    ///
+    /// # Errors
+    /// Where it does not begin, or does not end as the recording did.
+    pub fn replay(&self) -> Result<Simulation, ReplayError> {
+        self.replay_with(|_, _| {})
+    }
+
+    /// Repeats all of it and shows the simulation after every input.
+    ///
+    /// # Errors
+    /// As [`replay`](Self::replay).
+    pub fn replay_with(&self, mut look: impl FnMut(&Input, &Simulation)) -> Result<Simulation, ReplayError> {
+        let mut simulation = Simulation::of_snapshot(self.start())?;
+        for input in self.inputs() {
+            simulation.repeat(input);
+            look(input, &simulation);
+        }
+        let (expected, found) = (self.end(), simulation.hash());
+        if found == expected { Ok(simulation) } else { Err(ReplayError::Diverged { expected, found }) }
     }
 }

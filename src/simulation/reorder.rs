@@ -7,8 +7,8 @@ use crate::components::{
 };
 use crate::replay::Input;
 use crate::storage::{Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
-use crate::systems::linear::Factor;
-use crate::systems::tearing::TipMemory;
+use crate::systems::fracture::TipMemory;
+use crate::systems::solver::Factor;
 use hecs::Entity;
 
 impl Simulation {

@@ -7,7 +7,8 @@ use crate::report::Report;
 use crate::settings::Settings;
 use crate::snapshot::{Contents, Handles, Saved, Snapshot, SnapshotError, StateHash, hash_of, is_ours, strip};
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::linear::{Factor, InnerSolver};
+use crate::systems::parallel::Pool;
+use crate::systems::solver::{Factor, InnerSolver};
 use hecs::{Entity, World};
 use std::sync::Arc;
 
@@ -85,7 +86,10 @@ impl Simulation {
     /// # Errors
     /// As [`new`](Self::new) and [`restore`](Self::restore).
     pub fn of_snapshot(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
-        let mut simulation = Self::new(*snapshot.settings())?;
+        let settings = *snapshot.settings();
+        settings.validate()?;
+        let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SnapshotError::Threads)?;
+        let mut simulation = Self::with_pool(settings, pool);
         simulation.restore(snapshot)?;
         Ok(simulation)
     }

@@ -1,8 +1,8 @@
 //! Systems of the caller's own.
 
 use super::Simulation;
-use crate::schedule::{BadPlace, Place};
 use crate::systems::StepContext;
+use crate::systems::step::schedule::{BadPlace, Place};
 use hecs::World;
 
 impl Simulation {

@@ -10,12 +10,12 @@ use crate::event::{Course, Event, EventKind, WokenBy};
 use crate::registry::Refused;
 use crate::replay::Input;
 use crate::report::Report;
-use crate::schedule::Stage;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
-use crate::systems::linear::Factor;
-use crate::systems::split::{add_tip, note_parted};
-use crate::systems::tearing::{CutOutcome, Cutter, Followers, NewTip, Quality, TearRefusal, TearScratch, TipMemory};
+use crate::systems::fracture::split::{add_tip, note_parted};
+use crate::systems::fracture::{CutOutcome, Cutter, Followers, NewTip, Quality, TearRefusal, TearScratch, TipMemory};
+use crate::systems::solver::Factor;
+use crate::systems::step::schedule::Stage;
 use glam::DVec3;
 use hecs::Entity;
 

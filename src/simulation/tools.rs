@@ -1,38 +1,14 @@
 //! Forceps while the simulation runs: the host sets their pose, closes and opens them, and reads what they feel.
 
 use super::Simulation;
-use crate::components::{Body, Forceps, Grips, Jaws, Motion, Pinch, Pose};
+use crate::components::{Body, Forceps, Grasp, Grips, Jaws, Motion, Pinch, Pose};
 use crate::event::WokenBy;
 use crate::registry::{Refused, complete_in};
 use crate::replay::Input;
-use crate::storage::{Topology, Triangles, VertexKey, Vertices};
-use crate::systems::grip::Taken;
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::forces::grip::Taken;
 use glam::DVec3;
 use hecs::Entity;
-
-/// What jaws close about. Their radius in the rest shape counts from the point found.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub enum Grasp {
-    /// The point of the surface nearest to the jaws' position, no farther away than this \[mm\].
-    Nearest {
-        /// \[mm\], above zero.
-        reach: f64,
-    },
-    /// The first point of the surface on a ray.
-    Ray {
-        /// Where the ray begins \[mm\].
-        origin: DVec3,
-        /// Of any length.
-        direction: DVec3,
-        /// How far it goes \[mm\].
-        reach: f64,
-    },
-    /// A point of the tissue, in the rest shape \[mm\].
-    Point(DVec3),
-    /// These vertices, and no others: a region that the host has chosen.
-    Vertices(Vec<VertexKey>),
-}
 
 /// Why a tool did nothing; everything is as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

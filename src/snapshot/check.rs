@@ -3,7 +3,6 @@
 use super::{Contents, Saved, SnapshotError};
 use crate::components::check::{Host, MOST};
 use crate::components::{Body, BodyError, TearDecision};
-use crate::simulation::check_settings;
 use crate::storage::{Topology, validate};
 use hecs::Entity;
 use std::collections::HashSet;
@@ -17,7 +16,7 @@ pub(super) fn complete(contents: &mut Contents) -> Result<(), SnapshotError> {
 
 /// Judges a state. Gives the topology of every entity's mesh.
 pub(super) fn judge(contents: &Contents) -> Result<Vec<Option<Topology>>, SnapshotError> {
-    check_settings(&contents.settings)?;
+    contents.settings.validate()?;
     let of_all = |what| SnapshotError::contradiction("the snapshot", what);
     if !contents.report.time.is_finite() || contents.report.step > u64::MAX / 2 {
         return Err(of_all("its time or its step is out of range"));

@@ -1,7 +1,7 @@
 //! Why a snapshot or a recording is refused.
 
 use crate::membrane::BodyError;
-use crate::simulation::SimulationError;
+use crate::settings::OutOfRange;
 
 /// Why a snapshot or a recording is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -59,7 +59,10 @@ pub enum SnapshotError {
     },
     /// The settings.
     #[error(transparent)]
-    Settings(#[from] SimulationError),
+    Settings(#[from] OutOfRange),
+    /// The threads could not be started.
+    #[error("the threads could not be started: {0}")]
+    Threads(String),
     /// A file cannot be read or written.
     #[error("{path}: {reason}")]
     File {

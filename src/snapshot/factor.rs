@@ -1,7 +1,7 @@
 //! A body's Cholesky factor among the bytes of a snapshot: a block with its length in front, so that a build without the feature
 //! `direct` passes over it, and writes an empty one, which a build with it reads as no factor yet.
 
-use crate::systems::linear::FactorState;
+use crate::systems::solver::FactorState;
 use serde::de::Visitor;
 use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

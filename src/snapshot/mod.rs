@@ -17,8 +17,6 @@ mod check;
 mod error;
 #[cfg(feature = "snapshot")]
 mod factor;
-#[cfg(feature = "snapshot")]
-pub(crate) mod handle;
 pub(crate) mod hash;
 mod saved;
 

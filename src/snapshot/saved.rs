@@ -8,8 +8,9 @@ use crate::membrane::make_room;
 use crate::registry::check_rules;
 use crate::registry::{Look, components};
 use crate::storage::{Mesh, Tips, Topology, Triangles, Vertices};
-use crate::systems::linear::{Factor, FactorState, Folds, InnerSolver, InnerState};
-use crate::systems::tearing::{TearScratch, TipMemory};
+use crate::systems::bending::Folds;
+use crate::systems::fracture::{TearScratch, TipMemory};
+use crate::systems::solver::{Factor, FactorState, InnerSolver, InnerState};
 use hecs::{Component, Entity, EntityBuilder, EntityRef, World};
 use std::any::{Any, TypeId};
 
@@ -36,7 +37,7 @@ macro_rules! saved {
         #[derive(Clone)]
         #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
         pub(crate) struct Saved {
-            #[cfg_attr(feature = "snapshot", serde(with = "super::handle"))]
+            #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
             pub entity: Entity,
             $( pub $name: Option<$kept>, )*
             $( pub $flag: bool, )*

@@ -16,6 +16,8 @@ mod attached;
 mod draft;
 mod edit;
 mod follow_topology;
+#[cfg(feature = "snapshot")]
+pub(crate) mod handle;
 pub mod measure;
 pub(crate) mod mesh;
 mod mesh_error;

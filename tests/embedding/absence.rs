@@ -8,8 +8,8 @@ use rhexis::components::{
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::Tips;
-use rhexis::systems::linear::Folds;
-use rhexis::systems::tearing::TipMemory;
+use rhexis::systems::bending::Folds;
+use rhexis::systems::fracture::TipMemory;
 
 #[test]
 fn a_scene_without_tearing_contact_and_loads_spends_nothing_on_them() {

@@ -7,7 +7,7 @@ use rhexis::components::{
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Settings};
+use rhexis::settings::{LinearParams, OutOfRange, Settings};
 use rhexis::simulation::{CutError, MotionError, Simulation, SimulationError};
 use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};
 
@@ -119,7 +119,7 @@ fn a_coarse_linear_solve_goes_with_newton_iterations() {
 #[test]
 fn a_crowd_of_threads_is_refused() {
     let settings = Settings { threads: usize::MAX, ..Settings::default() };
-    assert!(matches!(Simulation::new(settings), Err(SimulationError::OutOfRange { what: "threads", .. })));
+    assert!(matches!(Simulation::new(settings), Err(SimulationError::OutOfRange(OutOfRange { what: "threads", .. }))));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::Body;
 use glam::DVec3;
 use rhexis::storage::{Mesh, measure::rest_angles, undo};
-use rhexis::systems::tearing::{Cutter, Quality, TearScratch};
+use rhexis::systems::fracture::{Cutter, Quality, TearScratch};
 
 fn everything(_: u32) -> bool {
     true

@@ -9,7 +9,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, TriangleMesh, Vertices};
-use rhexis::systems::linear::{edge_loads, load_block, load_product};
+use rhexis::systems::solver::{edge_loads, load_block, load_product};
 
 const PRESSURE: f64 = 0.3;
 

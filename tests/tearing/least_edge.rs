@@ -3,7 +3,7 @@
 use crate::meshes::{Body, Random, Sheet};
 use glam::DVec3;
 use rhexis::generate;
-use rhexis::systems::tearing::{Cutter, Quality, TearScratch};
+use rhexis::systems::fracture::{Cutter, Quality, TearScratch};
 
 const RADIUS: f64 = 1.5;
 

@@ -13,7 +13,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Tips, Topology, TriangleMesh, Triangles, Vertices};
-use rhexis::systems::tearing::{EnergyTerms, MaterialForce, ShiftedDisc, Surface, TipMemory, Walk};
+use rhexis::systems::fracture::{EnergyTerms, MaterialForce, ShiftedDisc, Surface, TipMemory, Walk};
 
 const FIBRES: StiffeningFibres = StiffeningFibres { k1: 2.0, k2: 5.0 };
 

@@ -7,7 +7,7 @@ use rhexis::components::{PartedBy, Tearing};
 use rhexis::event::{EventKind, Renewal};
 use rhexis::settings::Settings;
 use rhexis::storage::Tips;
-use rhexis::systems::tearing::turned_axis;
+use rhexis::systems::fracture::turned_axis;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn mm(x: f64, y: f64) -> DVec3 {

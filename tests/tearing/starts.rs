@@ -13,7 +13,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Tips, Topology, TriangleMesh, Triangles, Vertices};
-use rhexis::systems::tearing::{
+use rhexis::systems::fracture::{
     Disc, EnergyTerms, Surface, TipMemory, Trial, Walk, decision, disc_average, strength, vertex_decision,
 };
 

@@ -10,7 +10,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Tips, measure};
-use rhexis::systems::tearing::{TearRefusal, TearScratch};
+use rhexis::systems::fracture::{TearRefusal, TearScratch};
 
 fn mm(x: f64, y: f64) -> DVec3 {
     DVec3::new(x, y, 0.0)

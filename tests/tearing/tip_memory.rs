@@ -5,9 +5,9 @@ use glam::{DVec2, DVec3};
 use rhexis::components::Bending;
 use rhexis::math::Sym2;
 use rhexis::storage::{Edit, NONE, apply, measure::rest_corners};
+use rhexis::systems::fracture::{DiscAverage, Surface, TipMemory};
 use rhexis::systems::kernels::disc::disc_triangle_overlap;
 use rhexis::systems::kernels::failure::Strength;
-use rhexis::systems::tearing::{DiscAverage, Surface, TipMemory};
 
 fn surface(body: &Body, is_planar: bool) -> Surface<'_> {
     let Body { vertices, triangles, topology } = body;

@@ -7,7 +7,7 @@ use rhexis::components::{Bending, EnergyCriterion, Grips, PreStretch, Refined, T
 use rhexis::event::{Event, EventKind};
 use rhexis::report::{CourseFigures, Outcome, TearCourse};
 use rhexis::storage::{Tips, Topology, Triangles, Vertices, measure, validate};
-use rhexis::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision};
+use rhexis::systems::fracture::{EnergyTerms, Surface, TipMemory, energy_decision};
 use rhexis_scene::{Document, Instance};
 use std::f64::consts::TAU;
 

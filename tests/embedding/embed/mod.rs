@@ -37,7 +37,7 @@ fn a_clock_makes_the_same_steps_at_any_rate_of_pictures() {
     assert!((clock.lost() - 980.0).abs() < 5.0 + 1e-9 && clock.alpha() < 1.0);
     let before = clock;
     for bad in [-1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(clock.steps_after(bad), Err(SimulationError::OutOfRange { .. })));
+        assert!(matches!(clock.steps_after(bad), Err(SimulationError::OutOfRange(_))));
     }
     assert_eq!(clock, before);
     assert!(FixedStep::new(0.0, 4).is_err() && FixedStep::new(f64::NAN, 4).is_err() && FixedStep::new(5.0, 0).is_err());

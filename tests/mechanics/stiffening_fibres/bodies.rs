@@ -11,7 +11,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Topology, Triangles, Vertices};
-use rhexis::systems::tearing::Surface;
+use rhexis::systems::fracture::Surface;
 
 /// Holds of every vertex of the rim, in the plane, at its place times `gradient` within 1 ms.
 fn hold_rim(membrane: Membrane, [a, b]: [DVec2; 2]) -> Membrane {

@@ -8,8 +8,8 @@ use rhexis::math::{
 };
 use rhexis::settings::{Settings, Tangent};
 use rhexis::storage::{Topology, Triangles, Vertices};
-use rhexis::systems::linear::Operator;
-use rhexis::systems::{assembly, corotation};
+use rhexis::systems::forces::{assembly, corotation};
+use rhexis::systems::solver::Operator;
 
 /// Numbers in −1..1 without any pattern that matters: a linear congruential sequence.
 fn numbers() -> impl FnMut() -> f64 {

@@ -13,8 +13,8 @@ use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::StepContext;
-use rhexis::systems::linear::{Factor, InnerSolver};
 use rhexis::systems::parallel::Pool;
+use rhexis::systems::solver::{Factor, InnerSolver};
 
 /// A way to solve.
 #[derive(Clone, Copy, Debug)]

@@ -14,7 +14,7 @@ const GAIN: f64 = 0.01;
 /// What the engine itself promises: a tenth of what is in the body, of which a tenth is there again.
 const PROMISED: f64 = 0.112;
 
-/// The strain whose energy counts as being in a body, as in `systems/contain.rs`.
+/// The strain whose energy counts as being in a body, as in `systems/guard.rs`.
 const SLACK: f64 = 0.01;
 
 /// How a course went, from good to bad.

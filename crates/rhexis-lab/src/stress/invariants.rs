@@ -13,7 +13,7 @@ const ROUNDING: f64 = 1e-9;
 /// is there again.
 const GROWTH: f64 = 1.112;
 
-/// The strain whose energy counts as being in a body, as in `systems/contain.rs`.
+/// The strain whose energy counts as being in a body, as in `systems/guard.rs`.
 const SLACK: f64 = 0.01;
 
 /// On a curved surface the flat triangles that edits make are chords: on the coarsest closed ones they take or give so much of the area.

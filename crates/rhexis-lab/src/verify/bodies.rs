@@ -9,9 +9,9 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{LinearParams, Settings, Tangent};
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::{Attached, Topology, Triangles, Vertices};
-use rhexis::systems::assembly;
+use rhexis::systems::forces::assembly;
 use rhexis::systems::kernels::membrane::second_piola;
-use rhexis::systems::linear::Operator;
+use rhexis::systems::solver::Operator;
 
 /// Settings that solve every step nearly to rounding, on one thread: cases run side by side. Rounding of forces is 1e-14 N,
 /// about 2e-12 of the largest corner force where a ramp begins.

@@ -11,7 +11,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::TriangleMesh;
-use rhexis::systems::{assembly, corotation};
+use rhexis::systems::forces::{assembly, corotation};
 
 pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("free-triangle");

@@ -80,7 +80,7 @@ pub enum VerifyError {
     Simulation(#[from] SimulationError),
     /// A linear solve within the verification itself.
     #[error("linear solve: {0}")]
-    Linear(#[from] rhexis::systems::linear::CgError),
+    Linear(#[from] rhexis::systems::solver::CgError),
     /// The scene.
     #[error("{0}")]
     Scene(#[from] SceneError),

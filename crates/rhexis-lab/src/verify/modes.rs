@@ -5,7 +5,7 @@ use super::bodies::{Snapshot, operator};
 use glam::DVec3;
 use rhexis::components::{FreeAxes, SolverScratch};
 use rhexis::settings::LinearParams;
-use rhexis::systems::linear::{self, Factor, Means, Use};
+use rhexis::systems::solver::{self, Factor, Means, Use};
 use std::f64::consts::TAU;
 
 /// Krylov vectors: the lowest three of a spectrum like a membrane's are then exact to 1e-10.

@@ -7,7 +7,7 @@ use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Topology, TriangleMesh, Triangles, Vertices};
-use rhexis::systems::linear::Folds;
+use rhexis::systems::bending::Folds;
 use rhexis_scene::generate;
 
 const LENGTH: f64 = 10.0;

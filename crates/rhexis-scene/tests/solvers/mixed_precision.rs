@@ -10,7 +10,7 @@ use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings, Tangen
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::kernels::membrane;
-use rhexis::systems::linear::{self, CgError, CgInfo, Inner, InnerSolver, Means, Operator};
+use rhexis::systems::solver::{self, CgError, CgInfo, Inner, InnerSolver, Means, Operator};
 use rhexis_scene::Document;
 
 /// What the inner solver works with.

@@ -10,9 +10,9 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{LinearParams, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
-use rhexis::systems::corotation;
+use rhexis::systems::forces::corotation;
 use rhexis::systems::kernels::membrane;
-use rhexis::systems::linear::{self, Inner, InnerSolver, Means, Operator};
+use rhexis::systems::solver::{self, Inner, InnerSolver, Means, Operator};
 use rhexis_scene::Document;
 
 /// Meshes M(nx, ny) of 1,500, 15,010, 150,000 and 1,501,000 triangles.

@@ -15,7 +15,7 @@ use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::{LinearParams, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};
-use rhexis::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision};
+use rhexis::systems::fracture::{EnergyTerms, Surface, TipMemory, energy_decision};
 use rhexis_scene::Document;
 use std::f64::consts::PI;
 

@@ -10,8 +10,8 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Edit, Tips, Topology, TriangleMesh, Triangles, Vertices, apply};
+use rhexis::systems::fracture::{Surface, TipMemory, field_tip};
 use rhexis::systems::kernels::failure::Strength;
-use rhexis::systems::tearing::{Surface, TipMemory, field_tip};
 use rhexis_scene::generate;
 use std::f64::consts::PI;
 

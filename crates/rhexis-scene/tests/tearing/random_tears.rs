@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use rhexis::components::{TearMode, TearSite};
 use rhexis::event::Course;
 use rhexis::storage::measure::{linear_momentum, rest_angles, total_area, total_mass};
-use rhexis::systems::tearing::{TearRefusal, TearScratch};
+use rhexis::systems::fracture::{TearRefusal, TearScratch};
 
 /// What a storm of tears has done.
 #[derive(Default, Debug)]

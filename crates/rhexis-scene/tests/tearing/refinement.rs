@@ -16,7 +16,7 @@ use rhexis::storage::{
     measure::{linear_momentum, rest_angles, total_area, total_mass},
     validate,
 };
-use rhexis::systems::tearing::{Cutter, Quality, Surface, TearScratch, TipMemory, size, tip_decision};
+use rhexis::systems::fracture::{Cutter, Quality, Surface, TearScratch, TipMemory, size, tip_decision};
 use rhexis_scene::Document;
 use rhexis_scene::generate;
 

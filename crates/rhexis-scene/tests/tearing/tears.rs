@@ -7,7 +7,7 @@ use rhexis::components::{TearMode, TearSite};
 use rhexis::event::Course;
 use rhexis::storage::measure::{linear_momentum, total_area, total_mass};
 use rhexis::storage::{Edit, EditRecord};
-use rhexis::systems::tearing::{Cutter, Quality, TearRefusal, TearScratch};
+use rhexis::systems::fracture::{Cutter, Quality, TearRefusal, TearScratch};
 use std::f64::consts::TAU;
 
 /// Tears that wander by up to 29° per advance, one after another and across each other: each from a random vertex of the

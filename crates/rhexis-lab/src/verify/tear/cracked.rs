@@ -15,7 +15,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{Preconditioner, Settings};
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::{Tips, Topology, TriangleMesh, Triangles, Vertices};
-use rhexis::systems::tearing::{EnergyTerms, Surface, TipMemory, energy_decision, tip_decision};
+use rhexis::systems::fracture::{EnergyTerms, Surface, TipMemory, energy_decision, tip_decision};
 use rhexis_scene::generate::{self, GenerateError};
 
 /// How a mesh is laid out.

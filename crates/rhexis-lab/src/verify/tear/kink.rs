@@ -11,8 +11,8 @@ use glam::DVec2;
 use rhexis::math::{CrackTip, Sym2};
 use rhexis::membrane::BodyError;
 use rhexis::storage::TriangleMesh;
+use rhexis::systems::fracture::strength;
 use rhexis::systems::kernels::failure::{Cone, evaluate};
-use rhexis::systems::tearing::strength;
 use std::f64::consts::{PI, TAU};
 
 /// Half the crack's length \[mm\].

@@ -10,8 +10,8 @@ use rhexis::components::{EnergyCriterion, Material, Tearing, Toughness};
 use rhexis::event::EventKind;
 use rhexis::math::CrackTip;
 use rhexis::membrane::BodyError;
+use rhexis::systems::fracture::{EnergyTerms, strength};
 use rhexis::systems::kernels::failure::{Cone, TipField, evaluate, evaluate_release};
-use rhexis::systems::tearing::{EnergyTerms, strength};
 use std::f64::consts::TAU;
 
 /// Tension \[MPa\] and strengths \[MPa\]: a ten-thousandth of Young's modulus and less, so that everything is proportional to

@@ -7,7 +7,7 @@ use super::super::{Artifacts, Axes, Line, Row, Rows, VerifyError, largest};
 use super::hausdorff::hausdorff;
 use super::square::{Onset, Square, Tissue, length};
 use glam::DVec2;
-use rhexis::systems::tearing::Quality;
+use rhexis::systems::fracture::Quality;
 
 /// Cells along each side of the structured mesh; the other kinds have as many triangles. For multiples of 10 the notch ends in
 /// a vertex, and edges lie along fibres at 45° and 90° through it.

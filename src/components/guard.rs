@@ -1,0 +1,87 @@
+//! What the energy guard did to a body in a step.
+
+use crate::event::{GuardCause, GuardPlace};
+
+/// Why a body's step was given up: the last good state stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub enum Fault {
+    /// A linear system that has no finite answer: a force, a stiffness or a prescribed motion beyond what numbers hold.
+    #[error("its linear system has no finite answer: a force, a stiffness or a prescribed motion is too large")]
+    Unsolvable,
+    /// A position that is not finite, or velocities whose energy is not.
+    #[error("its positions or velocities are not finite, or so large that their energy is not")]
+    NotFinite,
+    /// Energy from nowhere, however little of its way the body goes.
+    #[error("it would create energy however short its way")]
+    CreatesEnergy,
+}
+
+/// What the guard did to a body in one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct GuardFigures {
+    /// Attempts at the step or a part of it that were solved further from where they led, by cause in the order of [`GuardCause::ALL`].
+    pub corrected: [u32; GuardCause::COUNT],
+    /// Attempts at the step or a part of it that were undone, by cause in the same order.
+    pub refused: [u32; GuardCause::COUNT],
+    /// Parts of the step whose answer was limited, by cause in the same order.
+    pub limited: [u32; GuardCause::COUNT],
+    /// Parts of the step in which a few vertices found their own way, by cause in the same order.
+    pub relaxed: [u32; GuardCause::COUNT],
+    /// Most vertices whose displacement was limited in one part of the step.
+    pub limited_vertices: u32,
+    /// The first place.
+    pub first: Option<GuardPlace>,
+}
+
+impl GuardFigures {
+    /// Number of attempts that were solved further.
+    pub fn corrections(&self) -> u32 {
+        self.corrected.iter().sum()
+    }
+
+    /// Number of attempts that were undone.
+    pub fn refusals(&self) -> u32 {
+        self.refused.iter().sum()
+    }
+
+    /// Number of parts whose answer was limited.
+    pub fn limitations(&self) -> u32 {
+        self.limited.iter().sum()
+    }
+
+    /// Number of parts in which a few vertices found their own way.
+    pub fn relaxations(&self) -> u32 {
+        self.relaxed.iter().sum()
+    }
+
+    /// Whether the guard did anything.
+    pub fn has_acted(&self) -> bool {
+        self.first.is_some()
+    }
+
+    /// Counts an attempt that is solved further.
+    pub(crate) fn correct(&mut self, cause: GuardCause) {
+        self.corrected[cause as usize] += 1;
+    }
+
+    /// Counts an attempt that is undone.
+    pub(crate) fn refuse(&mut self, place: GuardPlace) {
+        self.refused[place.cause as usize] += 1;
+        self.first.get_or_insert(place);
+    }
+
+    /// Counts an answer of which so many vertices go only a part.
+    pub(crate) fn limit(&mut self, place: GuardPlace, vertices: usize) {
+        self.limited[place.cause as usize] += 1;
+        self.limited_vertices = self.limited_vertices.max(u32::try_from(vertices).unwrap_or(u32::MAX));
+        self.first.get_or_insert(place);
+    }
+
+    /// Counts an answer in which a few vertices found their own way.
+    pub(crate) fn relax(&mut self, place: GuardPlace) {
+        self.relaxed[place.cause as usize] += 1;
+        self.first.get_or_insert(place);
+    }
+}

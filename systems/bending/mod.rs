@@ -1,0 +1,31 @@
+//! Bending: moments against changes of the angles between triangles.
+
+mod folds;
+
+pub use folds::{Folds, Hinge};
+
+use crate::components::{Bending, Damping, Forces, Frames, Increment, SolverScratch};
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::{Formula, StepContext, parallel};
+
+/// Brings the rest angles up to the mesh, finds the angles and adds their forces.
+pub fn bending(world: &mut hecs::World, step: &StepContext) -> usize {
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a SolverScratch),
+        (&'a Bending, &'a mut Folds, &'a Frames, &'a mut Forces),
+        Option<&'a Damping>,
+    );
+    parallel::for_bodies::<Query>(
+        world,
+        |((_, triangles, _, _, scratch), ..)| scratch.rows_to_solve(triangles.len()),
+        |((vertices, triangles, topology, increment, _), (bending, folds, frames, forces), damping)| {
+            folds.refresh(vertices, triangles, topology, bending);
+            let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+            folds.evaluate(&triangles.corners, &vertices.position, 1.0 + viscosity);
+            if !step.is_static && step.newton_iterations == 1 && step.formula == Formula::BackwardEuler {
+                folds.leave_out_taut(triangles, frames);
+            }
+            folds.add_forces(&triangles.corners, topology, |v| step.travel(increment, v), &mut forces.nodal);
+        },
+    )
+}

@@ -1,0 +1,352 @@
+//! Contact with rigid obstacles: a penalty that is implicit in the step, on the side that a vertex came from, and friction.
+//!
+//! Every vertex is judged in the frame of the obstacle at the end of the step. Where it began outside, the plane that holds it
+//! back is the one at which its way, the obstacle's motion included, enters; where it began inside, as at rest it does by a little,
+//! the plane at the closest point, unless that has changed sides. What a solve has carried into an obstacle asks for another, and
+//! what is still inside then is put back onto its plane. Triangles that are large beside an obstacle are judged in the same way at
+//! their deepest point; and none passes through one, whatever comes of that.
+
+mod faces;
+mod side;
+mod sweeps;
+
+use crate::components::{
+    Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolverScratch, Swept, TearDecisions,
+};
+use crate::math::Sym3;
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::{StepContext, parallel};
+use glam::{DMat3, DVec3};
+use hecs::World;
+use smallvec::SmallVec;
+
+/// The penalty stiffness that a contact is given by itself, over that of the membrane at the vertex: at strains of 30 %, and with a
+/// curved obstacle long before, a vertex at rest is then less than a hundredth of an edge inside.
+const STIFFNESS: f64 = 30.0;
+
+/// Closest points whose normals differ by more than this cosine lie on different sides.
+const SAME_SIDE: f64 = 0.7;
+
+/// A vertex further inside than this part of an edge after a solve asks for another.
+const DEEP: f64 = 0.05;
+
+/// See [`bearable`]: of the least half width.
+const BEARABLE: f64 = 0.1;
+
+/// The slip in a step, over the length of an edge, from which on friction is Coulomb's; below it is in proportion to the slip.
+const STICKING: f64 = 1e-3;
+
+/// An obstacle at the end of the step, and how it has come there.
+type Moved = (Obstacle, Travel);
+
+/// The rigid motion of an obstacle in a step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Travel {
+    /// Displacement of its anchor \[mm\].
+    offset: DVec3,
+    /// Its turn, and where its anchor was \[mm\].
+    turn: Option<(DMat3, DVec3)>,
+}
+
+impl Travel {
+    /// How an obstacle has moved since the start of the step.
+    fn of(obstacle: &Obstacle, swept: Option<&Swept>) -> Self {
+        swept.map_or(Self::default(), |swept| {
+            let anchor = swept.from.anchor();
+            Self { offset: obstacle.shape.anchor() - anchor, turn: swept.turn.map(|turn| (turn, anchor)) }
+        })
+    }
+
+    /// The way of a point against the obstacle that was at `start` and is at `x`.
+    fn slip(&self, start: DVec3, x: DVec3) -> DVec3 {
+        match self.turn {
+            None => x - start - self.offset,
+            Some(_) => x - self.carry(start),
+        }
+    }
+
+    /// Where a point that goes with the obstacle is at the end of the step.
+    fn carry(&self, start: DVec3) -> DVec3 {
+        match self.turn {
+            None => start + self.offset,
+            Some((turn, anchor)) => turn * (start - anchor) + anchor + self.offset,
+        }
+    }
+
+    fn is_none(&self) -> bool {
+        self.offset == DVec3::ZERO && self.turn.is_none()
+    }
+}
+
+type Obstacles = SmallVec<[Moved; 8]>;
+
+/// A plane that holds a vertex back.
+struct Held {
+    /// How far the vertex is behind it \[mm\].
+    depth: f64,
+    normal: DVec3,
+}
+
+/// Moves the obstacles that follow a path to where they are at the end of the step.
+pub fn move_obstacles(world: &mut World, step: &StepContext) -> usize {
+    let mut count = 0;
+    for (obstacle, motion, swept) in world.query_mut::<(&mut Obstacle, &ObstaclePath, &mut Swept)>() {
+        count += 1;
+        let before = step.time - step.reach();
+        let turn = motion.turning.as_ref().map(|turning| turning.at(step.time) * turning.at(before).transpose());
+        *swept = Swept { from: motion.at(before), turn: turn.filter(|turn| *turn != DMat3::IDENTITY) };
+        obstacle.shape = motion.at(step.time);
+    }
+    count
+}
+
+fn obstacles(world: &mut World) -> Obstacles {
+    let travel = |(obstacle, swept): (&Obstacle, Option<&Swept>)| (obstacle.clone(), Travel::of(obstacle, swept));
+    world.query_mut::<(&Obstacle, Option<&Swept>)>().into_iter().map(travel).collect()
+}
+
+/// The plane that holds a vertex back that was at `start` and is at `x`.
+fn held((obstacle, travel): &Moved, start: DVec3, x: DVec3) -> Option<Held> {
+    let shape = &obstacle.shape;
+    // Where it would have started with the obstacle where it is at the end.
+    let from = travel.carry(start);
+    let (distance, normal) = shape.distance(from)?;
+    let (point, normal) = if distance >= 0.0 {
+        if distance > from.distance(x) {
+            return None;
+        }
+        shape.entry(from, x)?
+    } else {
+        match shape.distance(x) {
+            Some((distance, now)) if now.dot(normal) > SAME_SIDE => (x - now * distance, now),
+            _ => (from - normal * distance, normal),
+        }
+    };
+    let depth = (point - x).dot(normal);
+    (depth > 0.0).then_some(Held { depth, normal })
+}
+
+/// Penalty stiffness of a vertex \[N/mm\].
+fn stiffness(contact: &Contact, triangles: &Triangles, topology: &Topology, v: usize) -> f64 {
+    contact.stiffness.map_or_else(
+        || {
+            let around = &topology.incident[v];
+            let of_membrane = |&entry: &u32| {
+                let t = entry as usize / 3;
+                triangles.stiffness[t].q11.max(triangles.stiffness[t].q22) * triangles.thickness[t]
+            };
+            STIFFNESS * around.iter().map(of_membrane).sum::<f64>() / around.len().max(1) as f64
+        },
+        |per_area| per_area * topology.vertex_area(triangles, v as u32),
+    )
+}
+
+/// Pushes vertices out of obstacles, and brakes them along their surfaces.
+pub fn contact(world: &mut World, step: &StepContext) -> usize {
+    let obstacles = obstacles(world);
+    if obstacles.is_empty() {
+        return 0;
+    }
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a SolverScratch, &'a Contact),
+        (&'a mut Forces, &'a mut ExternalStiffness),
+    );
+    parallel::for_bodies::<Query>(
+        world,
+        |((vertices, _, _, _, scratch, _), _)| scratch.rows_to_solve(vertices.len()),
+        |((vertices, triangles, topology, increment, _, contact), (forces, external))| {
+            for moved in &obstacles {
+                let push = |v: usize| {
+                    let (start, x) = (increment.start[v], vertices.position[v]);
+                    let Held { depth, normal } = held(moved, start, x)?;
+                    let stiffness = stiffness(contact, triangles, topology, v);
+                    let mut block = Sym3::outer(normal) * stiffness;
+                    let mut force = normal * (depth * stiffness);
+                    if contact.friction > 0.0 {
+                        let slipped = |x: DVec3| moved.1.slip(start, x);
+                        let along = |u: DVec3| u - normal * u.dot(normal);
+                        // By how much it slips is taken from the guess; the force then grows with the slip that comes. Newton's
+                        // method has been there already.
+                        let slip = along(slipped(x));
+                        let guess = if step.newton_iterations > 1 { DVec3::ZERO } else { increment.delta[v] };
+                        let expected = along(slipped(x + guess)).length();
+                        let least = STICKING * topology.vertex_area(triangles, v as u32).sqrt();
+                        let brake = contact.friction * depth * stiffness / expected.max(least);
+                        force -= slip * brake;
+                        block += (Sym3::IDENTITY - Sym3::outer(normal)) * brake;
+                    }
+                    Some((force, block))
+                };
+                parallel::for_pairs(&mut forces.nodal, &mut external.block, |first, nodal, blocks| {
+                    for (v, (f, k)) in (first..).zip(nodal.iter_mut().zip(blocks)) {
+                        if let Some((force, block)) = push(v) {
+                            *f += force;
+                            *k += block;
+                        }
+                    }
+                });
+                let body = (vertices, triangles, &increment.start[..]);
+                faces::push(moved, contact, body, (&mut forces.nodal, &mut external.block));
+            }
+        },
+    )
+}
+
+/// Leaves only those bodies to be iterated of which a solve has carried a vertex deep into an obstacle, or through it.
+pub fn take_up_again(world: &mut World, step: &StepContext) -> bool {
+    let obstacles = obstacles(world);
+    if obstacles.is_empty() {
+        return false;
+    }
+    let mut is_any = false;
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
+        &'a mut SolverScratch,
+        (Option<&'a Contact>, Option<&'a TearDecisions>),
+    );
+    for ((vertices, triangles, topology, increment), scratch, (contact, decisions)) in world.query_mut::<Query>() {
+        let was_solved = scratch.newton_iterations > 0 && is_in_step(vertices, increment, step, decisions);
+        let asks = contact.is_some() && was_solved && {
+            let looked_at = looked_at(&obstacles, increment);
+            let is_deep = |v: usize| {
+                let place = |moved: &Moved| held(moved, increment.start[v], vertices.position[v]);
+                let limit = || DEEP * topology.vertex_area(triangles, v as u32).sqrt();
+                looked_at.iter().any(|moved| place(moved).is_some_and(|held| held.depth > limit().max(bearable(moved))))
+            };
+            !looked_at.is_empty()
+                && ((0..vertices.len()).any(is_deep)
+                    || has_deep_face(&looked_at, &increment.start, (vertices, triangles)))
+        };
+        scratch.is_converged = !asks;
+        is_any |= asks;
+    }
+    is_any
+}
+
+/// Whether a body has begun the step and not done it: what is done is only waited for, perhaps with another mesh.
+fn is_in_step(
+    vertices: &Vertices,
+    increment: &Increment,
+    step: &StepContext,
+    decisions: Option<&TearDecisions>,
+) -> bool {
+    increment.start.len() == vertices.len() && !step.is_done(decisions)
+}
+
+/// How deep a solve may leave a body in an obstacle that stands, whatever its edges \[mm\]: what is inside was pushed there, and is
+/// pushed out in the steps that come. But what springs back goes deeper than that in one step, out at the other side.
+fn bearable((obstacle, travel): &Moved) -> f64 {
+    if travel.is_none() { BEARABLE * obstacle.shape.least_half_width() } else { 0.0 }
+}
+
+/// The obstacles in which a body may be deep: those that move, and those into which it has come far enough.
+fn looked_at(obstacles: &Obstacles, increment: &Increment) -> Obstacles {
+    let largest = increment.displacement.iter().map(|u| u.length_squared()).fold(0.0, f64::max).sqrt();
+    obstacles.iter().filter(|moved| !moved.1.is_none() || largest > bearable(moved)).cloned().collect()
+}
+
+fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&Vertices, &Triangles)) -> bool {
+    let mut is_any = false;
+    for moved in obstacles {
+        let bearable = bearable(moved);
+        faces::for_held(moved, start, (&vertices.position[..], triangles), |_, face| {
+            is_any |= face.is_deep() && face.held.depth > bearable;
+        });
+    }
+    is_any
+}
+
+/// Puts what is still deep in an obstacle, or through it, back onto the plane that should have held it: where a large step stretches
+/// a body far, no number of solves is sure to end on the right side. The velocity goes with it.
+pub fn put_outside(world: &mut World, step: &StepContext) {
+    let obstacles = obstacles(world);
+    type Query<'a> = (
+        (&'a mut Vertices, &'a mut Increment),
+        (&'a Triangles, &'a Topology, &'a mut SolverScratch),
+        (Option<&'a Contact>, Option<&'a TearDecisions>),
+    );
+    for ((vertices, increment), (triangles, topology, scratch), (contact, decisions)) in world.query_mut::<Query>() {
+        if contact.is_none() || !is_in_step(vertices, increment, step, decisions) {
+            continue;
+        }
+        let obstacles = looked_at(&obstacles, increment);
+        for v in 0..vertices.len() {
+            for moved in &obstacles {
+                let Some(held) = held(moved, increment.start[v], vertices.position[v]) else { continue };
+                if held.depth > (DEEP * topology.vertex_area(triangles, v as u32).sqrt()).max(bearable(moved)) {
+                    shift(vertices, increment, v, held.normal * held.depth * scratch.free[v], step);
+                }
+            }
+        }
+        for moved in &obstacles {
+            faces::put_outside(moved, (vertices, increment), (triangles, scratch), step);
+        }
+    }
+}
+
+/// Holds back what would pass through an obstacle in the step. Returns whether there was any.
+pub fn keep_sides(world: &mut World, step: &StepContext) -> bool {
+    let obstacles = obstacles(world);
+    if obstacles.is_empty() {
+        return false;
+    }
+    let mut is_any = false;
+    type Query<'a> = (
+        (&'a mut Vertices, &'a mut Increment),
+        (&'a Triangles, &'a mut SolverScratch),
+        (Option<&'a Contact>, Option<&'a TearDecisions>),
+    );
+    for ((vertices, increment), (triangles, scratch), (contact, decisions)) in world.query_mut::<Query>() {
+        if contact.is_none() || !is_in_step(vertices, increment, step, decisions) {
+            continue;
+        }
+        for moved in &looked_at(&obstacles, increment) {
+            is_any |= side::keep(moved, (&mut *vertices, &mut *increment), (triangles, &mut *scratch), step);
+        }
+    }
+    is_any
+}
+
+/// Shifts a vertex within the step.
+fn shift(vertices: &mut Vertices, increment: &mut Increment, v: usize, way: DVec3, step: &StepContext) {
+    vertices.position[v] += way;
+    increment.displacement[v] += way;
+    increment.is_put_outside = true;
+    increment.limits[1] = true;
+    vertices.velocity[v] = step.travel(increment, v) * step.rate();
+}
+
+/// The friction \[N\] of an obstacle on a body as it is, which it was at `start` when the step began.
+pub fn friction_of(
+    (obstacle, swept): (&Obstacle, Option<&Swept>),
+    contact: &Contact,
+    (vertices, triangles, topology): (&Vertices, &Triangles, &Topology),
+    start: &[DVec3],
+) -> DVec3 {
+    if contact.friction == 0.0 || start.len() != vertices.len() {
+        return DVec3::ZERO;
+    }
+    let travel = Travel::of(obstacle, swept);
+    let brake = |(v, x): (usize, &DVec3)| match obstacle.shape.distance(*x) {
+        Some((distance, normal)) if distance < 0.0 => {
+            let slip = travel.slip(start[v], *x);
+            let slip = slip - normal * slip.dot(normal);
+            let least = STICKING * topology.vertex_area(triangles, v as u32).sqrt();
+            let push = -distance * stiffness(contact, triangles, topology, v);
+            slip * (-contact.friction * push / slip.length().max(least))
+        }
+        _ => DVec3::ZERO,
+    };
+    vertices.position.iter().enumerate().map(brake).sum()
+}
+
+/// The force \[N\] of an obstacle on a body as it is, along its normals.
+pub fn force_of(obstacle: &Obstacle, contact: &Contact, body: (&Vertices, &Triangles, &Topology)) -> DVec3 {
+    let (vertices, triangles, topology) = body;
+    let push = |(v, x): (usize, &DVec3)| match obstacle.shape.distance(*x) {
+        Some((distance, normal)) if distance < 0.0 => normal * (-distance * stiffness(contact, triangles, topology, v)),
+        _ => DVec3::ZERO,
+    };
+    let at_vertices: DVec3 = vertices.position.iter().enumerate().map(push).sum();
+    at_vertices + faces::force_of(obstacle, contact, vertices, triangles)
+}

@@ -1,0 +1,128 @@
+//! Components that refer to vertices and follow what edits do to them.
+
+use super::TipMemory;
+use crate::components::{
+    Attributes, Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, StepForces,
+};
+use crate::storage::{EditRecord, Follow, Mesh, Tips};
+use crate::systems::solver::Factor;
+
+/// Those that a body carries.
+#[derive(Debug)]
+pub struct Followers<'a> {
+    /// Its increment: where the step started and how far it has come.
+    pub increment: &'a mut Increment,
+    /// Its factor.
+    pub factor: &'a mut Factor,
+    /// What the criterion keeps of the surroundings of tips.
+    pub memory: Option<&'a mut TipMemory>,
+    /// Prescribed vertices.
+    pub holds: Option<&'a mut Holds>,
+    /// Springs to ground.
+    pub springs: Option<&'a mut Springs>,
+    /// Forceps.
+    pub grips: Option<&'a mut Grips>,
+    /// Loads on vertices.
+    pub point_loads: Option<&'a mut PointLoads>,
+    /// Loads along edges.
+    pub edge_loads: Option<&'a mut EdgeLoads>,
+    /// Forces of one step.
+    pub step_forces: Option<&'a mut StepForces>,
+    /// The list of what has been added to the mesh.
+    pub refined: Option<&'a mut Refined>,
+    /// Numbers of the host's.
+    pub attributes: Option<&'a mut Attributes>,
+    /// The list of changes that somebody has asked for.
+    pub changes: Option<&'a mut Changes>,
+}
+
+impl Followers<'_> {
+    /// Whether a vertex belongs to the tissue alone, so that it may be moved in the rest shape.
+    pub fn leave_free(&self, vertex: u32) -> bool {
+        let is_anchored = self.springs.as_ref().is_some_and(|s| s.anchors.value(vertex).is_some());
+        !(self.hold(vertex) || is_anchored)
+    }
+
+    /// Whether a hold or a closed grip has hold of a vertex. It keeps both lips of a tear that parts the vertex, as jaws do.
+    pub fn hold(&self, vertex: u32) -> bool {
+        let is_held = self.holds.as_ref().is_some_and(|h| h.groups.iter().any(|g| g.members.value(vertex).is_some()));
+        is_held || self.grips.as_ref().is_some_and(|grips| grips.hold(vertex))
+    }
+
+    /// Whether a vertex may vanish in a collapse without changing what holds or loads the body: it is free, no load acts on
+    /// it, and along a loaded rim it lies between two loaded edges.
+    pub fn can_spare(&self, vertex: u32) -> bool {
+        let is_loaded =
+            self.point_loads.as_ref().is_some_and(|loads| loads.groups.iter().any(|load| load.rows.contains(&vertex)));
+        let is_pushed =
+            self.step_forces.as_ref().is_some_and(|forces| forces.list.iter().any(|(row, _)| *row == vertex));
+        let ends_loaded_rim = self.edge_loads.as_ref().is_some_and(|loads| {
+            let ends = |load: &EdgeLoad| load.edges.iter().filter(|edge| edge.contains(&vertex)).count();
+            loads.groups.iter().any(|load| ends(load) == 1)
+        });
+        self.leave_free(vertex) && !is_loaded && !is_pushed && !ends_loaded_rim
+    }
+
+    /// Follows the edits that were done to the mesh, in their order, and closes the books on them: the records are gone, and
+    /// nothing is kept any more for taking them back.
+    pub fn follow(&mut self, records: &mut Vec<EditRecord>, mesh: &mut Mesh<'_>, mut tips: Option<&mut Tips>) {
+        let tables = mesh.tables();
+        let created = records.iter().map(|record| record.created().count()).sum();
+        self.increment.make_room(created, tables.vertices.position.capacity());
+        for record in &*records {
+            self.increment.follow(record);
+            self.factor.follow(record);
+            if let Some(tips) = &mut tips {
+                tips.follow(record);
+            }
+            if let Some(memory) = &mut self.memory {
+                memory.follow(record);
+            }
+            if let Some(holds) = &mut self.holds {
+                for members in holds.groups.iter_mut().map(|group| &mut group.members) {
+                    members.apply(record, tables);
+                    members.fill_in(record);
+                }
+            }
+            if let Some(springs) = &mut self.springs {
+                springs.anchors.apply(record, tables);
+                springs.anchors.fill_in(record);
+            }
+            if let Some(grips) = &mut self.grips {
+                for held in grips.pinches.iter_mut().map(|pinch| &mut pinch.held) {
+                    held.apply(record, tables);
+                    held.fill_in(record);
+                }
+            }
+            if let Some(loads) = &mut self.point_loads {
+                loads.follow(record);
+            }
+            if let Some(loads) = &mut self.edge_loads {
+                loads.follow(record);
+            }
+            if let Some(forces) = &mut self.step_forces {
+                forces.follow(record);
+            }
+            if let Some(refined) = &mut self.refined {
+                refined.follow(record, tables);
+            }
+            if let Some(attributes) = &mut self.attributes {
+                attributes.follow(record);
+            }
+            if let Some(changes) = &mut self.changes {
+                changes.note(record, tables.triangles.len());
+            }
+        }
+        records.clear();
+        mesh.release();
+        if let Some(holds) = &mut self.holds {
+            holds.groups.iter_mut().for_each(|group| group.members.release());
+        }
+        if let Some(springs) = &mut self.springs {
+            springs.anchors.release();
+        }
+        if let Some(grips) = &mut self.grips {
+            grips.pinches.iter_mut().for_each(|pinch| pinch.held.release());
+        }
+    }
+}

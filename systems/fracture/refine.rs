@@ -1,0 +1,268 @@
+//! Refinement around tear tips and coarsening behind them, before a solve: what the criterion judges afterwards is the stress
+//! of a mesh that is fine around every tip.
+
+use crate::components::{
+    Attributes, Changes, EdgeLoads, EnergyAudit, FibreLaws, Grips, Holds, Increment, Planar, PointLoads, PreStretch,
+    Refined, Refinement, SolverScratch, Springs, StepForces, TearDecisions, Tearing, fibre_law,
+};
+use crate::math::{FibreLaw, Sym2};
+use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
+use crate::systems::StepContext;
+use crate::systems::fracture::{
+    Cutter, Followers, Quality, Surface, TearScratch, ThinOut, TipMemory, distance_to_triangle, plan_thin_out, size,
+};
+use crate::systems::solver::Factor;
+use glam::DVec3;
+
+/// Triangles with an angle below this \[rad\] are flipped where that helps; 14°. A flip strains the tissue anew, a bisection
+/// does not, so only what a tear has left thin is worth it.
+const FLIP: f64 = 0.244_346_095_279_206_1;
+
+/// Vertices are taken out from so many times the reach of refinement on, so that a tip that wavers does not see the mesh waver.
+const BEHIND: f64 = 1.5;
+/// Nor do they leave a large triangle nearer than this.
+const CLEAR: f64 = 1.25;
+/// One that could not be taken out at so many times the reach stays for good, so that the list of those to look at stays short.
+const FORGOTTEN: f64 = 5.0;
+
+/// Refines the bodies whose tips have gone on since they were last refined.
+pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
+        (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions),
+        (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
+        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>, Option<&'a mut Changes>),
+        (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a mut Attributes>),
+    );
+    for (
+        (vertices, triangles, topology, increment, factor),
+        (refinement, refined, tearing, tips, decisions),
+        (scratch, memory, audit),
+        (holds, springs, grips),
+        (point_loads, edge_loads, step_forces, changes),
+        (planar, pre_stretch, fibres, attributes),
+    ) in world.query_mut::<Query>().with::<&SolverScratch>()
+    {
+        if step.is_resumed && !decisions.may_advance_further {
+            continue;
+        }
+        let has_moved = notice(refined, tips, vertices);
+        // Only where a step begins: taking a vertex out restores the momentum of the velocities that it begins with.
+        let is_behind = refined.is_behind && !step.is_resumed;
+        if !has_moved && !is_behind {
+            continue;
+        }
+        count += 1;
+        let is_planar = planar.is_some();
+        let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
+        let memory = Some(memory);
+        let followers = Followers {
+            increment,
+            factor,
+            memory,
+            holds,
+            springs,
+            grips,
+            point_loads,
+            edge_loads,
+            step_forces,
+            refined: None,
+            attributes,
+            changes,
+        };
+        let mesh = Mesh { vertices, triangles, topology };
+        let mut refiner =
+            Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched, fibres };
+        if is_behind {
+            // Those of the last step tell of rows that others take now.
+            decisions.forget();
+            refiner.coarsen();
+        }
+        if has_moved {
+            refiner.refine();
+        }
+        // Those of the last step are of another mesh.
+        if let Some(audit) = audit {
+            audit.forget_loads();
+        }
+    }
+    count
+}
+
+/// Whether tips have come, gone or moved since the last time; notes where they are.
+fn notice(refined: &mut Refined, tips: &Tips, vertices: &Vertices) -> bool {
+    let now = || {
+        let at = |&row: &u32| vertices.rest_position[row as usize];
+        tips.keys().iter().copied().zip(tips.vertex.iter().map(at))
+    };
+    if refined.tips.iter().copied().eq(now()) {
+        return false;
+    }
+    refined.tips.clear();
+    refined.tips.extend(now());
+    refined.is_behind = true;
+    true
+}
+
+/// One body while it is refined.
+struct Refiner<'a> {
+    mesh: Mesh<'a>,
+    followers: Followers<'a>,
+    refinement: &'a Refinement,
+    refined: &'a mut Refined,
+    tearing: &'a Tearing,
+    tips: &'a mut Tips,
+    scratch: &'a mut TearScratch,
+    is_planar: bool,
+    unstretched: Sym2,
+    fibres: Option<FibreLaw>,
+}
+
+impl Refiner<'_> {
+    /// Halves what is too large around the tips, once each, until nothing is: should the budget end it, then everywhere alike.
+    fn refine(&mut self) {
+        let radius = self.tearing.radius;
+        let (edge, reach) = (self.refinement.edge(radius), self.refinement.reach(radius));
+        loop {
+            self.find_large(edge, reach);
+            let (mut has_split, mut is_spent) = (false, false);
+            for place in 0..self.refined.queue.len() {
+                is_spent = !self.halve(self.refined.queue[place].1, edge, &mut has_split);
+                if is_spent {
+                    self.refined.budget_hit_count += 1;
+                    break;
+                }
+            }
+            self.follow();
+            if is_spent || !has_split {
+                return;
+            }
+        }
+    }
+
+    fn follow(&mut self) {
+        let tables = self.mesh.tables();
+        self.scratch.records.iter().for_each(|record| self.refined.follow(record, tables));
+        self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
+    }
+
+    /// Lists the triangles within `reach` \[mm\] of a tip that are larger than `edge` \[mm\], nearest first. Walks from neighbour to
+    /// neighbour, so it never looks across a crack.
+    fn find_large(&mut self, edge: f64, reach: f64) {
+        self.refined.queue.clear();
+        let Some(walk) = self.followers.memory.as_mut().map(|memory| &mut memory.walk) else { return };
+        for &vertex in &self.tips.vertex {
+            let tip = self.mesh.vertices.rest_position[vertex as usize];
+            walk.begin(self.mesh.triangles.len());
+            self.mesh.topology.incident[vertex as usize].iter().for_each(|&entry| walk.visit(entry / 3));
+            let mut place = 0;
+            while let Some(t) = walk.at(place) {
+                place += 1;
+                let x = rest_corners(self.mesh.vertices, self.mesh.triangles.corners[t as usize]);
+                let distance = distance_to_triangle(x, tip);
+                if distance > reach {
+                    continue;
+                }
+                if size(self.mesh.triangles.rest[t as usize].area) > edge {
+                    self.refined.queue.push((distance, t));
+                }
+                let neighbours = self.mesh.topology.neighbours[t as usize];
+                neighbours.into_iter().filter(|&n| n != NONE).for_each(|n| walk.visit(n));
+            }
+        }
+        self.refined.queue.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    }
+
+    /// Halves a triangle, and what must be halved before, unless that has halved it already. `false` where the budget does not
+    /// allow it. A triangle that cannot be halved stays.
+    fn halve(&mut self, triangle: u32, edge: f64, has_split: &mut bool) -> bool {
+        let most = self.refinement.most_added(self.refined.start_count);
+        let area = |mesh: &Mesh<'_>| mesh.triangles.rest[triangle as usize].area;
+        let start = area(&self.mesh);
+        while area(&self.mesh) == start && size(start) > edge {
+            if self.refined.added + 2 > most {
+                return false;
+            }
+            let before = self.mesh.triangles.len();
+            let mut cutter = Cutter {
+                mesh: &mut self.mesh,
+                is_movable: &|_| false,
+                quality: Quality { flip: FLIP, ..Quality::default() },
+                scratch: self.scratch,
+            };
+            if cutter.bisect(triangle).is_err() {
+                break;
+            }
+            *has_split = true;
+            self.refined.split_count += 1;
+            self.refined.added += (self.mesh.triangles.len() - before) as i64;
+        }
+        true
+    }
+
+    /// Takes out the vertices that were made since the start and that no tip needs, the newest first: they go as they came.
+    fn coarsen(&mut self) {
+        self.refined.is_behind = false;
+        let mut made = std::mem::take(&mut self.refined.made);
+        if self.refinement.may_coarsen {
+            made.reverse();
+            made.retain(|&key| self.stays_listed(key));
+            made.reverse();
+        } else {
+            made.clear();
+        }
+        self.refined.made = made;
+    }
+
+    /// Takes a vertex out if that can be done. Whether it is to be looked at again.
+    fn stays_listed(&mut self, key: VertexKey) -> bool {
+        let Some(row) = self.mesh.vertices.row(key) else { return false };
+        let reach = self.refinement.reach(self.tearing.radius);
+        let distance = self.distance_to_tips(|tip| tip.distance(self.mesh.vertices.rest_position[row as usize]));
+        if distance < BEHIND * reach || !self.followers.can_spare(row) {
+            return true;
+        }
+        match self.plan(row, reach) {
+            Some(plan) if self.take_out(row, plan) => false,
+            _ => distance < FORGOTTEN * reach,
+        }
+    }
+
+    fn plan(&self, row: u32, reach: f64) -> Option<ThinOut> {
+        let edge = self.refinement.edge(self.tearing.radius);
+        let is_wanted = |x: [DVec3; 3], area: f64| {
+            size(area) <= edge || self.distance_to_tips(|tip| distance_to_triangle(x, tip)) >= CLEAR * reach
+        };
+        let surface = Surface {
+            vertices: self.mesh.vertices,
+            triangles: self.mesh.triangles,
+            topology: self.mesh.topology,
+            is_planar: self.is_planar,
+            unstretched: self.unstretched,
+            fibres: self.fibres,
+            bending: None,
+        };
+        let least = self.tearing.strength_transverse.min(self.tearing.strength_fibre);
+        let strength = least * self.mesh.triangles.least_strength();
+        plan_thin_out(&surface, row, strength, &is_wanted)
+    }
+
+    fn take_out(&mut self, vertex: u32, plan: ThinOut) -> bool {
+        let before = self.mesh.triangles.len();
+        let Ok(record) = apply(&mut self.mesh, &Edit::Collapse { vertex, into: plan.into }) else { return false };
+        self.scratch.records.push(record);
+        self.follow();
+        self.refined.removed_count += 1;
+        self.refined.energy_change += plan.energy_change;
+        self.refined.added -= (before - self.mesh.triangles.len()) as i64;
+        true
+    }
+
+    /// The least distance \[mm\] from a tip, as `to` measures it; infinite without tips.
+    fn distance_to_tips(&self, to: impl Fn(DVec3) -> f64) -> f64 {
+        let at = |&row: &u32| self.mesh.vertices.rest_position[row as usize];
+        self.tips.vertex.iter().map(at).map(to).fold(f64::INFINITY, f64::min)
+    }
+}

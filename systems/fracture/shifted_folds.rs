@@ -1,0 +1,208 @@
+//! What bending adds to the material force: the change of its energy under the shift of the rest shape, at fixed positions.
+//!
+//! Its energy is ½·φ·Q·φ summed over triangles, with mid-edge normals turned by differences of moments
+//! ([`Folds`](crate::systems::bending::Folds)). Laws Q and turns follow the shift; the angles between triangles do not.
+
+use super::Surface;
+use crate::components::Bending;
+use crate::storage::{NONE, measure::rest_corners};
+use crate::systems::kernels::fold::{self, OverEdges, Tilt};
+use glam::{DVec2, DVec3};
+
+/// A triangle of the disc, or one that borders on it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bend {
+    triangle: u32,
+    /// Q \[N·mm\].
+    law: OverEdges,
+    /// Its change by shifts along the axes of the disc \[N\].
+    shifted: [OverEdges; 2],
+    /// Angles at rest.
+    rest: DVec3,
+    /// Per edge the entry of the triangle across and its edge, if it is listed, and what a difference of moments turns the normal by.
+    across: [Option<(u32, usize)>; 3],
+    turn: DVec3,
+    /// How it tilts now.
+    tilt: Tilt,
+    /// Half of what the angles are off those at rest, and the moments of these \[N\].
+    half: DVec3,
+    moment: DVec3,
+    /// The same with the mid-edge normals turned.
+    angles: DVec3,
+    balanced: DVec3,
+    /// The change of the whole energy by half of an angle \[N·mm\].
+    slope: DVec3,
+}
+
+/// The triangles of a disc that bend.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ShiftedFolds {
+    /// What they were laid for.
+    bending: Option<Bending>,
+    bends: Vec<Bend>,
+    /// Buffer.
+    listed: Vec<Listed>,
+    /// Triangles across the outermost edges, to which there are angles.
+    beyond: Vec<u32>,
+}
+
+/// A triangle to be laid, whether it is there for its neighbours alone, the gradient of its weight \[1/mm\] and the axis of its frame.
+type Listed = (u32, bool, DVec2, DVec2);
+
+/// Triangles for which there is room from the start.
+const USUAL: usize = 512;
+
+impl ShiftedFolds {
+    /// Forgets what was laid.
+    pub(super) fn clear(&mut self) {
+        self.bending = None;
+        self.bends.clear();
+        self.beyond.clear();
+    }
+
+    /// What they were laid for, if they were.
+    pub(super) fn bending(&self) -> Option<Bending> {
+        self.bending
+    }
+
+    /// Lays out triangles with the gradient of their weight \[1/mm\] and the axis of their own frame, both in the axes of the disc.
+    pub(super) fn lay(
+        &mut self,
+        surface: &Surface,
+        bending: &Bending,
+        listed: impl Iterator<Item = (u32, DVec2, DVec2)>,
+    ) {
+        let Surface { vertices, triangles, topology, .. } = *surface;
+        self.bending = Some(*bending);
+        self.bends.clear();
+        self.bends.reserve(USUAL);
+        self.beyond.reserve(USUAL);
+        self.listed.clear();
+        self.listed.reserve(4 * USUAL);
+        self.listed.extend(listed.map(|(triangle, fall, fibre)| (triangle, false, fall, fibre)));
+        self.beyond.clear();
+        // Those around have a part in the moments that turn normals.
+        for place in 0..self.listed.len() {
+            let around = topology.neighbours[self.listed[place].0 as usize].into_iter().filter(|&n| n != NONE);
+            self.listed.extend(around.map(|n| (n, true, DVec2::ZERO, DVec2::X)));
+        }
+        // What was listed at first comes before what is around it.
+        self.listed.sort_unstable_by_key(|&(triangle, is_around, ..)| (triangle, is_around));
+        self.listed.dedup_by_key(|&mut (triangle, ..)| triangle);
+        for &(triangle, _, fall, fibre) in &self.listed {
+            let t = triangle as usize;
+            let (rest, stiffness, h) = (&triangles.rest[t], &triangles.stiffness[t], triangles.thickness[t]);
+            let scale = bending.scale(stiffness, h);
+            let own = |v: DVec2| DVec2::new(v.dot(fibre), fibre.perp_dot(v));
+            let shifted =
+                [DVec2::X, DVec2::Y].map(|d| fold::law_under_shift(rest, stiffness, scale, (own(fall), own(d))));
+            let law = fold::law(rest, stiffness, scale);
+            let normal = |t: u32| normal(rest_corners(vertices, triangles.corners[t as usize]));
+            let edge = |e: usize| {
+                let [from, to] = [e, (e + 1) % 3].map(|i| vertices.rest_position[triangles.corners[t][i] as usize]);
+                to - from
+            };
+            let angles = [0, 1, 2].map(|e| match topology.neighbours[t][e] {
+                NONE => 0.0,
+                n => fold::angle(normal(triangle), normal(n), edge(e)),
+            });
+            let rest = DVec3::from_array(angles);
+            self.bends.push(Bend { triangle, law, shifted, rest, ..Bend::default() });
+        }
+        for place in 0..self.bends.len() {
+            let t = self.bends[place].triangle;
+            for e in 0..3 {
+                self.bends[place].turn[e] = fold::TURN / self.bends[place].law[e];
+                let (n, to) = (topology.neighbours[t as usize][e], triangles.corners[t as usize][(e + 1) % 3]);
+                let Ok(other) = self.bends.binary_search_by_key(&n, |bend| bend.triangle) else {
+                    self.beyond.extend((n != NONE).then_some(n));
+                    continue;
+                };
+                let Some(f) = triangles.corners[n as usize].iter().position(|&v| v == to) else { continue };
+                let turn = fold::TURN / (self.bends[place].law[e] + self.bends[other].law[f]);
+                self.bends[place].across[e] = Some((other as u32, f));
+                self.bends[place].turn[e] = turn;
+            }
+        }
+    }
+
+    /// The triangles on which it depends.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = u32> {
+        self.bends.iter().map(|bend| bend.triangle).chain(self.beyond.iter().copied())
+    }
+
+    /// Finds angles and moments at the current positions, and the energy released per unit of shift along either axis \[N\].
+    pub(super) fn release(&mut self, surface: &Surface) -> DVec2 {
+        let Surface { vertices, triangles, topology, .. } = *surface;
+        let corners = |t: u32| triangles.corners[t as usize].map(|v| vertices.position[v as usize]);
+        for bend in &mut self.bends {
+            let least = fold::least_twice_area(triangles.rest[bend.triangle as usize].area);
+            bend.tilt = Tilt::new(corners(bend.triangle), least);
+        }
+        for place in 0..self.bends.len() {
+            let bend = &self.bends[place];
+            let x = corners(bend.triangle);
+            let half = [0, 1, 2].map(|e| {
+                let across = match (bend.across[e], topology.neighbours[bend.triangle as usize][e]) {
+                    // Either triangle sees the same angle.
+                    (Some((other, f)), _) if (other as usize) < place => return self.bends[other as usize].half[f],
+                    (Some((other, _)), _) => self.bends[other as usize].tilt.normal,
+                    (None, NONE) => return 0.0,
+                    (None, beyond) => normal(corners(beyond)),
+                };
+                0.5 * fold::shorter_way(fold::angle(bend.tilt.normal, across, x[(e + 1) % 3] - x[e]) - bend.rest[e])
+            });
+            let bend = &mut self.bends[place];
+            bend.half = DVec3::from_array(half);
+            bend.moment = fold::product(&bend.law, bend.half);
+        }
+        for place in 0..self.bends.len() {
+            let bend = &self.bends[place];
+            let angles = bend.half + self.turned(bend, |bend| bend.moment);
+            self.bends[place].angles = angles;
+            self.bends[place].balanced = fold::product(&self.bends[place].law, angles);
+        }
+        for place in 0..self.bends.len() {
+            let bend = &self.bends[place];
+            self.bends[place].slope = fold::product(&bend.law, bend.angles + self.turned(bend, |bend| bend.balanced));
+        }
+        let release = |axis: usize| -> f64 { self.bends.iter().map(|bend| -self.change(bend, axis)).sum() };
+        DVec2::new(release(0), release(1))
+    }
+
+    /// The forces of bending on the corners of a triangle \[N\], as last found.
+    pub(super) fn forces(&self, triangle: u32) -> [DVec3; 3] {
+        let Ok(place) = self.bends.binary_search_by_key(&triangle, |bend| bend.triangle) else {
+            return [DVec3::ZERO; 3];
+        };
+        let bend = &self.bends[place];
+        // Half an angle turns by half of what either triangle tilts.
+        let moments = [0, 1, 2].map(|e| {
+            bend.across[e].map_or(0.0, |(other, f)| 0.5 * (bend.slope[e] + self.bends[other as usize].slope[f]))
+        });
+        bend.tilt.along(DVec3::from_array(moments)).to_array().map(|along| bend.tilt.normal * -along)
+    }
+
+    /// What the differences of moments turn the mid-edge normals of a triangle by. A free edge bears no moment.
+    fn turned(&self, bend: &Bend, moment: impl Fn(&Bend) -> DVec3) -> DVec3 {
+        let others = bend.across.map(|across| across.map_or(0.0, |(other, f)| moment(&self.bends[other as usize])[f]));
+        (DVec3::from_array(others) - moment(bend)) * bend.turn
+    }
+
+    /// What a unit of shift along an axis changes ½·φ·Q·φ of a triangle by \[N\]. Of the angles φ half of those to its neighbours are
+    /// fixed; what the difference of the moments M turns the mid-edge normals by is not.
+    fn change(&self, bend: &Bend, axis: usize) -> f64 {
+        let shifted = |bend: &Bend| fold::product(&bend.shifted[axis], bend.half);
+        let mut changes = self.turned(bend, shifted);
+        for e in 0..3 {
+            let stiffer = bend.shifted[axis][e]
+                + bend.across[e].map_or(0.0, |(other, f)| self.bends[other as usize].shifted[axis][f]);
+            changes[e] -= bend.turn[e] / fold::TURN * stiffer * (bend.angles[e] - bend.half[e]);
+        }
+        0.5 * bend.angles.dot(fold::product(&bend.shifted[axis], bend.angles)) + bend.balanced.dot(changes)
+    }
+}
+
+fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a).normalize_or_zero()
+}

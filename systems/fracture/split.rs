@@ -1,0 +1,369 @@
+//! The split: tips advance where the criterion exceeds 1, tears start where there is no tip, and everything that refers to
+//! the mesh follows.
+
+mod ends;
+mod starts;
+
+use crate::components::{
+    Attributes, Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PartedBy, PointLoads, Refined,
+    SolverScratch, Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
+};
+use crate::event::{Course, EventKind, TearCost};
+use crate::math::elementary;
+use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
+use crate::systems::StepContext;
+use crate::systems::fracture::{
+    Advance, Cutter, End, EnergyTerms, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart,
+    TipMemory, factor_of, may_go_on, mean_around, turned_axis,
+};
+use crate::systems::solver::Factor;
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// With fewer edges per averaging radius the tear load depends on the mesh.
+const RESOLVED: f64 = 3.0;
+
+/// Carries out what the criterion has decided: one advance per tip, in the order of the tips' rows, then one start.
+pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
+        (&'a Tearing, Option<&'a EnergyCriterion>, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
+        (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor),
+        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
+        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
+        (Option<&'a mut Refined>, Option<&'a mut Changes>, Option<&'a mut Attributes>),
+    );
+    for (
+        (vertices, triangles, topology, increment),
+        (tearing, energy, tips, decisions, log),
+        (scratch, memory, factor),
+        (holds, springs, grips),
+        (point_loads, edge_loads, step_forces),
+        (refined, changes, attributes),
+    ) in world.query_mut::<Query>().with::<&SolverScratch>()
+    {
+        if step.is_done(Some(decisions)) {
+            continue;
+        }
+        let reach = Reach::new(step, tearing);
+        if !step.is_resumed {
+            log.note_decisions(&decisions.tips);
+            note_withheld(decisions, log);
+        }
+        if !decisions.ask() {
+            (0..tips.len()).for_each(|tip| rest(tips, tip, reach));
+            decisions.may_advance_further = false;
+            continue;
+        }
+        count += 1;
+        let (advances_before, starts_before) = (log.advance_count, log.start_count);
+        let mut tearer = Tearer {
+            mesh: Mesh { vertices, triangles, topology },
+            followers: Followers {
+                increment,
+                factor,
+                memory,
+                holds,
+                springs,
+                grips,
+                point_loads,
+                edge_loads,
+                step_forces,
+                refined,
+                attributes,
+                changes,
+            },
+            tearing,
+            energy,
+            tips,
+            log,
+            scratch,
+            parted: SmallVec::new(),
+            touched: SmallVec::new(),
+            is_held_back: false,
+        };
+        let keys: SmallVec<[TipKey; 8]> = tearer.tips.keys().into();
+        for (key, decision) in keys.into_iter().zip(&decisions.tips) {
+            if let Some(decision) = decision {
+                tearer.advance(key, decision, reach);
+            }
+        }
+        if let Some((site, decision)) = decisions.start {
+            let refused = tearer.start(site, &decision, decisions.start_length);
+            tearer.tell_refused(refused, &mut decisions.refused_start);
+        }
+        let has_torn = tearer.log.advance_count > advances_before || tearer.log.start_count > starts_before;
+        // Where tears have just gone on, the tissue is judged anew first.
+        let has_parted = match &decisions.parting {
+            Some(parting) if !has_torn => tearer.part(parting, &mut decisions.refused_parting),
+            _ => false,
+        };
+        let is_strand = decisions.parting.as_ref().is_some_and(|parting| parting.by == PartedBy::Strand);
+        if is_strand && !has_torn && !has_parted {
+            decisions.strand_refused_at = tearer.log.length;
+        }
+        let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
+        let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
+        let is_held_back = tearer.is_held_back;
+        let (has_advanced, has_started) = (log.advance_count > advances_before, log.start_count > starts_before);
+        decisions.may_advance_further =
+            if step.is_static { has_advanced || has_started || has_parted } else { has_advanced && has_more };
+        // The last pass of a step: those before are taken up again.
+        let is_counted = is_held_back && !decisions.may_advance_further;
+        log.held_back_count = log.held_back_count.saturating_add(u32::from(is_counted));
+    }
+    count
+}
+
+/// Counts a step in which a start has the stress and not the energy, and tells of it once.
+fn note_withheld(decisions: &mut TearDecisions, log: &mut TearLog) {
+    let was_told = std::mem::replace(&mut decisions.is_withheld_told, decisions.withheld.is_some());
+    if let Some(withheld) = decisions.withheld {
+        log.withheld_start_count = log.withheld_start_count.saturating_add(1);
+        if !was_told {
+            log.pending.push(EventKind::StartWithheld(withheld));
+        }
+    }
+}
+
+/// A tip that does not want to advance saves nothing up; only what it went too far is paid off in time.
+fn rest(tips: &mut Tips, tip: usize, reach: Reach) {
+    let more = if let Reach::New(more) = reach { more } else { 0.0 };
+    tips.allowance[tip] = (tips.allowance[tip] + more).min(0.0);
+    tips.is_refused[tip] = false;
+}
+
+/// One body while it tears.
+struct Tearer<'a> {
+    mesh: Mesh<'a>,
+    followers: Followers<'a>,
+    tearing: &'a Tearing,
+    energy: Option<&'a EnergyCriterion>,
+    tips: &'a mut Tips,
+    log: &'a mut TearLog,
+    scratch: &'a mut TearScratch,
+    /// The vertices that the last cut has parted.
+    parted: SmallVec<[u32; 4]>,
+    /// The same with the copies that the last cut has made of them.
+    touched: SmallVec<[u32; 8]>,
+    /// Whether a tip has to wait because it may go no further in this step.
+    is_held_back: bool,
+}
+
+impl Tearer<'_> {
+    /// Advances a tip by one triangle or edge, if its allowance is enough for it.
+    fn advance(&mut self, key: TipKey, decision: &TearDecision, reach: Reach) {
+        // A tip that another one has met in this step is gone.
+        let Some(tip) = self.tips.row(key).map(|row| row as usize) else { return };
+        self.log.edges_per_radius =
+            Some(self.log.edges_per_radius.map_or(decision.edges_per_radius, |e| e.min(decision.edges_per_radius)));
+        if !(decision.value > 1.0) {
+            return rest(self.tips, tip, reach);
+        }
+        let (vertex, ideal) = (self.tips.vertex[tip], self.tips.ideal[tip]);
+        let at = self.mesh.vertices.rest_position[vertex as usize];
+        let edges_per_radius = decision.edges_per_radius;
+        if edges_per_radius < RESOLVED && !std::mem::replace(&mut self.tips.is_coarse[tip], true) {
+            self.log.pending.push(EventKind::UnderResolved { tip: key, at, edges_per_radius });
+        }
+        // Whole triangles only: a tear that stopped inside one would leave more and worse ones.
+        let chart = TipChart::new(&self.mesh, vertex);
+        let exit = chart.as_ref().ok().and_then(|tip| tip.chart.exit(tip.chart.to_chart(decision.direction)));
+        let way = exit.map_or(0.0, |exit| exit.distance);
+        self.tips.allowance[tip] = reach.allowance(self.tips.allowance[tip], way);
+        if !reach.allows(self.tips.allowance[tip], way) {
+            return self.note_held_back(key, at, decision.value);
+        }
+        let factor = chart.as_ref().map_or(1.0, |tip| self.factor_ahead(tip, decision.direction));
+        let thickness = self.thickness_at(vertex);
+        let result = chart.and_then(|tip| self.cut_from(&tip, ideal, decision.direction));
+        match result {
+            Ok((advance, ideal)) => {
+                self.record_advance(key, decision, (&advance, thickness, factor), ideal);
+                self.leave_notch(&advance);
+                self.branch(decision);
+            }
+            Err(refusal) => {
+                self.tips.allowance[tip] = self.tips.allowance[tip].min(0.0);
+                if !std::mem::replace(&mut self.tips.is_refused[tip], true) {
+                    self.refuse(Some(key), at, &refusal);
+                }
+            }
+        }
+    }
+
+    /// A tip that has to wait for its allowance.
+    fn note_held_back(&mut self, tip: TipKey, at: DVec3, criterion: f64) {
+        if self.log.held_back_criterion == 0.0 {
+            self.log.pending.push(EventKind::HeldBack { tip, at, criterion });
+        }
+        self.is_held_back = true;
+        self.log.held_back_criterion = self.log.held_back_criterion.max(criterion);
+    }
+
+    /// Takes down an advance from where the sheet was so thick \[mm\] into a triangle with this factor of the body's toughness.
+    fn record_advance(
+        &mut self,
+        key: TipKey,
+        decision: &TearDecision,
+        (advance, thickness, factor): (&Advance, f64, f64),
+        ideal: DVec3,
+    ) {
+        let Some(tip) = self.tips.row(key) else { return };
+        let length = advance.length();
+        let area = length * 0.5 * (thickness + self.thickness_at(advance.vertex));
+        let way = (advance.to - advance.from).normalize_or(decision.direction);
+        let toughness = self.toughness(decision.fibre, way, factor);
+        self.log.note_area(area, toughness);
+        let overshoot = decision.value * decision.value - 1.0;
+        let before = self.tips.at(tip);
+        self.tips.set(
+            tip,
+            TipRow {
+                vertex: advance.vertex,
+                previous: turned_axis(before.previous, decision.direction, length, self.tearing),
+                ideal,
+                criterion: decision.value,
+                allowance: before.allowance - length,
+                is_refused: false,
+                ..before
+            },
+        );
+        self.log.length += length;
+        self.log.advance_count += 1;
+        let wanted = if self.tearing.mode == TearMode::Edge { Course::Edge } else { Course::Exact };
+        self.log.detour_count += u32::from(advance.course != wanted);
+        self.log.ambiguous_count += u32::from(decision.is_ambiguous);
+        self.log.material_force_count += u32::from(matches!(decision.by, DecidedBy::MaterialForce(_)));
+        self.log.note_angle(advance.smallest_angle);
+        self.log.pending.push(EventKind::Advanced {
+            tip: key,
+            from: advance.from,
+            to: advance.to,
+            direction: decision.direction,
+            criterion: decision.value,
+            margin: decision.margin,
+            is_ambiguous: decision.is_ambiguous,
+            by: decision.by,
+            release: decision.release,
+            cost: toughness.map(|toughness| TearCost { area, toughness, overshoot }),
+            course: advance.course,
+        });
+        self.finish_cut(advance.end.and_then(|End { freed }| freed));
+    }
+
+    /// Mean thickness of the triangles around a vertex \[mm\].
+    fn thickness_at(&self, vertex: u32) -> f64 {
+        let around = &self.mesh.topology.incident[vertex as usize];
+        let thickness = around.iter().map(|entry| self.mesh.triangles.thickness[(entry / 3) as usize]);
+        thickness.sum::<f64>() / around.len().max(1) as f64
+    }
+
+    /// Toughness over the body's of the triangle that a direction leads into from a tip.
+    fn factor_ahead(&self, tip: &TipChart, direction: DVec3) -> f64 {
+        let factors = &self.mesh.triangles.toughness;
+        let sector = tip.chart.sector(tip.chart.to_chart(direction));
+        sector.map_or(1.0, |sector| factor_of(factors, &tip.fan, sector))
+    }
+
+    /// Mean toughness over the body's of the triangles around a vertex.
+    fn factor_at(&self, vertex: u32) -> f64 {
+        mean_around(&self.mesh.triangles.toughness, &self.mesh.topology.incident[vertex as usize])
+    }
+
+    /// Toughness against a tear in a unit direction \[N/mm\], of a body that has one, where it is `factor` times the body's.
+    fn toughness(&self, fibre: DVec3, way: DVec3, factor: f64) -> Option<f64> {
+        let terms = EnergyTerms { tearing: self.tearing, energy: self.energy? };
+        let delta = elementary::atan2(fibre.cross(way).length(), fibre.dot(way).abs());
+        Some(terms.toughness().threshold(delta) * factor)
+    }
+
+    /// What follows from a cut, once the tip that made it has moved on.
+    fn finish_cut(&mut self, freed: Option<usize>) {
+        note_parted(&self.parted, Some(self.tips), self.log, &self.followers, self.mesh.vertices);
+        if let Some(triangle_count) = freed {
+            self.log.piece_count += 1;
+            self.log.pending.push(EventKind::PieceFreed { triangle_count });
+        }
+    }
+
+    /// One triangle or edge further from a tip, with where it would be if it could leave the edges.
+    fn cut_from(&mut self, tip: &TipChart, ideal: DVec3, direction: DVec3) -> Result<(Advance, DVec3), TearRefusal> {
+        let mode = self.tearing.mode;
+        self.cut(|cutter| match mode {
+            TearMode::Free => cutter.advance_from(tip, direction).map(|advance| (advance, advance.to)),
+            TearMode::Edge => {
+                let step = cutter.advance_along_edge_from(tip, ideal, direction)?;
+                Ok((step.advance, step.ideal))
+            }
+        })
+    }
+
+    fn refuse(&mut self, tip: Option<TipKey>, at: DVec3, refusal: &TearRefusal) {
+        self.log.refusal_count += 1;
+        self.log.pending.push(EventKind::Refused { tip, at, reason: refusal.to_string() });
+    }
+
+    /// Cuts, and lets everything follow.
+    fn cut<T>(&mut self, work: impl FnOnce(&mut Cutter<'_, '_>) -> Result<T, TearRefusal>) -> Result<T, TearRefusal> {
+        let (followers, tips) = (&self.followers, &self.tips);
+        let is_movable = |v: u32| followers.leave_free(v) && !tips.vertex.contains(&v);
+        let mut cutter = Cutter {
+            mesh: &mut self.mesh,
+            is_movable: &is_movable,
+            quality: Quality::of_radius(self.tearing.radius),
+            scratch: self.scratch,
+        };
+        let result = work(&mut cutter);
+        self.parted.clear();
+        self.parted.extend(self.scratch.records.iter().flat_map(EditRecord::parted));
+        self.touched.clear();
+        let copies = self.scratch.records.iter().flat_map(EditRecord::created);
+        let copies = copies.filter(|(_, parents)| parents.is_duplicate()).map(|(copy, _)| copy);
+        self.touched.extend(self.parted.iter().copied().chain(copies));
+        self.followers.follow(&mut self.scratch.records, &mut self.mesh, Some(self.tips));
+        result
+    }
+}
+
+/// Puts a tip at a vertex.
+pub fn add_tip(tips: &mut Tips, tip: NewTip) -> TipKey {
+    let NewTip { vertex, direction, ideal } = tip;
+    let fresh = TipRow {
+        vertex,
+        previous: direction,
+        ideal,
+        criterion: 0.0,
+        allowance: 0.0,
+        is_refused: false,
+        is_coarse: false,
+    };
+    tips.push(fresh)
+}
+
+/// What it means for vertices that they were parted: a tip there is gone, and what has hold of one keeps it shut.
+pub fn note_parted(
+    parted: &[u32],
+    tips: Option<&mut Tips>,
+    log: &mut TearLog,
+    followers: &Followers<'_>,
+    vertices: &Vertices,
+) {
+    let mut tips = tips;
+    for &parted in parted {
+        let at = vertices.rest_position[parted as usize];
+        while let Some(tips) = tips.as_deref_mut()
+            && let Some(row) = tips.vertex.iter().position(|&vertex| vertex == parted)
+            && let Some(tip) = tips.key(row as u32)
+        {
+            tips.swap_remove(row as u32);
+            log.end_count += 1;
+            log.pending.push(EventKind::Ended { tip, at, vertex: vertices.key(parted) });
+        }
+        if followers.hold(parted) {
+            log.held_shut_count += 1;
+            log.pending.push(EventKind::HeldShut { at });
+        }
+    }
+}

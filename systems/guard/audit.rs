@@ -1,0 +1,253 @@
+//! The energy audit: every term of [`EnergyBalance`](crate::components::EnergyBalance) over a step, each from its own formula.
+//!
+//! Six short systems. `begin` lets the last step stand; `refined` measures what changes the mesh before the step;
+//! `membrane` and `loads` keep the forces of the last evaluation apart; `account` sums the terms when the iterations
+//! have ended; `edits` measures what tears have changed at fixed positions. Reactions, residual and nodal forces are
+//! those of the step itself; what the scheme did with the membrane is computed anew, triangle by triangle, so that an
+//! error in either leaves an imbalance.
+//!
+//! A dynamic step by backward Euler, the only formula that these terms are of, ends with M·(v₁ − v₀)/dt = f(x_k) −
+//! K·δ + loads + reactions − residual, linearised at its last evaluation x_k = x₁ − δ. It is multiplied by u = x₁ − x₀:
+//! what M gives is Δkinetic and ½·(v₁ − v₀)·M·(v₁ − v₀). A static solve only knows its two ends; its works are those of
+//! the mean of the forces there.
+
+mod carried;
+
+use crate::components::{
+    Bending, Damping, Drag, Energies, EnergyAudit, Equilibrium, ExternalStiffness, FibreLaws, Forces, Frames, Grips,
+    Holds, Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog, fibre_law,
+};
+use crate::event::EventKind;
+use crate::math::FibreLaw;
+use crate::storage::room::copy;
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::bending::Folds;
+use crate::systems::kernels::path_work::Element;
+use crate::systems::{StepContext, parallel};
+use carried::Carried;
+use glam::DVec3;
+
+/// What the elastic energy depends on beside positions.
+#[derive(Clone, Copy)]
+pub struct Sheet<'a> {
+    triangles: &'a Triangles,
+    bending: Option<(&'a Bending, &'a Vertices, &'a Topology)>,
+    is_planar: bool,
+    pre_stretch: Option<&'a PreStretch>,
+    fibres: Option<FibreLaw>,
+}
+
+/// The components, beside bending, that the energy of the triangles depends on.
+type Strained<'a> = (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>);
+
+impl<'a> Sheet<'a> {
+    /// The triangles of a body with the components that their energy depends on.
+    pub fn new(triangles: &'a Triangles, (planar, pre_stretch, fibres): Strained<'a>) -> Self {
+        let fibres = fibre_law(fibres, pre_stretch);
+        Self { triangles, bending: None, is_planar: planar.is_some(), pre_stretch, fibres }
+    }
+
+    /// With the energy of bending, where there is any.
+    pub fn bent(self, bending: Option<&'a Bending>, vertices: &'a Vertices, topology: &'a Topology) -> Self {
+        Self { bending: bending.map(|bending| (bending, vertices, topology)), ..self }
+    }
+
+    fn element(&self, t: usize) -> Element<'_> {
+        let rest = &self.triangles.rest[t];
+        Element {
+            rest,
+            stiffness: &self.triangles.stiffness[t],
+            volume: rest.area * self.triangles.thickness[t],
+            is_planar: self.is_planar,
+            unstretched: self.triangles.unstretched(t, PreStretch::unstretched(self.pre_stretch)),
+            fibres: self.fibres.as_ref(),
+        }
+    }
+
+    /// Energies with the vertices at these positions and velocities. `partials` is scratch.
+    pub fn energies(&self, x: &[DVec3], v: &[DVec3], mass: &[f64], partials: &mut Vec<f64>) -> Energies {
+        let energy = |t: usize| self.element(t).energy(self.triangles.corners[t].map(|c| x[c as usize]));
+        let stretched = parallel::sum(self.triangles.len(), partials, energy);
+        let bent = self.bending.map_or(0.0, |(bending, vertices, topology)| {
+            Folds::energy_at((vertices, self.triangles, topology), bending, None, x)
+        });
+        Energies { elastic: stretched + bent, kinetic: kinetic(v, mass) }
+    }
+}
+
+fn kinetic(velocity: &[DVec3], mass: &[f64]) -> f64 {
+    velocity.iter().zip(mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum()
+}
+
+fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+}
+
+/// Lets the last step stand, and measures the energies with which the first one begins, and every one of a mesh that may be
+/// refined before it.
+pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles, &'a Topology),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch),
+    );
+    for ((audit, refined, vertices, triangles, topology), (strained, bending, scratch)) in world.query_mut::<Query>() {
+        count += 1;
+        audit.settle();
+        if audit.initial.is_none() || refined.is_some() {
+            let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
+            let Vertices { position, velocity, mass, .. } = vertices;
+            let now = sheet.energies(position, velocity, mass, &mut scratch.partials);
+            audit.initial.get_or_insert(now);
+            audit.ends = [now; 2];
+        }
+    }
+    count
+}
+
+/// Measures what refinement and coarsening have changed between two steps.
+pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut EnergyAudit, &'a Refined, &'a Vertices, &'a Triangles, &'a Topology),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch),
+    );
+    for ((audit, _, vertices, triangles, topology), (strained, bending, scratch)) in world.query_mut::<Query>() {
+        count += 1;
+        let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
+        let Vertices { position, velocity, mass, .. } = vertices;
+        let now = sheet.energies(position, velocity, mass, &mut scratch.partials);
+        audit.note_edits(now - audit.ends[1]);
+    }
+    count
+}
+
+/// Keeps the forces of the membrane, before loads are added to them.
+pub fn membrane(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (&'a mut EnergyAudit, &'a Vertices, &'a Forces, &'a Increment, &'a SolverScratch);
+    for (audit, vertices, forces, increment, scratch) in world.query_mut::<Query>() {
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        let room = vertices.position.capacity();
+        let EnergyAudit { loads, start: [start_membrane, start_loads], displacement, equilibrium, .. } = audit;
+        if step.is_static && scratch.newton_iterations == 0 {
+            copy(start_membrane, &forces.nodal, room);
+            start_loads.clear();
+            if equilibrium.is_some_and(|e| e.time != step.time) && loads.len() == forces.nodal.len() {
+                std::mem::swap(loads, start_loads);
+            }
+        }
+        copy(loads, &forces.nodal, room);
+        copy(displacement, &increment.displacement, room);
+    }
+    count
+}
+
+/// Keeps the forces of the loads and, in a static solve that puts them on at once, those at its start.
+pub fn loads(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    for (audit, forces, scratch) in world.query_mut::<(&mut EnergyAudit, &Forces, &SolverScratch)>() {
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        let EnergyAudit { loads, start: [_, start_loads], .. } = audit;
+        parallel::for_rows(loads, |v, load| *load = forces.nodal[v] - *load);
+        if step.is_static && scratch.newton_iterations == 0 && start_loads.is_empty() {
+            start_loads.clone_from(loads);
+        }
+    }
+    count
+}
+
+/// Sums the terms of the step that has just been carried out.
+pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut EnergyAudit, &'a mut TearLog, Option<&'a TearDecisions>),
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+        (&'a Forces, &'a Increment, &'a SolverScratch),
+        (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>),
+        (Option<(&'a Holds, &'a Reactions)>, Option<&'a Grips>),
+        (Strained<'a>, Option<&'a Bending>, Option<&'a Folds>),
+    );
+    for (
+        (audit, log, decisions),
+        (vertices, triangles, topology, frames),
+        (forces, increment, scratch),
+        (external, damping, drag),
+        (held, grips),
+        (strained, bending, folds),
+    ) in world.query_mut::<Query>()
+    {
+        if step.is_resumed {
+            if !decisions.is_some_and(|d| d.may_advance_further) {
+                continue;
+            }
+            audit.void_step();
+        }
+        count += 1;
+        let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
+        let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+        let body = Carried {
+            vertices,
+            sheet,
+            topology,
+            frames,
+            forces,
+            increment,
+            scratch,
+            external,
+            viscosity,
+            drag,
+            held,
+            grips,
+            folds,
+        };
+        if step.is_static && step.newton_iterations > 1 {
+            let sums = body.sums(audit, true, |t, x, u, _| body.between_ends(t, x, u));
+            let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
+            audit.step = body.static_terms(audit, &sums, is_relaxation);
+            note_equilibrium(audit, log, step, scratch.is_converged);
+        } else {
+            let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change));
+            audit.step = body.dynamic_terms(audit, &sums, step);
+            audit.equilibrium = None;
+        }
+    }
+    count
+}
+
+/// Measures what tears have changed in the end of the step and, should it be taken up again, in its start.
+pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a mut EnergyAudit, &'a TearDecisions, &'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch),
+    );
+    for ((audit, _, vertices, triangles, topology, increment), (strained, bending, scratch)) in
+        world.query_mut::<Query>()
+    {
+        count += 1;
+        let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
+        let Vertices { position, velocity, mass, .. } = vertices;
+        let Increment { start, start_velocity, .. } = increment;
+        audit.edits_of_start = sheet.energies(start, start_velocity, mass, &mut scratch.partials) - audit.ends[0];
+        audit.step.edits = sheet.energies(position, velocity, mass, &mut scratch.partials) - audit.ends[1];
+    }
+    count
+}
+
+/// Remembers an equilibrium. Where tears have advanced since the last one and nothing else has moved on, tells what they have
+/// released: the fall of the elastic energy and the work of the loads.
+fn note_equilibrium(audit: &mut EnergyAudit, log: &mut TearLog, step: &StepContext, is_converged: bool) {
+    let now = Equilibrium { time: step.time, elastic: audit.ends[1].elastic, torn: log.length };
+    if let Some(last) = audit.equilibrium.filter(|last| is_converged && last.time == now.time && last.torn < now.torn) {
+        let energy = last.elastic - now.elastic + audit.step.work_of_loads;
+        log.pending.push(EventKind::Released { energy, length: now.torn - last.torn });
+    }
+    audit.equilibrium = is_converged.then_some(now);
+}

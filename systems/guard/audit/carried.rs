@@ -1,0 +1,214 @@
+//! What a step was when its iterations have ended, and the terms of the balance that follow from it.
+
+use super::{Sheet, dot, kinetic};
+use crate::components::{
+    Drag, Energies, EnergyAudit, EnergyBalance, ExternalStiffness, Forces, Frames, Grips, Hold, Holds, Increment,
+    Pinch, Reactions, Shares, SolverScratch,
+};
+use crate::math::GeometricStiffness;
+use crate::settings::Tangent;
+use crate::storage::{Topology, Vertices};
+use crate::systems::bending::Folds;
+use crate::systems::kernels::membrane::{ElementTangent, shear_majorant, stretch_rate};
+use crate::systems::solver::Operator;
+use crate::systems::{StepContext, parallel};
+use glam::DVec3;
+
+/// A body when its iterations have ended.
+pub(super) struct Carried<'a> {
+    pub vertices: &'a Vertices,
+    pub sheet: Sheet<'a>,
+    pub topology: &'a Topology,
+    pub frames: &'a Frames,
+    pub forces: &'a Forces,
+    pub increment: &'a Increment,
+    pub scratch: &'a SolverScratch,
+    pub external: Option<&'a ExternalStiffness>,
+    /// β/s of strain-rate damping.
+    pub viscosity: f64,
+    pub drag: Option<&'a Drag>,
+    pub held: Option<(&'a Holds, &'a Reactions)>,
+    pub grips: Option<&'a Grips>,
+    pub folds: Option<&'a Folds>,
+}
+
+impl Carried<'_> {
+    /// Sums over the triangles their true work along the step, what `terms` gives for it (the scheme's work and the
+    /// damping), and their energies at both ends, from x₀, u and u − u_k; with those of bending, whose work may be that between the ends.
+    pub(super) fn sums(
+        &self,
+        EnergyAudit { displacement: evaluated, partials, .. }: &mut EnergyAudit,
+        is_between_ends: bool,
+        terms: impl Fn(usize, [DVec3; 3], [DVec3; 3], [DVec3; 3]) -> [f64; 2] + Sync,
+    ) -> Shares {
+        let Increment { start, displacement, .. } = self.increment;
+        let Sheet { triangles, .. } = self.sheet;
+        let mut sums = parallel::sum_rows(&mut vec![(); triangles.len()], partials, |t, ()| {
+            let corners = triangles.corners[t].map(|v| v as usize);
+            let (x, u) = (corners.map(|v| start[v]), corners.map(|v| displacement[v]));
+            let element = self.sheet.element(t);
+            let [scheme, damping] = terms(t, x, u, corners.map(|v| displacement[v] - evaluated[v]));
+            let end = element.energy(corners.map(|v| self.vertices.position[v]));
+            Shares { work: element.work(x, u), scheme, damping, start: element.energy(x), end }
+        });
+        if let (Some((bending, vertices, topology)), Some(folds)) = (self.sheet.bending, self.folds) {
+            let body = (vertices, triangles, topology);
+            let [work, scheme, damping, start, end] = if is_between_ends {
+                Folds::works_between_ends(body, bending, start, displacement)
+            } else {
+                let is_exact = self.scratch.tangent == Tangent::Exact;
+                folds.works_of_step(body, bending, start, (evaluated, displacement), is_exact)
+            };
+            sums += Shares { work, scheme, damping, start, end };
+        }
+        sums
+    }
+
+    /// −(mean of the forces at both ends) · u.
+    pub(super) fn between_ends(&self, t: usize, x: [DVec3; 3], u: [DVec3; 3]) -> [f64; 2] {
+        let element = self.sheet.element(t);
+        let end = std::array::from_fn(|i| x[i] + u[i]);
+        [0.5 * (element.slope(x, u) + element.slope(end, u)), 0.0]
+    }
+
+    /// −(f(x_k) − K·δ) · u with the tangent that was used, and dt·v·C·v.
+    pub(super) fn linearised(&self, t: usize, u: [DVec3; 3], change: [DVec3; 3]) -> [f64; 2] {
+        let Sheet { triangles, .. } = self.sheet;
+        let (state, rest) = (self.frames.state(t), &triangles.rest[t]);
+        let (stiffness, coupling) = (self.frames.stiffness(triangles, t), self.frames.coupling(t));
+        let volume = rest.area * triangles.thickness[t];
+        let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric_stiffness(t);
+        let is_exact = self.scratch.tangent != Tangent::Rotated;
+        if !is_exact {
+            // The frames may hold what goes with another tangent, which was indefinite; what goes with this one stays.
+            normal = normal.positive_part();
+            let law = &triangles.stiffness[t];
+            in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
+        }
+        let (elastic, geometric) = (volume, volume);
+        let tangent =
+            ElementTangent { state, rest, stiffness, coupling, normal, in_plane, elastic, geometric, is_exact };
+        let rate = stretch_rate(&state.polar, rest, u);
+        let scheme = volume * state.stress.contract(rate) + dot(&tangent.apply(change), &u);
+        [scheme, volume * self.viscosity * stiffness.coupled_stress(coupling, rate).contract(rate)]
+    }
+
+    /// Work along the step of the holds, by their force on each vertex: the reactions, or others.
+    fn work_of_holds(&self, force: Option<&[DVec3]>) -> f64 {
+        let Some((holds, reactions)) = self.held else { return 0.0 };
+        let u = &self.increment.displacement;
+        let of_group = |(hold, forces): (&Hold, &Vec<DVec3>)| {
+            let held = DVec3::from_array(hold.axes.map(|a| f64::from(u8::from(a))));
+            let pairs = hold.members.rows().iter().map(|&row| row as usize).zip(forces);
+            pairs.map(|(v, reaction)| force.map_or(*reaction, |force| force[v] * held).dot(u[v])).sum::<f64>()
+        };
+        holds.groups.iter().zip(&reactions.groups).map(of_group).sum()
+    }
+
+    /// The same of jaws that prescribe.
+    fn work_of_jaws(&self, force: Option<&[DVec3]>) -> f64 {
+        let u = &self.increment.displacement;
+        let of_pinch = |pinch: &Pinch| {
+            let rows = pinch.held.rows().iter().map(|&row| row as usize);
+            let pairs = rows.zip(pinch.prescribed.iter().zip(&pinch.forces));
+            pairs.map(|(v, (axes, own))| force.map_or(*own, |force| force[v] * *axes).dot(u[v])).sum::<f64>()
+        };
+        let pinches = self.grips.into_iter().flat_map(|grips| &grips.pinches);
+        pinches.filter(|pinch| pinch.is_constraint()).map(of_pinch).sum()
+    }
+
+    /// What keeps every vertex on its way beside the forces of the step \[N\]: where the solve's answer was not gone as it is, A·δ − b for
+    /// what was gone since the last evaluation. On prescribed axes those are the reactions, on free ones nothing exerts them.
+    fn missing_forces(&self, audit: &EnergyAudit, step: &StepContext) -> Vec<DVec3> {
+        let Increment { displacement, .. } = self.increment;
+        let gone: Vec<DVec3> = displacement.iter().zip(&audit.displacement).map(|(u, at)| *u - *at).collect();
+        let operator = Operator {
+            vertices: self.vertices,
+            triangles: self.sheet.triangles,
+            topology: self.topology,
+            frames: self.frames,
+            external: self.external,
+            folds: self.folds,
+            // What the masses bring along is that of all that was gone.
+            inertia: 0.0,
+            viscosity: self.viscosity,
+            pressure: 0.0,
+            tangent: self.scratch.tangent,
+        };
+        let rotated = self.scratch.fell_back.then(|| operator.rotated_frames(step.reserve()));
+        let operator = Operator { frames: rotated.as_ref().unwrap_or(self.frames), ..operator };
+        let force = |v: usize| {
+            let momentum = step.momentum(self.increment, v) * self.vertices.mass[v];
+            operator.apply_at(v, &gone) - self.forces.nodal[v] - momentum
+        };
+        (0..displacement.len()).map(force).collect()
+    }
+
+    pub(super) fn dynamic_terms(&self, audit: &mut EnergyAudit, sums: &Shares, step: &StepContext) -> EnergyBalance {
+        let Vertices { velocity, mass, .. } = self.vertices;
+        let Increment { start_velocity, displacement: u, .. } = self.increment;
+        let mut work_of_loads = dot(&audit.loads, u);
+        if let Some(external) = self.external {
+            let blocks = external.block.iter().zip(u).zip(&audit.displacement);
+            work_of_loads -= blocks.map(|((k, u), at)| (*k * (*u - *at)).dot(*u)).sum::<f64>();
+        }
+        let coefficient = self.drag.map_or(0.0, |d| d.coefficient) * step.rate();
+        let area = |v: usize| self.topology.vertex_area(self.sheet.triangles, v as u32);
+        let braked = |(v, u): (usize, &DVec3)| coefficient * area(v) * u.length_squared();
+        let drag = if coefficient > 0.0 { u.iter().enumerate().map(braked).sum() } else { 0.0 };
+        let is_shifted = self.increment.is_part || self.increment.is_put_outside;
+        let missing = is_shifted.then(|| self.missing_forces(audit, step));
+        let missing = missing.as_deref();
+        let jumps = velocity.iter().zip(start_velocity).zip(mass);
+        let residual = self.scratch.residual.iter().zip(&self.scratch.free).zip(u);
+        audit.ends = [
+            Energies { elastic: sums.start, kinetic: kinetic(start_velocity, mass) },
+            Energies { elastic: sums.end, kinetic: kinetic(velocity, mass) },
+        ];
+        EnergyBalance {
+            work_of_holds: self.work_of_holds(missing),
+            work_of_jaws: self.work_of_jaws(missing),
+            // Among the loads drag is a force as any other.
+            work_of_loads: work_of_loads + drag,
+            damping: sums.damping,
+            drag,
+            numerical_elastic: sums.scheme - sums.work,
+            numerical_kinetic: if step.is_static {
+                audit.ends[0].kinetic
+            } else {
+                jumps.map(|((v1, v0), m)| 0.5 * m * (*v1 - *v0).length_squared()).sum()
+            },
+            residual: if missing.is_none() { residual.map(|((r, f), u)| (*r * *f).dot(*u)).sum() } else { 0.0 },
+            unbalanced: missing.map_or(0.0, |missing| {
+                let free = missing.iter().zip(&self.scratch.free).zip(u);
+                -free.map(|((force, f), u)| (*force * *f).dot(*u)).sum::<f64>()
+            }),
+            ..EnergyBalance::default()
+        }
+    }
+
+    /// In a relaxation, which follows an equilibrium at the same time, what the trapezoidal rule is off belongs to what is
+    /// released; else the scheme's works are off by it.
+    pub(super) fn static_terms(&self, audit: &mut EnergyAudit, sums: &Shares, is_relaxation: bool) -> EnergyBalance {
+        let Increment { start_velocity, displacement: u, .. } = self.increment;
+        let [start_membrane, start_loads] = &audit.start;
+        let start: Vec<DVec3> = start_membrane.iter().zip(start_loads).map(|(own, load)| -(*own + *load)).collect();
+        let mut released = 0.0;
+        for (v, free) in self.scratch.free.iter().enumerate() {
+            released += 0.5 * ((self.forces.nodal[v] - start[v]) * *free).dot(u[v]);
+        }
+        let off = sums.scheme - sums.work;
+        let work_of_loads = 0.5 * (dot(start_loads, u) + dot(&audit.loads, u));
+        let kinetic = kinetic(start_velocity, &self.vertices.mass);
+        audit.ends = [Energies { elastic: sums.start, kinetic }, Energies { elastic: sums.end, kinetic: 0.0 }];
+        EnergyBalance {
+            work_of_holds: 0.5 * (self.work_of_holds(Some(&start)) + self.work_of_holds(None)),
+            work_of_jaws: 0.5 * (self.work_of_jaws(Some(&start)) + self.work_of_jaws(None)),
+            work_of_loads,
+            released: released + if is_relaxation { off } else { 0.0 },
+            numerical_elastic: if is_relaxation { 0.0 } else { off },
+            numerical_kinetic: kinetic,
+            ..EnergyBalance::default()
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! The fraction of a further solve's answer that lowers the incremental potential.
+//!
+//! With the matrix A = K + D/dt + M/dt² + … of a solve that starts where an earlier one of the step has led, its answer d obeys A·d = r, and
+//! −r is the gradient of the incremental potential Φ. Along a fraction p of it
+//!
+//! Φ(x + p·d) − Φ(x) = E(x + p·d) − E(x) + p·f·d − ½·p²·d·K·d − (p − ½·p²)·d·A·d,
+//!
+//! whose first terms the energy guard's sum has already, with −p²·d·K·d in place of −½·p²·d·K·d. A is positive definite, so that a small fraction always lowers Φ.
+
+use super::solved::Solved;
+use crate::systems::solver::Operator;
+use glam::DVec3;
+
+/// Smallest fraction.
+const LEAST: f64 = 1.0 / 64.0;
+
+/// The part of what the slope promises by which Φ has to fall (Armijo 1966).
+const PROMISED: f64 = 1e-4;
+
+/// A fraction of a solve's answer along free axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fraction {
+    /// In (0, 1].
+    pub part: f64,
+    /// Energy \[mJ\] that going so far creates, without the work of the residual.
+    pub created: f64,
+}
+
+impl Solved<'_> {
+    /// The largest of 1, ½, ¼, … of the answer that lowers the incremental potential. `full` is the operator of the solve, with loads and
+    /// all.
+    pub(super) fn fraction(&self, full: &Operator, partials: &mut Vec<f64>) -> Fraction {
+        let still = Operator { external: None, inertia: 0.0, ..*full };
+        let (mut corner, mut product) = (Vec::new(), vec![DVec3::ZERO; self.delta.len()]);
+        let mut form = |operator: &Operator| operator.apply(self.delta, self.free, &mut corner, &mut product, partials);
+        let (whole, elastic) = (form(full), form(&still));
+        let mut part = 1.0;
+        loop {
+            let strained = self.strained(part, partials);
+            let potential = strained + 0.5 * part * part * elastic - (part - 0.5 * part * part) * whole;
+            if potential <= -PROMISED * part * whole || part <= LEAST {
+                let created = strained - self.dissipated(part, partials) - part * (1.0 - part) * whole;
+                return Fraction { part, created };
+            }
+            part *= 0.5;
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! Finds linearly implicit steps that would create energy.
+//!
+//! With the membrane's forces f and tangent K where a step of backward Euler starts, a displacement u in it and a gain Δv of
+//! velocity, holds and loads do the work W = −f·u + uᵀ·K·u + v₁·M·Δv. The energy stored and that of motion together grow by
+//! no more than W where
+//!
+//! E(x + u) − E(x) ≤ −f·u + uᵀ·K·u + ½·Δv·M·Δv.
+//!
+//! A step that is solved once more, for its tears or for contact, goes on from the state that it has reached, by a displacement that adds
+//! w to its velocity. With v₀ at its start and the same loads, what the two iterations together create is what the first one does and
+//! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀.
+//!
+//! Where only a part p of u is gone along free axes, p·(1 − p)·u·A·u of that work is not done: A is the matrix of the step, whose
+//! equations p·u does not solve. What is created is less by that, and of a part that is small enough energy is lost.
+//!
+//! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2: a flap or a free piece that
+//! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
+//! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
+//! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
+//! a share of the energy in the body is [solved further](crate::settings::Settings::corrections) from where it leads, with the projected
+//! tangent and a line search; where that does not end below the share, it is refused, and
+//! [retried in halves](crate::settings::Settings::halvings).
+//!
+//! Damping dissipates what it takes: W has the work of the stress that the earlier solves' way has left along the way
+//! of this one. So does drag, whose work along the way is no load's.
+//!
+//! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
+
+pub mod audit;
+mod bound;
+mod folds;
+mod lanes;
+mod line_search;
+pub mod nonlinear;
+mod patch;
+mod place;
+mod solved;
+
+use crate::components::{
+    Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
+};
+use crate::math::Orthotropic;
+use crate::report::{GuardCause, GuardPlace};
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::bending::Folds;
+use crate::systems::solver::{Operator, reactions};
+use crate::systems::{Formula, StepContext, parallel};
+use bound::bound;
+use glam::DVec3;
+use patch::Patch;
+use solved::{Bounds, Solved};
+
+/// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
+/// much smaller one would refuse steps that do no harm.
+const SHARE: f64 = 0.1;
+
+/// The part of what is bearable up to which bounds do in place of sums.
+const UNSEEN: f64 = 0.1;
+
+/// Triangles that may make up for what a whole step creates, for their vertices to find their own way at once.
+const SPIKE: usize = 2;
+
+/// Steps in which vertices find their own way at once after one in which some had to: where a spike flaps, it does so for a while.
+const RELAXING: u32 = 8;
+
+/// A strain whose energy counts as being in the body: what is slack and at rest stores nothing, and may turn.
+const SLACK: f64 = 0.01;
+
+/// Down to this part of its way a body is tried at halves,
+const HALVED: f64 = 1e-3;
+
+/// from there to this at eighths. Where stiff tissue is crushed, nothing but inertia holds it from the side in a solve:
+/// in a step that is long beside its waves the way is a million times as long as the tissue. Along it energy falls all
+/// the same, and a part that goes no further than a tenth of a triangle lets it buckle, step by step.
+const LEAST_PART: f64 = 1e-15;
+
+/// Rounding of a sum over all triangles, over what is bearable.
+const ROUNDING: f64 = 1e-12;
+
+type Query<'a> = (
+    (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+    (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>, place::Holders<'a>),
+    (Option<&'a Damping>, Option<&'a Drag>),
+    (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
+);
+
+/// Adds up what the last solve leaves over, and marks the bodies where that is too much. Where no shorter step is left to be tried, such
+/// a body first goes only so far on its free axes that it is not: without any motion it keeps no more than what it stores.
+pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
+    // What several solves have come to is judged at their end.
+    if step.is_static || step.newton_iterations > 1 || step.formula != Formula::BackwardEuler {
+        return 0;
+    }
+    let count = parallel::for_bodies::<Query>(
+        world,
+        |((_, triangles, ..), (_, scratch, ..), ..)| scratch.rows_to_solve(triangles.len()),
+        |(
+            (vertices, triangles, topology, frames),
+            (increment, scratch, folds, holders),
+            (damping, drag),
+            (pre_stretch, planar, fibres),
+        )| {
+            let work = scratch.residual_work;
+            let tautness = *increment.tautness.get_or_insert_with(|| Tautness {
+                slack: slack_energy(triangles, |t| &triangles.stiffness[t]),
+                stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
+            });
+            let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+            let (inertia, tangent) = (step.inertia(), scratch.tangent);
+            let operator = Operator {
+                vertices,
+                triangles,
+                topology,
+                frames,
+                external: None,
+                folds,
+                inertia,
+                viscosity,
+                pressure: 0.0,
+                tangent,
+            };
+            let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
+            let is_planar = planar.is_some();
+            let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
+            let spike = if step.is_retried || step.is_correction || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
+            let is_used_up = step.budget.is_some_and(|budget| scratch.work >= budget);
+            let may_correct =
+                step.corrections > 0 && !is_used_up && scratch.allowed.is_empty() && !may_spin(planar, &scratch.free);
+            let SolverScratch { free, partials, pairs, left_over, unseen, to_correct, .. } = &mut *scratch;
+            let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
+            let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
+            let solved = Solved {
+                operator,
+                increment,
+                delta: &increment.delta,
+                free,
+                unstretched,
+                fibres: fibres.as_ref(),
+                is_planar,
+                is_counted,
+                is_damped_before,
+                drag,
+                rate,
+            };
+            // What the solve before has created is in the body where this one starts, and it is to take it away.
+            let is_corrected = to_correct.is_some();
+            let most = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(stored, tautness.slack, partials));
+            // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
+            let mut before = if is_corrected { *left_over } else { left_over.min(most) };
+            *unseen = unseen.min(UNSEEN * most);
+            let bound = if is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
+                f64::INFINITY
+            } else {
+                bound((increment, triangles, frames), (stored, tautness.stiffest), partials, pairs)
+            };
+            if before + work <= most && *unseen + bound <= UNSEEN * most {
+                *unseen += bound;
+                scratch.left_over = (before + work).max(0.0);
+                return;
+            }
+            let more = solved.left_over(1.0, partials);
+            if bound.is_finite() {
+                // What was not looked at has created as much of its bound as what is looked at now.
+                before += *unseen * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
+                *unseen = 0.0;
+            }
+            let bearable = most;
+            let most = most - *unseen;
+            let before = if is_corrected { before } else { before.min(most) };
+            let (mut part, mut sum, mut place) = (1.0, before + more + work, None);
+            // A sum that is no number is too much, and what rounding makes of nothing is nothing.
+            let most = most * (1.0 + ROUNDING);
+            if !(sum <= most || may_correct && is_corrected) {
+                place = Some(solved.place(work, more + work, holders, partials));
+            }
+            let mut patch = None;
+            if !(sum <= most) {
+                let full = Operator { external: holders.1, ..solved.operator };
+                let found = Patch::found(&solved, &full, spike, (sum, most), |patch| {
+                    before + patch.judged(&solved).left_over(1.0, partials) + work + patch.unearned(&solved, &full)
+                });
+                (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
+            }
+            if (step.is_last_resort || is_used_up && !is_corrected) && !(sum <= most) {
+                let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
+                (part, sum) = solved.shorten(&bounds, HALVED, partials);
+                // What stands and would stand for ever goes as little as need be.
+                if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
+                    (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
+                }
+            }
+            if may_correct && sum > most && sum.is_finite() {
+                // The first answer carries the prescribed motion, and goes all its way.
+                if is_corrected {
+                    let full = Operator { external: holders.1, ..solved.operator };
+                    let found = solved.fraction(&full, partials);
+                    (part, sum) = (found.part, before + found.created + found.part * work);
+                }
+                if let Some(place) = place {
+                    increment.guard.correct(place.cause);
+                }
+                increment.go_part(&scratch.free, part);
+                (scratch.left_over, scratch.is_counted, scratch.to_correct) = (sum, true, Some(bearable));
+                return;
+            }
+            scratch.creates_energy = !(sum <= most);
+            increment.creates_at = place;
+            if scratch.creates_energy {
+                return;
+            }
+            scratch.left_over = sum.max(0.0);
+            scratch.is_counted = true;
+            if let Some(patch) = patch {
+                increment.delta.copy_from_slice(&patch.way);
+                increment.is_part = true;
+                increment.relaxed = increment.relaxed.max(patch.len());
+                scratch.relaxing = RELAXING;
+                increment.guard.relax(place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane)));
+            }
+            if part < 1.0 {
+                scratch.is_held_back = true;
+                increment.is_part = true;
+                increment.limits[0] = true;
+                let place = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
+                increment.guard.limit(place, increment.delta.len());
+                increment.go_part(&scratch.free, part);
+            }
+        },
+    );
+    // Those of bodies that did not go the whole answer's way.
+    reactions::of_part(world, step);
+    count
+}
+
+/// Whether nothing holds a body, or only its plane: halves of a step keep its spin, which Newton's method brakes as backward Euler does.
+fn may_spin(planar: Option<&Planar>, free: &FreeAxes) -> bool {
+    planar.is_some() || free.iter().all(|axes| *axes == DVec3::ONE)
+}
+
+/// The part of its way to be tried after this one.
+fn shorter(part: f64) -> f64 {
+    match part {
+        _ if part > HALVED => 0.5 * part,
+        _ if part > LEAST_PART => 0.125 * part,
+        _ => 0.0,
+    }
+}
+
+/// No less \[N/mm\] than what strains of a triangle meet, over its thickness.
+fn stiffness(triangles: &Triangles, t: usize) -> f64 {
+    let q = &triangles.stiffness[t];
+    (q.q11 + q.q22).max(2.0 * q.q66) * triangles.thickness[t]
+}
+
+/// What a body whose triangles have such laws would store at the strain [`SLACK`] \[mJ\].
+fn slack_energy<'a>(triangles: &Triangles, law: impl Fn(usize) -> &'a Orthotropic) -> f64 {
+    let of_triangle = |t: usize| {
+        let q = law(t);
+        0.5 * triangles.rest[t].area * triangles.thickness[t] * (q.q11 + q.q22) * (SLACK * SLACK)
+    };
+    (0..triangles.len()).map(of_triangle).sum()
+}

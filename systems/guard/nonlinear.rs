@@ -1,0 +1,245 @@
+//! Finds steps of several Newton iterations, or of two stages, that have created energy.
+//!
+//! A converged step obeys its formula and nothing else: in a large turn of stiff tissue the formula itself makes
+//! energy, two iterations leave an imbalance, and TR-BDF2 loses none but where it must. Such steps are judged by what
+//! they have come to. With the energy E stored at x, the body's own forces f (stress, damping, bending), the imbalance
+//! r on free axes, and by the formula
+//!
+//! M·(v_γ − v₀) = s·(F₀ + F_γ),     M·(v₁ − v_γ) = s·((m − 1)·(F₀ + F_γ) + F₁),     F = f + (holds and loads) − r,
+//!
+//! what the step does is the mean of F in each stage along its way, u_γ and w = u₁ − u_γ. Holds and loads are the part
+//! of it that is neither f nor r:
+//!
+//! W = ½·(v_γ + v₀)·M·(v_γ − v₀) + w·M·(v₁ − v_γ)/τ − ½·u_γ·(f₀ + f_γ − r_γ) − w·((m − 1)·(f₀ + f_γ − r_γ) + f₁ − r₁)/√2,
+//!
+//! with τ = √2·s, the second stage's length; in backward Euler, which has one stage, W = u·M·(v₁ − v₀)/Δt − u·(f₁ −
+//! r₁). What E and the energy of motion have grown by beyond W is added to the same sum as what [linearised
+//! steps](super) leave over, with the same bounds. A step that is refused is retried in halves, at last by a linearised
+//! one.
+//!
+//! Where tears have changed the mesh and the step is taken up again, what is added is that of the way from there, along which
+//! holds and loads act as at its end.
+
+use super::place::of_triangle;
+use super::{SHARE, slack_energy};
+use crate::components::{
+    Bending, Damping, FibreLaws, Forces, Frames, Increment, Planar, PreStretch, Sleeping, SolverScratch, fibre_law,
+};
+use crate::math::{FibreLaw, Sym2};
+use crate::report::{GuardCause, GuardPlace};
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::bending::Folds;
+use crate::systems::context::MIDDLE;
+use crate::systems::kernels::membrane;
+use crate::systems::kernels::path_work::Element;
+use crate::systems::solver::Operator;
+use crate::systems::{Formula, StepContext, parallel};
+use glam::DVec3;
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// What the energy of a body depends on.
+type Elastic<'a> = (
+    (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+    (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
+    Option<(&'a Bending, &'a Folds)>,
+);
+
+/// Whether steps are judged here.
+fn is_judged(step: &StepContext) -> bool {
+    !step.is_static && (step.newton_iterations > 1 || step.formula != Formula::BackwardEuler)
+}
+
+/// Keeps the body's own forces, before loads are added to them, and the energy at the first evaluation.
+pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
+    if !is_judged(step) {
+        return 0;
+    }
+    type Query<'a> = (Elastic<'a>, &'a Forces, &'a Increment, &'a mut SolverScratch);
+    parallel::for_bodies::<Query>(
+        world,
+        |(((_, triangles, ..), ..), .., scratch)| scratch.rows_to_solve(triangles.len()),
+        |(elastic, forces, increment, scratch)| {
+            let is_first = match step.formula {
+                Formula::Start => true,
+                Formula::BackwardEuler => scratch.newton_iterations == 0,
+                Formula::Trapezoidal => false,
+                Formula::SecondBackwardDifference => step.is_resumed && scratch.newton_iterations == 0,
+            };
+            if is_first {
+                scratch.account.energy = Some(evaluated_energy(elastic, &mut scratch.partials));
+            }
+            if is_first && step.is_resumed {
+                scratch.account.earlier.clone_from(&increment.displacement);
+            }
+            let kept = match step.formula {
+                Formula::Start => &mut scratch.account.earlier,
+                _ => &mut scratch.account.own,
+            };
+            kept.clone_from(&forces.nodal);
+        },
+    )
+}
+
+/// Where each stage is one solve: takes the body's own forces on to where that leads, along its tangent.
+pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
+    if !is_judged(step) || step.newton_iterations > 1 {
+        return 0;
+    }
+    type Query<'a> = (
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+        (&'a mut Forces, &'a Increment, &'a mut SolverScratch),
+        (Option<&'a Folds>, Option<&'a Damping>),
+    );
+    parallel::for_bodies::<Query>(
+        world,
+        |((_, triangles, ..), (.., scratch), _)| scratch.rows_to_solve(triangles.len()),
+        |((vertices, triangles, topology, frames), (forces, increment, scratch), (folds, damping))| {
+            let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), scratch.tangent);
+            let external = None;
+            let operator = Operator {
+                vertices,
+                triangles,
+                topology,
+                frames,
+                external,
+                folds,
+                inertia: 0.0,
+                viscosity,
+                pressure: 0.0,
+                tangent,
+            };
+            let SolverScratch { free, product, partials, account, .. } = scratch;
+            product.resize(vertices.len(), DVec3::ZERO);
+            operator.apply(&increment.delta, free, &mut forces.corner, product, partials);
+            parallel::for_rows(&mut account.own, |v, own| *own -= product[v]);
+        },
+    )
+}
+
+/// Adds the forces at the end of the first stage to those at its start.
+pub fn second_stage(world: &mut hecs::World, _: &StepContext) -> usize {
+    parallel::for_bodies::<(&Vertices, &mut SolverScratch)>(
+        world,
+        |(vertices, scratch)| if scratch.account.energy.is_some() { vertices.len() } else { 0 },
+        |(_, scratch)| {
+            let SolverScratch { account, free, residual, .. } = scratch;
+            parallel::for_rows(&mut account.earlier, |v, sum| *sum += account.own[v] - residual[v] * free[v]);
+        },
+    )
+}
+
+/// Adds up what the step has created, and marks the bodies where that is too much.
+pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
+    if !is_judged(step) {
+        return 0;
+    }
+    type Query<'a> = (Elastic<'a>, (&'a Forces, &'a mut Increment, &'a mut SolverScratch), Option<&'a Sleeping>);
+    parallel::for_bodies::<Query>(
+        world,
+        |(((vertices, ..), ..), (.., scratch), sleeping)| {
+            let is_left_out = sleeping.is_some_and(Sleeping::is_asleep) || scratch.linear_residual.is_nan();
+            if is_left_out || scratch.account.energy.is_none() { 0 } else { vertices.len() }
+        },
+        |(elastic, (forces, increment, scratch), _)| {
+            let SolverScratch { free, residual, partials, account, .. } = scratch;
+            let ((vertices, triangles, _, frames), ..) = elastic;
+            let Some(start) = account.energy.take() else { return };
+            let rate = step.rate();
+            let work = |v: usize| {
+                let (mass, own) = (vertices.mass[v], account.own[v] - residual[v] * free[v]);
+                let Increment { start_velocity, displacement, .. } = &*increment;
+                let [before, after] = [start_velocity[v], vertices.velocity[v]];
+                if step.is_resumed {
+                    return (displacement[v] - account.earlier[v]).dot(forces.nodal[v] - account.own[v]);
+                }
+                if step.formula == Formula::BackwardEuler {
+                    return displacement[v].dot((after - before) * (mass * rate) - own);
+                }
+                let [way, middle] = [increment.middle_displacement[v], increment.middle_velocity[v]];
+                let rest = displacement[v] - way;
+                let inertia =
+                    0.5 * (middle + before).dot(middle - before) + rest.dot(after - middle) * (FRAC_1_SQRT_2 * rate);
+                let first = account.earlier[v].dot(way * 0.5 + rest * (FRAC_1_SQRT_2 * (MIDDLE - 1.0)));
+                mass * inertia - first - own.dot(rest) * FRAC_1_SQRT_2
+            };
+            let work = parallel::sum(vertices.len(), partials, work);
+            let energy = if step.newton_iterations > 1 {
+                evaluated_energy(elastic, partials)
+            } else {
+                energy(elastic, partials)
+            };
+            let more = energy - start - work;
+            let before = scratch.left_over;
+            if before == 0.0 && more <= 0.0 {
+                return;
+            }
+            let most = SHARE * (start + slack_energy(triangles, |t| frames.stiffness(triangles, t)));
+            let sum = before.min(most) + more;
+            scratch.creates_energy = !(sum <= most);
+            if scratch.creates_energy {
+                increment.creates_at = Some(most_stored(elastic, more));
+            } else {
+                scratch.left_over = sum.max(0.0);
+            }
+        },
+    )
+}
+
+fn motion(vertices: &Vertices, partials: &mut Vec<f64>) -> f64 {
+    parallel::sum(vertices.len(), partials, |v| 0.5 * vertices.mass[v] * vertices.velocity[v].length_squared())
+}
+
+/// Energy of stress, bending and motion \[mJ\] where the body was last evaluated.
+fn evaluated_energy(
+    ((vertices, triangles, _, frames), (planar, pre_stretch, fibres), bending): Elastic<'_>,
+    partials: &mut Vec<f64>,
+) -> f64 {
+    let fibres = fibre_law(fibres, pre_stretch);
+    let body = PreStretch::unstretched(pre_stretch);
+    let stored = parallel::sum(triangles.len(), partials, |t| {
+        let law = (planar.is_some(), triangles.unstretched(t, body), fibres.as_ref());
+        let twice = membrane::twice_energy(&frames.state(t), &triangles.stiffness[t], law);
+        0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
+    });
+    stored + bending.map_or(0.0, |(_, folds)| folds.energy()) + motion(vertices, partials)
+}
+
+/// What a triangle stores where it is now \[mJ\].
+fn stored_now(
+    (vertices, triangles): (&Vertices, &Triangles),
+    (is_planar, unstretched, fibres): (bool, Sym2, Option<&FibreLaw>),
+    t: usize,
+) -> f64 {
+    let (rest, stiffness) = (&triangles.rest[t], &triangles.stiffness[t]);
+    let volume = rest.area * triangles.thickness[t];
+    let unstretched = triangles.unstretched(t, unstretched);
+    let element = Element { rest, stiffness, volume, is_planar, unstretched, fibres };
+    element.energy(triangles.corners[t].map(|v| vertices.position[v as usize]))
+}
+
+/// The triangle that stores most where the body is now, as the place of energy that several iterations have created.
+fn most_stored(elastic: Elastic<'_>, created: f64) -> GuardPlace {
+    let ((vertices, triangles, ..), (planar, pre_stretch, fibres), _) = elastic;
+    let fibres = fibre_law(fibres, pre_stretch);
+    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+    let stored = |t: usize| stored_now((vertices, triangles), law, t);
+    let larger = |most: (usize, f64), t: usize| {
+        let now = stored(t);
+        if now > most.1 { (t, now) } else { most }
+    };
+    let (t, _) = (0..triangles.len()).fold((0, f64::NEG_INFINITY), larger);
+    of_triangle(GuardCause::Iterations, (vertices, triangles), t, created)
+}
+
+/// Energy of stress, bending and motion \[mJ\] where the body is now.
+fn energy(
+    ((vertices, triangles, topology, _), (planar, pre_stretch, fibres), bending): Elastic<'_>,
+    partials: &mut Vec<f64>,
+) -> f64 {
+    let fibres = fibre_law(fibres, pre_stretch);
+    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+    let stored = parallel::sum(triangles.len(), partials, |t| stored_now((vertices, triangles), law, t));
+    let body = (vertices, triangles, topology);
+    let bent = bending.map_or(0.0, |(bending, folds)| Folds::energy_at(body, bending, Some(folds), &vertices.position));
+    stored + bent + motion(vertices, partials)
+}

@@ -1,0 +1,210 @@
+//! Vertices that find their own way, where the solve's answer for them would create energy.
+//!
+//! A step of backward Euler seeks the minimum of the incremental potential Φ(x) = E(x) + ½·(x − y)·M/dt²·(x − y) + …, with the energy
+//! E and the place y to which inertia alone would carry; the solve takes E by its tangent. Where a triangle turns far the tangent tells
+//! nothing, and most often that is a single one: a spike at a torn edge, which hangs on by one side. Its vertices are then moved by
+//! descent on Φ itself, one after the other with all others at rest (block coordinate descent; Chen et al. 2024, *Vertex Block
+//! Descent*, ACM Trans Graph 43:116): every move lowers Φ, and so creates nothing. Bending, damping and loads stay as the solve
+//! has them, quadratic. All other vertices keep the solve's answer; what the vertices beside the patch miss by its moves counts as work
+//! that no load has done.
+
+use super::solved::Solved;
+use crate::math::{ElementState, elementary};
+use crate::systems::kernels::membrane;
+use crate::systems::kernels::path_work::Element;
+use crate::systems::solver::Operator;
+use glam::{DMat3, DVec3};
+
+/// Sweeps over the vertices of a patch at the most.
+const SWEEPS: u32 = 40;
+
+/// A sweep that moves no vertex by more than this part of the size of a triangle is the last.
+const SETTLED: f64 = 1e-4;
+
+/// A move is halved at the most so often, until it lowers the potential by this part of what its slope promises (Armijo 1966).
+const HALVINGS: u32 = 12;
+const PROMISED: f64 = 1e-4;
+
+/// So often it is made larger at the most.
+const ROUNDS: u32 = 4;
+
+/// A vertex keeps the solve's way that jaws, springs or its own mass hold by so many times what the membrane does.
+const LED: f64 = 10.0;
+
+/// The most vertices of a patch, as a part of those of the body: what more vertices do is no fault of a place. Of a small body a larger part is
+/// a place still.
+const MOST: f64 = 0.05;
+const MOST_OF_FEW: f64 = 0.15;
+const FEW: f64 = 24.0;
+
+/// The part of an excess that triangles of a given number have to make up for.
+const NEARLY: f64 = 0.9;
+
+/// Vertices of a body that find their own way.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Patch {
+    /// In ascending order.
+    rows: Vec<u32>,
+    /// The way of every vertex of the body \[mm\].
+    pub way: Vec<DVec3>,
+    /// By how much it is off the solve's.
+    off: Vec<DVec3>,
+}
+
+impl Patch {
+    /// The patch that is large enough for what is created to be bearable by `judge` \[mJ\], and that, where the solve's answer creates `sum` and
+    /// `most` is bearable; `None` where no patch is, or none of so many `triangles` to begin with.
+    pub(super) fn found(
+        solved: &Solved,
+        full: &Operator,
+        triangles: usize,
+        (mut sum, most): (f64, f64),
+        mut judge: impl FnMut(&Self) -> f64,
+    ) -> Option<(Self, f64)> {
+        let mut patch =
+            Self { rows: Vec::new(), way: solved.delta.to_vec(), off: vec![DVec3::ZERO; solved.delta.len()] };
+        for round in 0..ROUNDS {
+            if !patch.grow(solved, sum - most, if round == 0 { triangles } else { usize::MAX }) {
+                return None;
+            }
+            patch.descend(solved, full);
+            sum = judge(&patch);
+            if sum <= most {
+                return Some((patch, sum));
+            }
+        }
+        None
+    }
+
+    /// The body with the way that the patch has found.
+    pub(super) fn judged<'a>(&'a self, solved: &Solved<'a>) -> Solved<'a> {
+        Solved { delta: &self.way, ..*solved }
+    }
+
+    /// Number of vertices.
+    pub(super) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Takes in the triangles that create the most, until they make up for an `excess` \[mJ\]; where those are in it already, what is around
+    /// it. Whether it is a patch still.
+    fn grow(&mut self, solved: &Solved, excess: f64, allowed: usize) -> bool {
+        let Operator { triangles, topology, .. } = solved.operator;
+        let judged = self.judged(solved);
+        let created = (0..triangles.len()).map(|t| (judged.of_triangle(t, 1.0), t as u32));
+        let mut created: Vec<(f64, u32)> = created.filter(|(more, _)| !(*more <= 0.0)).collect();
+        created.sort_unstable_by(|(a, t), (b, u)| b.total_cmp(a).then(t.cmp(u)));
+        let before = self.rows.len();
+        let mut sum = 0.0;
+        for (count, (more, t)) in created.into_iter().enumerate() {
+            if sum >= if count < allowed { excess } else { NEARLY * excess } {
+                break;
+            }
+            if count >= allowed {
+                return false;
+            }
+            sum += more;
+            self.rows.extend(triangles.corners[t as usize]);
+            if self.rows.len() > 4 * self.most() {
+                return false;
+            }
+        }
+        self.rows.sort_unstable();
+        self.rows.dedup();
+        if self.rows.len() == before {
+            let around = self.rows.iter().flat_map(|&v| topology.incident[v as usize].iter().map(|c| c / 3));
+            let around: Vec<u32> = around.flat_map(|t| triangles.corners[t as usize]).collect();
+            self.rows.extend(around);
+            self.rows.sort_unstable();
+            self.rows.dedup();
+        }
+        self.rows.len() <= self.most()
+    }
+
+    fn most(&self) -> usize {
+        let count = self.way.len() as f64;
+        (MOST * count).max((MOST_OF_FEW * count).min(FEW)) as usize
+    }
+
+    /// Moves its vertices one after the other. `full` is the operator of the solve, with loads and all.
+    fn descend(&mut self, solved: &Solved, full: &Operator) {
+        for _ in 0..SWEEPS {
+            let mut farthest = 0.0_f64;
+            for place in 0..self.rows.len() {
+                farthest = farthest.max(self.descend_at(self.rows[place] as usize, solved, full));
+            }
+            if !(farthest > SETTLED) {
+                return;
+            }
+        }
+    }
+
+    /// Moves a vertex; returns by how much, over the size of its triangles.
+    fn descend_at(&mut self, v: usize, solved: &Solved, full: &Operator) -> f64 {
+        let Operator { triangles, topology, frames, .. } = *full;
+        let still = Operator { viscosity: 0.0, ..*full };
+        let free = DMat3::from_diagonal(solved.free[v]);
+        // Forces that do not follow the membrane, and what of the matrix belongs to it.
+        let mut other = -full.apply_at(v, &self.off);
+        let (mut elastic, mut pull, mut size) = (DMat3::ZERO, DVec3::ZERO, f64::INFINITY);
+        for &c in &topology.incident[v] {
+            let (t, corner) = (c as usize / 3, c as usize % 3);
+            let (tangent, rest) = (still.element(t), &triangles.rest[t]);
+            let start = frames.state(t);
+            other += tangent.apply(triangles.corners[t].map(|i| self.way[i as usize]))[corner];
+            other -= membrane::nodal_forces(&start.polar, start.stress, rest, solved.volume(t))[corner];
+            elastic += tangent.diagonal_block(corner);
+            let ElementState { polar, stress } = solved.element(t).state(self.corners(t, full));
+            pull += membrane::nodal_forces(&polar, stress, rest, solved.volume(t))[corner];
+            size = size.min(rest.area.sqrt());
+        }
+        let own = full.diagonal_block(v) - elastic;
+        // What jaws or springs lead goes where they lead it: their force is a stiff spring's over a tiny way.
+        if trace(&own) > LED * trace(&elastic) {
+            return 0.0;
+        }
+        let force = free * (other + pull);
+        let block = free * (own + elastic) * free + (DMat3::IDENTITY - free);
+        let Some(whole) = Some(block.inverse() * force).filter(|way| way.is_finite()) else { return 0.0 };
+        let stored = |patch: &Self| -> f64 {
+            let around = topology.incident[v].iter().map(|&c| c as usize / 3);
+            around.map(|t| solved.element(t).energy(patch.corners(t, full))).sum()
+        };
+        let (before, way, off) = (stored(self), self.way[v], self.off[v]);
+        for halving in 0..=HALVINGS {
+            let moved = whole * elementary::powi(0.5, halving);
+            (self.way[v], self.off[v]) = (way + moved, off + moved);
+            let change = stored(self) - before - other.dot(moved) + 0.5 * moved.dot(own * moved);
+            if change <= -PROMISED * force.dot(moved) {
+                return moved.length() / size;
+            }
+        }
+        (self.way[v], self.off[v]) = (way, off);
+        0.0
+    }
+
+    fn corners(&self, t: usize, full: &Operator) -> [DVec3; 3] {
+        full.triangles.corners[t].map(|v| full.vertices.position[v as usize] + self.way[v as usize])
+    }
+
+    /// The work \[mJ\] that no load has done: of the forces that the patch and what is around it miss, along the way.
+    pub(super) fn unearned(&self, solved: &Solved, full: &Operator) -> f64 {
+        let mut missed = vec![DVec3::ZERO; self.off.len()];
+        full.apply_sparse(&self.off, &mut missed);
+        missed.iter().zip(&self.way).enumerate().map(|(v, (force, way))| (solved.free[v] * *force).dot(*way)).sum()
+    }
+}
+
+impl Solved<'_> {
+    pub(super) fn element(&self, t: usize) -> Element<'_> {
+        let &Self { is_planar, unstretched, fibres, .. } = self;
+        let triangles = self.operator.triangles;
+        let unstretched = triangles.unstretched(t, unstretched);
+        let (rest, stiffness, volume) = (&triangles.rest[t], &triangles.stiffness[t], self.volume(t));
+        Element { rest, stiffness, volume, is_planar, unstretched, fibres }
+    }
+}
+
+fn trace(block: &DMat3) -> f64 {
+    block.x_axis.x + block.y_axis.y + block.z_axis.z
+}

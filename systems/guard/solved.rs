@@ -1,0 +1,184 @@
+//! A body with the solve's answer: what going a part of it creates.
+
+use super::lanes::Whole;
+use super::{shorter, slack_energy};
+use crate::components::{FreeAxes, Increment, partly};
+use crate::math::{ElementState, FibreLaw, Sym2};
+use crate::settings::Tangent;
+use crate::systems::kernels::membrane;
+use crate::systems::parallel;
+use crate::systems::solver::Operator;
+use glam::DVec3;
+
+/// A body and the solve's answer.
+#[derive(Clone, Copy)]
+pub(super) struct Solved<'a> {
+    pub(super) operator: Operator<'a>,
+    pub(super) increment: &'a Increment,
+    /// The way that is judged.
+    pub(super) delta: &'a [DVec3],
+    pub(super) free: &'a FreeAxes,
+    pub(super) unstretched: Sym2,
+    pub(super) fibres: Option<&'a FibreLaw>,
+    pub(super) is_planar: bool,
+    /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
+    pub(super) is_counted: bool,
+    /// Whether there is damping, and something that an earlier solve of the step has gone.
+    pub(super) is_damped_before: bool,
+    /// The coefficient of drag over dt \[N/mm³\].
+    pub(super) drag: f64,
+    /// 1/dt \[1/ms\].
+    pub(super) rate: f64,
+}
+
+/// What a part of an answer is judged by \[mJ\].
+pub(super) struct Bounds {
+    /// What earlier solves have left over.
+    pub(super) before: f64,
+    /// What the residual has done.
+    pub(super) work: f64,
+    /// See [`Solved::unsolved`].
+    pub(super) unsolved: f64,
+    /// The most that is bearable.
+    pub(super) most: f64,
+}
+
+impl Solved<'_> {
+    /// The largest part of the answer, down to the `least`, that leaves no more over than is bearable, and that; a part of 0 whatever it
+    /// leaves over.
+    pub(super) fn shorten(&self, bounds: &Bounds, least: f64, partials: &mut Vec<f64>) -> (f64, f64) {
+        let &Bounds { before, work, unsolved, most } = bounds;
+        let mut part = 1.0;
+        loop {
+            part = shorter(part);
+            if part < least {
+                part = 0.0;
+            }
+            let left_over = self.left_over(part, partials);
+            let sum = before + left_over + part * (work - (1.0 - part) * unsolved);
+            if sum <= most || part == 0.0 {
+                return (part, sum);
+            }
+        }
+    }
+
+    pub(super) fn volume(&self, t: usize) -> f64 {
+        self.operator.triangles.rest[t].area * self.operator.triangles.thickness[t]
+    }
+
+    pub(super) fn stored(&self, t: usize, state: &ElementState) -> f64 {
+        let law = (self.is_planar, self.operator.triangles.unstretched(t, self.unstretched), self.fibres);
+        0.5 * self.volume(t) * membrane::twice_energy(state, &self.operator.triangles.stiffness[t], law)
+    }
+
+    /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer.
+    pub(super) fn of_triangle(&self, t: usize, part: f64) -> f64 {
+        let Self { operator: Operator { vertices, triangles, frames, .. }, .. } = self;
+        let rest = &triangles.rest[t];
+        let corners = triangles.corners[t].map(|v| v as usize);
+        let u = corners.map(|v| partly(self.delta[v], self.free[v], part));
+        let x = corners.map(|v| vertices.position[v]);
+        let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
+        let start = frames.state(t);
+        let (volume, end) = (self.volume(t), self.element(t).energy(x));
+        let rate = membrane::stretch_rate(&start.polar, rest, u);
+        let pull = self.operator.element(t).apply(u);
+        let work = volume * start.stress.contract(rate)
+            + self.damped(t, rate)
+            + (0..3).map(|i| pull[i].dot(u[i])).sum::<f64>();
+        end - self.stored(t, &start) - work
+    }
+
+    /// [`damped`](Self::damped) where a triangle goes this `part` of the answer.
+    pub(super) fn damped_along(&self, t: usize, part: f64) -> f64 {
+        if !self.is_damped_before {
+            return 0.0;
+        }
+        let Operator { triangles, frames, .. } = self.operator;
+        let u = triangles.corners[t].map(|v| partly(self.delta[v as usize], self.free[v as usize], part));
+        self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
+    }
+
+    /// What damping by what the step's earlier solves have gone does along a stretch rate \[mJ\], and in these where they are not counted.
+    pub(super) fn damped(&self, t: usize, rate: Sym2) -> f64 {
+        let Operator { triangles, frames, viscosity, .. } = self.operator;
+        if !self.is_damped_before {
+            return 0.0;
+        }
+        let u = triangles.corners[t].map(|v| self.increment.displacement[v as usize]);
+        let earlier = membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u);
+        let stress = frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), earlier * viscosity);
+        let along = if self.is_counted { rate } else { rate + earlier };
+        self.volume(t) * stress.contract(along)
+    }
+
+    /// What this `part` of the answer leaves over \[mJ\].
+    pub(super) fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
+        let sum = self.strained(part, partials);
+        if sum == 0.0 { 0.0 } else { sum - self.dissipated(part, partials) }
+    }
+
+    /// What membrane and bending create \[mJ\] along this `part` of the answer, before dissipation.
+    pub(super) fn strained(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
+        let Self { operator: Operator { triangles, tangent, .. }, .. } = self;
+        let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
+        let sum = if is_alike {
+            let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
+            if frames.is_planar() {
+                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.flat })
+            } else {
+                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.solid })
+            }
+        } else {
+            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
+        };
+        sum + self.bent(part, partials)
+    }
+
+    /// What backward Euler and drag dissipate \[mJ\] along this `part` of the answer, less the work of the motion at the start of the step.
+    pub(super) fn dissipated(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
+        let Self { operator: Operator { vertices, triangles, topology, .. }, increment, .. } = self;
+        let dissipated = |v: usize| {
+            let delta = partly(self.delta[v], self.free[v], part);
+            let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
+            let gone = increment.displacement[v];
+            let (earlier, dragged) = if self.is_counted {
+                (0.0, 0.0)
+            } else {
+                (0.5 * (gone * self.rate - before).length_squared(), gone.length_squared())
+            };
+            let drag = if self.drag > 0.0 { self.drag * topology.vertex_area(triangles, v as u32) } else { 0.0 };
+            vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))
+                + drag * (dragged + delta.dot(gone + delta))
+        };
+        parallel::sum(vertices.len(), partials, dissipated)
+    }
+
+    /// u·A·u \[mJ\] along free axes, with the membrane and the masses of the step's matrix A: of a part p of the answer p·(1 − p) of it are
+    /// left unsolved, and are no work of holds and loads.
+    pub(super) fn unsolved(&self, partials: &mut Vec<f64>) -> f64 {
+        let Operator { vertices, triangles, inertia, .. } = self.operator;
+        let along = |v: usize| self.delta[v] * self.free[v];
+        let pulls = parallel::sum(triangles.len(), partials, |t| {
+            let u = triangles.corners[t].map(|v| along(v as usize));
+            let pull = self.operator.element(t).apply(u);
+            (0..3).map(|i| pull[i].dot(u[i])).sum()
+        });
+        let masses = |v: usize| vertices.mass[v] * inertia * along(v).length_squared();
+        let sum = pulls + parallel::sum(vertices.len(), partials, masses);
+        if sum.is_finite() { sum } else { 0.0 }
+    }
+
+    /// What is in the body where the solve starts: stored, twice of which may be known, as motion, and what is `slack` \[mJ\].
+    pub(super) fn energy(&self, twice_stored: f64, slack: f64, partials: &mut Vec<f64>) -> f64 {
+        let Operator { vertices, triangles, frames, .. } = self.operator;
+        let motion = |v: usize| 0.5 * vertices.mass[v] * vertices.velocity[v].length_squared();
+        let motion = parallel::sum(vertices.len(), partials, motion);
+        let bent = self.operator.folds.map_or(0.0, |folds| folds.stored(partials));
+        if frames.stiffened.is_empty() {
+            return 0.5 * twice_stored + bent + slack + motion;
+        }
+        let stored = parallel::sum(triangles.len(), partials, |t| self.stored(t, &frames.state(t)));
+        stored + bent + slack_energy(triangles, |t| frames.stiffness(triangles, t)) + motion
+    }
+}

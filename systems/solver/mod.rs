@@ -1,0 +1,47 @@
+//! The linear system of a Newton iteration and its solvers: conjugate gradients in double precision without a matrix, and in
+//! mixed precision on small matrices.
+
+mod block_jacobi;
+#[cfg(feature = "direct")]
+mod bridge;
+mod cg;
+#[cfg(feature = "direct")]
+mod cholesky;
+mod estimate;
+#[cfg_attr(not(feature = "direct"), path = "no_factor.rs")]
+mod factor;
+mod guess;
+mod guided;
+mod inner;
+mod load_stiffness;
+mod operator;
+#[cfg(feature = "direct")]
+mod panels;
+#[cfg(feature = "direct")]
+mod parts;
+#[cfg(feature = "direct")]
+mod pattern;
+mod preconditioned;
+pub mod reactions;
+#[cfg(feature = "direct")]
+mod snapshot;
+pub mod solve;
+#[cfg(feature = "direct")]
+mod warp;
+
+pub use cg::{CgError, CgInfo};
+pub use factor::{Factor, FactorState};
+pub use guided::scale as scale_allowed;
+pub use inner::{Inner, InnerSolver, InnerState, With};
+pub use load_stiffness::{edge_loads, has_free_rim, load_block, load_product};
+pub use operator::Operator;
+pub use preconditioned::{Means, Use, solve};
+
+use crate::math::elementary::{exponent, power_of_two};
+use glam::DVec3;
+
+/// A power of two by which a residual is multiplied on its way into single precision, so that it neither over- nor underflows there.
+fn scale_to_single(r: &[DVec3]) -> f64 {
+    let largest = r.iter().map(|r| r.abs().max_element()).fold(0.0, f64::max);
+    if largest.is_normal() { power_of_two((-exponent(largest)).clamp(-1000, 1000)) } else { 1.0 }
+}

@@ -1,0 +1,383 @@
+//! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
+
+mod near;
+
+use super::{CgError, CgInfo, Factor, Inner, InnerSolver, Means, Operator, Use, reactions};
+use crate::components::{
+    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch, Pressure,
+    Reactions, SolverScratch, Tearing,
+};
+use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
+use crate::storage::room::grow;
+use crate::storage::{Topology, Triangles, Vertices};
+use crate::systems::bending::Folds;
+use crate::systems::{Formula, StepContext, parallel};
+use glam::DVec3;
+use near::{motion_by_an_edge, scale_to_no_work, within_budget};
+
+/// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
+const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
+
+/// Up to so many free axes a static solve takes a Cholesky factor unless told otherwise: its memory and time grow faster than
+/// the mesh, and are about 0.3 GB and 2 s there.
+const MOST_AXES_FACTORED: f64 = 2e5;
+
+/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless told otherwise, with more multigrid. A sheet
+/// under a trembling hand takes 4 iterations with the factor and 8 with multigrid: as long at 30,000 axes, and an iteration
+/// with the factor grows faster.
+const MOST_AXES_ASIDE: f64 = 4e4;
+
+/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor: with 1,500 and with 6,000 triangles it takes six
+/// sevenths of the time with an incomplete one and leaves a half and a fifth of its error (`rhexis bench work-precision fig2-dynamic`).
+/// What is much smaller is mostly the coarsest level.
+const LEAST_AXES_PLANAR: f64 = 1e3;
+
+/// The same where the body may tear: levels that follow an edit make the step after it long, which under a hand counts more than the
+/// others. With 1e3 the slowest of `rhexis bench targets "haptic 1.5k, tearing"` took 2.6 ms, with an incomplete factor it takes 1.2.
+const LEAST_AXES_TORN: f64 = 2e3;
+
+/// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
+const FIRST_NEWTON: f64 = 1e-4;
+
+/// The last iteration that there may be is solved so much further: no other mends what it leaves, which would turn a free body.
+const LAST_NEWTON: f64 = 0.1;
+
+type Query<'a> = (
+    (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+    (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
+    (&'a mut Factor, &'a mut InnerSolver),
+    (Option<&'a ExternalStiffness>, Option<&'a Folds>, Option<&'a Damping>),
+    (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
+    (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Tearing>, Option<&'a Pressure>),
+);
+
+/// Solves (M/s² + D/s + K)·δ = f − M·(u/s² − b) for the change δ of the displacement u, with the span s and the knowns b of the
+/// step's formula: Δt and v/Δt in backward Euler.
+pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
+    parallel::for_bodies::<Query>(
+        world,
+        |((_, triangles, ..), (_, _, scratch), ..)| scratch.rows_to_solve(triangles.len()),
+        |body| solve_body(body, step),
+    )
+}
+
+/// One body's solve.
+fn solve_body(
+    (
+        (vertices, triangles, topology, frames),
+        (forces, increment, scratch),
+        (factor, inner),
+        (external, folds, damping),
+        (holds, mut reactions, mut grips),
+        (pre_stretch, audit, tearing, pressure),
+    ): Query<'_>,
+    step: &StepContext,
+) {
+    let imbalance_before = scratch.imbalance;
+    // Before the first increment prescribed motion is still to come.
+    let has_begun = scratch.newton_iterations > 1;
+    scratch.least_imbalance = if has_begun { scratch.least_imbalance.min(imbalance_before) } else { f64::INFINITY };
+    (increment.is_part, increment.is_put_outside) = (false, false);
+    let force_scale = imbalance(vertices, forces, increment, scratch, step);
+    // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
+    if step.newton_iterations > 1 {
+        let prescribers = (holds, reactions.as_deref_mut(), grips.as_deref_mut());
+        reactions::record(prescribers, step.time, |v| -scratch.residual[v]);
+    }
+    let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, frames, external) } else { 0.0 };
+    if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
+        scratch.is_converged = true;
+        return;
+    }
+    if step.is_static && reject_increment(increment, scratch) {
+        return;
+    }
+    // Solved as often as it may be: what was reached has been evaluated, and the change that is still to be made is none.
+    if !step.is_static && step.newton_iterations > 1 && scratch.newton_iterations == step.newton_iterations {
+        return;
+    }
+    scratch.tangent = step.tangent_of(scratch);
+    scratch.newton_iterations += 1;
+    let operator = Operator {
+        vertices,
+        triangles,
+        topology,
+        frames,
+        external,
+        folds,
+        inertia: step.inertia(),
+        viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
+        // A linear response is that of linear elasticity, whose load acts on the shape as it is.
+        pressure: match pressure.filter(|_| step.is_static && step.newton_iterations > 1) {
+            Some(pressure) if !super::has_free_rim((vertices, triangles, topology), &scratch.free) => {
+                pressure.curve.at(step.time)
+            }
+            _ => 0.0,
+        },
+        tangent: scratch.tangent,
+    };
+    if step.is_static && scratch.newton_iterations > 1 {
+        increment.delta.fill(DVec3::ZERO);
+    }
+    if step.is_last_resort {
+        // Iterations from nothing do no work with what they leave of the residual.
+        let SolverScratch { free, .. } = &*scratch;
+        parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
+    }
+    let params = linear_params(step, scratch, imbalance_before, force_scale);
+    let params = LinearParams { iterations: within_budget(step, scratch, params.iterations), ..params };
+    scratch.is_audited = audit.is_some() || step.formula != Formula::BackwardEuler && step.newton_iterations == 1;
+    let is_linear_step = !step.is_static && step.newton_iterations == 1;
+    // What is retried is solved in full: in a short part of a step nothing moves far.
+    let is_near_enough =
+        is_linear_step && !step.is_retried && params.position_tolerance.is_finite() && scratch.allowed.is_empty();
+    scratch.motion_scale = if is_near_enough { motion_by_an_edge(&operator, scratch) } else { 0.0 };
+    scratch.stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
+    // Free axes of the body, by direction.
+    let is_auto = step.preconditioner == Preconditioner::Auto;
+    let axes: DVec3 = if is_auto { scratch.free.iter().sum() } else { DVec3::ZERO };
+    let axes_of_levels = match (operator.is_planar() && axes.z == 0.0, tearing) {
+        (false, _) => MOST_AXES_ASIDE,
+        (true, None) => LEAST_AXES_PLANAR,
+        (true, Some(_)) => LEAST_AXES_TORN,
+    };
+    let means = Means {
+        factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
+        inner: inner_kind(step, axes.element_sum(), axes_of_levels).map(|kind| (inner, kind)),
+    };
+    let mut rotated = None;
+    scratch.residual_work = 0.0;
+    match solve_or_fall_back(operator, (step, &params), means, forces, increment, scratch, &mut rotated) {
+        Ok(info) => {
+            if is_near_enough {
+                scale_to_no_work(&operator, forces, increment, scratch);
+            }
+            if is_linear_step {
+                scratch.residual_work = residual_work(increment, scratch);
+            }
+            scratch.iterations += info.iterations;
+            scratch.work = scratch.work.saturating_add(info.iterations);
+            scratch.position_error =
+                if is_near_enough { (info.error_energy / scratch.motion_scale).sqrt() } else { 0.0 };
+            scratch.linear_residual = info.relative_residual;
+            let stored = scratch.stored;
+            let asks_for_stress = params.stress_tolerance.is_finite();
+            scratch.stress_error =
+                if asks_for_stress && stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
+            scratch.is_late |= info.is_late;
+        }
+        // No answer: what is not finite is caught after the step, which is then rolled back.
+        Err(_) => scratch.linear_residual = f64::NAN,
+    }
+    if step.newton_iterations == 1 {
+        let used =
+            rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: scratch.tangent, ..operator });
+        reactions::of_linear_step(&used, forces, increment, step, (holds, reactions, grips));
+    }
+    if step.is_static {
+        start_line_search(forces, increment, scratch);
+    }
+}
+
+/// The work \[mJ\] that the residual r = b − A·δ of a linear solve does along the answer, −δ·r on free axes: what a solve that stops early
+/// makes from nothing, or takes.
+fn residual_work(increment: &Increment, scratch: &mut SolverScratch) -> f64 {
+    let SolverScratch { free, residual, partials, .. } = scratch;
+    -parallel::sum(residual.len(), partials, |v| residual[v].dot(increment.delta[v] * free[v]))
+}
+
+/// Σ V·T:C⁻¹:T \[mJ\] at the start of the step, in whose norm the error of the stress is estimated: with the linear law it is
+/// Σ V·T:(U − U₀), twice the stored energy.
+fn twice_stored(
+    triangles: &Triangles,
+    frames: &Frames,
+    pre_stretch: Option<&PreStretch>,
+    scratch: &mut SolverScratch,
+) -> f64 {
+    let unstretched = PreStretch::unstretched(pre_stretch);
+    let energy = |t: usize| {
+        let state = frames.state(t);
+        let volume = triangles.rest[t].area * triangles.thickness[t];
+        let strain = match frames.stiffened.get(t) {
+            None => state.polar.stretch - triangles.unstretched(t, unstretched),
+            Some(stiffened) => stiffened.law.strain(state.stress),
+        };
+        volume * state.stress.contract(strain)
+    };
+    parallel::sum(frames.len(), &mut scratch.partials, energy)
+}
+
+/// Fills `scratch.residual` with f − M·(u/s² − b), sets `scratch.imbalance` to its largest free component and returns the
+/// largest corner force, both \[N\].
+fn imbalance(
+    vertices: &Vertices,
+    forces: &Forces,
+    increment: &Increment,
+    scratch: &mut SolverScratch,
+    step: &StepContext,
+) -> f64 {
+    grow(&mut scratch.residual, vertices.len(), vertices.position.capacity());
+    scratch.residual.resize(vertices.len(), DVec3::ZERO);
+    parallel::for_rows(&mut scratch.residual, |v, r| {
+        *r = forces.nodal[v] + step.momentum(increment, v) * vertices.mass[v];
+    });
+    if step.newton_iterations == 1 {
+        return 0.0;
+    }
+    let of_vertices = scratch.residual.iter().zip(&scratch.free).map(|(r, f)| *r * *f);
+    // What is no number is no small one.
+    let larger = |most: f64, r: DVec3| if r.is_finite() { most.max(r.abs().max_element()) } else { f64::INFINITY };
+    scratch.imbalance = of_vertices.fold(scratch.allowed.imbalance(&scratch.residual), larger);
+    forces.scale
+}
+
+/// The nodal force \[N\] that rounding alone leaves: a strain is known to ε·|x|/edge, so a corner force Q·h·edge·strain
+/// to ε·Q·h·|x|, of which up to eight meet in a vertex. A body torn through is free of stress, and no fraction of its
+/// own forces can be reached. What springs and jaws pull with is known to ε·|x| times their stiffness. By the rest
+/// shape, lest a body that nothing holds and that flies off counts as at rest far away.
+fn rounding(vertices: &Vertices, triangles: &Triangles, frames: &Frames, external: Option<&ExternalStiffness>) -> f64 {
+    let extent = vertices.rest_position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
+    let stiffness = triangles.thickness.iter().enumerate().map(|(t, h)| {
+        let q = frames.stiffness(triangles, t);
+        q.q11.max(q.q22) * h
+    });
+    let blocks = external.map_or(&[][..], |external| &external.block);
+    let springs = blocks.iter().map(|k| k.diagonal.max_element());
+    8.0 * f64::EPSILON * extent * stiffness.chain(springs).fold(0.0, f64::max)
+}
+
+fn has_converged(increment: &Increment, scratch: &SolverScratch, step: &StepContext, least: f64) -> bool {
+    if step.newton_iterations == 1 || !(scratch.imbalance <= least && scratch.imbalance.is_finite()) {
+        return false;
+    }
+    // Prescribed motion still to be made; and a dynamic step that has not been solved at all has not moved the body, which
+    // would rest in place with its velocity, however small that is.
+    let is_moved = |(d, f): (&DVec3, &DVec3)| *d * (DVec3::ONE - *f) != DVec3::ZERO;
+    scratch.newton_iterations > 0 || step.is_static && !increment.delta.iter().zip(&scratch.free).any(is_moved)
+}
+
+/// How far a Newton iteration solves its linear system: only so far as the step as a whole can use, and no further than the
+/// linear model has been seen to hold, by the square of the last iteration's gain (Eisenstat, Walker 1996, choice 2).
+fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: f64, force_scale: f64) -> LinearParams {
+    if step.newton_iterations == 1 {
+        return step.linear;
+    }
+    let linear = LinearParams { tolerance: FIRST_NEWTON, stress_tolerance: f64::INFINITY, ..step.linear };
+    if scratch.newton_iterations == 1 {
+        return linear;
+    }
+    let needed = 0.1 * step.newton_tolerance * force_scale / scratch.imbalance.max(f64::MIN_POSITIVE);
+    let gain = scratch.imbalance / imbalance_before.max(f64::MIN_POSITIVE);
+    let least = step.linear.tolerance.min(FIRST_NEWTON);
+    let share = if scratch.newton_iterations == step.newton_iterations { LAST_NEWTON } else { 1.0 };
+    LinearParams { tolerance: (share * needed.max(gain * gain).min(1e-3)).max(least), ..linear }
+}
+
+fn use_of_factor(step: &StepContext, axes: f64) -> Option<Use> {
+    // Its time is not counted in iterations.
+    if step.budget.is_some() {
+        return None;
+    }
+    match step.preconditioner {
+        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
+        Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(Use::Wait),
+        Preconditioner::Auto => (axes <= MOST_AXES_ASIDE).then_some(Use::Aside),
+        Preconditioner::Cholesky => Some(Use::Wait),
+    }
+}
+
+/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
+/// reaches: there it is multigrid or nothing. In dynamic ones it is multigrid over so many axes: early in a planar body, which does not
+/// fold, so that levels last where an incomplete factor is made for every solve.
+fn inner_kind(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<Inner> {
+    if step.is_static {
+        let is_multigrid = match step.preconditioner {
+            Preconditioner::Multigrid => true,
+            Preconditioner::Auto => axes > MOST_AXES_FACTORED,
+            _ => false,
+        };
+        return is_multigrid.then_some(Inner::Multigrid);
+    }
+    if step.precision == Precision::Double {
+        return None;
+    }
+    Some(match step.preconditioner {
+        Preconditioner::BlockJacobi => Inner::BlockJacobi,
+        Preconditioner::Multigrid => Inner::Multigrid,
+        Preconditioner::Auto if axes > axes_of_levels => Inner::Multigrid,
+        Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
+            Inner::IncompleteCholesky
+        }
+    })
+}
+
+/// The solve with the step's tangent or, where that is indefinite, without the load stiffness of pressure, or with the rotated one, which
+/// is then left in `rotated`.
+fn solve_or_fall_back(
+    operator: Operator,
+    (step, params): (&StepContext, &LinearParams),
+    mut means: Means,
+    forces: &mut Forces,
+    increment: &mut Increment,
+    scratch: &mut SolverScratch,
+    rotated: &mut Option<Frames>,
+) -> Result<CgInfo, CgError> {
+    let reserve = step.reserve();
+    let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
+        super::solve(operator, params, &mut means, &mut forces.corner, delta, scratch)
+    };
+    // The masses of a dynamic step make what is semidefinite definite.
+    if operator.tangent == Tangent::Rotated || operator.tangent == Tangent::Projected && !step.is_static {
+        return solve(&operator, &mut increment.delta, scratch);
+    }
+    let (rhs, first_guess) = (scratch.residual.clone(), increment.delta.clone());
+    let result = solve(&operator, &mut increment.delta, scratch);
+    if !matches!(result, Err(CgError::Indefinite { .. })) {
+        return result;
+    }
+    if operator.pressure != 0.0 {
+        scratch.residual.clone_from(&rhs);
+        increment.delta.clone_from(&first_guess);
+        let result = solve(&Operator { pressure: 0.0, ..operator }, &mut increment.delta, scratch);
+        if !matches!(result, Err(CgError::Indefinite { .. })) {
+            return result;
+        }
+    }
+    scratch.fell_back = true;
+    scratch.tangent = Tangent::Rotated;
+    scratch.residual = rhs;
+    increment.delta = first_guess;
+    let frames = rotated.insert(operator.rotated_frames(reserve));
+    solve(&Operator { frames, pressure: 0.0, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
+}
+
+/// Work of the imbalance along an increment, and the norm of the imbalance: what the line search compares.
+fn merit(increment: &Increment, scratch: &SolverScratch) -> (f64, f64) {
+    let rows = increment.delta.iter().zip(&scratch.residual).zip(&scratch.free);
+    let guided = scratch.allowed.merit(&increment.delta, &scratch.residual);
+    rows.fold(guided, |(work, norm_sq), ((d, r), f)| (work + (*d * *f).dot(*r), norm_sq + (*r * *f).length_squared()))
+}
+
+/// Remembers the imbalance before a static increment is made. The solve has overwritten the residual: it is formed anew.
+fn start_line_search(forces: &Forces, increment: &Increment, scratch: &mut SolverScratch) {
+    parallel::for_rows(&mut scratch.residual, |v, r| *r = forces.nodal[v]);
+    let (work, norm_sq) = merit(increment, scratch);
+    // The first increment carries the prescribed motion: there is nothing to compare it with.
+    let is_first = scratch.newton_iterations == 1;
+    scratch.line_search = (!is_first).then_some(LineSearch { work: work.abs(), norm_sq, fraction: 1.0 });
+}
+
+/// Takes half of the last increment back where it made the imbalance worse.
+fn reject_increment(increment: &mut Increment, scratch: &mut SolverScratch) -> bool {
+    let Some(search) = scratch.line_search else { return false };
+    let (work, norm_sq) = merit(increment, scratch);
+    let is_better = norm_sq <= search.norm_sq || work.abs() <= 0.9 * search.work * search.fraction;
+    if is_better || search.fraction <= LINE_SEARCH_HALVINGS {
+        return false;
+    }
+    let back = if search.fraction == 1.0 { -0.5 } else { 0.5 };
+    let SolverScratch { free, allowed, .. } = scratch;
+    super::scale_allowed((allowed, free), &mut increment.delta, back);
+    scratch.line_search = Some(LineSearch { fraction: 0.5 * search.fraction, ..search });
+    true
+}

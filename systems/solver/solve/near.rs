@@ -1,0 +1,51 @@
+//! Solves that stop early: by the error of positions, or because a step's iterations are used up.
+//!
+//! The energy norm of an error e bounds its motion: Σ m·|e|²/s² ≤ e·A·e, with equality for what inertia alone holds. So the root of its
+//! estimate over that of moving all masses by one edge is no less than the mean error of positions, in edges. Conjugate gradients
+//! that stop leave a residual r, which does the work −x·r that no load has done. Scaled by x·b/x·A·x the answer of a guess does none,
+//! as that from zero: what then is lost of the energy is lost to the implicit step alone.
+
+use crate::components::{Forces, Increment, SolverScratch};
+use crate::systems::solver::Operator;
+use crate::systems::{StepContext, parallel};
+use glam::DVec3;
+
+/// Iterations of a solve whose step has none left.
+const LEAST: u32 = 4;
+
+/// The square of an equilateral triangle's edge over its area.
+const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
+
+/// Iterations that a solve may take.
+pub(super) fn within_budget(step: &StepContext, scratch: &SolverScratch, iterations: u32) -> u32 {
+    step.budget.map_or(iterations, |budget| iterations.min(budget.saturating_sub(scratch.work).max(LEAST)))
+}
+
+/// The energy \[mJ\] of the masses' motion by the mean edge in the step.
+pub(super) fn motion_by_an_edge(operator: &Operator, scratch: &mut SolverScratch) -> f64 {
+    let (vertices, triangles, partials) = (operator.vertices, operator.triangles, &mut scratch.partials);
+    let mass = parallel::sum(vertices.len(), partials, |v| vertices.mass[v]);
+    let area = parallel::sum(triangles.len(), partials, |t| triangles.rest[t].area);
+    operator.inertia * mass * EDGE_SQUARED * area / triangles.len().max(1) as f64
+}
+
+/// Scales the answer along free axes so that what is left of the residual does no work along it.
+pub(super) fn scale_to_no_work(
+    operator: &Operator,
+    forces: &mut Forces,
+    increment: &mut Increment,
+    scratch: &mut SolverScratch,
+) {
+    let SolverScratch { free, residual, product, partials, .. } = scratch;
+    let delta = &mut increment.delta;
+    product.resize(delta.len(), DVec3::ZERO);
+    let taken = operator.apply(delta, free, &mut forces.corner, product, partials);
+    let left = parallel::sum(delta.len(), partials, |v| residual[v].dot(delta[v] * free[v]));
+    let scale = 1.0 + left / taken;
+    // Beyond that the answer is next to nothing, and stays.
+    if !(taken > 0.0 && (0.5..=2.0).contains(&scale)) {
+        return;
+    }
+    parallel::for_rows(delta, |v, x| *x *= DVec3::ONE + free[v] * (scale - 1.0));
+    parallel::for_rows(residual, |v, r| *r += product[v] * free[v] * (1.0 - scale));
+}

@@ -1,0 +1,92 @@
+//! The step as one list on one screen.
+
+mod own;
+
+pub use own::{BadPlace, Place, Schedule};
+
+use crate::systems::{self, StepContext};
+use hecs::World;
+
+/// When a system runs within a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Once, before anything moves.
+    Begin,
+    /// Once, each time the step is taken up again after tears have advanced.
+    Resume,
+    /// The forces and their derivatives, in every Newton iteration, and once at the start of a step of two stages.
+    Evaluate,
+    /// Once, on the forces at the start of a step of two stages.
+    Start,
+    /// Once, between the two stages of a step.
+    SecondStage,
+    /// In every Newton iteration, on what was evaluated.
+    Solve,
+    /// Once, where several Newton iterations, or the two stages of a step, have ended.
+    Judge,
+    /// On the state that the iterations have reached; once more where they are taken up again for the tips.
+    Decide,
+    /// Once, each time the iterations have ended for good.
+    Account,
+    /// Once, at the end.
+    Tear,
+}
+
+/// A system and its place.
+#[derive(Clone, Copy, Debug)]
+pub struct System {
+    /// Name in reports.
+    pub name: &'static str,
+    /// When it runs.
+    pub stage: Stage,
+    /// The function; returns the number of bodies it ran on.
+    pub run: fn(&mut World, &StepContext) -> usize,
+}
+
+const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepContext) -> usize) -> System {
+    System { name, stage, run }
+}
+
+/// All systems in the order in which they run.
+pub const STEP: &[System] = &[
+    system("obstacles", Stage::Begin, systems::contact::move_obstacles),
+    system("sleep: wake", Stage::Begin, systems::step::sleep::wake),
+    system("energy: begin", Stage::Begin, systems::guard::audit::begin),
+    system("refine", Stage::Begin, systems::fracture::refine::refine),
+    system("energy: refined", Stage::Begin, systems::guard::audit::refined),
+    system("grip: take", Stage::Begin, systems::forces::grip::take),
+    system("hold", Stage::Begin, systems::forces::hold::hold),
+    system("refine further", Stage::Resume, systems::fracture::refine::refine),
+    system("energy: refined further", Stage::Resume, systems::guard::audit::edits),
+    system("resume", Stage::Resume, systems::forces::hold::resume),
+    system("corotation", Stage::Evaluate, systems::forces::corotation::corotation),
+    system("assembly", Stage::Evaluate, systems::forces::assembly::assembly),
+    system("bending", Stage::Evaluate, systems::bending::bending),
+    system("contain: begin", Stage::Evaluate, systems::guard::nonlinear::begin),
+    system("energy: membrane", Stage::Evaluate, systems::guard::audit::membrane),
+    system("gravity", Stage::Evaluate, systems::forces::gravity::gravity),
+    system("pressure", Stage::Evaluate, systems::forces::pressure::pressure),
+    system("point loads", Stage::Evaluate, systems::forces::loads::point_loads),
+    system("edge loads", Stage::Evaluate, systems::forces::loads::edge_loads),
+    system("forces of the step", Stage::Evaluate, systems::forces::loads::step_forces),
+    system("springs", Stage::Evaluate, systems::forces::springs::springs),
+    system("grip", Stage::Evaluate, systems::forces::grip::grip),
+    system("contact", Stage::Evaluate, systems::contact::contact),
+    system("sleep", Stage::Evaluate, systems::step::sleep::fall_asleep),
+    system("drag", Stage::Evaluate, systems::forces::drag::drag),
+    system("energy: loads", Stage::Evaluate, systems::guard::audit::loads),
+    system("start", Stage::Start, systems::forces::hold::start),
+    system("obstacles further", Stage::SecondStage, systems::contact::move_obstacles),
+    system("contain: second stage", Stage::SecondStage, systems::guard::nonlinear::second_stage),
+    system("second stage", Stage::SecondStage, systems::forces::hold::second_stage),
+    system("solve", Stage::Solve, systems::solver::solve::solve),
+    system("contain", Stage::Solve, systems::guard::contain),
+    system("contain: stage", Stage::Solve, systems::guard::nonlinear::linearise),
+    system("integrate", Stage::Solve, systems::step::integrate::integrate),
+    system("contain: end", Stage::Judge, systems::guard::nonlinear::contain),
+    system("criterion", Stage::Decide, systems::fracture::criterion::criterion),
+    system("energy: account", Stage::Account, systems::guard::audit::account),
+    system("grip: feel", Stage::Account, systems::forces::grip::feel),
+    system("split", Stage::Tear, systems::fracture::split::split),
+    system("energy: edits", Stage::Tear, systems::guard::audit::edits),
+];

@@ -1,0 +1,243 @@
+//! Sleep: who wakes at the start of a step, and who falls asleep in it.
+//!
+//! What a body at x with the velocity v would still move is bounded by (K + M/T²)⁻¹·f(x) and (K + M/T²)⁻¹·M·v/dt, with its
+//! tangent K and the forces f at x: the way to its equilibrium, and the way on which its momentum of a step is used up. In an
+//! oscillation one is largest where the other is zero, so both must be small. The mass over T = a thousand steps stands for
+//! what has no stiffness of its own.
+
+use crate::components::{
+    Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, HoldGuides, HoldTurns, Holds, Increment,
+    Obstacle, PointLoads, Pose, Pressure, Sleeping, Slumber, SolverScratch, TearDecisions, TearLog, Tearing,
+};
+use crate::event::{EventKind, WokenBy};
+use crate::settings::{LinearParams, Tangent};
+use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::systems::bending::Folds;
+use crate::systems::solver::{self, Inner, InnerSolver, Means, Operator};
+use crate::systems::{Formula, StepContext, parallel};
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// Steps in which what has no stiffness may still move.
+const HORIZON: f64 = 1000.0;
+
+/// The solves before sleep. A bound needs no more digits than this.
+const TRIAL: LinearParams = LinearParams::by_residual(1e-3, 1000);
+
+/// Quiet steps between two trials at the most.
+const LONGEST_WAIT: u32 = 128;
+
+/// What drives a body from outside.
+type Drive<'a> = (
+    (Option<&'a Holds>, Option<&'a HoldTurns>, Option<&'a HoldGuides>, Option<&'a Grips>),
+    (Option<&'a Pressure>, Option<&'a PointLoads>, Option<&'a EdgeLoads>),
+);
+
+/// What the solves before sleep take.
+type Body<'a> = (
+    (&'a mut Vertices, &'a Triangles, &'a Topology),
+    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>, Option<&'a Folds>),
+    (&'a mut Increment, &'a mut InnerSolver, &'a mut SolverScratch),
+);
+
+type TearState<'a> = Option<(&'a Tearing, &'a Tips, &'a TearDecisions)>;
+
+type Obstacles = SmallVec<[Obstacle; 8]>;
+
+/// Wakes the bodies that sleep although something has changed that acts on them; a static solve wakes all.
+pub fn wake(world: &mut hecs::World, step: &StepContext) -> usize {
+    let obstacles: Obstacles = world.query_mut::<&Obstacle>().into_iter().cloned().collect();
+    let mut count = 0;
+    type Query<'a> = (&'a mut Sleeping, &'a mut TearLog, Option<&'a Contact>, Drive<'a>);
+    for (sleeping, log, contact, drive) in world.query_mut::<Query>().with::<&SolverScratch>() {
+        if !sleeping.is_asleep() {
+            continue;
+        }
+        count += 1;
+        let by = if step.is_static {
+            WokenBy::StaticSolve
+        } else if !driven(drive, step.end()).eq(sleeping.slumber.driven.iter().copied()) {
+            WokenBy::Drive
+        } else if contact.is_some() && has_moved(&obstacles, &sleeping.slumber) {
+            WokenBy::Obstacle
+        } else {
+            continue;
+        };
+        sleeping.wake();
+        log.pending.push(EventKind::Woke { by });
+    }
+    count
+}
+
+/// Lets the bodies fall asleep that would hardly move any more: they are done with the step before it is solved. Comes before
+/// the drag, which in the step's equations looks like a stiffness and is none.
+pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
+    let is_beginning = matches!(step.formula, Formula::BackwardEuler | Formula::Trapezoidal);
+    if step.is_static || step.is_resumed || !is_beginning {
+        return 0;
+    }
+    let obstacles: Obstacles = world.query_mut::<&Obstacle>().into_iter().cloned().collect();
+    type Query<'a> = (Body<'a>, (&'a mut Sleeping, &'a mut TearLog), TearState<'a>, Option<&'a Contact>, Drive<'a>);
+    parallel::for_bodies::<hecs::Without<Query, &EnergyAudit>>(
+        world,
+        |(((_, triangles, _), _, (.., scratch)), ..)| match scratch.newton_iterations {
+            0 => scratch.rows_to_solve(triangles.len()),
+            _ => 0,
+        },
+        |(mut body, (sleeping, log), tears, contact, drive)| {
+            if !(is_ready(sleeping, &body, step) && will_stay(sleeping, &body, tears)) {
+                return;
+            }
+            let Sleeping { strain, slumber, .. } = sleeping;
+            if !(strain_left(slumber, &mut body, step) <= *strain) {
+                slumber.quiet_steps = 0;
+                slumber.wait = (2 * slumber.wait).min(LONGEST_WAIT);
+                return;
+            }
+            slumber.is_asleep = true;
+            slumber.driven.clear();
+            slumber.driven.extend(driven(drive, step.end()));
+            slumber.obstacles.clear();
+            if contact.is_some() {
+                slumber.obstacles.extend_from_slice(&obstacles);
+                slumber.ball = ball(&body.0.0.position);
+            }
+            lie_down(body);
+            log.pending.push(EventKind::FellAsleep);
+        },
+    )
+}
+
+/// The values of everything that moves or loads a body over time.
+fn driven<'a>(drive: Drive<'a>, time: f64) -> impl Iterator<Item = f64> + 'a {
+    let ((holds, turns, guides, grips), (pressure, point_loads, edge_loads)) = drive;
+    let holds = holds.into_iter().flat_map(|holds| &holds.groups).map(|hold| &hold.curve);
+    let pressure = pressure.into_iter().map(|pressure| &pressure.curve);
+    let point_loads = point_loads.into_iter().flat_map(|loads| &loads.groups).map(|load| &load.curve);
+    let edge_loads = edge_loads.into_iter().flat_map(|loads| &loads.groups).map(|load| &load.curve);
+    let clamps = guides.into_iter().flat_map(HoldGuides::curves);
+    let holds = holds.chain(clamps);
+    let curves = holds.chain(pressure).chain(point_loads).chain(edge_loads).map(move |curve| curve.at(time));
+    let hands = grips.into_iter().flat_map(|grips| &grips.pinches).filter(|pinch| pinch.forceps.is_some());
+    let hands = hands.flat_map(move |pinch| {
+        let Pose { position, orientation } = pinch.motion.at(time);
+        position.to_array().into_iter().chain(orientation.to_array())
+    });
+    let grips = grips.into_iter().flat_map(|grips| &grips.list).flat_map(move |grip| {
+        let is_closed = (grip.from..grip.until).contains(&time);
+        let hand = if is_closed { grip.path.at(time) } else { DVec3::ZERO };
+        [f64::from(u8::from(is_closed)), hand.x, hand.y, hand.z]
+    });
+    let turns = turns.into_iter().flat_map(|turns| &turns.list);
+    let turns = turns.flat_map(move |(_, turning)| turning.vectors.at(time).to_array());
+    curves.chain(grips).chain(hands).chain(turns)
+}
+
+/// Whether an obstacle that has come, gone or moved could touch the body, where it was or where it is.
+fn has_moved(obstacles: &[Obstacle], slumber: &Slumber) -> bool {
+    let before = &slumber.obstacles;
+    let (centre, radius) = slumber.ball;
+    (0..obstacles.len().max(before.len())).any(|i| {
+        let places = [before.get(i), obstacles.get(i)];
+        places[0] != places[1] && places.into_iter().flatten().any(|o| o.shape.reaches(centre, radius))
+    })
+}
+
+/// Whether the body has been quiet for long enough. One that moves is found out by its first triangles.
+fn is_ready(sleeping: &mut Sleeping, body: &Body, step: &StepContext) -> bool {
+    let ((vertices, triangles, _), _, (increment, _, scratch)) = body;
+    let moved = |v: usize| {
+        let prescribed = increment.delta[v] * (DVec3::ONE - scratch.free[v]);
+        vertices.velocity[v].length() * step.dt + prescribed.length()
+    };
+    let is_quiet = (0..triangles.len()).all(|t| strain_of(triangles, t, moved) <= sleeping.strain);
+    let slumber = &mut sleeping.slumber;
+    if !is_quiet {
+        (slumber.quiet_steps, slumber.wait) = (0, sleeping.steps);
+        return false;
+    }
+    slumber.quiet_steps += 1;
+    slumber.quiet_steps >= slumber.wait.max(sleeping.steps)
+}
+
+/// Σᵢ |uᵢ|·|∇Nᵢ|: no strain and no rotation of a triangle is larger, and none of its heights times this is less than what its
+/// corners move.
+fn strain_of(triangles: &Triangles, t: usize, moved: impl Fn(usize) -> f64) -> f64 {
+    let gradients = triangles.rest[t].all_gradients();
+    (0..3).map(|i| moved(triangles.corners[t][i] as usize) * gradients[i].length()).sum()
+}
+
+/// Whether no tip and no place where a tear may start comes so near its strength that the strain left could tear it.
+fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
+    let Some((tearing, tips, decisions)) = tears else { return true };
+    let ((_, triangles, _), (frames, ..), _) = body;
+    let least = tearing.strength_transverse.min(tearing.strength_fibre) * triangles.least_strength();
+    let stiffest = (0..triangles.len())
+        .map(|t| frames.stiffness(triangles, t))
+        .map(|q| q.q11.max(q.q22) + q.q12.abs() + q.q66)
+        .fold(0.0, f64::max);
+    let more = stiffest * sleeping.strain;
+    let is_sound = || frames.states().all(|state| state.stress.principal_values().0 + more <= least);
+    tips.criterion.iter().all(|c| c + more / least <= 1.0)
+        && decisions.refused_start.is_none()
+        && (!tearing.may_initiate || is_sound())
+}
+
+/// The largest strain of what the body would still move; NaN where a solve does not tell.
+fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f64 {
+    let ((vertices, triangles, topology), (frames, forces, external, folds), (increment, inner, scratch)) = body;
+    slumber.first_guess.clone_from(&increment.delta);
+    slumber.left.clear();
+    slumber.left.resize(vertices.len(), 0.0);
+    scratch.residual.resize(vertices.len(), DVec3::ZERO);
+    let inertia = step.inertia() / (HORIZON * HORIZON);
+    let operator = Operator {
+        vertices,
+        triangles,
+        topology,
+        frames,
+        external: *external,
+        folds: *folds,
+        inertia,
+        viscosity: 0.0,
+        pressure: 0.0,
+        tangent: Tangent::Rotated,
+    };
+    // Guided vertices count as held: what moves them is in balance, or the body is not at rest.
+    let allowed = std::mem::take(&mut scratch.allowed);
+    let mut is_told = true;
+    for is_momentum in [false, true] {
+        for (v, x) in increment.delta.iter_mut().enumerate() {
+            let own = DVec3::ONE - scratch.free[v];
+            *x = if is_momentum { DVec3::ZERO } else { slumber.first_guess[v] * own };
+            let momentum = vertices.velocity[v] * (vertices.mass[v] * step.rate());
+            scratch.residual[v] = if is_momentum { momentum } else { forces.nodal[v] };
+        }
+        let mut means = Means { factor: None, inner: Some((inner, Inner::IncompleteCholesky)) };
+        let answer = solver::solve(&operator, &TRIAL, &mut means, &mut forces.corner, &mut increment.delta, scratch);
+        is_told &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);
+        slumber.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
+    }
+    scratch.allowed = allowed;
+    // This operator is no step's.
+    inner.forget_operator();
+    increment.delta.copy_from_slice(&slumber.first_guess);
+    let largest = (0..triangles.len()).map(|t| strain_of(triangles, t, |v| slumber.left[v])).fold(0.0, f64::max);
+    if is_told { largest } else { f64::NAN }
+}
+
+/// Brings the body to rest where it is; the step neither moves it nor, should it be undone, takes it back.
+fn lie_down(body: Body) {
+    let ((vertices, ..), _, (increment, _, scratch)) = body;
+    vertices.velocity.fill(DVec3::ZERO);
+    increment.start_velocity.fill(DVec3::ZERO);
+    increment.delta.fill(DVec3::ZERO);
+    scratch.is_converged = true;
+}
+
+/// A ball around points.
+fn ball(points: &[DVec3]) -> (DVec3, f64) {
+    let corner = |pick: fn(DVec3, DVec3) -> DVec3| points.iter().copied().reduce(pick).unwrap_or_default();
+    let (low, high) = (corner(DVec3::min), corner(DVec3::max));
+    (low.midpoint(high), 0.5 * low.distance(high))
+}
