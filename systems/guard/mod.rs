@@ -39,8 +39,8 @@ mod solved;
 use crate::components::{
     Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
 };
+use crate::event::{GuardCause, GuardPlace};
 use crate::math::Orthotropic;
-use crate::report::{GuardCause, GuardPlace};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::Folds;
 use crate::systems::solver::{Operator, reactions};

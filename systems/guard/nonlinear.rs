@@ -25,8 +25,8 @@ use super::{SHARE, slack_energy};
 use crate::components::{
     Bending, Damping, FibreLaws, Forces, Frames, Increment, Planar, PreStretch, Sleeping, SolverScratch, fibre_law,
 };
+use crate::event::{GuardCause, GuardPlace};
 use crate::math::{FibreLaw, Sym2};
-use crate::report::{GuardCause, GuardPlace};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::Folds;
 use crate::systems::context::MIDDLE;

@@ -2,7 +2,7 @@
 
 use super::solved::Solved;
 use crate::components::{ExternalStiffness, Grips};
-use crate::report::{GuardCause, GuardPlace};
+use crate::event::{GuardCause, GuardPlace};
 use crate::storage::{Triangles, Vertices};
 
 /// What may hold vertices of a body.

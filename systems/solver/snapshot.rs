@@ -1,8 +1,9 @@
 //! The operator's numbers by themselves, to be factored while the body goes on: nothing here refers to the body.
 
+use super::Operator;
 use super::load_stiffness::load_block;
-use super::{Hinge, Operator};
 use crate::components::FreeAxes;
+use crate::systems::bending::Hinge;
 use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 

@@ -37,7 +37,7 @@ pub(super) fn lowest_frequencies(body: &Snapshot, free: &FreeAxes, count: usize)
         let mut image = vec![DVec3::ZERO; last.len()];
         scratch.residual = last.iter().zip(mass).zip(free).map(|((x, m), f)| *x * *m * *f).collect();
         let mut means = Means { factor: Some((&mut factor, Use::Wait)), inner: None };
-        linear::solve(&operator, &params, &mut means, &mut corner, &mut image, &mut scratch)?;
+        solver::solve(&operator, &params, &mut means, &mut corner, &mut image, &mut scratch)?;
         diagonal.push(dot(last, &image));
         // Twice is enough (Kahan).
         for _ in 0..2 {
