@@ -64,6 +64,8 @@ pub struct StepContext {
     pub tangent: Tangent,
     /// Limits of each linear solve.
     pub linear: LinearParams,
+    /// How often a step is redone while tears may advance further in it.
+    pub resumes: u32,
     /// Iterations that a body may take in all solves of the step.
     pub budget: Option<u32>,
     /// What makes its iterations few.
@@ -94,6 +96,7 @@ impl StepContext {
             is_correction: false,
             tangent: settings.tangent,
             linear: settings.linear,
+            resumes: settings.resumes,
             budget: settings.budget,
             preconditioner: settings.preconditioner,
             precision: settings.precision,
@@ -127,6 +130,7 @@ impl StepContext {
             is_correction: false,
             tangent: Tangent::Exact,
             linear: LinearParams::by_residual(1e-12, 20_000),
+            resumes: 0,
             budget: None,
             preconditioner,
             precision: Precision::Double,
@@ -150,14 +154,19 @@ impl StepContext {
         }
     }
 
-    /// What comes before the last stage of a step of two: the evaluation at its start, and its first stage.
-    pub fn before_last(&self) -> Option<[Self; 2]> {
-        let start = self.time - self.dt;
-        let middle = start + GAMMA * self.dt;
-        (self.formula == Formula::SecondBackwardDifference).then_some([
-            Self { formula: Formula::Start, time: start, ..*self },
-            Self { formula: Formula::Trapezoidal, time: middle, ..*self },
-        ])
+    /// Whether a stage comes before this one.
+    pub fn has_first_stage(&self) -> bool {
+        self.formula == Formula::SecondBackwardDifference
+    }
+
+    /// The evaluation at the start of a step of two stages.
+    pub fn at_start(&self) -> Self {
+        Self { formula: Formula::Start, time: self.time - self.dt, ..*self }
+    }
+
+    /// The first of its two stages.
+    pub fn first_stage(&self) -> Self {
+        Self { formula: Formula::Trapezoidal, time: self.time - self.dt + GAMMA * self.dt, ..*self }
     }
 
     /// From the start of the step to the end of this stage \[ms\].

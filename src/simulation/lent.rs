@@ -73,7 +73,7 @@ impl Simulation {
     pub(super) fn check_callers(&mut self, step: &StepContext) -> Result<(), Refused> {
         let Some((refused, has_begun)) = self.schedule.take_refused() else { return Ok(()) };
         if has_begun {
-            super::faults::restore(&mut self.world, step, self.report.time);
+            crate::systems::step::faults::restore(&mut self.world, step, self.report.time);
         }
         self.report.has_failed = true;
         self.lent.note(None);

@@ -1,12 +1,10 @@
 //! The simulation: bodies in a world, stepped on request. It owns no loop, no window and no global.
 
-mod advance;
 mod advice;
 mod apply_force;
 mod blade;
 mod debug_lines;
 mod error;
-mod faults;
 mod fixed_step;
 mod frame;
 mod haptic_blend;
@@ -59,10 +57,12 @@ use crate::replay::{Input, Recorder};
 use crate::report::{Fault, Report};
 use crate::settings::{Integrator, OutOfRange, Precision, Settings, Tangent};
 use crate::systems::parallel::Pool;
+use crate::systems::step::faults::is_finite;
+use crate::systems::step::phases::STATIC_PHASES;
+use crate::systems::step::retry::advance;
+use crate::systems::step::run::{Aside, Running};
 use crate::systems::step::schedule::Schedule;
 use crate::systems::{Formula, StepContext};
-use advance::{Aside, Running, advance, iterate_and_account};
-use faults::is_finite;
 use hecs::{Entity, World};
 use lent::Lent;
 use reporting::order;
@@ -253,7 +253,8 @@ impl Simulation {
         let step = StepContext::of_static_solve(dt, time, tolerance, iterations, preconditioner);
         let Self { world, pool, schedule, report, spare, .. } = self;
         let mut running = Running { schedule, report, spare };
-        pool.run(|| iterate_and_account(world, &step, &mut running));
+        // Its phases check nothing, so that nothing is put aside.
+        pool.run(|| running.step(world, &step, STATIC_PHASES, &mut Aside::new()));
         self.check_callers(&step)?;
         self.finish_report();
         let is_finite = is_finite(&mut self.world) && self.have_finite_energies();
@@ -306,6 +307,7 @@ impl Simulation {
             is_correction: false,
             tangent: Tangent::Exact,
             linear,
+            resumes: 0,
             budget: None,
             preconditioner: self.settings.preconditioner,
             precision: Precision::Double,
@@ -314,7 +316,8 @@ impl Simulation {
         };
         let Self { world, pool, schedule, report, spare, .. } = self;
         let mut running = Running { schedule, report, spare };
-        pool.run(|| iterate_and_account(world, &step, &mut running));
+        // Its phases check nothing, so that nothing is put aside.
+        pool.run(|| running.step(world, &step, STATIC_PHASES, &mut Aside::new()));
         self.check_callers(&step)?;
         self.finish_report();
         let residual = self.report.bodies.iter().map(|b| b.residual).max_by(f64::total_cmp).unwrap_or(0.0);

@@ -1,12 +1,12 @@
 //! The report of a step or a static solve, and what stays of one that is undone.
 
 use super::Simulation;
-use super::faults::{fault_in, restore};
 use crate::components::{Body, Increment, Sleeping, SolverScratch, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};
 use crate::storage::{Tips, Triangles, Vertices};
 use crate::systems::StepContext;
+use crate::systems::step::faults::{fault_in, restore};
 use hecs::{Entity, World};
 use smallvec::SmallVec;
 

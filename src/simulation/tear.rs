@@ -1,6 +1,5 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
-use super::advance::Running;
 use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{
     Attributes, Body, Changes, DecidedBy, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined,
@@ -15,6 +14,7 @@ use crate::systems::StepContext;
 use crate::systems::fracture::split::{add_tip, note_parted};
 use crate::systems::fracture::{CutOutcome, Cutter, Followers, NewTip, Quality, TearRefusal, TearScratch, TipMemory};
 use crate::systems::solver::Factor;
+use crate::systems::step::run::Running;
 use crate::systems::step::schedule::Stage;
 use glam::DVec3;
 use hecs::Entity;

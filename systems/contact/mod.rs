@@ -192,13 +192,13 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
     )
 }
 
-/// Leaves only those bodies to be iterated of which a solve has carried a vertex deep into an obstacle, or through it.
-pub fn take_up_again(world: &mut World, step: &StepContext) -> bool {
+/// Marks for another solve the bodies of which the last one has carried a vertex deep into an obstacle, or through it. Returns their number.
+pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     if obstacles.is_empty() {
-        return false;
+        return 0;
     }
-    let mut is_any = false;
+    let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
         &'a mut SolverScratch,
@@ -218,9 +218,9 @@ pub fn take_up_again(world: &mut World, step: &StepContext) -> bool {
                     || has_deep_face(&looked_at, &increment.start, (vertices, triangles)))
         };
         scratch.is_converged = !asks;
-        is_any |= asks;
+        count += usize::from(asks);
     }
-    is_any
+    count
 }
 
 /// Whether a body has begun the step and not done it: what is done is only waited for, perhaps with another mesh.
@@ -258,8 +258,9 @@ fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&
 
 /// Puts what is still deep in an obstacle, or through it, back onto the plane that should have held it: where a large step stretches
 /// a body far, no number of solves is sure to end on the right side. The velocity goes with it.
-pub fn put_outside(world: &mut World, step: &StepContext) {
+pub fn put_outside(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
+    let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Increment),
         (&'a Triangles, &'a Topology, &'a mut SolverScratch),
@@ -281,16 +282,18 @@ pub fn put_outside(world: &mut World, step: &StepContext) {
         for moved in &obstacles {
             faces::put_outside(moved, (vertices, increment), (triangles, scratch), step);
         }
+        count += 1;
     }
+    count
 }
 
-/// Holds back what would pass through an obstacle in the step. Returns whether there was any.
-pub fn keep_sides(world: &mut World, step: &StepContext) -> bool {
+/// Holds back what would pass through an obstacle in the step.
+pub fn keep_sides(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     if obstacles.is_empty() {
-        return false;
+        return 0;
     }
-    let mut is_any = false;
+    let mut count = 0;
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Increment),
         (&'a Triangles, &'a mut SolverScratch),
@@ -300,11 +303,12 @@ pub fn keep_sides(world: &mut World, step: &StepContext) -> bool {
         if contact.is_none() || !is_in_step(vertices, increment, step, decisions) {
             continue;
         }
+        count += 1;
         for moved in &looked_at(&obstacles, increment) {
-            is_any |= side::keep(moved, (&mut *vertices, &mut *increment), (triangles, &mut *scratch), step);
+            side::keep(moved, (&mut *vertices, &mut *increment), (triangles, &mut *scratch), step);
         }
     }
-    is_any
+    count
 }
 
 /// Shifts a vertex within the step.

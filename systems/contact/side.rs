@@ -76,19 +76,18 @@ fn part_outside(shape: &Shape, from: [DVec3; 3], to: [DVec3; 3]) -> f64 {
     done
 }
 
-/// Holds corners back of triangles that would pass through an obstacle in the step. Returns whether there are any.
+/// Holds corners back of triangles that would pass through an obstacle in the step.
 pub(super) fn keep(
     (obstacle, travel): &Moved,
     (vertices, increment): (&mut Vertices, &mut Increment),
     (triangles, SolverScratch { free, sweeps, .. }): (&Triangles, &mut SolverScratch),
     step: &StepContext,
-) -> bool {
+) {
     let shape = &obstacle.shape;
     if shape.least_half_width().is_infinite() {
-        return false;
+        return;
     }
     let counts = (vertices.len(), triangles.len());
-    let mut is_any_held = false;
     sweeps.begin();
     for round in 0..SHORTENED + STOPPED {
         let mut is_any = false;
@@ -114,9 +113,7 @@ pub(super) fn keep(
         if !is_any {
             break;
         }
-        is_any_held = true;
     }
-    is_any_held
 }
 
 #[cfg(test)]

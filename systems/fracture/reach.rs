@@ -1,9 +1,10 @@
 //! How far a tip may go in a step, and whether that is far enough for its next triangle.
 
 use super::tip::fan_chart;
-use crate::components::{TearDecision, TearDecisions, Tearing};
+use crate::components::{SolverScratch, TearDecision, TearDecisions, Tearing};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
+use hecs::World;
 
 /// A sum of equal parts may miss the way by roundings.
 const ROUNDED: f64 = 1.0 - 1e-9;
@@ -47,7 +48,7 @@ impl Reach {
 
 /// Whether the split is going to act on what the criterion has decided, and a correction may tell otherwise: a tear starts, a tip that
 /// is to advance may go far enough, or it is not clear that it is to wait for that.
-pub fn will_tear(
+fn will_tear(
     tables: (&Vertices, &Triangles, &Topology),
     (tearing, tips, decisions): (&Tearing, &Tips, &TearDecisions),
     step: &StepContext,
@@ -62,6 +63,31 @@ pub fn will_tear(
     };
     let mut asking = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));
     decisions.start.is_some() || decisions.parting.is_some() || asking.any(|(tip, decision)| is_acted_on(tip, decision))
+}
+
+/// Marks for another solve the bodies whose tips will advance in this step. Returns their number.
+pub fn advancing(world: &mut World, step: &StepContext) -> usize {
+    type Query<'a> = (
+        &'a mut SolverScratch,
+        Option<((&'a Vertices, &'a Triangles, &'a Topology), (&'a Tearing, &'a Tips, &'a TearDecisions))>,
+    );
+    let mut count = 0;
+    for (scratch, tearing) in world.query_mut::<Query>() {
+        let tears = tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
+        scratch.is_converged = !tears;
+        count += usize::from(tears);
+    }
+    count
+}
+
+/// Counts the bodies whose tips may advance further in the step; none where one of them has used up its budget.
+pub fn unfinished(world: &mut World, step: &StepContext) -> usize {
+    let is_used_up = |scratch: &SolverScratch| step.budget.is_some_and(|budget| scratch.work >= budget);
+    let count = |world: &mut World| {
+        let bodies = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
+        bodies.filter(|(decisions, _)| decisions.may_advance_further).count()
+    };
+    if world.query_mut::<&SolverScratch>().into_iter().any(is_used_up) { 0 } else { count(world) }
 }
 
 /// Whether a tip that has just advanced may go far enough for the nearest edge that its next advance could lead to.

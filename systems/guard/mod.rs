@@ -84,6 +84,16 @@ type Query<'a> = (
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
 
+/// Marks for another solve the bodies that the last one would let create energy. Returns their number.
+pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
+    let mut count = 0;
+    for scratch in world.query_mut::<&mut SolverScratch>() {
+        scratch.is_converged = scratch.to_correct.is_none();
+        count += usize::from(!scratch.is_converged);
+    }
+    count
+}
+
 /// Adds up what the last solve leaves over, and marks the bodies where that is too much. Where no shorter step is left to be tried, such
 /// a body first goes only so far on its free axes that it is not: without any motion it keeps no more than what it stores.
 pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {

@@ -61,6 +61,18 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
+/// Counts the bodies that need another Newton iteration.
+pub fn unconverged(world: &mut hecs::World, _: &StepContext) -> usize {
+    let is_done = |scratch: &SolverScratch| scratch.is_converged || scratch.linear_residual.is_nan();
+    world.query_mut::<&SolverScratch>().into_iter().filter(|scratch| !is_done(scratch)).count()
+}
+
+/// Ends the iterations of a linearly implicit solve: a body is converged that has a finite answer.
+pub fn end(world: &mut hecs::World, _: &StepContext) -> usize {
+    let ended = |scratch: &mut SolverScratch| scratch.is_converged = scratch.linear_residual.is_finite();
+    world.query_mut::<&mut SolverScratch>().into_iter().map(ended).count()
+}
+
 /// One body's solve.
 fn solve_body(
     (

@@ -1,4 +1,4 @@
-//! The step as one list on one screen.
+//! The systems of the step as one list on one screen; their loops are those of [`phases`](super::phases).
 
 mod own;
 
@@ -7,14 +7,14 @@ pub use own::{BadPlace, Place, Schedule};
 use crate::systems::{self, StepContext};
 use hecs::World;
 
-/// When a system runs within a step.
+/// When a system runs within a step; [`PHASES`](super::phases::PHASES) has the order of the stages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Once, before anything moves.
     Begin,
-    /// Once, each time the step is taken up again after tears have advanced.
+    /// Each time the step is redone after tears have advanced.
     Resume,
-    /// The forces and their derivatives, in every Newton iteration, and once at the start of a step of two stages.
+    /// Forces and their derivatives: in every Newton iteration, and once at the start of a step of two stages.
     Evaluate,
     /// Once, on the forces at the start of a step of two stages.
     Start,
@@ -22,14 +22,30 @@ pub enum Stage {
     SecondStage,
     /// In every Newton iteration, on what was evaluated.
     Solve,
+    /// After a solve of several iterations: counts the bodies that need another one.
+    Unconverged,
+    /// After the one solve of a linearly implicit step: counts the bodies that would create energy and are solved further.
+    Uncorrected,
+    /// Ends the iterations of a linearly implicit solve.
+    Solved,
     /// Once, where several Newton iterations, or the two stages of a step, have ended.
     Judge,
-    /// On the state that the iterations have reached; once more where they are taken up again for the tips.
+    /// Counts the bodies of which a solve has carried a vertex deep into an obstacle, or through it.
+    Penetrating,
+    /// Where the rounds of contact are used up and a vertex is still deep in an obstacle.
+    Outside,
+    /// After each accepted solve.
+    Sides,
+    /// The criterion on the state that the iterations have reached; once more after a solve for the tips.
     Decide,
-    /// Once, each time the iterations have ended for good.
+    /// Counts the bodies whose tips will advance in this step.
+    Advancing,
+    /// Each time the iterations have ended for good.
     Account,
-    /// Once, at the end.
+    /// Tears by what was decided.
     Tear,
+    /// Counts the bodies whose tips may advance further in the step.
+    Unfinished,
 }
 
 /// A system and its place.
@@ -83,10 +99,18 @@ pub const STEP: &[System] = &[
     system("contain", Stage::Solve, systems::guard::contain),
     system("contain: stage", Stage::Solve, systems::guard::nonlinear::linearise),
     system("integrate", Stage::Solve, systems::step::integrate::integrate),
+    system("solve: unconverged", Stage::Unconverged, systems::solver::solve::unconverged),
+    system("contain: uncorrected", Stage::Uncorrected, systems::guard::uncorrected),
+    system("solve: end", Stage::Solved, systems::solver::solve::end),
     system("contain: end", Stage::Judge, systems::guard::nonlinear::contain),
+    system("contact: penetrating", Stage::Penetrating, systems::contact::penetrating),
+    system("contact: outside", Stage::Outside, systems::contact::put_outside),
+    system("contact: sides", Stage::Sides, systems::contact::keep_sides),
     system("criterion", Stage::Decide, systems::fracture::criterion::criterion),
+    system("split: advancing", Stage::Advancing, systems::fracture::advancing),
     system("energy: account", Stage::Account, systems::guard::audit::account),
     system("grip: feel", Stage::Account, systems::forces::grip::feel),
     system("split", Stage::Tear, systems::fracture::split::split),
     system("energy: edits", Stage::Tear, systems::guard::audit::edits),
+    system("split: unfinished", Stage::Unfinished, systems::fracture::unfinished),
 ];

@@ -114,7 +114,9 @@ impl Schedule {
 
     /// Whether a system of the caller's runs after the state that a solve has left was judged.
     pub(crate) fn has_late_callers(&self) -> bool {
-        let is_late = |stage| matches!(stage, Stage::Decide | Stage::Account | Stage::Tear);
+        let is_late = |stage| {
+            matches!(stage, Stage::Decide | Stage::Advancing | Stage::Account | Stage::Tear | Stage::Unfinished)
+        };
         self.entries.iter().any(|entry| is_late(entry.stage) && matches!(entry.run, Run::Callers(_)))
     }
 
@@ -133,17 +135,28 @@ impl Schedule {
         self.refused.take()
     }
 
-    /// Runs the systems of one stage in order and adds their times and counts to `reports`, which has one entry per system.
-    pub fn run_stage(&mut self, world: &mut World, step: &StepContext, stage: Stage, reports: &mut [SystemReport]) {
-        let mut has_begun = stage != Stage::Begin;
+    /// Runs the systems of one stage in order and adds their times and counts to `reports`, which has one entry per system. Returns the
+    /// number of bodies that the engine's own ran on.
+    pub fn run_stage(
+        &mut self,
+        world: &mut World,
+        step: &StepContext,
+        stage: Stage,
+        reports: &mut [SystemReport],
+    ) -> usize {
+        let (mut has_begun, mut count) = (stage != Stage::Begin, 0);
         for (entry, report) in self.entries.iter_mut().zip(reports).filter(|(entry, _)| entry.stage == stage) {
             if self.refused.is_some() {
-                return;
+                return 0;
             }
             let start = Moment::now();
             has_begun |= entry.name == "hold";
             let bodies = match &mut entry.run {
-                Run::Engines(run) => run(world, step),
+                Run::Engines(run) => {
+                    let bodies = run(world, step);
+                    count += bodies;
+                    bodies
+                }
                 Run::Callers(run) => {
                     let bodies = run(world, step);
                     self.refused = judge_all(world).err().map(|refused| (refused, has_begun));
@@ -155,6 +168,7 @@ impl Schedule {
                 report.time += start.elapsed();
             }
         }
+        count
     }
 
     /// Empties `reports` and gives it one entry per system.

@@ -1,8 +1,9 @@
 //! What may be wrong with a body after a solve, and the way back to its last good state.
 
-use super::advance::Aside;
+use super::run::Aside;
+use crate::components::Fault;
 use crate::components::{EnergyAudit, Forceps, Grips, Increment, Reactions, Sleeping, SolverScratch, TearDecisions};
-use crate::report::{Fault, GuardCause, GuardPlace};
+use crate::event::{GuardCause, GuardPlace};
 use crate::storage::{Tips, Vertices};
 use crate::systems::{StepContext, contact};
 use glam::DVec3;
@@ -34,12 +35,12 @@ fn fault_of((vertices, scratch, sleeping): Judged<'_>) -> Option<Fault> {
 }
 
 /// What is wrong with a body, if anything is.
-pub(super) fn fault_in(world: &World, body: Entity) -> Option<Fault> {
+pub fn fault_in(world: &World, body: Entity) -> Option<Fault> {
     world.query_one::<Judged>(body).get().ok().and_then(fault_of)
 }
 
 /// Whether every solve and every state is.
-pub(super) fn is_finite(world: &mut World) -> bool {
+pub fn is_finite(world: &mut World) -> bool {
     world
         .query_mut::<Judged>()
         .into_iter()
@@ -92,7 +93,7 @@ type Started<'a> = (
 );
 
 /// Back to the start of the step, and the obstacles to where they were at this time \[ms\].
-pub(super) fn restore(world: &mut World, step: &StepContext, time: f64) {
+pub fn restore(world: &mut World, step: &StepContext, time: f64) {
     world.query_mut::<Started>().into_iter().for_each(set_back);
     contact::move_obstacles(world, &StepContext { time, ..*step });
     tell_forceps(world);
@@ -113,7 +114,7 @@ fn set_back(((vertices, increment, scratch, audit), read): Started<'_>) {
 }
 
 /// Tells forceps what their jaws pull with, where a step was undone.
-pub(super) fn tell_forceps(world: &mut World) {
+pub fn tell_forceps(world: &mut World) {
     let pinches = world.query_mut::<&Grips>().into_iter().flat_map(|grips| &grips.pinches);
     let told = pinches.filter_map(|pinch| Some((pinch.forceps?, pinch.force, pinch.torque)));
     let told: SmallVec<[(Entity, DVec3, DVec3); 8]> = told.collect();

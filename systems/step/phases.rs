@@ -1,0 +1,142 @@
+//! The order of a step's stages, with its loops and what they are repeated for: one list, run by [`run`](super::run).
+
+use super::schedule::Stage;
+use crate::settings::{LinearParams, Tangent};
+use crate::systems::StepContext;
+use std::slice::from_ref;
+
+/// The stress error allowed before a tear advances, as part of that allowed otherwise: an advance cannot be undone, and
+/// the error at a tip may be several times that in the body as a whole.
+const DECISIVE: f64 = 0.2;
+
+/// Maximum contact rounds per step.
+const CONTACT_ROUNDS: u32 = 4;
+
+/// A part of the step.
+pub enum Phase {
+    /// The systems of a stage, in the order of [`STEP`](super::schedule::STEP).
+    Run(Stage),
+    /// Bodies left in no sound state are set back and put aside; the step ends where none is left.
+    Check,
+    /// As [`Check`](Self::Check), where the caller has systems of its own after the last one.
+    CheckCallers,
+    /// These phases.
+    Group(&'static [Phase]),
+    /// These phases, where the step asks for them.
+    When(fn(&StepContext) -> bool, &'static [Phase]),
+    /// These phases with another context: of another stage of time integration.
+    With(fn(&StepContext) -> StepContext, &'static [Phase]),
+    /// Rounds while a stage counts bodies that need one.
+    While(Loop),
+    /// The same, but for a first round that is made anyway.
+    Until(Loop),
+}
+
+/// Rounds of phases.
+pub struct Loop {
+    /// The stage whose systems count the bodies that need another round.
+    pub needed: Stage,
+    /// Rounds at the most.
+    pub most: fn(&StepContext) -> u32,
+    /// The context of a round, by the number of rounds before.
+    pub context: fn(&StepContext, u32) -> StepContext,
+    /// What is repeated.
+    pub phases: &'static [Phase],
+    /// What is done instead where the rounds are used up and another one is needed; asked for only where there is something.
+    pub used_up: &'static [Phase],
+}
+
+use Phase::{Check, CheckCallers, Group, Run, Until, When, While, With};
+
+/// A dynamic step: solved, decided, torn, and redone from its start while tears may advance further in it.
+pub const PHASES: &[Phase] = &[Until(Loop {
+    needed: Stage::Unfinished,
+    most: |step| step.resumes,
+    context: |step, round| StepContext { is_resumed: round > 0, ..*step },
+    phases: &[
+        When(|step| step.is_resumed, &[Run(Stage::Resume)]),
+        When(|step| !step.is_resumed && step.has_first_stage(), FIRST_STAGE),
+        When(|step| !step.is_resumed && !step.has_first_stage(), &[Run(Stage::Begin)]),
+        Group(SOLVE),
+        Run(Stage::Judge),
+        Check,
+        When(is_linear, from_ref(&CONTACT)),
+        Run(Stage::Sides),
+        Run(Stage::Decide),
+        When(is_linear, from_ref(&CORRECTOR)),
+        Run(Stage::Account),
+        Run(Stage::Tear),
+        CheckCallers,
+    ],
+    used_up: &[],
+})];
+
+/// A static solve.
+pub const STATIC_PHASES: &[Phase] = &[Run(Stage::Begin), Group(SOLVE), Run(Stage::Judge), Run(Stage::Account)];
+
+/// The first stage of a step of two, after the acceleration at its start.
+const FIRST_STAGE: &[Phase] = &[
+    With(StepContext::first_stage, &[Run(Stage::Begin)]),
+    With(StepContext::at_start, &[Run(Stage::Evaluate), Run(Stage::Start)]),
+    With(StepContext::first_stage, SOLVE),
+    Check,
+    Run(Stage::SecondStage),
+];
+
+/// The solve of a step or a stage of it.
+const SOLVE: &[Phase] = &[When(is_linear, LINEAR), When(|step| !is_linear(step), from_ref(&NEWTON))];
+
+/// Newton's iteration. The last one of a dynamic step only evaluates what the ones before have reached.
+const NEWTON: Phase = Until(Loop {
+    needed: Stage::Unconverged,
+    most: |step| step.newton_iterations,
+    context: |step, _| *step,
+    phases: &[Run(Stage::Evaluate), Run(Stage::Solve)],
+    used_up: &[],
+});
+
+/// The one solve of a linearly implicit step, and further ones of bodies that it would let create energy.
+const LINEAR: &[Phase] = &[
+    Run(Stage::Evaluate),
+    Run(Stage::Solve),
+    While(Loop {
+        needed: Stage::Uncorrected,
+        most: |step| step.corrections,
+        context: |step, round| StepContext {
+            corrections: step.corrections - 1 - round,
+            is_correction: true,
+            tangent: Tangent::Projected,
+            ..*step
+        },
+        phases: &[Run(Stage::Evaluate), Run(Stage::Solve)],
+        used_up: &[],
+    }),
+    Run(Stage::Solved),
+];
+
+/// Further solves of bodies that the last one has carried into an obstacle.
+const CONTACT: Phase = While(Loop {
+    needed: Stage::Penetrating,
+    most: |_| CONTACT_ROUNDS,
+    context: |step, _| *step,
+    phases: &[Group(LINEAR), Check],
+    used_up: &[Run(Stage::Outside), Check],
+});
+
+/// A second solve of the bodies whose tips will advance in this step. One linear solve leaves the linearisation error of the whole step, or
+/// of an advance that springs open, on which the path would depend (`fig2-tear`: 0.83 mm between dt = 10 and 5 ms; 0.03 mm with the
+/// second solve).
+const CORRECTOR: Phase = While(Loop {
+    needed: Stage::Advancing,
+    most: |_| 1,
+    context: |step, _| {
+        let stress_tolerance = DECISIVE * step.linear.stress_tolerance;
+        StepContext { linear: LinearParams { stress_tolerance, ..step.linear }, ..*step }
+    },
+    phases: &[Group(LINEAR), Check, Run(Stage::Sides), Run(Stage::Decide)],
+    used_up: &[],
+});
+
+fn is_linear(step: &StepContext) -> bool {
+    step.newton_iterations == 1
+}

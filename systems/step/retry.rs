@@ -1,0 +1,138 @@
+//! What retries a step: bodies that a step leaves in no sound state go it again in halves, and at last only a part of their way.
+
+use super::faults::tell_forceps;
+use super::phases::PHASES;
+use super::run::{Aside, Running};
+use crate::components::SolverScratch;
+use crate::math::elementary;
+use crate::settings::Settings;
+use crate::systems::{StepContext, contact};
+use hecs::{Entity, World};
+use smallvec::SmallVec;
+
+/// Parts of a step that are tried at the most for each level of halving: each takes two where it fails once. What is left is then
+/// taken as dissipative as can be.
+const TRIES: u32 = 3;
+
+/// So many times shorter is the last resort of a body that was held back in the last step already: in a long one soft directions, held
+/// by inertia alone, go so far that next to nothing of the way may be gone, of stiff ones neither, and crumpled tissue would stay so.
+const SHORTER: f64 = 8.0;
+
+/// So often at the most it is made shorter: to 3 µs of 100 ms.
+const MOST_SHORTENINGS: u32 = 5;
+
+/// One dynamic step of all bodies. One that it leaves in no sound state is retried by itself, [in halves](Settings::halvings), and the
+/// others keep the step that they have taken. Returns the time \[ms\] that was done: all of `dt`, or less where no body has done all of it.
+pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, running: &mut Running) -> f64 {
+    let step = StepContext::of_step(settings, dt, time + dt);
+    let mut failed = running.list();
+    let held_back = held_back(world);
+    running.step(world, &step, PHASES, &mut failed);
+    if running.schedule.has_refused() {
+        running.give_back(world, failed);
+        return 0.0;
+    }
+    if failed.is_empty() {
+        running.spare.push(failed);
+        return dt;
+    }
+    let mut done = running.list();
+    put_all_aside(world, &mut done);
+    let mut most = if done.is_empty() { 0.0 } else { dt };
+    for (body, scratch) in failed.drain(..) {
+        // As in `give_back`.
+        let _ = world.insert_one(body, scratch);
+        let mut retried = Retried { world, settings, running, tries: 0, is_last_resort: false };
+        // What could not go all of its way even in the smallest part of the last step is not tried in parts again.
+        let before = held_back.iter().find(|(held, _)| *held == body).map(|(_, shortenings)| *shortenings);
+        let gone = match before {
+            Some(shortenings) => retried.at_its_end(time, dt, shortenings),
+            None => retried.in_halves(time, dt, settings.halvings),
+        };
+        most = gone.max(most);
+        if let (Some(before), Ok(scratch)) = (before, world.query_one_mut::<&mut SolverScratch>(body)) {
+            scratch.shortenings = if scratch.is_held_back { before + 1 } else { before.saturating_sub(1) };
+        }
+        put_all_aside(world, &mut done);
+    }
+    running.give_back(world, failed);
+    running.give_back(world, done);
+    // The parts have moved them too.
+    contact::move_obstacles(world, &StepContext::of_step(settings, dt, time + most));
+    tell_forceps(world);
+    most
+}
+
+/// A body whose step has failed, while the others wait.
+struct Retried<'a, 'b> {
+    world: &'a mut World,
+    settings: &'a Settings,
+    running: &'a mut Running<'b>,
+    /// Parts that have been tried.
+    tries: u32,
+    /// Whether the smallest part has had to be as dissipative as can be, or there have been tries enough: what is left of the step is
+    /// so at once, in as few parts as there can be.
+    is_last_resort: bool,
+}
+
+impl Retried<'_, '_> {
+    /// Two halves of what has failed. Returns the time that was done.
+    fn in_halves(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
+        self.running.report.rolled_back += 1;
+        if halvings == 0 || is_used_up(self.world, self.settings.budget) {
+            self.is_last_resort = true;
+            return self.part(time, dt, 0);
+        }
+        let half = 0.5 * dt;
+        let first = self.part(time, half, halvings - 1);
+        if first < half { first } else { half + self.part(time + half, half, halvings - 1) }
+    }
+
+    /// A last resort at the end of the step, before which the body stands. Returns the time that was done.
+    fn at_its_end(&mut self, time: f64, dt: f64, shortenings: u32) -> f64 {
+        self.running.report.rolled_back += 1;
+        self.is_last_resort = true;
+        let length = dt / elementary::powi(SHORTER, shortenings);
+        if self.part(time + (dt - length), length, 0) > 0.0 { dt } else { 0.0 }
+    }
+
+    /// A part of the step. Returns the time that was done.
+    fn part(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
+        let step = StepContext { is_retried: true, ..StepContext::of_step(self.settings, dt, time + dt) };
+        self.tries += 1;
+        self.is_last_resort |= self.tries > TRIES * (self.settings.halvings + 1);
+        let step = if self.is_last_resort { step.last_resort() } else { step };
+        let mut failed = self.running.list();
+        self.running.step(self.world, &step, PHASES, &mut failed);
+        let is_sound = failed.is_empty();
+        self.running.give_back(self.world, failed);
+        if self.running.schedule.has_refused() {
+            return 0.0;
+        }
+        if is_sound {
+            return dt;
+        }
+        if self.is_last_resort { 0.0 } else { self.in_halves(time, dt, halvings) }
+    }
+}
+
+/// The bodies that went only a part of their way in the last step, or a shorter one, with how often it was made shorter. That is taken
+/// off them: of one that goes all of its way at once nothing is left.
+fn held_back(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
+    let bodies = world.query_mut::<(Entity, &mut SolverScratch)>().into_iter();
+    let held_back = bodies.filter(|(_, scratch)| scratch.is_held_back || scratch.shortenings > 0);
+    let shortenings = |scratch: &mut SolverScratch| std::mem::take(&mut scratch.shortenings).min(MOST_SHORTENINGS);
+    held_back.map(|(body, scratch)| (body, shortenings(scratch))).collect()
+}
+
+/// Takes what solvers remember off all bodies.
+fn put_all_aside(world: &mut World, list: &mut Aside) {
+    let bodies = world.query_mut::<(Entity, &SolverScratch)>().into_iter();
+    let bodies: SmallVec<[Entity; 16]> = bodies.map(|(body, _)| body).collect();
+    list.extend(bodies.into_iter().filter_map(|body| Some((body, world.remove_one::<SolverScratch>(body).ok()?))));
+}
+
+/// Whether a body has used up what iterations it may take in the step.
+pub(super) fn is_used_up(world: &mut World, budget: Option<u32>) -> bool {
+    budget.is_some_and(|budget| world.query_mut::<&SolverScratch>().into_iter().any(|scratch| scratch.work >= budget))
+}

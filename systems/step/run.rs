@@ -1,0 +1,103 @@
+//! Runs the phases of a step.
+
+use super::faults::has_sound;
+use super::phases::{Loop, Phase};
+use super::schedule::{Schedule, Stage};
+use crate::components::SolverScratch;
+use crate::report::Report;
+use crate::systems::StepContext;
+use hecs::{Entity, World};
+use std::ops::ControlFlow;
+
+/// What a step is run by, and where it is told what it did.
+pub struct Running<'a> {
+    /// The systems.
+    pub schedule: &'a mut Schedule,
+    /// Their report.
+    pub report: &'a mut Report,
+    /// Lists of bodies put aside that are empty again.
+    pub spare: &'a mut Vec<Aside>,
+}
+
+impl Running<'_> {
+    /// Runs the systems of one stage. Returns the number of bodies that the engine's ran on.
+    pub fn stage(&mut self, world: &mut World, step: &StepContext, stage: Stage) -> usize {
+        self.schedule.run_stage(world, step, stage, &mut self.report.systems)
+    }
+
+    /// Runs a step. Bodies that a solve leaves in no sound state are set back and put aside into `failed`.
+    pub fn step(&mut self, world: &mut World, step: &StepContext, phases: &[Phase], failed: &mut Aside) {
+        // Where it broke off, no body was left to go on with.
+        let _ = self.phases(world, step, phases, failed);
+    }
+
+    fn phases(
+        &mut self,
+        world: &mut World,
+        step: &StepContext,
+        phases: &[Phase],
+        failed: &mut Aside,
+    ) -> ControlFlow<()> {
+        for phase in phases {
+            match phase {
+                Phase::Run(stage) => _ = self.stage(world, step, *stage),
+                Phase::Check => self.check(world, failed)?,
+                Phase::CheckCallers if self.schedule.has_late_callers() => self.check(world, failed)?,
+                Phase::Group(phases) => self.phases(world, step, phases, failed)?,
+                Phase::When(asks, phases) if asks(step) => self.phases(world, step, phases, failed)?,
+                Phase::With(context, phases) => self.phases(world, &context(step), phases, failed)?,
+                Phase::While(rounds) => self.rounds(world, step, (rounds, 0), failed)?,
+                Phase::Until(rounds) => {
+                    self.phases(world, &(rounds.context)(step, 0), rounds.phases, failed)?;
+                    self.rounds(world, step, (rounds, 1), failed)?;
+                }
+                Phase::CheckCallers | Phase::When(..) => {}
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Rounds of a loop of which so many were made already.
+    fn rounds(
+        &mut self,
+        world: &mut World,
+        step: &StepContext,
+        (rounds, made): (&Loop, u32),
+        failed: &mut Aside,
+    ) -> ControlFlow<()> {
+        let most = made + (rounds.most)(step);
+        for round in made..most {
+            if self.stage(world, step, rounds.needed) == 0 {
+                return ControlFlow::Continue(());
+            }
+            self.phases(world, &(rounds.context)(step, round), rounds.phases, failed)?;
+        }
+        if !rounds.used_up.is_empty() && self.stage(world, step, rounds.needed) > 0 {
+            self.phases(world, step, rounds.used_up, failed)?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Breaks off where no body is left to go on with.
+    fn check(&self, world: &mut World, failed: &mut Aside) -> ControlFlow<()> {
+        let may_go_on = !self.schedule.has_refused() && has_sound(world, failed);
+        if may_go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+
+    /// An empty list of bodies.
+    pub(super) fn list(&mut self) -> Aside {
+        self.spare.pop().unwrap_or_default()
+    }
+
+    /// Gives the bodies of a list back what their solvers remember, and keeps the list.
+    pub(super) fn give_back(&mut self, world: &mut World, mut list: Aside) {
+        for (body, scratch) in list.drain(..) {
+            // The body is there: nothing has been despawned.
+            let _ = world.insert_one(body, scratch);
+        }
+        self.spare.push(list);
+    }
+}
+
+/// Bodies that no system runs on for a while, with the memory of their solvers: without it none does.
+pub type Aside = Vec<(Entity, SolverScratch)>;
