@@ -1,9 +1,117 @@
-//! Moves the vertices by the solve's answer: x = x_start + u, and v as the step's formula says, u/dt in backward Euler.
+//! Time integration: the start of a step or stage with its first guess, and its end, x = x_start + u with v by the step's formula
+//! ([`context`](crate::systems::context)).
 
-use crate::components::{Increment, SolverScratch};
+use crate::components::{
+    Forces, Guide, HoldGuides, Holds, Increment, Planar, Read, Sleeping, SolverScratch, TearDecisions,
+};
 use crate::storage::Vertices;
+use crate::systems::context::SECOND_STAGE;
+use crate::systems::forces::hold::{Prescription, mark_axes};
 use crate::systems::{StepContext, parallel};
 use glam::DVec3;
+
+/// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear
+/// solve: the last increment scaled to this step along free axes, the prescribed displacement along the others.
+pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
+    for (scratch, sleeping, read) in world.query_mut::<(&mut SolverScratch, Option<&Sleeping>, Read)>() {
+        scratch.readings.keep(read);
+        scratch.iterations = 0;
+        scratch.is_late = false;
+        scratch.newton_iterations = 0;
+        scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
+        scratch.fell_back = false;
+        scratch.line_search = None;
+        scratch.is_held_back = false;
+        if !step.is_retried {
+            scratch.relaxing = scratch.relaxing.saturating_sub(1);
+        }
+        (scratch.is_counted, scratch.fault, scratch.to_correct) = (false, None, None);
+        scratch.account.energy = None;
+        scratch.start_left_over = [scratch.left_over, scratch.unseen];
+    }
+    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Prescription<'a>, Option<&'a Planar>);
+    parallel::for_bodies::<Query>(
+        world,
+        |(vertices, _, scratch, ..)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, increment, scratch, prescription, planar)| {
+            let n = vertices.len();
+            increment.start.clone_from(&vertices.position);
+            increment.start_velocity.clone_from(&vertices.velocity);
+            increment.displacement.resize(n, DVec3::ZERO);
+            let scale = if step.is_static || increment.dt <= 0.0 { 0.0 } else { step.reach() / increment.dt };
+            increment.delta.clear();
+            increment.delta.extend(increment.displacement.iter().map(|&u| u * scale));
+            increment.displacement.fill(DVec3::ZERO);
+            increment.dt = step.dt;
+
+            mark_axes(vertices, increment, scratch, prescription, planar, step.time);
+        },
+    )
+}
+
+/// Keeps the acceleration of every vertex at the start of a step of two stages, by the forces just evaluated there.
+pub fn start(world: &mut hecs::World, step: &StepContext) -> usize {
+    type Query<'a> =
+        (&'a Vertices, &'a Forces, &'a mut Increment, &'a SolverScratch, Option<(&'a Holds, &'a HoldGuides)>);
+    parallel::for_bodies::<Query>(
+        world,
+        |(vertices, _, _, scratch, _)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, forces, increment, _, guided)| {
+            increment.start_acceleration.resize(vertices.len(), DVec3::ZERO);
+            parallel::for_rows(&mut increment.start_acceleration, |v, a| *a = forces.nodal[v] / vertices.mass[v]);
+            let Some((holds, guides)) = guided else { return };
+            for (place, hold) in holds.groups.iter().enumerate() {
+                let Some(Guide::Together { force, curve }) = guides.of(place) else { continue };
+                let mass: f64 = hold.members.rows().iter().map(|&row| vertices.mass[row as usize]).sum();
+                let held = DVec3::from_array(hold.axes.map(|axis| f64::from(u8::from(axis))));
+                let gained = *force * held * (curve.at(step.time) / mass);
+                hold.members.rows().iter().for_each(|&row| increment.start_acceleration[row as usize] += gained);
+            }
+        },
+    )
+}
+
+/// Begins the second stage where the first has ended: the guess is that the body goes on as it did.
+pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
+    for (scratch, sleeping) in world.query_mut::<(&mut SolverScratch, Option<&Sleeping>)>() {
+        scratch.newton_iterations = 0;
+        scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
+    }
+    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Prescription<'a>, Option<&'a Planar>);
+    parallel::for_bodies::<Query>(
+        world,
+        |(vertices, _, scratch, ..)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, increment, scratch, prescription, planar)| {
+            increment.middle_displacement.clone_from(&increment.displacement);
+            increment.middle_velocity.clone_from(&vertices.velocity);
+            let Increment { displacement, delta, .. } = &mut *increment;
+            parallel::for_rows(delta, |v, delta| *delta = displacement[v] * SECOND_STAGE);
+            mark_axes(vertices, increment, scratch, prescription, planar, step.time);
+        },
+    )
+}
+
+/// Takes the step up again on the bodies whose tears have advanced and may advance further: the same step from the same start
+/// (the last stage of it where it has two) and with what it has reached so far, on the mesh as it is now. The others are done.
+pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
+    let mut count = 0;
+    type Query<'a> = (
+        (&'a Vertices, &'a mut Increment, &'a mut SolverScratch),
+        (Prescription<'a>, Option<&'a Planar>, Option<&'a TearDecisions>),
+    );
+    for ((vertices, increment, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
+        scratch.is_converged = step.is_done(decisions);
+        if scratch.is_converged {
+            continue;
+        }
+        count += 1;
+        increment.delta.clear();
+        increment.delta.resize(vertices.len(), DVec3::ZERO);
+        mark_axes(vertices, increment, scratch, prescription, planar, step.time);
+        scratch.newton_iterations = 0;
+    }
+    count
+}
 
 /// Adds the last solve's change to the displacement of the step and updates positions and velocities. A static solve has
 /// no velocities.
