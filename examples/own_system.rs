@@ -7,12 +7,13 @@ use rhexis::generate;
 use rhexis::math::Sym3;
 use rhexis::membrane::Membrane;
 use rhexis::schedule::Place;
+use rhexis::schedule::StepContext;
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Topology, Triangles, Vertices};
-use rhexis::systems::StepContext;
 
 /// Draws every vertex towards a point, by a spring per rest area.
+#[derive(Clone)]
 struct Magnet {
     at: DVec3,
     /// \[N/mm³\].

@@ -135,6 +135,7 @@ impl fmt::Display for Renewal {
 /// The kinds of event. Positions and directions are in the rest shape.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum EventKind {
     /// A tear began: a cut by a tool, or the criterion inside the tissue.
     Started {

@@ -12,6 +12,7 @@ pub const MOST_TRIANGLES: usize = 5_000_000;
 
 /// Why a generator refuses.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GenerateError {
     /// A length that is zero, negative or not a number.
     #[error("the {what} is {value} mm; it must be a finite length above zero")]

@@ -66,6 +66,7 @@
 
 mod clock;
 pub mod components;
+mod error;
 pub mod event;
 pub mod frame;
 pub mod generate;
@@ -73,6 +74,7 @@ pub mod generate;
 pub mod internal;
 pub mod math;
 pub mod membrane;
+pub mod prelude;
 mod registry;
 pub mod replay;
 pub mod report;
@@ -81,11 +83,15 @@ pub mod simulation;
 pub mod snapshot;
 mod source;
 pub mod storage;
+pub mod units;
 
+#[doc(hidden)]
 #[path = "../systems/mod.rs"]
 pub mod systems;
 
+pub use error::{Error, ErrorKind, Result};
 pub use systems::step::schedule;
+pub use {glam, hecs};
 
 #[doc = include_str!("../docs/theory.md")]
 pub mod theory {}

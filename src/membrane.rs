@@ -9,10 +9,11 @@ use crate::math::{RestTriangle, Sym2};
 use crate::registry::{check_changed, complete};
 use crate::storage::{Broken, Mesh, Topology, TriangleMesh, TriangleRow, Triangles, VertexRow, Vertices, measure};
 use glam::DVec3;
-use hecs::EntityBuilder;
+use hecs::{EntityBuilder, EntityBuilderClone};
+use std::sync::Arc;
 
 /// What differs from triangle to triangle.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct PerTriangle {
     thickness: Option<Vec<f64>>,
     strength: Option<Vec<f64>>,
@@ -41,15 +42,16 @@ fn own<T: Copy>(list: &Option<Vec<T>>, triangle: usize, default: T) -> T {
     list.as_ref().and_then(|list| list.get(triangle)).copied().unwrap_or(default)
 }
 
-/// A body to be spawned.
+/// A body to be spawned. A clone of it is spawned as another body.
+#[derive(Clone)]
 pub struct Membrane {
     name: String,
     mesh: TriangleMesh,
-    material: Box<dyn Fn(DVec3) -> Material + Send + Sync>,
+    material: Arc<dyn Fn(DVec3) -> Material + Send + Sync>,
     fibres: Option<Fibres>,
     per_triangle: PerTriangle,
     holds: Vec<Hold>,
-    components: EntityBuilder,
+    components: EntityBuilderClone,
 }
 
 impl Membrane {
@@ -59,18 +61,18 @@ impl Membrane {
         Self {
             name: name.into(),
             mesh,
-            material: Box::new(move |_| material),
+            material: Arc::new(move |_| material),
             fibres: None,
             per_triangle: PerTriangle::default(),
             holds: Vec::new(),
-            components: EntityBuilder::new(),
+            components: EntityBuilderClone::new(),
         }
     }
 
     /// A material that varies with the rest position \[mm\] of a triangle's centroid.
     #[must_use]
     pub fn graded(mut self, material: impl Fn(DVec3) -> Material + Send + Sync + 'static) -> Self {
-        self.material = Box::new(material);
+        self.material = Arc::new(material);
         self
     }
 
@@ -126,7 +128,7 @@ impl Membrane {
 
     /// Adds any component: loads, springs, damping, tearing, or one of your own.
     #[must_use]
-    pub fn with(mut self, component: impl hecs::Component) -> Self {
+    pub fn with(mut self, component: impl hecs::Component + Clone) -> Self {
         self.components.add(component);
         self
     }
@@ -140,6 +142,14 @@ impl Membrane {
     /// The mesh.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.mesh
+    }
+
+    /// Checks mesh, material and components as [`spawn`](crate::simulation::Simulation::spawn) does.
+    ///
+    /// # Errors
+    /// Names what is refused, and what it must be.
+    pub fn validate(&self) -> Result<(), BodyError> {
+        self.clone().build(0).map(|_| ())
     }
 
     /// All components of the body, checked.
@@ -164,7 +174,9 @@ impl Membrane {
         if let Some(bending) = self.components.get::<&Bending>() {
             check_bending(bending, &triangles)?;
         }
-        let c = &mut self.components;
+        let mut entity = EntityBuilder::new();
+        entity.add_bundle(&self.components.build());
+        let c = &mut entity;
         c.add(Body { name: self.name, order });
         c.add_bundle((vertices, triangles, topology));
         if !self.holds.is_empty() {
@@ -177,7 +189,7 @@ impl Membrane {
         surface.map_or(Ok(()), |(triangles, _)| triangles.check(&host))?;
         check_changed(c, &host)?;
         complete(c);
-        Ok(self.components)
+        Ok(entity)
     }
 
     /// Vertices and triangles that steps may add and for which there is room from the start. A refinement's budget counts within

@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the engine, from the ground up: each may name those before it, and itself.
-const ORDER: [&str; 26] = [
+const ORDER: [&str; 29] = [
     "clock",
+    "units",
     "math",
     "source",
     "storage",
@@ -31,6 +32,8 @@ const ORDER: [&str; 26] = [
     "replay",
     "systems::step",
     "simulation",
+    "error",
+    "prelude",
     "internal",
 ];
 

@@ -7,6 +7,7 @@ use rhexis::components::{Changes, Damping, Drag, Fibres, Gravity, Material, Tear
 use rhexis::membrane::Membrane;
 use rhexis::simulation::Simulation;
 use rhexis::storage::TriangleMesh;
+use std::sync::Arc;
 
 /// Side of a sheet \[mm\].
 pub const SIZE: f64 = 40.0;
@@ -58,7 +59,7 @@ fn spawn(simulation: &mut Simulation, renderer: &mut Renderer, side: usize) -> R
         ..Tearing::default()
     };
     let sheet = Membrane::new("cloth", mesh, Material { density: 1e-3, ..Material::figure_2() })
-        .fibres(Fibres::Function(Box::new(|x| DVec3::Z.cross(x))))
+        .fibres(Fibres::Function(Arc::new(|x| DVec3::Z.cross(x))))
         .with(Gravity { acceleration: DVec3::new(0.0, -9.81e-3, 0.0) })
         .with(Damping { time: 1.0 })
         .with(Drag { coefficient: 1e-6 })

@@ -5,6 +5,7 @@ use crate::storage::{Broken, MeshError};
 
 /// Why a body is refused, or a component of a body, an obstacle or a tool.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BodyError {
     /// The mesh.
     #[error(transparent)]

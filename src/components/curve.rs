@@ -12,6 +12,7 @@ pub struct Curve {
 
 /// Why points are no curve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BadCurve {
     /// No points at all.
     #[error("a curve needs at least one point [time, value]")]

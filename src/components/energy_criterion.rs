@@ -15,7 +15,7 @@ use super::check::{Check, Host, number, positive};
 /// Where the ring does not have the field of one straight crack in a plane ([`RingFault`](super::RingFault)), the material force takes its
 /// place: the derivative of the energy by the place of the tip, right on folds, in any law, beside jaws and contact. A start
 /// has no crack: it asks for both, the strengths of `Tearing` along a whole length and the toughness by opening that length (Leguillon
-/// 2002). [`Tearing::of_toughness`](super::Tearing::of_toughness) gives strengths that fit.
+/// 2002). [`Tearing::from_toughness`](super::Tearing::from_toughness) gives strengths that fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyCriterion {

@@ -2,8 +2,10 @@
 
 use crate::math::elementary;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A fibre direction for every triangle of a rest mesh. Directions are projected into the triangle's plane.
+#[derive(Clone)]
 pub enum Fibres {
     /// One direction everywhere.
     Uniform(DVec3),
@@ -17,7 +19,7 @@ pub enum Fibres {
     /// One direction per triangle, in the mesh's order.
     PerTriangle(Vec<DVec3>),
     /// A function of the triangle's rest centroid \[mm\].
-    Function(Box<dyn Fn(DVec3) -> DVec3 + Send + Sync>),
+    Function(Arc<dyn Fn(DVec3) -> DVec3 + Send + Sync>),
 }
 
 impl Fibres {

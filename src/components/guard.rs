@@ -5,6 +5,7 @@ use crate::event::{GuardCause, GuardPlace};
 /// Why a body's step was given up: the last good state stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Fault {
     /// A linear system that has no finite answer: a force, a stiffness or a prescribed motion beyond what numbers hold.
     #[error("its linear system has no finite answer: a force, a stiffness or a prescribed motion is too large")]

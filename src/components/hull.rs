@@ -50,6 +50,7 @@ struct Bounds {
 
 /// Why a mesh bounds no solid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum HullError {
     /// A triangle without area, or with a corner that is not there.
     #[error("triangle {0} has no area or a corner that is not there")]

@@ -45,6 +45,7 @@ mod turning;
 
 pub use crate::event::{DecidedBy, PartedBy, RingFault, WithheldStart};
 pub use crate::math::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, StiffeningFibres};
+#[doc(hidden)]
 pub use allowed::Allowed;
 pub use attributes::{Attributes, Channel};
 pub use bending::Bending;
@@ -62,6 +63,7 @@ pub use environment::{Damping, Drag, Gravity, PreStretch, Pressure};
 pub use fibre_laws::{FibreLaws, fibre_law};
 pub use fibres::Fibres;
 pub use forceps::{Forceps, Grasp, Jaws, Motion, Pinch, Pose, Slip};
+#[doc(hidden)]
 pub use free_axes::{EachFree, FreeAxes};
 pub use grip::{Grip, Grips, NearTip, Path};
 pub use guard::{Fault, GuardFigures};
@@ -73,12 +75,17 @@ pub use material::Material;
 pub use obstacle::{Contact, Obstacle, ObstaclePath, Rubbing, Shape, Swept};
 pub use parting::Parting;
 pub(crate) use readings::Read;
+#[doc(hidden)]
 pub use readings::Readings;
 pub use refinement::{Refined, Refinement};
-pub use sleeping::{Sleeping, Slumber};
+pub use sleeping::Sleeping;
+#[doc(hidden)]
+pub use sleeping::Slumber;
+#[doc(hidden)]
 pub use solver_scratch::{LineSearch, SolverScratch, StepAccount, Sweeps};
 pub use springs::{Anchor, Springs};
 pub use step_forces::StepForces;
+#[doc(hidden)]
 pub use stops::Stops;
 pub use tear_decisions::{RefusedSite, TearDecision, TearDecisions, TearSite};
 pub use tear_log::TearLog;

@@ -20,7 +20,7 @@ pub enum TearMode {
 ///
 /// Give strengths where the stress at failure was measured and R is known as a length of the tissue (spacing of its fibres, size
 /// of its defects). Where what was measured is the energy that a long tear takes, start from
-/// [`of_toughness`](Self::of_toughness). Strength, R and toughness are tied: two of them imply the third, see
+/// [`from_toughness`](Self::from_toughness). Strength, R and toughness are tied: two of them imply the third, see
 /// [`toughness`](Self::toughness).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -100,7 +100,7 @@ impl Tearing {
     /// ```
     /// use rhexis::components::{Material, Tearing, Toughness};
     /// let law = Material::figure_2().stiffness()?;
-    /// let tearing = Tearing::of_toughness(Toughness { along: 0.02, across: 0.5 }, &law, 0.5)?;
+    /// let tearing = Tearing::from_toughness(Toughness { along: 0.02, across: 0.5 }, &law, 0.5)?;
     /// let back = tearing.toughness(&law);
     /// assert!((back.along - 0.02).abs() < 1e-12 && (back.across - 0.5).abs() < 1e-12);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -108,7 +108,7 @@ impl Tearing {
     ///
     /// # Errors
     /// Unless both are positive and finite.
-    pub fn of_toughness(toughness: Toughness, law: &Orthotropic, radius: f64) -> Result<Self, InadmissibleToughness> {
+    pub fn from_toughness(toughness: Toughness, law: &Orthotropic, radius: f64) -> Result<Self, InadmissibleToughness> {
         for (direction, value) in [("along", toughness.along), ("across", toughness.across)] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(InadmissibleToughness { direction, value });

@@ -100,6 +100,7 @@ impl fmt::Display for PartedBy {
 /// Why an attempt at a step was refused, or its answer limited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum GuardCause {
     /// Energy by the membrane's stress, at a triangle that nothing holds.
     Membrane,

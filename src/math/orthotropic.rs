@@ -21,6 +21,7 @@ pub struct Orthotropic {
 
 /// Why a set of elastic constants is no material: its energy would not be positive.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum InadmissibleMaterial {
     /// A modulus outside the range in which products of two of them, and their inverses, are numbers.
     #[error("{name} is {value:?} MPa: a modulus must be positive, from 1e-100 to 1e100 MPa")]

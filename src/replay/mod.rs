@@ -18,6 +18,7 @@ use hecs::Entity;
 
 /// Why a recording was not repeated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReplayError {
     /// The state with which it begins is refused.
     #[error(transparent)]

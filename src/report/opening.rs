@@ -31,7 +31,7 @@ pub struct Axis {
 
 impl Axis {
     /// Through the centroid of the area in a closed outline \[mm\], along its mean normal; `None` for one without area.
-    pub fn of_outline(outline: &[DVec3]) -> Option<Self> {
+    pub fn from_outline(outline: &[DVec3]) -> Option<Self> {
         let (area, point) = area_and_centroid(outline)?;
         Some(Self { point, direction: area.normalize() })
     }
@@ -63,7 +63,7 @@ pub struct Opening {
 
 impl Opening {
     /// The figures of a closed outline \[mm\], whose last point is joined to the first; `None` for one without area.
-    pub fn of_outline(outline: &[DVec3], axis: &Axis) -> Option<Self> {
+    pub fn from_outline(outline: &[DVec3], axis: &Axis) -> Option<Self> {
         let (area, centroid) = area_and_centroid(outline)?;
         let normal = area.normalize();
         let length: f64 = edges(outline).map(|(a, b)| (b - a).reject_from_normalized(normal).length()).sum();
@@ -102,7 +102,7 @@ impl Opening {
         }
         let inner = loops.iter().enumerate().filter(|(i, _)| !rims.contains(&Some(*i)));
         let mut openings: Vec<(Self, Vec<u32>)> = inner
-            .filter_map(|(_, rows)| Some((Self::of_outline(&outline(rows), axis)?, rows.clone())))
+            .filter_map(|(_, rows)| Some((Self::from_outline(&outline(rows), axis)?, rows.clone())))
             .filter(|(opening, _)| opening.circularity > SLIT)
             .collect();
         openings.sort_by(|(a, _), (b, _)| b.diameter.total_cmp(&a.diameter));
@@ -163,26 +163,26 @@ mod tests {
     fn known_shapes() {
         // A circle of 1000 chords: 1e-5 less area and length.
         let centre = DVec3::new(0.3, -0.4, 1.0);
-        let circle = Opening::of_outline(&ellipse(1000, 2.5, 2.5, centre), &POLE).unwrap();
+        let circle = Opening::from_outline(&ellipse(1000, 2.5, 2.5, centre), &POLE).unwrap();
         assert!((circle.diameter - 5.0).abs() < 1e-4 && (circle.circularity - 1.0).abs() < 1e-5);
         assert!((circle.decentration - 0.5).abs() < 1e-12);
         assert!((circle.largest_radius - 3.0).abs() < 1e-4);
         // An ellipse of axes 2 : 1 has the circumference 9.68845 (Ramanujan 1914) for half axes 2 and 1.
-        let long = Opening::of_outline(&ellipse(1000, 2.0, 1.0, DVec3::ZERO), &POLE).unwrap();
+        let long = Opening::from_outline(&ellipse(1000, 2.0, 1.0, DVec3::ZERO), &POLE).unwrap();
         assert!((long.circularity - 4.0 * PI * TAU / 9.688_45_f64.powi(2)).abs() < 1e-4);
         assert!((long.diameter - 8_f64.sqrt()).abs() < 1e-4);
         // A square, clockwise: the sense does not matter.
         let square = [(0.0, 0.0), (0.0, 2.0), (2.0, 2.0), (2.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
-        let square = Opening::of_outline(&square, &POLE).unwrap();
+        let square = Opening::from_outline(&square, &POLE).unwrap();
         assert!((square.circularity - PI / 4.0).abs() < 1e-12 && (square.decentration - 2_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(Opening::of_outline(&[DVec3::ZERO, DVec3::X], &POLE), None);
+        assert_eq!(Opening::from_outline(&[DVec3::ZERO, DVec3::X], &POLE), None);
     }
 
     #[test]
     fn a_tilted_circle_is_seen_along_its_own_normal() {
         let turn = glam::DQuat::from_rotation_x(0.6);
         let tilted: Vec<DVec3> = ellipse(1000, 2.0, 2.0, DVec3::Z).iter().map(|&p| turn * p).collect();
-        let opening = Opening::of_outline(&tilted, &POLE).unwrap();
+        let opening = Opening::from_outline(&tilted, &POLE).unwrap();
         assert!((opening.circularity - 1.0).abs() < 1e-5 && (opening.diameter - 4.0).abs() < 1e-4);
         assert!((opening.decentration - 0.6_f64.sin()).abs() < 1e-9);
     }

@@ -125,7 +125,7 @@ impl TearCourse {
         let rows = boundary_loops(triangles, topology);
         let loops: Vec<Vec<DVec3>> = rows.iter().map(|rows| outline(rows)).collect();
         let rim = (0..loops.len()).max_by(|&a, &b| area_within(&loops[a]).total_cmp(&area_within(&loops[b])))?;
-        let axis = Axis::of_outline(&loops[rim])?;
+        let axis = Axis::from_outline(&loops[rim])?;
         let mut course = Self {
             body,
             axis,
@@ -238,7 +238,7 @@ impl TearCourse {
         if let Some((opening, outline)) = openings.into_iter().find(|(o, _)| o.decentration < 0.5 * o.diameter) {
             self.figures.opening = Some(opening);
             let present: Vec<DVec3> = outline.iter().map(|&v| vertices.position[v as usize]).collect();
-            self.figures.opening_as_it_lies = Opening::of_outline(&present, &self.axis);
+            self.figures.opening_as_it_lies = Opening::from_outline(&present, &self.axis);
             self.figures.outcome = Outcome::Closed;
         }
     }

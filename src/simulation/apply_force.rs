@@ -11,6 +11,7 @@ use hecs::Entity;
 
 /// Why a force was not applied; nothing has changed then.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ForceError {
     /// There is no such body.
     #[error("there is no such body")]

@@ -10,6 +10,7 @@ use hecs::Entity;
 
 /// What a line shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum DebugKind {
     /// First axis of a triangle's frame, at right angles to the second: the fibre turned with the triangle, on one side only.
     FrameFibre,

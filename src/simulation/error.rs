@@ -5,6 +5,7 @@ use crate::settings::OutOfRange;
 
 /// Why a simulation could not be made or could not go on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SimulationError {
     /// The threads could not be started.
     #[error("the threads could not be started: {0}")]

@@ -61,6 +61,7 @@ pub enum Coupling {
 
 /// Why there is no linear model; the last one may still serve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum HapticError {
     /// There is no such body.
     #[error("there is no such body")]

@@ -11,6 +11,7 @@ use hecs::Entity;
 
 /// Why a body was not set elsewhere; nothing has changed then.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MotionError {
     /// There is no such body.
     #[error("there is no such body")]

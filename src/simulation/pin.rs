@@ -11,6 +11,7 @@ use hecs::Entity;
 
 /// Why vertices were not pinned, moved or let go; nothing has changed then.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PinError {
     /// There is no such body.
     #[error("there is no such body")]

@@ -31,7 +31,7 @@ impl Simulation {
     ///
     /// `None` where it meets nothing, for an origin or direction that is not finite, and where there is no such body.
     pub fn cast_ray(&self, body: Entity, origin: DVec3, direction: DVec3, max: f64) -> Option<Hit> {
-        self.pick(body, |positions, corners| pick::meet(positions, corners, origin, direction, max))
+        self.pick(body, |vertices, corners| pick::meet(&vertices.position, corners, origin, direction, max))
     }
 
     /// The point of a body's surface as it lies now that is nearest to a point, no farther than `within` \[mm\]. Looks at
@@ -39,23 +39,29 @@ impl Simulation {
     ///
     /// `None` where the surface is farther away, for a point that is not finite, and where there is no such body.
     pub fn nearest(&self, body: Entity, point: DVec3, within: f64) -> Option<Hit> {
-        self.pick(body, |positions, corners| pick::nearest(positions, corners, point, within))
+        self.pick(body, |vertices, corners| pick::nearest(&vertices.position, corners, point, within))
     }
 
-    fn pick(&self, body: Entity, pick: impl FnOnce(&[DVec3], &[[u32; 3]]) -> Option<Picked>) -> Option<Hit> {
+    /// The point of a surface, as it lies now or in the rest shape, that a search finds.
+    pub(super) fn pick(
+        &self,
+        body: Entity,
+        pick: impl FnOnce(&Vertices, &[[u32; 3]]) -> Option<Picked>,
+    ) -> Option<Hit> {
         let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body);
         let (vertices, triangles) = query.get().ok()?;
-        let Picked { triangle, weights, position, distance } = pick(&vertices.position, &triangles.corners)?;
+        let Picked { triangle, weights, distance, .. } = pick(vertices, &triangles.corners)?;
         let rows = triangles.corners[triangle as usize];
         let [a, b, c] = rows.map(|row| vertices.position[row as usize]);
+        let at = |[a, b, c]: [DVec3; 3]| a * weights[0] + b * weights[1] + c * weights[2];
         let rest = rows.map(|row| vertices.rest_position[row as usize]);
         let [Some(p), Some(q), Some(r)] = rows.map(|row| vertices.key(row)) else { return None };
         Some(Hit {
             triangle: triangles.key(triangle)?,
             corners: [p, q, r],
             barycentric: weights,
-            position,
-            rest_position: rest[0] * weights[0] + rest[1] * weights[1] + rest[2] * weights[2],
+            position: at([a, b, c]),
+            rest_position: at(rest),
             normal: (b - a).cross(c - a).normalize_or_zero(),
             distance,
         })

@@ -148,7 +148,7 @@ impl Recording {
     /// # Errors
     /// As [`replay`](Self::replay).
     pub fn replay_with(&self, mut look: impl FnMut(&Input, &Simulation)) -> Result<Simulation, ReplayError> {
-        let mut simulation = Simulation::of_snapshot(self.start())?;
+        let mut simulation = Simulation::from_snapshot(self.start())?;
         for input in self.inputs() {
             simulation.repeat(input);
             look(input, &simulation);

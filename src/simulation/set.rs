@@ -10,6 +10,7 @@ use hecs::{Entity, EntityRef};
 
 /// Why a component was not set or taken off; nothing has changed then.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SetError {
     /// The entity is gone.
     #[error("there is no such body, obstacle or tool")]

@@ -85,7 +85,7 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`new`](Self::new) and [`restore`](Self::restore).
-    pub fn of_snapshot(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
+    pub fn from_snapshot(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
         let settings = *snapshot.settings();
         settings.validate()?;
         let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SnapshotError::Threads)?;

@@ -42,6 +42,7 @@ pub struct Cut {
 
 /// Why a cut was not made; the body is as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CutError {
     /// There is no such body.
     #[error("there is no such body")]

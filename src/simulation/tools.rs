@@ -12,6 +12,7 @@ use hecs::Entity;
 
 /// Why a tool did nothing; everything is as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ToolError {
     /// There is no such body.
     #[error("there is no such body")]

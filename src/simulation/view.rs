@@ -38,6 +38,18 @@ impl BodyView<'_> {
         normals(self.positions, self.triangles, into);
     }
 
+    /// Positions \[mm\] in single precision, as vertex buffers have them. The buffer is filled anew and keeps its memory.
+    pub fn positions_f32(&self, into: &mut Vec<[f32; 3]>) {
+        single(self.positions, into);
+    }
+
+    /// [`normals`](Self::normals) in single precision.
+    pub fn normals_f32(&self, into: &mut Vec<[f32; 3]>) {
+        let mut normals = Vec::new();
+        self.normals(&mut normals);
+        single(&normals, into);
+    }
+
     /// Positions \[mm\] at `behind` \[ms\] before now, on a straight line from where the last step of `dt` \[ms\] began: what a
     /// picture between two steps shows. A vertex that is new has begun between its parents, one that has never moved where it is.
     /// The buffer is filled anew and keeps its memory.
@@ -49,6 +61,11 @@ impl BodyView<'_> {
         }
         into.extend(self.positions.iter().zip(self.start).map(|(now, start)| now.lerp(*start, back)));
     }
+}
+
+fn single(values: &[DVec3], into: &mut Vec<[f32; 3]>) {
+    into.clear();
+    into.extend(values.iter().map(|value| value.as_vec3().to_array()));
 }
 
 /// Unit normals by vertex, weighted by area, for positions of your own, such as those [between two

@@ -59,6 +59,7 @@ pub enum Edit {
 
 /// Why an edit was not applied; nothing has changed then.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Refusal {
     /// A row is beyond the end of its table.
     #[error("there is no {what} {row}")]

@@ -18,6 +18,7 @@ fn few(list: &[usize]) -> String {
 
 /// Why a mesh is refused. Vertices and triangles are counted from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MeshError {
     /// No vertices or no triangles.
     #[error("the mesh has no {0}; give a surface of triangles")]

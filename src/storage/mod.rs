@@ -18,6 +18,7 @@ mod edit;
 mod follow_topology;
 #[cfg(feature = "snapshot")]
 pub(crate) mod handle;
+#[doc(hidden)]
 pub mod measure;
 pub(crate) mod mesh;
 mod mesh_error;
@@ -31,14 +32,20 @@ mod tables;
 mod topology;
 mod validate;
 
+#[doc(hidden)]
 pub use alike::Alike;
+#[doc(hidden)]
 pub use apply::{Mesh, apply, undo};
 pub use attached::{Attached, Attachment};
+#[doc(hidden)]
 pub use edit::{Edit, Refusal};
 pub use mesh::TriangleMesh;
 pub use mesh_error::MeshError;
+#[doc(hidden)]
 pub use order::{Order, reorder, sort};
+#[doc(hidden)]
 pub use outlook::{Outlook, outlook};
+#[doc(hidden)]
 pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Parents, Removed, RemovedTriangle, Tables};
 pub use rows::Rows;
 pub use tables::{TipKey, TipRow, Tips, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};

@@ -108,6 +108,7 @@ impl Default for Quality {
 
 /// Why a tear does not advance; the mesh is as it was.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TearRefusal {
     /// An edit was refused.
     #[error(transparent)]

@@ -2,13 +2,15 @@
 
 mod own;
 
+pub use crate::systems::context::{Formula, StepContext};
 pub use own::{BadPlace, Place, Schedule};
 
-use crate::systems::{self, StepContext};
+use crate::systems;
 use hecs::World;
 
 /// When a system runs within a step; [`PHASES`](super::phases::PHASES) has the order of the stages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Stage {
     /// Once, before anything moves.
     Begin,

@@ -112,7 +112,7 @@ fn tools_are_repeated_and_restored() {
     s.set_velocity(body, |x| DVec3::Z * (1e-3 * x.x)).unwrap();
     let before = Snapshot::from_bytes(&s.snapshot().to_bytes().unwrap()).unwrap();
     (0..10).for_each(|_| _ = s.step(5.0));
-    let mut other = Simulation::of_snapshot(&before).unwrap();
+    let mut other = Simulation::from_snapshot(&before).unwrap();
     (0..10).for_each(|_| _ = other.step(5.0));
     assert!(other.hash() == s.hash() && other.snapshot().to_bytes() == s.snapshot().to_bytes());
     // What a host has a copy of is to be taken anew.

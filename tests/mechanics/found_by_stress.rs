@@ -188,7 +188,7 @@ fn a_snapshot_of_a_body_just_set_elsewhere_is_read_back() {
         simulation.teleport(body, glam::DQuat::from_rotation_y(0.3), DVec3::splat(f64::from(i))).unwrap();
         let bytes = simulation.snapshot().to_bytes().unwrap();
         let read = rhexis::snapshot::Snapshot::from_bytes(&bytes).unwrap();
-        let mut restored = Simulation::of_snapshot(&read).unwrap();
+        let mut restored = Simulation::from_snapshot(&read).unwrap();
         simulation.step(2.0).unwrap();
         restored.step(2.0).unwrap();
         assert_eq!(restored.hash(), simulation.hash());

@@ -179,7 +179,7 @@ fn attributes_are_in_snapshots_and_recordings() {
     let attributes = of(&run.vertices().rest_position);
     run.simulation.set(run.body, attributes).unwrap();
     let bytes = run.simulation.snapshot().to_bytes().unwrap();
-    let mut again = Simulation::of_snapshot(&Snapshot::from_bytes(&bytes).unwrap()).unwrap();
+    let mut again = Simulation::from_snapshot(&Snapshot::from_bytes(&bytes).unwrap()).unwrap();
     again.cut(run.body, &[DVec3::new(10.0, 0.0, 0.0), DVec3::new(10.0, 9.0, 0.0)]).unwrap();
     assert!(off(&mut again, run.body) < ROUNDING);
     // A restored one has the numbers of its own moment.

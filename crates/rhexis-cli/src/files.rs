@@ -380,6 +380,8 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
             "energy_mj": first.map(|place| place.energy),
         }),
         EventKind::StepFailed { reason } => json!({ "kind": "step_failed", "reason": reason }),
+        // Of a newer engine.
+        other => json!({ "kind": "other", "detail": format!("{other:?}") }),
     };
     if let Value::Object(fields) = &mut line {
         fields.insert("step".to_owned(), json!(step));

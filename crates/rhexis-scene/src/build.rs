@@ -265,7 +265,7 @@ fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -
             let along = positive(at("toughness_along"), along, "N/mm")?;
             let across = positive(at("toughness_across"), across, "N/mm")?;
             let law = material.stiffness().map_err(|error| inadmissible(key, &error))?;
-            let tearing = Tearing::of_toughness(Toughness { along, across }, &law, radius);
+            let tearing = Tearing::from_toughness(Toughness { along, across }, &law, radius);
             tearing.map_err(|error| Fault::new(key, error, "give numbers of an ordinary size"))
         }
         _ => {

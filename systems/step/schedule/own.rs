@@ -19,6 +19,7 @@ pub enum Place<'a> {
 
 /// Why a system was not put in or taken out.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BadPlace {
     /// No system has this name.
     #[error("there is no system `{name}`; did you mean `{nearest}`?")]

@@ -269,7 +269,7 @@ fn again(before: &Snapshot, dt: f64, expected: StateHash) -> Result<(), Broken> 
     let refused = |error: rhexis::snapshot::SnapshotError| (FailureKind::Snapshot, error.to_string());
     let bytes = before.to_bytes().map_err(refused)?;
     let read = Snapshot::from_bytes(&bytes).map_err(refused)?;
-    let mut restored = Simulation::of_snapshot(&read).map_err(refused)?;
+    let mut restored = Simulation::from_snapshot(&read).map_err(refused)?;
     restored.step(dt).map_err(|error| (FailureKind::Refused, error.to_string()))?;
     let found = restored.hash();
     let differs = || (FailureKind::Restore, format!("the next step of {dt} ms ends with {found}, not with {expected}"));

@@ -15,6 +15,7 @@ use rhexis::settings::{Integrator, LinearParams, Precision, Preconditioner, Sett
 use rhexis::simulation::Simulation;
 use rhexis::storage::Attached;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Iterations at the most of solves that may not take a factor.
 const FEW: u32 = 100;
@@ -121,7 +122,7 @@ fn membrane(name: &str, dice: &mut Dice, is_free: bool, settings: &Settings) -> 
         1 => Fibres::Concentric { centre: low.midpoint(high), axis: dice.direction() },
         _ => {
             let (one, other, wave) = (dice.direction(), dice.direction(), 10.0 / size);
-            Fibres::Function(Box::new(move |x| one + other * elementary::sin(wave * x.dot(one))))
+            Fibres::Function(Arc::new(move |x| one + other * elementary::sin(wave * x.dot(one))))
         }
     });
     if is_planar {

@@ -113,7 +113,7 @@ impl Shortener {
 fn judge(candidate: &Candidate, is_free: bool, kind: FailureKind) -> Option<Failed> {
     let mut at = 0;
     let course = catch_unwind(AssertUnwindSafe(|| {
-        let mut simulation = Simulation::of_snapshot(&candidate.start).ok()?;
+        let mut simulation = Simulation::from_snapshot(&candidate.start).ok()?;
         let mut ledgers: Vec<(Entity, Ledger)> =
             candidate.start.bodies().into_iter().map(|body| (body, Ledger::new(&simulation, body))).collect();
         for (i, input) in candidate.inputs.iter().enumerate() {
@@ -156,7 +156,7 @@ fn repeat(
 /// The candidate from the state after so many inputs on.
 fn later(candidate: &Candidate, first: usize) -> Option<Candidate> {
     let run = || {
-        let mut simulation = Simulation::of_snapshot(&candidate.start).ok()?;
+        let mut simulation = Simulation::from_snapshot(&candidate.start).ok()?;
         candidate.inputs[..first].iter().for_each(|input| simulation.repeat(input));
         Some(Candidate { start: simulation.snapshot(), inputs: candidate.inputs[first..].to_vec() })
     };
@@ -165,7 +165,7 @@ fn later(candidate: &Candidate, first: usize) -> Option<Candidate> {
 
 /// The candidate without a body from the start on.
 fn without(candidate: &Candidate, body: Entity) -> Option<Candidate> {
-    let mut simulation = Simulation::of_snapshot(&candidate.start).ok()?;
+    let mut simulation = Simulation::from_snapshot(&candidate.start).ok()?;
     simulation.despawn(body).ok()?;
     Some(Candidate { start: simulation.snapshot(), inputs: candidate.inputs.clone() })
 }

@@ -34,7 +34,7 @@ fn goes_on_alike(what: &str, mut simulation: Simulation, at: &[usize], steps: us
     let end = all(&simulation);
     for (i, bytes) in kept {
         let snapshot = Snapshot::from_bytes(&bytes).unwrap_or_else(|error| panic!("{what}, step {i}: {error}"));
-        let mut other = Simulation::of_snapshot(&snapshot).unwrap();
+        let mut other = Simulation::from_snapshot(&snapshot).unwrap();
         assert!(all(&other) == bytes, "{what}, step {i}: what is restored is what was kept");
         (i..steps).for_each(|_| step(&mut other));
         assert_eq!(other.hash(), simulation.hash(), "{what}, from step {i}");
@@ -170,7 +170,7 @@ fn handles_name_what_they_named() {
     assert_eq!(*simulation.world().get::<&&str>(bodies[2]).unwrap(), "my body");
     assert_eq!(simulation.spawn(square.membrane()).unwrap(), next, "the same handle as without going back");
     // Of bytes the host's own are not a part, but their handles are kept free for them.
-    let mut other = Simulation::of_snapshot(&Snapshot::from_bytes(&snapshot.to_bytes().unwrap()).unwrap()).unwrap();
+    let mut other = Simulation::from_snapshot(&Snapshot::from_bytes(&snapshot.to_bytes().unwrap()).unwrap()).unwrap();
     assert_eq!(other.bodies(), [bodies[0], bodies[2]]);
     assert!(other.world().contains(own) && other.world().get::<&&str>(own).is_err());
     assert_eq!(other.spawn(square.membrane()).unwrap(), next);

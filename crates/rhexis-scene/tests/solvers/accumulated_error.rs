@@ -61,7 +61,7 @@ fn the_stress_at_the_tip_is_that_of_tight_solves() {
             instance.simulation.drain_events();
             continue;
         }
-        let mut tight = Simulation::of_snapshot(&instance.simulation.snapshot()).unwrap();
+        let mut tight = Simulation::from_snapshot(&instance.simulation.snapshot()).unwrap();
         let settings = *tight.settings();
         tight.set_settings(Settings { linear: LinearParams::by_residual(1e-9, 20_000), ..settings }).unwrap();
         for step in 1..=WINDOW {

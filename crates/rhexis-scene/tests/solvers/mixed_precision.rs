@@ -112,7 +112,7 @@ impl Torn {
         let mut inner = InnerSolver::default();
         let mut means = Means { factor: None, inner: kind.map(|kind| (&mut inner, kind)) };
         let params = LinearParams::by_residual(tolerance, 20_000);
-        let info = linear::solve(&self.operator(), &params, &mut means, &mut corner, &mut x, &mut scratch);
+        let info = solver::solve(&self.operator(), &params, &mut means, &mut corner, &mut x, &mut scratch);
         (info, x)
     }
 
@@ -266,7 +266,7 @@ fn both_precisions_have_one_answer() {
 #[cfg(feature = "direct")]
 fn a_rescue_ends_however_often_the_factor_is_made_anew() {
     let torn = Torn::new();
-    let (operator, mut factor) = (torn.operator(), linear::Factor::default());
+    let (operator, mut factor) = (torn.operator(), solver::Factor::default());
     assert!(!factor.is_rescued());
     factor.rescue(&operator, &torn.free, 500).unwrap();
     let mut solves = 0;

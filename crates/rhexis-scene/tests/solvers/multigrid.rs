@@ -118,7 +118,7 @@ impl System {
         let mut x = self.guess.clone();
         let mut means = Means { factor: None, inner: Some((inner, Inner::Multigrid)) };
         let params = LinearParams::by_residual(tolerance, 1000);
-        let info = linear::solve(&self.operator(), &params, &mut means, &mut corner, &mut x, &mut scratch).unwrap();
+        let info = solver::solve(&self.operator(), &params, &mut means, &mut corner, &mut x, &mut scratch).unwrap();
         assert!(info.relative_residual <= tolerance, "{}", info.relative_residual);
         info.iterations
     }

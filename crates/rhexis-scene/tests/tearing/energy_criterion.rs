@@ -178,7 +178,7 @@ fn where_the_ring_is_not_whole_the_material_force_decides_and_it_is_said() {
 fn torn(mut square: Square, toughness: Toughness) -> (common::Run, Vec<DecidedBy>) {
     let law = square.material.stiffness().unwrap();
     let Tearing { exponent, max_tear_speed, .. } = square.tearing;
-    let fitting = Tearing::of_toughness(toughness, &law, 1.0).unwrap();
+    let fitting = Tearing::from_toughness(toughness, &law, 1.0).unwrap();
     square.tearing = Tearing { exponent, max_tear_speed, ..fitting };
     square.notches = vec![[DVec3::new(15.0, 30.0, 0.0), DVec3::new(15.0, 26.0, 0.0)]];
     // As symmetric as the scene, which the order of a factor's vertices is not.

@@ -1,0 +1,17 @@
+//! What most programs that embed the engine use: `use rhexis::prelude::*;`.
+
+pub use crate::components::{
+    Attributes, Bending, Changes, Contact, Curve, Damping, EnergyCriterion, Fibres, Grasp, Gravity, Hold, Jaws,
+    Material, Motion, Obstacle, Pose, Pressure, Refinement, Shape, Tearing,
+};
+pub use crate::error::{Error, ErrorKind};
+pub use crate::event::{Event, EventKind};
+pub use crate::generate;
+pub use crate::membrane::Membrane;
+pub use crate::report::Report;
+pub use crate::settings::Settings;
+pub use crate::simulation::{FixedStep, Simulation};
+pub use crate::storage::{Attached, TipKey, TriangleKey, TriangleMesh, VertexKey};
+pub use crate::units;
+pub use glam::{DQuat, DVec3};
+pub use hecs::Entity;

@@ -1,0 +1,83 @@
+//! What is there: tips, obstacles, tools, and where a point of the tissue is now.
+
+use super::{Hit, Simulation, SimulationError};
+use crate::components::{Blade, Forceps, Obstacle};
+use crate::registry::{judge, judge_all};
+use crate::storage::{TipKey, Tips, VertexKey, Vertices};
+use crate::systems::kernels::pick;
+use glam::DVec3;
+use hecs::{Component, Entity};
+
+/// A tear tip of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tip {
+    /// Its key, as events name it.
+    pub key: TipKey,
+    /// The vertex at which it stands.
+    pub vertex: VertexKey,
+    /// Where that is now \[mm\].
+    pub position: DVec3,
+    /// Where that is in the rest shape \[mm\].
+    pub rest_position: DVec3,
+    /// Unit direction of its last advance in the rest shape.
+    pub direction: DVec3,
+}
+
+impl Simulation {
+    /// The tear tips of a body; none of one that does not tear.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn tips(&self, body: Entity) -> Result<Vec<Tip>, SimulationError> {
+        let mut query = self.world.query_one::<(&Vertices, Option<&Tips>)>(body);
+        let (vertices, tips) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let Some(tips) = tips else { return Ok(Vec::new()) };
+        let tip = |row: usize| {
+            let vertex = tips.vertex[row] as usize;
+            Some(Tip {
+                key: tips.key(row as u32)?,
+                vertex: vertices.key(tips.vertex[row])?,
+                position: vertices.position[vertex],
+                rest_position: vertices.rest_position[vertex],
+                direction: tips.previous[row],
+            })
+        };
+        Ok((0..tips.len()).filter_map(tip).collect())
+    }
+
+    /// All obstacles, in the order of their handles.
+    pub fn obstacles(&self) -> Vec<Entity> {
+        self.carriers::<Obstacle>()
+    }
+
+    /// All forceps and blades, in the order of their handles.
+    pub fn tools(&self) -> Vec<Entity> {
+        let mut tools = self.carriers::<Forceps>();
+        tools.extend(self.carriers::<Blade>());
+        tools.sort_by_key(|tool| tool.id());
+        tools
+    }
+
+    fn carriers<C: Component>(&self) -> Vec<Entity> {
+        let mut found: Vec<Entity> = self.world.query::<(Entity, &C)>().iter().map(|(entity, _)| entity).collect();
+        found.sort_by_key(|entity| entity.id());
+        found
+    }
+
+    /// Where the point of the tissue is now that lies nearest to a point \[mm\] of the rest shape: its `position`, triangle and weights.
+    /// Where lips of a tear lie on each other in the rest shape, that of the first triangle. Looks at every triangle. `None` for a point
+    /// that is not finite, and where there is no such body.
+    pub fn current(&self, body: Entity, rest_point: DVec3) -> Option<Hit> {
+        self.pick(body, |vertices, corners| pick::nearest(&vertices.rest_position, corners, rest_point, f64::INFINITY))
+    }
+
+    /// Checks all bodies, obstacles and tools as the next step would: numbers, tables and what components say of each other.
+    ///
+    /// # Errors
+    /// Names the first entity, component and row that is refused, and what it must be.
+    pub fn validate(&self) -> Result<(), SimulationError> {
+        let bodies = self.bodies();
+        bodies.into_iter().try_for_each(|body| judge(&self.world, body))?;
+        Ok(judge_all(&self.world)?)
+    }
+}
