@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A component of the caller's.
+#[derive(Clone)]
 struct Wind(DVec3);
 
 fn wind(world: &mut hecs::World, _: &StepContext) -> usize {
