@@ -126,7 +126,8 @@ impl Membrane {
         self
     }
 
-    /// Adds any component: loads, springs, damping, tearing, or one of your own.
+    /// Adds any component: loads, springs, damping, tearing, or one of your own. One that cannot be cloned is put in after spawning, by
+    /// [`world_mut`](crate::simulation::Simulation::world_mut).
     #[must_use]
     pub fn with(mut self, component: impl hecs::Component + Clone) -> Self {
         self.components.add(component);

@@ -123,6 +123,62 @@ impl ChangeSet {
         !self.is_whole && self.list.is_empty()
     }
 
+    /// The vertices that parted tissue has left as copies: row of the copy and of its source, each at the moment of its change.
+    pub fn copies(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.list.iter().filter_map(|change| match change {
+            Change::VertexAdded { row, parents } => match *parents.rows() {
+                [source] => Some((*row, source)),
+                _ => None,
+            },
+            _ => None,
+        })
+    }
+
+    /// Where the vertex is now that was in a row before these changes; `None` where it was removed, and where the whole mesh is new.
+    pub fn vertex_destination(&self, row: u32) -> Option<u32> {
+        self.destination(row, self.vertex_count, |change| match change {
+            Change::VertexAdded { .. } => Some(None),
+            Change::VertexRemoved { row } => Some(Some(*row)),
+            _ => None,
+        })
+    }
+
+    /// Where the triangle is now that was in a row before these changes, or what is left of it; `None` where it was removed, and where
+    /// the whole mesh is new.
+    pub fn triangle_destination(&self, row: u32) -> Option<u32> {
+        self.destination(row, self.triangle_count, |change| match change {
+            Change::TriangleAdded { .. } => Some(None),
+            Change::TriangleRemoved { row } => Some(Some(*row)),
+            _ => None,
+        })
+    }
+
+    /// Follows a row through rows that are added at the end, `Some(None)`, and removed, `Some(Some(row))`.
+    fn destination(&self, row: u32, now: u32, kind: impl Fn(&Change) -> Option<Option<u32>>) -> Option<u32> {
+        let [mut added, mut removed] = [0, 0];
+        for change in self.list.iter().filter_map(&kind) {
+            *(if change.is_some() { &mut removed } else { &mut added }) += 1;
+        }
+        let mut count = now + removed - added;
+        if self.is_whole || row >= count {
+            return None;
+        }
+        let mut at = row;
+        for change in self.list.iter().filter_map(kind) {
+            let Some(gone) = change else {
+                count += 1;
+                continue;
+            };
+            count -= 1;
+            match at {
+                _ if at == gone => return None,
+                _ if at == count => at = gone,
+                _ => {}
+            }
+        }
+        Some(at)
+    }
+
     /// Takes what a body's list holds; the list is empty afterwards.
     pub(crate) fn take(&mut self, changes: &mut Changes, vertex_count: u32, triangle_count: u32) {
         self.is_whole = std::mem::take(&mut changes.is_whole);

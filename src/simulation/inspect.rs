@@ -1,9 +1,9 @@
-//! What is there: tips, obstacles, tools, and where a point of the tissue is now.
+//! What is there: tips, pieces, obstacles, tools, and where a point of the tissue is now.
 
 use super::{Hit, Simulation, SimulationError};
 use crate::components::{Blade, Forceps, Obstacle};
 use crate::registry::{judge, judge_all};
-use crate::storage::{TipKey, Tips, VertexKey, Vertices};
+use crate::storage::{TipKey, Tips, Triangles, VertexKey, Vertices};
 use crate::systems::kernels::pick;
 use glam::DVec3;
 use hecs::{Component, Entity};
@@ -23,7 +23,66 @@ pub struct Tip {
     pub direction: DVec3,
 }
 
+/// The pieces into which a body has come apart, numbered by their first triangle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pieces {
+    /// The piece of every triangle, by row.
+    pub of_triangle: Vec<u32>,
+    /// The piece of every vertex, by row; `u32::MAX` for one without a triangle.
+    pub of_vertex: Vec<u32>,
+    /// Area of every piece in the rest shape \[mm²\].
+    pub areas: Vec<f64>,
+}
+
+impl Pieces {
+    fn of(vertex_count: usize, triangles: &Triangles) -> Self {
+        // The first vertex that each is known to hang together with.
+        let mut first: Vec<u32> = (0..vertex_count as u32).collect();
+        let find = |first: &mut [u32], vertex: u32| {
+            let mut v = vertex;
+            while first[v as usize] != v {
+                first[v as usize] = first[first[v as usize] as usize];
+                v = first[v as usize];
+            }
+            v
+        };
+        for &[a, b, c] in &triangles.corners {
+            let [a, b, c] = [a, b, c].map(|v| find(&mut first, v));
+            let least = a.min(b).min(c);
+            [a, b, c].into_iter().for_each(|v| first[v as usize] = least);
+        }
+        let mut pieces = Self { of_triangle: Vec::new(), of_vertex: vec![u32::MAX; vertex_count], areas: Vec::new() };
+        let mut number = vec![u32::MAX; vertex_count];
+        for (corners, rest) in triangles.corners.iter().zip(&triangles.rest) {
+            let root = find(&mut first, corners[0]) as usize;
+            if number[root] == u32::MAX {
+                number[root] = pieces.areas.len() as u32;
+                pieces.areas.push(0.0);
+            }
+            pieces.of_triangle.push(number[root]);
+            pieces.areas[number[root] as usize] += rest.area;
+            corners.iter().for_each(|&v| pieces.of_vertex[v as usize] = number[root]);
+        }
+        pieces
+    }
+
+    /// Number of pieces.
+    pub fn count(&self) -> usize {
+        self.areas.len()
+    }
+}
+
 impl Simulation {
+    /// The pieces into which a body has come apart.
+    ///
+    /// # Errors
+    /// If there is no such body.
+    pub fn pieces(&self, body: Entity) -> Result<Pieces, SimulationError> {
+        let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body);
+        let (vertices, triangles) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        Ok(Pieces::of(vertices.len(), triangles))
+    }
+
     /// The tear tips of a body; none of one that does not tear.
     ///
     /// # Errors

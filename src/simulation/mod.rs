@@ -42,7 +42,7 @@ pub use fixed_step::FixedStep;
 pub use haptic_blend::HapticBlend;
 pub use haptic_feed::{HapticModel, HapticReceiver, HapticSender, haptic_feed};
 pub use haptics::{Coupling, HapticError, Haptics, ToolSpring};
-pub use inspect::Tip;
+pub use inspect::{Pieces, Tip};
 pub use material_force::TipForce;
 pub use motion::MotionError;
 pub use pin::{Pin, PinError};

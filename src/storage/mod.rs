@@ -45,8 +45,9 @@ pub use mesh_error::MeshError;
 pub use order::{Order, reorder, sort};
 #[doc(hidden)]
 pub use outlook::{Outlook, outlook};
+pub use record::Parents;
 #[doc(hidden)]
-pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Parents, Removed, RemovedTriangle, Tables};
+pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Removed, RemovedTriangle, Tables};
 pub use rows::Rows;
 pub use tables::{TipKey, TipRow, Tips, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
 pub use topology::{Fan, Incidence, Topology};

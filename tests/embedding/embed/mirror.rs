@@ -7,6 +7,8 @@ use proptest::test_runner::{RngAlgorithm, TestRng};
 use rhexis::components::{Change, ChangeSet, Changes, Refined, Refinement, TearLog};
 use rhexis::settings::Settings;
 use rhexis::simulation::{BodyView, Simulation};
+use rhexis::storage::{TriangleKey, VertexKey};
+use std::collections::HashMap;
 
 /// Two copies: one by the list of changes, one by the ranges of rows.
 #[derive(Default)]
@@ -19,10 +21,13 @@ struct Mirror {
     copied_triangles: Vec<[u32; 3]>,
     copied_rest: Vec<DVec3>,
     removals: usize,
+    vertex_keys: Vec<VertexKey>,
+    triangle_keys: Vec<TriangleKey>,
 }
 
 impl Mirror {
     fn follow(&mut self, changes: &ChangeSet, view: &BodyView) {
+        self.assert_destinations(changes, view);
         if changes.is_whole {
             self.triangles = view.triangles.to_vec();
             self.rest = view.rest_positions.to_vec();
@@ -63,6 +68,21 @@ impl Mirror {
             let rows = rows.start as usize..rows.end as usize;
             self.copied_triangles[rows.clone()].copy_from_slice(&view.triangles[rows]);
         }
+    }
+
+    /// Rows have gone where their keys are, and what was copied has its source's place.
+    fn assert_destinations(&mut self, changes: &ChangeSet, view: &BodyView) {
+        let rows: HashMap<_, _> = view.vertex_keys.iter().zip(0..).collect();
+        let triangle_rows: HashMap<_, _> = view.triangle_keys.iter().zip(0..).collect();
+        for (key, row) in self.vertex_keys.iter().zip(0..).filter(|_| !changes.is_whole) {
+            assert_eq!(changes.vertex_destination(row), rows.get(key).copied());
+        }
+        for (key, row) in self.triangle_keys.iter().zip(0..).filter(|_| !changes.is_whole) {
+            assert_eq!(changes.triangle_destination(row), triangle_rows.get(key).copied());
+        }
+        assert_eq!(changes.vertex_destination(u32::MAX), None);
+        self.vertex_keys = view.vertex_keys.to_vec();
+        self.triangle_keys = view.triangle_keys.to_vec();
     }
 
     fn assert_equal(&self, view: &BodyView) {

@@ -2,6 +2,7 @@
 
 mod haptic_blend;
 mod haptics;
+mod inspect;
 mod mirror;
 mod pins;
 mod systems;
