@@ -32,6 +32,7 @@ impl Simulation {
             next_order: self.next_order,
             entities,
             handles: Handles { others, free },
+            writer: env!("CARGO_PKG_VERSION").to_owned(),
         }))
     }
 

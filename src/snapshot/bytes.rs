@@ -8,14 +8,15 @@
 //! it is given, and what it reads is judged before it becomes a state.
 
 use super::hash::sum;
-use super::{Contents, Snapshot, SnapshotError, check};
+use super::{Contents, Snapshot, SnapshotError, check, migrate};
 use serde::{Serialize, de::DeserializeOwned};
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The version of the format that this build writes and reads.
-pub(crate) const VERSION: u16 = 14;
+/// The version of the format that this build writes. Snapshots are read from [`migrate::OLDEST`] on, recordings and runs, which promise the same
+/// bits, of this one alone.
+pub(crate) const VERSION: u16 = 15;
 
 const HAS_FACTORS: u16 = 1;
 const IS_COMPRESSED: u16 = 2;
@@ -86,8 +87,9 @@ pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, Snapsh
     let short = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);
     let long = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| head[at + i]));
     let (version, marks, length) = (short(8), short(10), long(12));
-    if version != VERSION {
-        return Err(SnapshotError::Version { found: version, known: VERSION });
+    let oldest = if kind.promises_bits() { VERSION } else { migrate::OLDEST };
+    if !(oldest..=VERSION).contains(&version) {
+        return Err(SnapshotError::Version { found: version, oldest, known: VERSION });
     }
     if kind.promises_bits() && (marks & HAS_FACTORS != 0) != cfg!(feature = "direct") {
         return Err(SnapshotError::Build { has_factors: marks & HAS_FACTORS != 0 });
@@ -108,6 +110,7 @@ pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, Snapsh
     if body.len() as u64 != length {
         return Err(unreadable(&"their length is another than they say"));
     }
+    let body = &*migrate::to_present(version, body);
     match postcard::take_from_bytes(body) {
         Ok((value, [])) => Ok(value),
         Ok(_) => Err(unreadable(&"more follows than belongs to it")),

@@ -14,11 +14,13 @@ pub enum SnapshotError {
         expected: &'static str,
     },
     /// Another version of the format.
-    #[error("the format has version {found}, and this build reads version {known}: take it anew")]
+    #[error("the format has version {found}, and this build reads versions {oldest} to {known}: take it anew")]
     Version {
         /// Of the bytes.
         found: u16,
-        /// Of this build.
+        /// The oldest that this build reads.
+        oldest: u16,
+        /// The one that it writes.
         known: u16,
     },
     /// A recording or the state of a run, written with or without the feature `direct`, read the other way.

@@ -18,6 +18,8 @@ mod error;
 #[cfg(feature = "snapshot")]
 mod factor;
 pub(crate) mod hash;
+#[cfg(feature = "snapshot")]
+mod migrate;
 mod saved;
 
 #[cfg(feature = "snapshot")]
@@ -49,6 +51,8 @@ pub(crate) struct Contents {
     pub entities: Vec<Saved>,
     /// Handles that the host has given to things of its own, and those that are free, the next one last.
     pub handles: Handles,
+    /// Version of the crate that took it; empty where that is not known.
+    pub writer: String,
 }
 
 /// Entities that are none of the engine's.
@@ -73,6 +77,11 @@ impl Snapshot {
     /// The settings then.
     pub fn settings(&self) -> &Settings {
         &self.0.settings
+    }
+
+    /// Version of the crate that took it; empty where that is not known.
+    pub fn writer(&self) -> &str {
+        &self.0.writer
     }
 
     /// The bodies then, in order of spawning.

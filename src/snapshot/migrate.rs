@@ -1,0 +1,28 @@
+//! Snapshots of earlier versions, brought to the present one step by step.
+//!
+//! A change of what is saved raises the version and adds a step here that turns a body of the version before into one of the next. A
+//! step may go when a release has read its version for a year.
+
+use super::bytes::VERSION;
+use std::borrow::Cow;
+
+/// The oldest version of snapshots that is read.
+pub(super) const OLDEST: u16 = 14;
+
+/// What turns a body of a version into one of the next, from [`OLDEST`] on.
+const STEPS: [fn(Vec<u8>) -> Vec<u8>; (VERSION - OLDEST) as usize] = [with_writer];
+
+/// A body of this version as one of the present version.
+pub(super) fn to_present(version: u16, body: &[u8]) -> Cow<'_, [u8]> {
+    let steps = &STEPS[usize::from(version.clamp(OLDEST, VERSION) - OLDEST)..];
+    if steps.is_empty() {
+        return Cow::Borrowed(body);
+    }
+    Cow::Owned(steps.iter().fold(body.to_vec(), |body, step| step(body)))
+}
+
+/// 14 to 15: the version of the crate that wrote it follows, here not known: an empty string.
+fn with_writer(mut body: Vec<u8>) -> Vec<u8> {
+    body.push(0);
+    body
+}
