@@ -9,6 +9,7 @@ mod examples;
 mod forces;
 mod guarded;
 mod hostile_calls;
+mod migration;
 mod obstacles;
 mod one_bad_body;
 mod reorder;
