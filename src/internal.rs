@@ -4,6 +4,20 @@ pub use crate::generate::{Random, bounded, length};
 pub use crate::snapshot::hash::sum as fingerprint;
 pub use crate::storage::mesh::{THINNEST, by_corners, slenderness};
 
+/// A simulation with one sheet of 10 mm, held at its left rim, which tears and notes its changes: what examples in the docs begin with.
+///
+/// # Errors
+/// None: the sheet is sound.
+pub fn example() -> crate::Result<(crate::simulation::Simulation, hecs::Entity)> {
+    use crate::prelude::{Attached, Changes, Curve, DVec3, Hold, Material, Membrane, Settings, Simulation, Tearing};
+    let sheet = Membrane::new("sheet", crate::generate::grid(10.0, 10.0, 8, 8)?, Material::figure_2());
+    let members = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|vertex| (vertex, DVec3::ZERO)));
+    let hold = Hold { name: "left".into(), members, axes: [true; 3], curve: Curve::constant(1.0) };
+    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() })?;
+    let body = simulation.spawn(sheet.hold(hold).with(Tearing::default()).with(Changes::default()))?;
+    Ok((simulation, body))
+}
+
 /// Reading files that a user names.
 pub mod source {
     pub use crate::source::read;

@@ -57,6 +57,15 @@ pub struct Membrane {
 impl Membrane {
     /// A membrane of one material. Its fibres are the mesh's own, or run along x where it has none, until
     /// [`fibres`](Self::fibres) says otherwise.
+    ///
+    /// # Examples
+    /// ```
+    /// use rhexis::prelude::*;
+    ///
+    /// let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::figure_2());
+    /// sheet.validate()?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn new(name: impl Into<String>, mesh: TriangleMesh, material: Material) -> Self {
         Self {
             name: name.into(),
@@ -77,6 +86,14 @@ impl Membrane {
     }
 
     /// Sets the fibres.
+    ///
+    /// # Examples
+    /// ```
+    /// # use rhexis::prelude::*;
+    /// # let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::figure_2());
+    /// let sheet = sheet.fibres(Fibres::at_degrees(45.0));
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     #[must_use]
     pub fn fibres(mut self, fibres: Fibres) -> Self {
         self.fibres = Some(fibres);
@@ -120,6 +137,16 @@ impl Membrane {
     }
 
     /// Prescribes vertices.
+    ///
+    /// # Examples
+    /// ```
+    /// # use rhexis::prelude::*;
+    /// # let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::figure_2());
+    /// let rim = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|vertex| (vertex, DVec3::ZERO)));
+    /// let curve = Curve::constant(1.0);
+    /// let sheet = sheet.hold(Hold { name: "rim".into(), members: rim, axes: [true; 3], curve });
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     #[must_use]
     pub fn hold(mut self, hold: Hold) -> Self {
         self.holds.push(hold);
@@ -128,6 +155,14 @@ impl Membrane {
 
     /// Adds any component: loads, springs, damping, tearing, or one of your own. One that cannot be cloned is put in after spawning, by
     /// [`world_mut`](crate::simulation::Simulation::world_mut).
+    ///
+    /// # Examples
+    /// ```
+    /// # use rhexis::prelude::*;
+    /// # let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::figure_2());
+    /// let sheet = sheet.with(Tearing::default()).with(Bending { stiffness: None }).with(Damping { time: 1.0 });
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     #[must_use]
     pub fn with(mut self, component: impl hecs::Component + Clone) -> Self {
         self.components.add(component);

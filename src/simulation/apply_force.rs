@@ -40,6 +40,16 @@ impl Simulation {
     ///
     /// # Errors
     /// For a body or a vertex that there is not, and for a force that is not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let vertex = simulation.nearest(body, DVec3::new(5.0, 5.0, 0.0), 1.0).expect("tissue").corners[0];
+    /// simulation.apply_force(body, vertex, DVec3::new(0.01, 0.0, 0.0))?;
+    /// simulation.step(5.0)?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn apply_force(&mut self, body: Entity, vertex: VertexKey, force: DVec3) -> Result<(), ForceError> {
         self.note(|| Input::ApplyForce { body, vertex, force });
         self.admit()?;

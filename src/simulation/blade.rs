@@ -14,6 +14,15 @@ impl Simulation {
     /// # Errors
     /// If the surface is farther away than `length`, if the direction is normal to it, and why the slit could not be cut; the body
     /// is as it was.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let slit = simulation.puncture(body, DVec3::new(5.0, 5.0, 0.0), DVec3::X, 2.0)?;
+    /// assert_eq!(slit.strokes, 1);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn puncture(&mut self, body: Entity, point: DVec3, direction: DVec3, length: f64) -> Result<Cut, CutError> {
         self.admit()?;
         let hit = self.nearest(body, point, length).ok_or(CutError::NothingThere)?;
@@ -42,6 +51,17 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such blade, and why the cut was not made: the body is as it was, and a longer stroke may pass.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let blade = simulation.spawn_blade(0.5, 1.0)?;
+    /// simulation.draw_blade(blade, body, DVec3::new(3.0, 3.0, 0.0))?;
+    /// let cut = simulation.draw_blade(blade, body, DVec3::new(6.0, 3.0, 0.0))?;
+    /// assert!(cut.is_some());
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn draw_blade(&mut self, blade: Entity, body: Entity, edge: DVec3) -> Result<Option<Cut>, CutError> {
         self.note(|| Input::DrawBlade { blade, body, edge });
         self.admit()?;

@@ -36,6 +36,15 @@ impl FixedStep {
     ///
     /// # Errors
     /// For a `dt` that is not a positive finite number, and for no steps at all.
+    ///
+    /// # Examples
+    /// ```
+    /// use rhexis::prelude::*;
+    ///
+    /// let mut clock = FixedStep::new(5.0, 4)?;
+    /// assert_eq!(clock.steps_after(16.0)?, 3);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn new(dt: f64, most: u32) -> Result<Self, SimulationError> {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(SimulationError::TimeStep(dt));

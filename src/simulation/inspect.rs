@@ -77,6 +77,15 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.cut(body, &[DVec3::new(5.0, -1.0, 0.0), DVec3::new(5.0, 11.0, 0.0)])?;
+    /// assert_eq!(simulation.pieces(body)?.count(), 2);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn pieces(&self, body: Entity) -> Result<Pieces, SimulationError> {
         let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body);
         let (vertices, triangles) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
@@ -87,6 +96,15 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.cut(body, &[DVec3::new(0.0, 5.0, 0.0), DVec3::new(4.0, 5.0, 0.0)])?;
+    /// assert_eq!(simulation.tips(body)?.len(), 1);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn tips(&self, body: Entity) -> Result<Vec<Tip>, SimulationError> {
         let mut query = self.world.query_one::<(&Vertices, Option<&Tips>)>(body);
         let (vertices, tips) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
@@ -126,6 +144,15 @@ impl Simulation {
     /// Where the point of the tissue is now that lies nearest to a point \[mm\] of the rest shape: its `position`, triangle and weights.
     /// Where lips of a tear lie on each other in the rest shape, that of the first triangle. Looks at every triangle. `None` for a point
     /// that is not finite, and where there is no such body.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let hit = simulation.current(body, DVec3::new(5.0, 5.0, 0.0)).expect("a body");
+    /// println!("the middle is at {} now", hit.position);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn current(&self, body: Entity, rest_point: DVec3) -> Option<Hit> {
         self.pick(body, |vertices, corners| pick::nearest(&vertices.rest_position, corners, rest_point, f64::INFINITY))
     }
@@ -134,6 +161,14 @@ impl Simulation {
     ///
     /// # Errors
     /// Names the first entity, component and row that is refused, and what it must be.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.validate()?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn validate(&self) -> Result<(), SimulationError> {
         let bodies = self.bodies();
         bodies.into_iter().try_for_each(|body| judge(&self.world, body))?;

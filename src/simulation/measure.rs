@@ -17,6 +17,15 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.step(5.0)?;
+    /// assert!(simulation.energies(body)?.elastic >= 0.0);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn energies(&mut self, body: Entity) -> Result<Energies, SimulationError> {
         self.admit()?;
         self.refresh(body)?;
@@ -54,6 +63,17 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.step(5.0)?;
+    /// for (hold, force) in simulation.reactions(body)? {
+    ///     println!("{hold}: {force} N");
+    /// }
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn reactions(&self, body: Entity) -> Result<Vec<(String, DVec3)>, SimulationError> {
         let mut query = self.world.query_one::<(&Body, Option<(&Holds, &Reactions)>)>(body);
         let (_, held) = query.get().map_err(|_| SimulationError::NoSuchBody)?;

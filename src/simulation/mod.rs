@@ -90,6 +90,15 @@ impl Simulation {
     ///
     /// # Errors
     /// For a tolerance below zero or not finite (the stress tolerance may be infinite), for more than 1024 threads, and if the system grants no threads.
+    ///
+    /// # Examples
+    /// ```
+    /// use rhexis::prelude::*;
+    ///
+    /// let simulation = Simulation::new(Settings::game())?;
+    /// assert_eq!(simulation.time(), 0.0);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn new(settings: Settings) -> Result<Self, SimulationError> {
         settings.validate()?;
         let pool = Pool::new(settings.threads, settings.portable_instructions).map_err(SimulationError::Threads)?;
@@ -106,6 +115,17 @@ impl Simulation {
     ///
     /// # Errors
     /// If its mesh, material or components are refused; the world is unchanged then.
+    ///
+    /// # Examples
+    /// ```
+    /// use rhexis::prelude::*;
+    ///
+    /// let mut simulation = Simulation::new(Settings::default())?;
+    /// let mesh = generate::disc(5.0, 200)?;
+    /// let body = simulation.spawn(Membrane::new("capsule", mesh, Material::figure_2()).with(Tearing::default()))?;
+    /// assert_eq!(simulation.bodies(), [body]);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn spawn(&mut self, membrane: Membrane) -> Result<Entity, BodyError> {
         let mut components = membrane.build(self.next_order)?;
         self.next_order += 1;
@@ -118,6 +138,15 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is none.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.despawn(body)?;
+    /// assert!(simulation.bodies().is_empty());
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn despawn(&mut self, entity: Entity) -> Result<(), SimulationError> {
         self.note(|| Input::Despawn(entity));
         // Whatever forceps hold they let go of.
@@ -139,6 +168,14 @@ impl Simulation {
     ///
     /// # Errors
     /// For a tolerance below zero or not finite (the stress tolerance may be infinite); nothing has changed then.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.set_settings(Settings { halvings: 2, ..*simulation.settings() })?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), SimulationError> {
         settings.validate()?;
         self.note(|| Input::SetSettings(settings));
@@ -153,6 +190,15 @@ impl Simulation {
     }
 
     /// What the last step did.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.step(5.0)?;
+    /// assert_eq!((simulation.report().step, simulation.report().time), (1, 5.0));
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn report(&self) -> &Report {
         &self.report
     }
@@ -163,6 +209,17 @@ impl Simulation {
     }
 
     /// Takes the events since the last call, in order.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.cut(body, &[DVec3::new(0.0, 5.0, 0.0), DVec3::new(4.0, 5.0, 0.0)])?;
+    /// let mut events = simulation.drain_events();
+    /// assert!(events.any(|event| matches!(event.kind, EventKind::Cut { .. })));
+    /// # drop(events);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn drain_events(&mut self) -> std::vec::Drain<'_, Event> {
         self.events.drain(..)
     }
@@ -182,6 +239,15 @@ impl Simulation {
     /// # Errors
     /// For a `dt` that is not a positive finite number, and for a body with an [`EnergyAudit`] where the integrator is not backward
     /// Euler; nothing has changed then.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let report = simulation.step(5.0)?;
+    /// println!("{} iterations", report.bodies[0].iterations);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn step(&mut self, dt: f64) -> Result<&Report, SimulationError> {
         self.step_with(dt, &[])
     }
@@ -237,6 +303,15 @@ impl Simulation {
     /// # Errors
     /// For a `dt` or a tolerance that is negative or not finite, and where no equilibrium is found; the state is then the one
     /// before, and time has not moved.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.settle(0.0, 1e-9)?;
+    /// assert!(simulation.report().bodies[0].is_converged);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn settle(&mut self, dt: f64, tolerance: f64) -> Result<&Report, SimulationError> {
         self.note(|| Input::Settle { dt, tolerance });
         self.find_equilibrium(dt, tolerance)?;

@@ -36,6 +36,15 @@ impl Simulation {
     ///
     /// # Errors
     /// For numbers that are not finite, for a planar body that would leave its plane, and for one that a curve holds.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// # simulation.unset::<rhexis::components::Holds>(body)?;
+    /// simulation.teleport(body, DQuat::IDENTITY, DVec3::new(20.0, 0.0, 0.0))?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn teleport(&mut self, body: Entity, rotation: DQuat, shift: DVec3) -> Result<(), MotionError> {
         type Query<'a> = (
             (&'a mut Vertices, &'a mut Increment, Option<&'a mut Holds>),
@@ -92,6 +101,15 @@ impl Simulation {
     ///
     /// # Errors
     /// For a velocity that is not finite, or whose energy is not; `velocity` is asked twice for each vertex.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// # simulation.unset::<rhexis::components::Holds>(body)?;
+    /// simulation.set_velocity(body, |_| DVec3::new(0.1, 0.0, 0.0))?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn set_velocity(&mut self, body: Entity, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), MotionError> {
         self.note(|| Input::Wake(body));
         self.admit()?;

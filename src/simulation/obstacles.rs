@@ -18,6 +18,16 @@ impl Simulation {
     ///
     /// # Errors
     /// For a shape with a number that is not finite, a radius or half axis that is not positive, or a normal that is no unit vector.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let shape = Shape::Sphere { centre: DVec3::new(5.0, 5.0, -3.0), radius: 2.0 };
+    /// let ball = simulation.spawn_obstacle(Obstacle { shape })?;
+    /// assert_eq!(simulation.obstacles(), [ball]);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn spawn_obstacle(&mut self, obstacle: Obstacle) -> Result<Entity, BodyError> {
         self.note(|| Input::SpawnObstacle(obstacle.clone()));
         obstacle.check(&Host::default())?;
@@ -55,6 +65,16 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such obstacle, and for a shape as [`spawn_obstacle`](Self::spawn_obstacle).
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// # let shape = Shape::Sphere { centre: DVec3::new(5.0, 5.0, -3.0), radius: 2.0 };
+    /// let ball = simulation.spawn_obstacle(Obstacle { shape })?;
+    /// simulation.move_obstacle(ball, Shape::Sphere { centre: DVec3::new(5.0, 5.0, -2.9), radius: 2.0 })?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn move_obstacle(&mut self, obstacle: Entity, shape: Shape) -> Result<(), SimulationError> {
         self.note(|| Input::MoveObstacle { obstacle, shape: shape.clone() });
         if !self.world.satisfies::<&Obstacle>(obstacle) {

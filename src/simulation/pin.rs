@@ -73,6 +73,16 @@ impl Simulation {
     ///
     /// # Errors
     /// For a vertex that there is not or that is held, and for the name of a hold that is no pin.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let vertex = simulation.nearest(body, DVec3::new(5.0, 5.0, 0.0), 1.0).expect("tissue").corners[0];
+    /// simulation.pin(body, "hand", &[vertex])?;
+    /// assert_eq!(simulation.pins(body, "hand")?.len(), 1);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn pin(&mut self, body: Entity, name: &str, vertices: &[VertexKey]) -> Result<(), PinError> {
         self.note(|| Input::Pin { body, name: name.to_owned(), vertices: vertices.to_vec() });
         self.admit()?;
@@ -141,6 +151,16 @@ impl Simulation {
     ///
     /// # Errors
     /// For a name that no hold has, and for that of a hold that is no pin.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// # let vertex = simulation.nearest(body, DVec3::new(5.0, 5.0, 0.0), 1.0).expect("tissue").corners[0];
+    /// simulation.pin(body, "hand", &[vertex])?;
+    /// simulation.unpin_all(body, "hand")?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn unpin_all(&mut self, body: Entity, name: &str) -> Result<(), PinError> {
         self.note(|| Input::UnpinAll { body, name: name.to_owned() });
         self.admit()?;
@@ -155,6 +175,17 @@ impl Simulation {
     ///
     /// # Errors
     /// For a name that no hold has, for that of a hold that is no pin, and for a place that is not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// # let vertex = simulation.nearest(body, DVec3::new(5.0, 5.0, 0.0), 1.0).expect("tissue").corners[0];
+    /// simulation.pin(body, "hand", &[vertex])?;
+    /// simulation.move_pins(body, "hand", |pin| pin.rest_position + DVec3::new(0.2, 0.0, 0.0))?;
+    /// simulation.step(5.0)?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn move_pins(&mut self, body: Entity, name: &str, place: impl Fn(Pin) -> DVec3) -> Result<(), PinError> {
         self.note(|| Input::Wake(body));
         self.admit()?;

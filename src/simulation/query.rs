@@ -30,6 +30,15 @@ impl Simulation {
     /// have any length. Looks at every triangle.
     ///
     /// `None` where it meets nothing, for an origin or direction that is not finite, and where there is no such body.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let hit = simulation.cast_ray(body, DVec3::new(5.0, 5.0, 9.0), DVec3::NEG_Z, 20.0).expect("tissue");
+    /// assert!((hit.distance - 9.0).abs() < 1e-9);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn cast_ray(&self, body: Entity, origin: DVec3, direction: DVec3, max: f64) -> Option<Hit> {
         self.pick(body, |vertices, corners| pick::meet(&vertices.position, corners, origin, direction, max))
     }
@@ -38,6 +47,15 @@ impl Simulation {
     /// every triangle.
     ///
     /// `None` where the surface is farther away, for a point that is not finite, and where there is no such body.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let hit = simulation.nearest(body, DVec3::new(5.0, 5.0, 0.3), 1.0).expect("tissue");
+    /// assert!((hit.distance - 0.3).abs() < 1e-9);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn nearest(&self, body: Entity, point: DVec3, within: f64) -> Option<Hit> {
         self.pick(body, |vertices, corners| pick::nearest(&vertices.position, corners, point, within))
     }

@@ -9,6 +9,17 @@ use hecs::Entity;
 
 impl Simulation {
     /// Records from now on what is done; what was recorded before is dropped. Memory grows by some bytes per call.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.record();
+    /// simulation.step(5.0)?;
+    /// let recording = simulation.end_recording().expect("a recording");
+    /// assert_eq!(recording.replay()?.hash(), simulation.hash());
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn record(&mut self) {
         self.recorder = Some(Recorder::new(self.snapshot()));
     }

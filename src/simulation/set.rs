@@ -61,6 +61,14 @@ impl Simulation {
     /// # Errors
     /// For an entity that is gone or of another kind, a number out of range, a row or edge that is not there, and what contradicts
     /// another component; nothing has changed then.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.set(body, Gravity { acceleration: DVec3::new(0.0, -9.81e-3, 0.0) })?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn set<C: Parameter>(&mut self, entity: Entity, component: C) -> Result<(), SetError> {
         self.note(|| Input::Set { entity, to: C::change(Some(component.clone())).into() });
         let found = self.owner::<C>(entity)?;
@@ -82,6 +90,15 @@ impl Simulation {
     /// # Errors
     /// For an entity that is gone or of another kind, for what makes an obstacle or a tool one, and for what another component
     /// needs; nothing has changed then.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// simulation.set(body, Damping { time: 1.0 })?;
+    /// assert!(simulation.unset::<Damping>(body)?);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn unset<C: Parameter>(&mut self, entity: Entity) -> Result<bool, SetError> {
         self.note(|| Input::Set { entity, to: C::change(None).into() });
         let found = self.owner::<C>(entity)?;

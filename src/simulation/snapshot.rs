@@ -14,6 +14,17 @@ use std::sync::Arc;
 
 impl Simulation {
     /// The whole state as it is now. The run goes on as without it.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let before = simulation.snapshot();
+    /// simulation.step(5.0)?;
+    /// simulation.restore(&before)?;
+    /// assert_eq!(simulation.time(), before.time());
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn snapshot(&self) -> Snapshot {
         let (mut entities, mut others) = (Vec::new(), Vec::new());
         for entity in self.world.iter() {

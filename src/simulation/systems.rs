@@ -35,6 +35,17 @@ impl Simulation {
     ///
     /// # Errors
     /// For a name that is taken, and for a place that there is not, with the nearest that there is.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// use rhexis::schedule::Place;
+    ///
+    /// simulation.insert_system(Place::After("contact"), "count", |world, _| world.len() as usize)?;
+    /// simulation.step(5.0)?;
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn insert_system(
         &mut self,
         place: Place<'_>,

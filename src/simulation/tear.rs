@@ -96,6 +96,15 @@ impl Simulation {
     ///
     /// # Errors
     /// Why the cut was not made; the body is as it was.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let cut = simulation.cut(body, &[DVec3::new(0.0, 5.0, 0.0), DVec3::new(4.0, 5.0, 0.0)])?;
+    /// assert!((cut.made - 4.0).abs() < 1e-9);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
         self.note(|| Input::Cut { body, polyline: polyline.to_vec() });
         self.make_cut(body, polyline)

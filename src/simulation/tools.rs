@@ -68,6 +68,16 @@ impl Simulation {
     ///
     /// # Errors
     /// For a pose that is no rigid motion and for jaws with numbers out of range.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let jaws = Jaws { radius: 1.5, stiffness: None, force_limit: None, slip: Slip::Slide };
+    /// let forceps = simulation.spawn_forceps("forceps", jaws, Pose::at(DVec3::new(5.0, 5.0, 0.0)))?;
+    /// assert_eq!(simulation.tools(), [forceps]);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn spawn_forceps(&mut self, name: &str, jaws: Jaws, pose: Pose) -> Result<Entity, ToolError> {
         self.note(|| Input::SpawnForceps { name: name.to_owned(), jaws, pose });
         let name = name.to_owned();
@@ -86,6 +96,19 @@ impl Simulation {
     ///
     /// # Errors
     /// If there are no such forceps, and for a pose or a time that is no rigid motion.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// # let jaws = Jaws { radius: 1.5, stiffness: None, force_limit: None, slip: Slip::Slide };
+    /// # let forceps = simulation.spawn_forceps("forceps", jaws, Pose::at(DVec3::new(5.0, 5.0, 0.0)))?;
+    /// simulation.close_forceps(forceps, body, &Grasp::Nearest { reach: 1.0 })?;
+    /// simulation.move_forceps(forceps, Pose::at(DVec3::new(5.1, 5.0, 0.0)), 16.0)?;
+    /// simulation.step(16.0)?;
+    /// assert!(simulation.forceps(forceps)?.force.x > 0.0);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn move_forceps(&mut self, forceps: Entity, pose: Pose, within: f64) -> Result<(), ToolError> {
         self.note(|| Input::MoveForceps { forceps, pose, within });
         let now = self.report.time;
@@ -108,6 +131,17 @@ impl Simulation {
     ///
     /// # Errors
     /// If there are no such forceps or body, if they are closed already, and if there is nothing to take.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// # let jaws = Jaws { radius: 1.5, stiffness: None, force_limit: None, slip: Slip::Slide };
+    /// let forceps = simulation.spawn_forceps("forceps", jaws, Pose::at(DVec3::new(5.0, 5.0, 0.5)))?;
+    /// let vertices = simulation.close_forceps(forceps, body, &Grasp::Nearest { reach: 1.0 })?;
+    /// assert!(vertices > 0);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn close_forceps(&mut self, forceps: Entity, body: Entity, grasp: &Grasp) -> Result<usize, ToolError> {
         self.note(|| Input::CloseForceps { forceps, body, grasp: grasp.clone() });
         self.admit()?;
@@ -145,6 +179,18 @@ impl Simulation {
     ///
     /// # Errors
     /// If there are no such forceps.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// # let jaws = Jaws { radius: 1.5, stiffness: None, force_limit: None, slip: Slip::Slide };
+    /// # let forceps = simulation.spawn_forceps("forceps", jaws, Pose::at(DVec3::new(5.0, 5.0, 0.0)))?;
+    /// simulation.close_forceps(forceps, body, &Grasp::Nearest { reach: 1.0 })?;
+    /// simulation.open_forceps(forceps)?;
+    /// assert_eq!(simulation.forceps(forceps)?.body, None);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn open_forceps(&mut self, forceps: Entity) -> Result<(), ToolError> {
         self.note(|| Input::OpenForceps(forceps));
         self.release(forceps)

@@ -88,6 +88,17 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let view = simulation.view(body)?;
+    /// let mut buffer = Vec::new();
+    /// view.positions_f32(&mut buffer);
+    /// assert_eq!(buffer.len(), view.vertex_keys.len());
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn view(&mut self, body: Entity) -> Result<BodyView<'_>, SimulationError> {
         type Query<'a> = (&'a Vertices, &'a Triangles, &'a Increment, Option<&'a Sleeping>, Option<&'a Attributes>);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
@@ -110,6 +121,19 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body, and for one without [`Changes`].
+    ///
+    /// # Examples
+    /// ```
+    /// # let (mut simulation, body) = rhexis::internal::example()?;
+    /// # use rhexis::prelude::*;
+    /// let mut changes = rhexis::components::ChangeSet::default();
+    /// simulation.drain_changes(body, &mut changes)?;
+    /// assert!(changes.is_whole);
+    /// simulation.cut(body, &[DVec3::new(0.0, 5.0, 0.0), DVec3::new(4.0, 5.0, 0.0)])?;
+    /// simulation.drain_changes(body, &mut changes)?;
+    /// assert!(changes.copies().count() > 0);
+    /// # Ok::<(), rhexis::Error>(())
+    /// ```
     pub fn drain_changes(&mut self, body: Entity, into: &mut ChangeSet) -> Result<(), SimulationError> {
         type Query<'a> = (&'a Vertices, &'a Triangles, Option<&'a mut Changes>);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
