@@ -48,7 +48,7 @@ fn main() {
 /// The systems of a step that is not taken up again, of a body that neither sleeps nor refines nor audits its energy.
 fn fresh_step() -> Vec<System> {
     let runs = |system: &&System| {
-        let is_of_all = !["refine", "sleep", "energy"].iter().any(|name| system.name.starts_with(name));
+        let is_of_all = !["refine", "sleep", "energy audit"].iter().any(|name| system.name.starts_with(name));
         system.stage != Stage::Resume && is_of_all
     };
     STEP.iter().filter(runs).copied().collect()

@@ -54,7 +54,7 @@ pub use body::{Body, Planar};
 pub use body_error::BodyError;
 pub use changes::{Change, ChangeSet, Changes};
 pub use curve::{BadCurve, Curve};
-pub(crate) use derived::partly;
+pub(crate) use derived::fraction_of;
 pub use derived::{ExternalStiffness, Forces, Frames, Increment, Reactions, Tautness};
 pub use energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use energy_audit::{Equilibrium, Shares};
@@ -78,9 +78,9 @@ pub(crate) use readings::Read;
 #[doc(hidden)]
 pub use readings::Readings;
 pub use refinement::{Refined, Refinement};
-pub use sleeping::Sleeping;
 #[doc(hidden)]
-pub use sleeping::Slumber;
+pub use sleeping::SleepState;
+pub use sleeping::Sleeping;
 #[doc(hidden)]
 pub use solver_scratch::{LineSearch, SolverScratch, StepAccount, Sweeps};
 pub use springs::{Anchor, Springs};

@@ -380,7 +380,7 @@ impl Simulation {
             is_static: true,
             is_resumed: false,
             is_retried: false,
-            is_last_resort: false,
+            is_fallback: false,
             corrections: 0,
             is_correction: false,
             tangent: Tangent::Exact,

@@ -10,7 +10,6 @@
 //! removed and who moved. Whoever keeps rows has to follow; a key names the same part before and after. The keys of what was
 //! removed are kept free for [`undo`] until [`Mesh::release`].
 
-mod alike;
 mod apply;
 mod attached;
 mod draft;
@@ -30,10 +29,9 @@ mod rows;
 mod table;
 mod tables;
 mod topology;
+mod uniform;
 mod validate;
 
-#[doc(hidden)]
-pub use alike::Alike;
 #[doc(hidden)]
 pub use apply::{Mesh, apply, undo};
 pub use attached::{Attached, Attachment};
@@ -51,6 +49,8 @@ pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Removed, Remo
 pub use rows::Rows;
 pub use tables::{TipKey, TipRow, Tips, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
 pub use topology::{Fan, Incidence, Topology};
+#[doc(hidden)]
+pub use uniform::Uniform;
 pub use validate::{Broken, validate};
 
 /// The row that stands for "none": no neighbour across an edge, no vertex.

@@ -1,4 +1,4 @@
-//! What a solve leaves over, for four triangles side by side: bodies of the linear law with the rotated tangent, and all of the answer.
+//! Spurious energy of a solve, for four triangles side by side: bodies of the linear law with the rotated tangent, and all of the answer.
 
 use super::solved::Solved;
 use crate::math::GeometricStiffness;
@@ -249,7 +249,7 @@ mod tests {
                 solved.is_counted = is_counted;
                 let [with, without] = [2e-3, 0.0].map(|drag| {
                     solved.drag = drag;
-                    solved.left_over(1.0, &mut Vec::new())
+                    solved.spurious_energy(1.0, &mut Vec::new())
                 });
                 // Rounding of what is left over, some hundred times what drag takes.
                 assert!((without - with - 2e-3 * way).abs() < 1e-12 * without.abs(), "{without} {with} {way}");
