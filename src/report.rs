@@ -62,7 +62,7 @@ pub struct BodyReport {
     /// quasi-static tear had had all its rounds.
     pub is_tear_cut_short: bool,
     /// Whether the last sub-step was limited to a fraction of its increment, lest it create energy.
-    pub is_step_limited: bool,
+    pub is_held_back: bool,
     /// Whether it went only a part of its way in any part of the step.
     pub went_part_of_way: bool,
     /// Whether vertices were put back outside an obstacle in any part of the step: no solve had left them there.

@@ -10,9 +10,9 @@ pub struct StepAccount {
     /// The body's own forces \[N\], of stress, damping and bending, at the last evaluation.
     pub own: Vec<DVec3>,
     /// Those at the start of a step of two stages and, in its second, with those at the end of the first, less the imbalance there
-    /// along free axes. In a step taken up again the displacement \[mm\] from where it is.
+    /// along free axes. In a step that is redone, the displacement \[mm\] from where it is.
     pub earlier: Vec<DVec3>,
-    /// Energy stored and of motion \[mJ\] at the start, or where the step is taken up again, until that is judged.
+    /// Energy stored and of motion \[mJ\] at the start, or where the step is redone, until that is judged.
     pub energy: Option<f64>,
 }
 

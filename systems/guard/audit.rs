@@ -221,7 +221,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
-/// Measures what tears have changed in the end of the step and, should it be taken up again, in its start.
+/// Measures what tears have changed in the end of the step and, should it be redone, in its start.
 pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (

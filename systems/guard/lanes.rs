@@ -218,7 +218,7 @@ mod tests {
                         }
                     });
                     assert_eq!(wide[0].to_bits(), wide[1].to_bits(), "planar {is_planar}, later {is_damped_before}");
-                    // Rounding of sums of work and energy, each some thousand times what is left over of the smallest triangle.
+                    // Rounding of sums of work and energy, each some thousand times the spurious energy of the smallest triangle.
                     let (sum, size) = each.iter().fold((0.0, 0.0), |(sum, size), e| (sum + e, size + e.abs()));
                     assert!(
                         (wide[0] - sum).abs() <= 1e-12 * size,
@@ -251,7 +251,7 @@ mod tests {
                     solved.drag = drag;
                     solved.spurious_energy(1.0, &mut Vec::new())
                 });
-                // Rounding of what is left over, some hundred times what drag takes.
+                // Rounding of the spurious energy, some hundred times what drag takes.
                 assert!((without - with - 2e-3 * way).abs() < 1e-12 * without.abs(), "{without} {with} {way}");
             }
         });

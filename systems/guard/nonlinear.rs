@@ -17,7 +17,7 @@
 //! steps](super) leave over, with the same bounds. A step that is refused is retried in halves, at last by a linearised
 //! one.
 //!
-//! Where tears have changed the mesh and the step is taken up again, what is added is that of the way from there, along which
+//! Where tears have changed the mesh and the step is redone, what is added is that of the way from there, along which
 //! holds and loads act as at its end.
 
 use super::place::of_triangle;

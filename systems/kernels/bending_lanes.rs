@@ -1,6 +1,6 @@
 //! Bending of four triangles side by side: the formulas of [`super::bending`], lane by lane.
 //!
-//! Layout: numbers over the edges of four triangles are [`OverFour`], edge by edge; those of all triangles, one list, in which an edge of
+//! Layout: numbers over the edges of four triangles are [`EdgeValuesX4`], edge by edge; those of all triangles, one list, in which an edge of
 //! a triangle has its `place`. The list ends with zeros, which are what the boundary has across.
 
 use super::bending::{EdgeMatrix, Tilt, least_twice_area};

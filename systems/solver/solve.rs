@@ -155,7 +155,7 @@ fn solve_body(
     };
     let available = Available {
         factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
-        mixed: inner_kind(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
+        mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
     };
     let mut rotated = None;
     scratch.residual_work = 0.0;
@@ -298,10 +298,10 @@ fn use_of_factor(step: &StepContext, axes: f64) -> Option<Refresh> {
     }
 }
 
-/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
+/// Preconditioner of the mixed-precision solver, where that may be used. A static solve goes to residuals that only double precision
 /// reaches: there it is multigrid or nothing. In dynamic ones it is multigrid over so many axes: early in a planar body, which does not
 /// fold, so that levels last where an incomplete factor is made for every solve.
-fn inner_kind(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<MixedPreconditioner> {
+fn mixed_preconditioner(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<MixedPreconditioner> {
     if step.is_static {
         let is_multigrid = match step.preconditioner {
             Preconditioner::Multigrid => true,

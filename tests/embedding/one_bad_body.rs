@@ -44,7 +44,7 @@ fn torn(settings: Settings, steps: usize, mut other: impl FnMut(&mut Simulation)
     for _ in 0..steps {
         let report = simulation.step(2.0 * DT).unwrap();
         let own = report.bodies.iter().find(|report| report.body == body).unwrap();
-        assert!(own.fault.is_none() && !own.is_step_limited);
+        assert!(own.fault.is_none() && !own.is_held_back);
         retried += report.rolled_back;
     }
     assert_eq!(simulation.time(), 2.0 * DT * steps as f64);

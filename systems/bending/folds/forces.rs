@@ -13,7 +13,7 @@ use crate::systems::parallel;
 use glam::DVec3;
 use std::sync::PoisonError;
 
-/// What passes over the triangles leave for each other. Lists of [`OverFour`] end with zeros, for the boundary.
+/// What passes over the triangles leave for each other. Lists of [`EdgeValuesX4`] end with zeros, for the boundary.
 #[derive(Debug, Default)]
 pub(super) struct Passes {
     /// Tilts of a displacement, at last forces on corners along the normals.

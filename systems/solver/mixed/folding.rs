@@ -1,4 +1,4 @@
-//! Bending in single precision: the product in passes over packs of triangles, as in [`Folds`], and hinges for preconditioners.
+//! Bending in single precision: the product in passes over packs of triangles, as in [`DihedralAngles`], and hinges for preconditioners.
 //!
 //! A hinge couples the two vertices opposite its edge, which are no neighbours: the pattern of a factor without fill
 //! and the levels of multigrid have no place for that, and one with fill has not for all. It is left out, and so much

@@ -48,7 +48,7 @@ struct Numbers<B: FactorBlock> {
     inverse: Vec<B>,
     /// Blocks of L·D in the row at hand, for each of two threads.
     row: [Vec<B>; 2],
-    /// What the triangles of the second half add to the rest of the rows: to its diagonal blocks, and to those below.
+    /// Contributions of the triangles of the second subdomain to the rows of the separator: to its diagonal blocks, and to those below.
     share: (Vec<B>, Vec<B::Pair>),
 }
 

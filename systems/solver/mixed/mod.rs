@@ -57,10 +57,10 @@ const FEW: u32 = 20;
 const SHIFT: f32 = 0.01;
 
 /// Iterations of a round with a factor at the most. One that has come to nothing in so many, or is broken, is a bad one: the next has its
-/// diagonal raised ten times as far,
+/// diagonal raised ten times as far, up to [`MOST_SHIFT`].
 const MOST_WITH_FACTOR: u32 = 150;
 
-/// up to this.
+/// Maximum fraction by which the diagonal is raised.
 const MOST_SHIFT: f32 = 1.0;
 
 /// Minimum number of triangles for nested dissection of the rows of an incomplete factor. Smaller bodies gain little by a second thread.

@@ -12,12 +12,12 @@ use std::ops::Range;
 /// sheet of 5,000 still has a block for either of two threads.
 const BLOCK: usize = 2048;
 
-/// The triangle with which the second half of the blocks of so many begins, which two threads take one half each of.
+/// First triangle of the second subdomain: half of the blocks of triangles belong to each of two threads.
 pub(super) fn cut(triangle_count: usize) -> u32 {
     (triangle_count.div_ceil(BLOCK) / 2 * BLOCK) as u32
 }
 
-/// Whether a triangle is one with which a half may begin.
+/// Whether a subdomain may begin with this triangle.
 pub(super) fn is_cut(triangle: u32) -> bool {
     (triangle as usize).is_multiple_of(BLOCK)
 }

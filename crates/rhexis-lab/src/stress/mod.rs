@@ -258,7 +258,7 @@ fn step(simulation: &mut Simulation, dt: f64, counts: &mut Counts) -> Result<(),
     counts.slowest_step = counts.slowest_step.max(start.elapsed().as_secs_f64() * 1e3);
     counts.rollbacks += u64::from(report.rolled_back);
     counts.failed_steps += u64::from(report.has_failed);
-    counts.held_back += u64::from(report.bodies.iter().any(|body| body.is_step_limited));
+    counts.held_back += u64::from(report.bodies.iter().any(|body| body.is_held_back));
     let is_tear = |kind: &EventKind| matches!(kind, EventKind::Started { .. } | EventKind::Advanced { .. });
     counts.tears += simulation.drain_events().filter(|event| is_tear(&event.kind)).count() as u64;
     Ok(())

@@ -13,7 +13,7 @@ use rhexis::systems::kernels::membrane;
 use rhexis::systems::solver::{self, Available, CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator};
 use rhexis_scene::Document;
 
-/// What the inner solver works with.
+/// Preconditioners of the mixed-precision solver.
 const PRECONDITIONERS: [Preconditioner; 3] =
     [Preconditioner::BlockJacobi, Preconditioner::IncompleteCholesky, Preconditioner::Multigrid];
 
