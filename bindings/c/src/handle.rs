@@ -144,3 +144,22 @@ pub(crate) fn unpack(tag: u64, handle: u64) -> Answer<Entity> {
     let generation = handle >> INDEX_BITS & ((1 << GENERATION_BITS) - 1);
     Entity::from_bits(generation << 32 | handle & ((1 << INDEX_BITS) - 1)).ok_or_else(|| wrong("was never made"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn handles_name_what_they_named_or_nothing() {
+        let entity = |generation: u64, index: u64| Entity::from_bits(generation << 32 | index).unwrap();
+        let (last, tag) = (entity((1 << 22) - 1, (1 << 20) - 1), (1 << 22) - 1);
+        for (tag, entity) in [(tag, last), (0, entity(1, 0)), (5, entity(3, 77))] {
+            assert_eq!(unpack(tag, pack(tag, entity).unwrap()).unwrap(), entity);
+        }
+        assert_eq!(pack(1, entity(1 << 22, 0)).unwrap_err().status, RhexisStatus::Capacity);
+        assert_eq!(pack(1, entity(1, 1 << 20)).unwrap_err().status, RhexisStatus::Capacity);
+        // A generation of zero was never made.
+        assert_eq!(unpack(0, 17).unwrap_err().status, RhexisStatus::InvalidHandle);
+        assert_eq!(unpack(4, pack(5, last).unwrap()).unwrap_err().status, RhexisStatus::InvalidHandle);
+    }
+}

@@ -28,7 +28,7 @@ pub extern "C" fn rhexis_pin(
 ) -> RhexisStatus {
     call(|| {
         let name = name.read("the name")?;
-        let vertices = keys(vertices.read(vertex_count, "the vertices")?);
+        let vertices = keys(vertices.read(vertex_count, "the vertices")?)?;
         with(world, |world| {
             let body = world.body(body)?;
             world.simulation().pin(body, name, &vertices).map_err(refused)
@@ -45,7 +45,7 @@ pub extern "C" fn rhexis_unpin(
     vertex_count: usize,
 ) -> RhexisStatus {
     call(|| {
-        let vertices = keys(vertices.read(vertex_count, "the vertices")?);
+        let vertices = keys(vertices.read(vertex_count, "the vertices")?)?;
         with(world, |world| {
             let body = world.body(body)?;
             world.simulation().unpin(body, &vertices).map_err(refused)

@@ -19,8 +19,15 @@ pub const RHEXIS_GRASP_POINT: u32 = 2;
 /// Jaws close on the vertices given, and no others.
 pub const RHEXIS_GRASP_VERTICES: u32 = 3;
 
-pub(crate) fn keys(keys: &[u64]) -> Vec<VertexKey> {
-    keys.iter().map(|&bits| KeyData::from_ffi(bits).into()).collect()
+/// The key of a vertex; bits that no key has are refused.
+pub(crate) fn key(bits: u64) -> Answer<VertexKey> {
+    let data = KeyData::from_ffi(bits);
+    let wrong = || Failure::argument(format!("{bits:#x} is no key of a vertex: take keys from rhexis_vertex_keys"));
+    (data.as_ffi() == bits).then(|| data.into()).ok_or_else(wrong)
+}
+
+pub(crate) fn keys(keys: &[u64]) -> Answer<Vec<VertexKey>> {
+    keys.iter().map(|&bits| key(bits)).collect()
 }
 
 fn not_found(message: &str) -> Failure {
@@ -100,7 +107,7 @@ fn grasp_of(given: &RhexisGrasp) -> Answer<Grasp> {
             Grasp::Ray { origin, direction, reach: given.reach }
         }
         RHEXIS_GRASP_POINT => Grasp::Point(given.point.vector()),
-        RHEXIS_GRASP_VERTICES => Grasp::Vertices(keys(given.vertices.read(given.vertex_count, "the vertices")?)),
+        RHEXIS_GRASP_VERTICES => Grasp::Vertices(keys(given.vertices.read(given.vertex_count, "the vertices")?)?),
         other => return Err(Failure::argument(format!("there is no grasp of kind {other}: give 0 to 3"))),
     })
 }
@@ -318,9 +325,10 @@ pub extern "C" fn rhexis_apply_force(
     force: RhexisVec3,
 ) -> RhexisStatus {
     call(|| {
+        let vertex = key(vertex)?;
         with(world, |world| {
             let body = world.body(body)?;
-            world.simulation().apply_force(body, KeyData::from_ffi(vertex).into(), force.vector()).map_err(refused)
+            world.simulation().apply_force(body, vertex, force.vector()).map_err(refused)
         })
     })
 }

@@ -350,3 +350,56 @@ pub extern "C" fn rhexis_hash(world: RhexisWorld, hash: Out<u64>) -> RhexisStatu
         Ok(())
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::saved::{rhexis_snapshot_destroy, rhexis_snapshot_take, rhexis_world_of_snapshot};
+
+    fn out<T>(value: &mut T) -> Out<T> {
+        // SAFETY: a reference may be written to, and calls do not keep what they are given.
+        unsafe { Out::new(value) }
+    }
+
+    fn empty() -> RhexisWorld {
+        let mut world = RhexisWorld::default();
+        assert_eq!(rhexis_world_create(In::NULL, out(&mut world)), RhexisStatus::Ok);
+        world
+    }
+
+    #[test]
+    fn a_call_within_a_call_is_told_that_the_world_is_busy() {
+        let world = empty();
+        let inside = call(|| {
+            with(world, |_| {
+                assert_eq!(rhexis_step(world, 1.0, Out::NULL), RhexisStatus::Busy);
+                assert_eq!(rhexis_world_destroy(world), RhexisStatus::Busy);
+                Ok(())
+            })
+        });
+        assert_eq!(inside, RhexisStatus::Ok);
+        assert_eq!(rhexis_step(world, 1.0, Out::NULL), RhexisStatus::Ok);
+        assert_eq!(rhexis_world_destroy(world), RhexisStatus::Ok);
+    }
+
+    #[test]
+    fn a_panic_stays_inside_and_marks_the_world() {
+        let (world, other, mut snapshot) = (empty(), empty(), RhexisSnapshot::default());
+        assert_eq!(rhexis_step(world, 1.0, Out::NULL), RhexisStatus::Ok);
+        assert_eq!(rhexis_snapshot_take(world, out(&mut snapshot)), RhexisStatus::Ok);
+        assert_eq!(call(|| with(world, |_| -> Answer<()> { panic!("on purpose") })), RhexisStatus::Panic);
+        // SAFETY: the library's own text.
+        let message = unsafe { std::ffi::CStr::from_ptr(crate::status::rhexis_last_error_message()) };
+        assert_eq!(message, c"the library has failed inside: on purpose");
+        assert_eq!(rhexis_step(world, 1.0, Out::NULL), RhexisStatus::Poisoned);
+        assert_eq!(rhexis_snapshot_take(world, out(&mut { snapshot })), RhexisStatus::Poisoned);
+        assert_eq!(rhexis_step(other, 1.0, Out::NULL), RhexisStatus::Ok);
+        assert_eq!(rhexis_world_destroy(world), RhexisStatus::Ok);
+        assert_eq!(rhexis_step(world, 1.0, Out::NULL), RhexisStatus::InvalidHandle);
+        let mut again = RhexisWorld::default();
+        assert_eq!(rhexis_world_of_snapshot(snapshot, out(&mut again)), RhexisStatus::Ok);
+        assert_eq!(rhexis_step(again, 1.0, Out::NULL), RhexisStatus::Ok);
+        assert_eq!(rhexis_snapshot_destroy(snapshot), RhexisStatus::Ok);
+        [other, again].into_iter().for_each(|world| assert_eq!(rhexis_world_destroy(world), RhexisStatus::Ok));
+    }
+}

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -47,11 +47,9 @@ fn plain_pointers(header: &str) -> String {
 
 fn generated() -> String {
     let config = cbindgen::Config::from_file(root().join("cbindgen.toml")).unwrap();
-    let mut sources: Vec<PathBuf> =
-        fs::read_dir(root().join("src")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    sources.sort();
-    let builder = cbindgen::Builder::new().with_config(config);
-    let builder = sources.into_iter().fold(builder, |builder, source| builder.with_src(source));
+
+    // The modules are found from there.
+    let builder = cbindgen::Builder::new().with_config(config).with_src(root().join("src/lib.rs"));
     let mut bytes = Vec::new();
     builder.generate().unwrap().write(&mut bytes);
     plain_pointers(&String::from_utf8(bytes).unwrap()).replace("\\[", "[").replace("\\]", "]")
