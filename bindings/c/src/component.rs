@@ -83,7 +83,8 @@ fn names() -> impl Iterator<Item = &'static str> {
 fn entry(name: &str) -> Answer<&'static Entry> {
     ENTRIES.iter().find(|entry| entry.name.trim_end_matches('\0') == name).ok_or_else(|| {
         let known = names().collect::<Vec<_>>().join(", ");
-        let near = rhexis_scene::nearest(name, names()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+        let near =
+            rhexis_scene::nearest(name, names()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
         let message = format!("there is no component `{name}`; {near}there are {known}");
         Failure::new(RhexisStatus::NotFound, message)
     })

@@ -4,7 +4,10 @@
 //! panic crosses the boundary, and a world that two threads use at once answers one of them that it is busy. `README.md` beside the
 //! sources has the rules for threads and the life of what is lent.
 
-#![allow(unsafe_code, reason = "a C interface exports symbols and looks behind pointers: only `pointer.rs` does the latter")]
+#![allow(
+    unsafe_code,
+    reason = "a C interface exports symbols and looks behind pointers: only `pointer.rs` does the latter"
+)]
 #![deny(clippy::undocumented_unsafe_blocks, unsafe_op_in_unsafe_fn)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]

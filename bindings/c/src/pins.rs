@@ -88,7 +88,12 @@ pub extern "C" fn rhexis_pins(
 
 /// Moves what is pinned under a name by a way \[mm\] from where it is held, reached at the end of the next step.
 #[unsafe(no_mangle)]
-pub extern "C" fn rhexis_pins_shift(world: RhexisWorld, body: RhexisEntity, name: Text, way: RhexisVec3) -> RhexisStatus {
+pub extern "C" fn rhexis_pins_shift(
+    world: RhexisWorld,
+    body: RhexisEntity,
+    name: Text,
+    way: RhexisVec3,
+) -> RhexisStatus {
     call(|| {
         let name = name.read("the name")?;
         with(world, |world| {

@@ -22,7 +22,19 @@ macro_rules! plain {
         )*
     };
 }
-plain!(u8, u32, u64, f64, RhexisVec3, RhexisPose, RhexisJaws, RhexisGrasp, RhexisBodyDesc, RhexisSettings, RhexisHapticModel);
+plain!(
+    u8,
+    u32,
+    u64,
+    f64,
+    RhexisVec3,
+    RhexisPose,
+    RhexisJaws,
+    RhexisGrasp,
+    RhexisBodyDesc,
+    RhexisSettings,
+    RhexisHapticModel
+);
 
 fn sound<T>(pointer: *const T, what: &str) -> Answer<()> {
     if pointer.is_null() {

@@ -92,7 +92,11 @@ pub extern "C" fn rhexis_positions(world: RhexisWorld, body: RhexisEntity, view:
 
 /// Lends a copy of the positions \[mm\] in single precision, three numbers per vertex.
 #[unsafe(no_mangle)]
-pub extern "C" fn rhexis_positions_f32(world: RhexisWorld, body: RhexisEntity, view: Out<RhexisViewF32>) -> RhexisStatus {
+pub extern "C" fn rhexis_positions_f32(
+    world: RhexisWorld,
+    body: RhexisEntity,
+    view: Out<RhexisViewF32>,
+) -> RhexisStatus {
     show((world, body), view, |body, shown| {
         narrow(body.positions, &mut shown.positions);
         Ok(singles(&shown.positions))
@@ -119,7 +123,11 @@ pub extern "C" fn rhexis_positions_before(
 
 /// Lends the positions of the rest shape \[mm\], three numbers per vertex.
 #[unsafe(no_mangle)]
-pub extern "C" fn rhexis_rest_positions(world: RhexisWorld, body: RhexisEntity, view: Out<RhexisViewF64>) -> RhexisStatus {
+pub extern "C" fn rhexis_rest_positions(
+    world: RhexisWorld,
+    body: RhexisEntity,
+    view: Out<RhexisViewF64>,
+) -> RhexisStatus {
     show((world, body), view, |body, _| Ok(points(body.rest_positions)))
 }
 
@@ -167,7 +175,11 @@ pub extern "C" fn rhexis_vertex_keys(world: RhexisWorld, body: RhexisEntity, vie
 
 /// Lends the keys of the triangles.
 #[unsafe(no_mangle)]
-pub extern "C" fn rhexis_triangle_keys(world: RhexisWorld, body: RhexisEntity, view: Out<RhexisViewU64>) -> RhexisStatus {
+pub extern "C" fn rhexis_triangle_keys(
+    world: RhexisWorld,
+    body: RhexisEntity,
+    view: Out<RhexisViewU64>,
+) -> RhexisStatus {
     show((world, body), view, |body, shown| {
         shown.triangle_keys.clear();
         shown.triangle_keys.extend(body.triangle_keys.iter().map(|key| key.data().as_ffi()));

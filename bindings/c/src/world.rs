@@ -140,7 +140,12 @@ fn settings_of(given: RhexisSettings) -> Answer<Settings> {
 pub extern "C" fn rhexis_settings_init(settings: Out<RhexisSettings>) -> RhexisStatus {
     call(|| {
         settings.check("settings")?;
-        settings.write(RhexisSettings { preset: RHEXIS_PRESET_DEFAULT, threads: 0, budget: 0, portable_instructions: 0 });
+        settings.write(RhexisSettings {
+            preset: RHEXIS_PRESET_DEFAULT,
+            threads: 0,
+            budget: 0,
+            portable_instructions: 0,
+        });
         Ok(())
     })
 }
@@ -231,7 +236,12 @@ fn scene(world: &mut World) -> Answer<&mut Instance> {
 
 /// Moves time on by `dt` \[ms\] and finds the equilibrium there, to `tolerance`, a fraction of the largest corner force. `report` may be NULL.
 #[unsafe(no_mangle)]
-pub extern "C" fn rhexis_settle(world: RhexisWorld, dt: f64, tolerance: f64, report: Out<RhexisReport>) -> RhexisStatus {
+pub extern "C" fn rhexis_settle(
+    world: RhexisWorld,
+    dt: f64,
+    tolerance: f64,
+    report: Out<RhexisReport>,
+) -> RhexisStatus {
     call(|| {
         report.check_if_any("report")?;
         let done = with(world, |world| world.simulation().settle(dt, tolerance).map(summary).map_err(refused))?;

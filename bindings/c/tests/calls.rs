@@ -44,14 +44,8 @@ fn forceps_at(world: RhexisWorld, pose: RhexisPose) -> RhexisEntity {
 }
 
 fn close(world: RhexisWorld, forceps: RhexisEntity, body: RhexisEntity) -> usize {
-    let mut grasp = RhexisGrasp {
-        kind: 9,
-        reach: 0.0,
-        point: UP,
-        direction: UP,
-        vertices: Array::NULL,
-        vertex_count: 9,
-    };
+    let mut grasp =
+        RhexisGrasp { kind: 9, reach: 0.0, point: UP, direction: UP, vertices: Array::NULL, vertex_count: 9 };
     ok(rhexis_grasp_init(out(&mut grasp)));
     let mut held = 0;
     ok(rhexis_forceps_close(world, forceps, body, input(&grasp), out(&mut held)));

@@ -25,7 +25,8 @@ fn can(compiler: &str, suffix: &str, flags: &[&str], folder: &Path) -> bool {
     let (source, program) = (folder.join(format!("empty.{suffix}")), folder.join("empty"));
     std::fs::write(&source, "int main(void) { return 0; }\n").unwrap();
     let built = run(Command::new(compiler).args(flags).arg(&source).arg("-o").arg(&program));
-    built.is_some_and(|built| built.status.success()) && run(&mut Command::new(program)).is_some_and(|run| run.status.success())
+    built.is_some_and(|built| built.status.success())
+        && run(&mut Command::new(program)).is_some_and(|run| run.status.success())
 }
 
 fn succeed(what: &str, command: &mut Command) -> Output {

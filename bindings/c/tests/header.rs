@@ -64,5 +64,8 @@ fn the_header_is_what_the_sources_say() {
     }
     let there = fs::read_to_string(&path).unwrap_or_default();
     let first = made.lines().zip(there.lines()).find(|(made, there)| made != there);
-    assert!(there == made, "include/rhexis.h is not up to date (RHEXIS_UPDATE=1 writes it); first difference: {first:?}");
+    assert!(
+        there == made,
+        "include/rhexis.h is not up to date (RHEXIS_UPDATE=1 writes it); first difference: {first:?}"
+    );
 }

@@ -48,18 +48,8 @@ impl Random {
 
     /// Mostly a length or a time that makes sense.
     fn number(&mut self) -> f64 {
-        const HOSTILE: [f64; 10] = [
-            f64::NAN,
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-            0.0,
-            -0.0,
-            -1.0,
-            1e-300,
-            1e300,
-            f64::MAX,
-            f64::MIN_POSITIVE,
-        ];
+        const HOSTILE: [f64; 10] =
+            [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, -1.0, 1e-300, 1e300, f64::MAX, f64::MIN_POSITIVE];
         if self.chance(12) { self.pick(&HOSTILE) } else { (self.next() >> 11) as f64 / (1u64 << 53) as f64 * 4.0 }
     }
 
@@ -68,7 +58,8 @@ impl Random {
     }
 
     fn pose(&mut self) -> RhexisPose {
-        let mut pose = RhexisPose { position: self.vector(), orientation: RhexisQuat { x: 0.0, y: 0.0, z: 0.0, w: 1.0 } };
+        let mut pose =
+            RhexisPose { position: self.vector(), orientation: RhexisQuat { x: 0.0, y: 0.0, z: 0.0, w: 1.0 } };
         if self.chance(8) {
             pose.orientation.x = self.number();
         }
@@ -80,7 +71,8 @@ impl Random {
 #[derive(Default)]
 struct Pool {
     worlds: Vec<RhexisWorld>,
-    entities: Vec<RhexisEntity>,
+    /// Each with its world.
+    entities: Vec<(RhexisWorld, RhexisEntity)>,
     snapshots: Vec<RhexisSnapshot>,
     recordings: Vec<RhexisRecording>,
     haptics: Vec<RhexisHaptics>,
@@ -141,8 +133,20 @@ impl Hostile {
         handle!(self.random, self.pool.worlds, RhexisWorld)
     }
 
-    fn entity(&mut self) -> RhexisEntity {
-        handle!(self.random, self.pool.entities, RhexisEntity)
+    /// Two entities, most often of the world that comes with them.
+    fn entities(&mut self) -> (RhexisWorld, [RhexisEntity; 2]) {
+        if self.pool.entities.is_empty() {
+            return (self.world(), [RhexisEntity { bits: self.random.next() }; 2]);
+        }
+        let (mut world, first) = self.random.pick(&self.pool.entities);
+        if self.random.chance(16) {
+            world = self.world();
+        }
+        let beside: Vec<RhexisEntity> =
+            self.pool.entities.iter().filter(|(its, _)| *its == world).map(|(_, entity)| *entity).collect();
+        let made_up = self.random.chance(16) || beside.is_empty();
+        let second = if made_up { RhexisEntity { bits: self.random.next() } } else { self.random.pick(&beside) };
+        if self.random.chance(2) { (world, [first, second]) } else { (world, [second, first]) }
     }
 
     fn out<T>(&mut self, value: &mut T) -> Out<T> {
@@ -182,11 +186,12 @@ impl Hostile {
             self.pool.worlds.push(world);
         }
         // No more than a few at a time.
-        if self.pool.worlds.len() > 6 {
+        if self.pool.worlds.len() > 4 {
             let oldest = self.pool.worlds[0];
-            if self.random.chance(2) {
-                self.pool.worlds.remove(0);
-            }
+            self.pool.worlds.remove(0);
+            // Some of its entities stay known, as stale ones do.
+            let Self { random, pool, .. } = self;
+            pool.entities.retain(|(world, _)| *world != oldest || random.chance(8));
             self.judge("world_destroy", rhexis_world_destroy(oldest));
         }
     }
@@ -224,19 +229,19 @@ impl Hostile {
         let mut body = RhexisEntity::default();
         let (world, desc, body_out) = (self.world(), self.input(&desc), self.out(&mut body));
         if self.judge("body_create", rhexis_body_create(world, desc, body_out)) {
-            self.note(body);
+            self.note(world, body);
             let mut keys = RhexisViewU64 { data: std::ptr::null(), count: 0 };
             ok(rhexis_vertex_keys(world, body, out(&mut keys)));
             self.pool.keys = seen(keys.data, keys.count);
         }
     }
 
-    fn note(&mut self, entity: RhexisEntity) {
+    fn note(&mut self, world: RhexisWorld, entity: RhexisEntity) {
         if self.pool.entities.len() > 40 {
             let at = self.random.below(40);
             self.pool.entities.swap_remove(at);
         }
-        self.pool.entities.push(entity);
+        self.pool.entities.push((world, entity));
     }
 
     fn vertices(&mut self) -> Vec<u64> {
@@ -250,10 +255,10 @@ impl Hostile {
 
     /// One call.
     fn call(&mut self) {
-        let (world, entity, other) = (self.world(), self.entity(), self.entity());
+        let (world, [entity, other]) = self.entities();
         let (a, b, p, q) = (self.random.number(), self.random.number(), self.random.vector(), self.random.vector());
         match self.random.below(30) {
-            0 => self.make_world(),
+            0 if self.random.chance(3) || self.pool.worlds.len() < 3 => self.make_world(),
             1 => self.make_body(),
             2..=5 => self.step(world, a),
             6 => self.component(world, entity),
@@ -269,7 +274,7 @@ impl Hostile {
             16 => {
                 let mut blade = RhexisEntity::default();
                 if self.judge("blade_create", rhexis_blade_create(world, a, b, out(&mut blade))) {
-                    self.note(blade);
+                    self.note(world, blade);
                 }
             }
             17 => _ = self.judge("blade_draw", rhexis_blade_draw(world, entity, other, p, Out::NULL)),
@@ -326,7 +331,7 @@ impl Hostile {
             2 => {
                 let mut obstacle = RhexisEntity::default();
                 if self.judge("obstacle_create", rhexis_obstacle_create(world, toml, out(&mut obstacle))) {
-                    self.note(obstacle);
+                    self.note(world, obstacle);
                 }
             }
             _ => _ = self.judge("set", rhexis_set(world, entity, text(name), toml)),
@@ -346,7 +351,7 @@ impl Hostile {
                 let mut forceps = RhexisEntity::default();
                 let (name, jaws, pose) = (self.text(), self.input(&jaws), self.input(&pose));
                 if self.judge("forceps_create", rhexis_forceps_create(world, name, jaws, pose, out(&mut forceps))) {
-                    self.note(forceps);
+                    self.note(world, forceps);
                 }
             }
             1 => {
@@ -446,10 +451,9 @@ impl Hostile {
                         bytes[at] = self.random.next() as u8;
                     }
                     let count = bytes.len() - self.random.below(2);
-                    if self.judge(
-                        "snapshot_from_bytes",
-                        rhexis_snapshot_from_bytes(array(&bytes), count, out(&mut made)),
-                    ) {
+                    if self
+                        .judge("snapshot_from_bytes", rhexis_snapshot_from_bytes(array(&bytes), count, out(&mut made)))
+                    {
                         self.pool.snapshots.push(made);
                     }
                 }
@@ -527,7 +531,8 @@ impl Hostile {
     }
 
     fn settings(&mut self, world: RhexisWorld, number: f64) {
-        let toml = self.random.pick(&[c"resumes = 1", c"halvings = 2", c"budget = 5", c"budgets = 5", c"linear = 3", c"x"]);
+        let toml =
+            self.random.pick(&[c"resumes = 1", c"halvings = 2", c"budget = 5", c"budgets = 5", c"linear = 3", c"x"]);
         match self.random.below(3) {
             0 => _ = self.judge("settings_set", rhexis_settings_set(world, text(toml))),
             // Of the clock only times that make sense: what a step does then depends on it.

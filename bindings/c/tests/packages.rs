@@ -69,7 +69,8 @@ fn cmake_builds_a_program() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let (prefix, source, build) = (folder.path().join("prefix"), folder.path().join("source"), folder.path().join("build"));
+    let (prefix, source, build) =
+        (folder.path().join("prefix"), folder.path().join("source"), folder.path().join("build"));
     install(&prefix);
     fs::create_dir(&source).unwrap();
     fs::write(source.join("check.c"), PROGRAM).unwrap();
@@ -95,7 +96,8 @@ fn nothing_is_left_to_fill_in() {
     }
     let folder = tempfile::tempdir().unwrap();
     install(folder.path());
-    for file in ["pkgconfig/rhexis.pc", "cmake/rhexis/rhexis-config.cmake", "cmake/rhexis/rhexis-config-version.cmake"] {
+    for file in ["pkgconfig/rhexis.pc", "cmake/rhexis/rhexis-config.cmake", "cmake/rhexis/rhexis-config-version.cmake"]
+    {
         let text = fs::read_to_string(folder.path().join("lib").join(file)).unwrap();
         assert!(!text.contains('@'), "{file}: {text}");
     }
@@ -127,16 +129,17 @@ fn arguments(list: &str) -> Vec<(String, String)> {
     list.split(", ").filter(|argument| !matches!(*argument, "" | "void")).map(typed).collect()
 }
 
-/// Functions by name: what they return and take.
-fn functions(bare: &str, begin: &str) -> BTreeMap<String, Function> {
+/// Functions by name: what they return and take. In C# each follows the words that begin it.
+fn functions(bare: &str, begin: Option<&str>) -> BTreeMap<String, Function> {
     let mut all = BTreeMap::new();
     for statement in bare.split(';') {
-        let Some((head, list)) = statement.rsplit_once('(').filter(|(head, _)| head.contains("rhexis_")) else { continue };
-        // Past the attribute and the statement before.
-        let head = head.rsplit_once(begin).map_or(head, |(_, head)| head).trim();
-        let head = head.trim_start_matches(['{', '}', ' ']).trim_start_matches("extern \"C\" { ");
-        let (returned, name) = typed(head);
-        all.insert(name, (returned, arguments(list.trim_end_matches(')').trim())));
+        let declared = begin.map_or(Some(statement), |begin| statement.split_once(begin).map(|(_, rest)| rest));
+        let Some((head, list)) = declared.and_then(|declared| declared.split_once('(')) else { continue };
+        let (returned, name) = typed(head.trim().trim_start_matches("extern \"C\" { ").trim());
+        if name.starts_with("rhexis_") {
+            let list = list.strip_suffix(')').unwrap_or(list);
+            all.insert(name, (returned, arguments(list.trim())));
+        }
     }
     all
 }
@@ -190,7 +193,7 @@ fn argument_in_cs(c: &str, is_buffer: bool) -> String {
 #[test]
 fn the_declarations_for_cs_are_those_of_the_header() {
     let (header, cs) = (bare(&read("include/rhexis.h")), bare(&read("unity/Rhexis.cs")));
-    let (in_c, in_cs) = (functions(&header, "} "), functions(&cs, "public static extern "));
+    let (in_c, in_cs) = (functions(&header, None), functions(&cs, Some("public static extern ")));
     let names = |all: &BTreeMap<String, Function>| all.keys().cloned().collect::<Vec<_>>();
     assert_eq!(names(&in_c), names(&in_cs));
     assert!(in_c.len() > 70, "{}", in_c.len());
