@@ -271,9 +271,9 @@ public:
         return World(world);
     }
 
-    static World of_snapshot(const Snapshot &snapshot) {
+    static World from_snapshot(const Snapshot &snapshot) {
         RhexisWorld world{};
-        check(rhexis_world_of_snapshot(snapshot.handle(), &world));
+        check(rhexis_world_from_snapshot(snapshot.handle(), &world));
         return World(world);
     }
 

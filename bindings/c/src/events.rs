@@ -47,6 +47,8 @@ pub const RHEXIS_EVENT_STEP_GUARDED: u32 = 16;
 pub const RHEXIS_EVENT_STEP_FAILED: u32 = 17;
 /// A tool has cut: `length` \[mm, rest shape\], `value` the length asked for, `count` strokes.
 pub const RHEXIS_EVENT_CUT: u32 = 18;
+/// Something that has no number here yet: `text` says what.
+pub const RHEXIS_EVENT_OTHER: u32 = 19;
 
 fn key(tip: TipKey) -> u64 {
     tip.data().as_ffi()
@@ -109,6 +111,7 @@ fn told(event: &Event, blank: RhexisEvent) -> (RhexisEvent, String) {
         EventKind::Cut { asked, made, strokes } => {
             (RhexisEvent { value: *asked, length: *made, count: *strokes as u64, ..of(RHEXIS_EVENT_CUT) }, none())
         }
+        other => (of(RHEXIS_EVENT_OTHER), format!("{other:?}")),
     }
 }
 

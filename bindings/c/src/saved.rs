@@ -110,11 +110,11 @@ pub extern "C" fn rhexis_restore(world: RhexisWorld, snapshot: RhexisSnapshot) -
 
 /// Makes a world that goes on from a snapshot, with as many threads as its settings ask for; not driven by a scene.
 #[unsafe(no_mangle)]
-pub extern "C" fn rhexis_world_of_snapshot(snapshot: RhexisSnapshot, world: Out<RhexisWorld>) -> RhexisStatus {
+pub extern "C" fn rhexis_world_from_snapshot(snapshot: RhexisSnapshot, world: Out<RhexisWorld>) -> RhexisStatus {
     call(|| {
         world.check("world")?;
         let snapshot = SNAPSHOTS.with(snapshot.bits, |kept| Ok(kept.value.clone()))?;
-        let simulation = Simulation::of_snapshot(&snapshot).map_err(refused)?;
+        let simulation = Simulation::from_snapshot(&snapshot).map_err(refused)?;
         world.write(keep(Run::Bare(Box::new(simulation)))?);
         Ok(())
     })

@@ -364,7 +364,7 @@ pub extern "C" fn rhexis_hash(world: RhexisWorld, hash: Out<u64>) -> RhexisStatu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::saved::{rhexis_snapshot_destroy, rhexis_snapshot_take, rhexis_world_of_snapshot};
+    use crate::saved::{rhexis_snapshot_destroy, rhexis_snapshot_take, rhexis_world_from_snapshot};
 
     fn out<T>(value: &mut T) -> Out<T> {
         // SAFETY: a reference may be written to, and calls do not keep what they are given.
@@ -407,7 +407,7 @@ mod tests {
         assert_eq!(rhexis_world_destroy(world), RhexisStatus::Ok);
         assert_eq!(rhexis_step(world, 1.0, Out::NULL), RhexisStatus::InvalidHandle);
         let mut again = RhexisWorld::default();
-        assert_eq!(rhexis_world_of_snapshot(snapshot, out(&mut again)), RhexisStatus::Ok);
+        assert_eq!(rhexis_world_from_snapshot(snapshot, out(&mut again)), RhexisStatus::Ok);
         assert_eq!(rhexis_step(again, 1.0, Out::NULL), RhexisStatus::Ok);
         assert_eq!(rhexis_snapshot_destroy(snapshot), RhexisStatus::Ok);
         [other, again].into_iter().for_each(|world| assert_eq!(rhexis_world_destroy(world), RhexisStatus::Ok));

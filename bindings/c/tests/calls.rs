@@ -273,7 +273,7 @@ fn states_and_runs_are_kept_and_repeated() {
     let mut again = RhexisSnapshot::default();
     ok(rhexis_snapshot_from_bytes(array(&written), written.len(), out(&mut again)));
     let mut other = NO_WORLD;
-    ok(rhexis_world_of_snapshot(again, out(&mut other)));
+    ok(rhexis_world_from_snapshot(again, out(&mut other)));
     assert_eq!(hash(other), middle);
     ok(rhexis_step(other, 5.0, Out::NULL));
     assert_eq!(hash(other), end);

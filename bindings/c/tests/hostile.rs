@@ -460,7 +460,7 @@ impl Hostile {
             }
             _ => {
                 let mut other = RhexisWorld::default();
-                if self.judge("world_of_snapshot", rhexis_world_of_snapshot(known, out(&mut other))) {
+                if self.judge("world_from_snapshot", rhexis_world_from_snapshot(known, out(&mut other))) {
                     self.judge("step", rhexis_step(other, 1.0, Out::NULL));
                     self.judge("world_destroy", rhexis_world_destroy(other));
                 }
