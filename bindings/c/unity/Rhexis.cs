@@ -488,7 +488,6 @@ namespace Rhexis
         public const uint RHEXIS_EVENT_STEP_FAILED = 17;
         /// <summary>A tool has cut: `length` [mm, rest shape], `value` the length asked for, `count` strokes.</summary>
         public const uint RHEXIS_EVENT_CUT = 18;
-
         /// <summary>Something that has no number here yet: `text` says what.</summary>
         public const uint RHEXIS_EVENT_OTHER = 19;
         /// <summary>Jaws close about the point of the surface nearest to them.</summary>
