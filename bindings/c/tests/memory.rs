@@ -50,14 +50,14 @@ fn worlds_leave_no_memory_behind() {
 }
 
 #[test]
-#[ignore = "minutes"]
+#[ignore = "minutes: cargo test --release -p rhexis-c --test memory -- --ignored thousand"]
 fn a_hundred_thousand_worlds_leave_no_memory_behind() {
     leaves_nothing(100_000);
 }
 
 /// Processor time of `fig2-tear` (1,500 triangles) through C over that through Rust, step by step in turn.
 #[test]
-#[ignore = "tells a time; run it alone"]
+#[ignore = "tells a time: cargo test --release -p rhexis-c --test memory -- --ignored --nocapture overhead"]
 fn overhead_of_a_step() {
     let (mut rust_time, mut c_time, mut steps) = (0.0, 0.0, 0);
     let timed = |total: &mut f64, work: &mut dyn FnMut()| {
