@@ -130,7 +130,7 @@ impl Scene {
         self.document.file()
     }
 
-    /// Mesh, fibre and texture files that it reads, each once.
+    /// Files of meshes, fibres, values per triangle and textures that it reads, each once.
     pub fn data_files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         for body in &self.file.bodies {
