@@ -17,7 +17,7 @@ pub(crate) use parameters::{Parameters, Told};
 
 use crate::components::check::Check;
 
-/// Hands the list to a macro. What is *saved* is in snapshots; what is *recorded* hosts may change between two calls.
+/// Hands the list to a macro. What is *saved* is in snapshots, as what a step has come to (*outcome*) is; what is *recorded* hosts may change between two calls.
 macro_rules! components {
     ($made:ident) => {
         $made! {
@@ -64,7 +64,7 @@ macro_rules! components {
                 tear_log: TearLog,
                 energy_audit: EnergyAudit,
             }
-            derived, saved {
+            outcome, saved {
                 reactions: Reactions,
                 swept: Swept,
                 rubbing: Rubbing,

@@ -22,7 +22,7 @@ macro_rules! saved {
         state, saved, recorded { $($b:ident: $q:ty,)* }
         parameter, saved { $($c:ident: $r:ty,)* }
         state, saved { $($d:ident: $s:ty,)* }
-        derived, saved { $($e:ident: $t:ty,)* }
+        outcome, saved { $($e:ident: $t:ty,)* }
         derived { $($derived:tt)* }
         saved in part { $($part:ident: $other:ty,)* }
     ) => {

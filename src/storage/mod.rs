@@ -3,8 +3,8 @@
 //! Three kinds of address: *which thing* is a `hecs::Entity` (a body, a tool, an obstacle), *which part of it* is a slotmap
 //! key (stable for as long as the part lives), *where it is now* is a `u32` row. Public calls take keys, kernels rows.
 //!
-//! The mesh changes by edits only: an [`Edit`] is a value; [`apply`] refuses it or does it whole and gives the
-//! [`EditRecord`] by which derived data [`Follow`] and [`undo`] goes back; [`validate`] names the first broken invariant.
+//! The mesh changes by edits only: an `Edit` is a value; `apply` refuses it or does it whole and gives the
+//! `EditRecord` by which derived data `Follow` and `undo` goes back; [`validate`] names the first broken invariant.
 //!
 //! Rows stay dense: where an edit removes one, the last row of the table moves into its place, and the record holds what was
 //! removed and who moved. Whoever keeps rows has to follow; a key names the same part before and after. The keys of what was

@@ -69,8 +69,12 @@ pub fn unconverged(world: &mut hecs::World, _: &StepContext) -> usize {
 
 /// Ends the iterations of a linearly implicit solve: a body is converged that has a finite answer.
 pub fn end(world: &mut hecs::World, _: &StepContext) -> usize {
-    let ended = |scratch: &mut SolverScratch| scratch.is_converged = scratch.linear_residual.is_finite();
-    world.query_mut::<&mut SolverScratch>().into_iter().map(ended).count()
+    let mut count = 0;
+    for scratch in world.query_mut::<&mut SolverScratch>() {
+        count += usize::from(!scratch.is_converged);
+        scratch.is_converged = scratch.linear_residual.is_finite();
+    }
+    count
 }
 
 /// One body's solve.

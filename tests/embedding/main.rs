@@ -2,6 +2,7 @@
 
 mod absence;
 mod absurd;
+mod derived;
 mod doors;
 mod early_stop;
 mod embed;

@@ -130,7 +130,7 @@ impl Scene {
         self.document.file()
     }
 
-    /// Mesh, fibre and texture files that it reads, each once.
+    /// Files of meshes, fibres, values per triangle and textures that it reads, each once.
     pub fn data_files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         for body in &self.file.bodies {
@@ -141,6 +141,11 @@ impl Scene {
                 files.push(self.document.folder().join(file));
             }
             files.extend(body.texture.iter().map(|texture| self.document.folder().join(texture)));
+            let per_triangle = body.per_triangle.iter().flat_map(|values| values.given());
+            files.extend(per_triangle.filter_map(|(_, values)| match values {
+                schema::Values::File(file) => Some(self.document.folder().join(file)),
+                _ => None,
+            }));
         }
         for obstacle in &self.file.obstacles {
             if let Some(schema::MeshSpec::File(file)) = &obstacle.mesh {

@@ -243,3 +243,14 @@ fn the_same_line_given_otherwise_leaves_the_same_lips_on_a_cap() {
         Case { name: "cap", is_flat: false, mesh, before: vec![], on_surface, reach: 3.4, inside: 3.4, near: 0.02 };
     check_lips(&case, 60);
 }
+
+/// A run that goes on compares all that its scene was read from.
+#[test]
+fn all_files_that_a_scene_reads_are_named() {
+    let text = "[scene]\nname = 's'\n[run]\ndt = 1\nsteps = 1\n[[bodies]]\nname = 'b'\nmesh = { file = 'm.obj' }\n\
+                material = { young = 1, poisson = 0.3, thickness = 0.1 }\nfibres = { file = 'f.txt' }\n\
+                per_triangle = { thickness = { file = 'h.txt' }, strength = 'array' }\n";
+    let files = Scene::parse(text, "s.toml").unwrap().data_files();
+    let names: Vec<_> = files.iter().filter_map(|file| file.file_name()?.to_str()).collect();
+    assert_eq!(names, ["f.txt", "h.txt", "m.obj"]);
+}

@@ -1,0 +1,109 @@
+//! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
+
+use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
+use crate::storage::Triangles;
+use crate::storage::room::grow;
+use glam::DVec3;
+
+/// Rotation, stretch and stress of every triangle, and its geometric stiffness.
+#[derive(Clone, Debug, Default)]
+pub struct Frames {
+    /// State at the positions of the last evaluation, but for planar bodies.
+    pub solid: Vec<ElementState>,
+    /// That of planar bodies.
+    pub flat: Vec<FlatState>,
+    /// Geometric stiffness there, but for planar bodies.
+    pub geometric: Vec<GeometricStiffness>,
+    /// That of planar bodies, which have none out of the plane \[MPa\].
+    pub in_plane: Vec<f64>,
+    /// Stiffness \[MPa\] there of a body with a [`FibreLaw`](crate::math::FibreLaw); empty without one.
+    pub stiffened: Vec<CoupledStiffness>,
+}
+
+impl Frames {
+    /// Makes the lists fit for so many triangles, of a planar body or not. Those that have to grow grow as far as there is `room` in the
+    /// table of triangles.
+    pub(crate) fn resize(&mut self, count: usize, room: usize, is_planar: bool) {
+        let [solid, flat] = if is_planar { [0, count] } else { [count, 0] };
+        size(&mut self.solid, (solid, room), ElementState::REST);
+        size(&mut self.geometric, (solid, room), GeometricStiffness::default());
+        size(&mut self.flat, (flat, room), ElementState::REST.into());
+        size(&mut self.in_plane, (flat, room), 0.0);
+    }
+
+    /// Whether it was evaluated in a plane: no axis of a triangle has a part along z, and nothing is stiff along it.
+    #[inline]
+    pub fn is_planar(&self) -> bool {
+        !self.flat.is_empty()
+    }
+
+    /// Number of triangles that have been evaluated.
+    pub fn len(&self) -> usize {
+        self.solid.len().max(self.flat.len())
+    }
+
+    /// Whether none has been.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The state of a triangle.
+    #[inline(always)]
+    pub fn state(&self, t: usize) -> ElementState {
+        match self.solid.get(t) {
+            Some(state) => *state,
+            None => self.flat[t].into(),
+        }
+    }
+
+    /// The state of one triangle after the other.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = ElementState> + '_ {
+        (0..self.len()).map(|t| self.state(t))
+    }
+
+    /// The geometric stiffness of a triangle.
+    #[inline(always)]
+    pub fn geometric_stiffness(&self, t: usize) -> GeometricStiffness {
+        match self.geometric.get(t) {
+            Some(geometric) => *geometric,
+            None => GeometricStiffness { normal: Sym2::ZERO, in_plane: self.in_plane[t] },
+        }
+    }
+
+    /// The stiffness \[MPa\] of a triangle at its state: that of the material, but for what stiffens.
+    #[inline(always)]
+    pub fn stiffness<'a>(&'a self, triangles: &'a Triangles, t: usize) -> &'a Orthotropic {
+        self.stiffened.get(t).map_or_else(|| &triangles.stiffness[t], |stiffened| &stiffened.law)
+    }
+
+    /// Q16 and Q26 \[MPa\] there, which couple strain along and across the fibre with shear.
+    #[inline(always)]
+    pub fn coupling(&self, t: usize) -> [f64; 2] {
+        self.stiffened.get(t).map_or([0.0; 2], |stiffened| [stiffened.q16, stiffened.q26])
+    }
+}
+
+fn size<T: Clone>(list: &mut Vec<T>, (count, room): (usize, usize), blank: T) {
+    grow(list, count, room);
+    list.resize(count, blank);
+}
+
+/// Nodal forces, and the buffer of corners from which they are summed.
+#[derive(Clone, Debug, Default)]
+pub struct Forces {
+    /// Force per vertex \[N\].
+    pub nodal: Vec<DVec3>,
+    /// Scratch: what triangles contribute to their corners.
+    pub corner: Vec<[DVec3; 3]>,
+    /// Whether `scale` is asked for: where Newton's method iterates.
+    pub has_scale: bool,
+    /// The largest force of a triangle on one of its corners \[N\], of the membrane alone; zero where it is not asked for.
+    pub scale: f64,
+}
+
+/// Stiffness of springs, grips, contact and drag: a symmetric block per vertex \[N/mm\]. Present only with one of them.
+#[derive(Clone, Debug, Default)]
+pub struct ExternalStiffness {
+    /// −∂f/∂x per vertex.
+    pub block: Vec<Sym3>,
+}

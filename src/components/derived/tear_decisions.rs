@@ -1,0 +1,100 @@
+//! What the criterion finds for the split.
+
+use crate::components::{DecidedBy, Parting, WithheldStart};
+use crate::math::Sym2;
+use crate::storage::{TriangleKey, VertexKey};
+use glam::DVec3;
+
+/// Where a tear starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub enum TearSite {
+    /// At the centroid of the triangle in this row.
+    Triangle(u32),
+    /// At the vertex in this row.
+    Vertex(u32),
+}
+
+/// Where a start was refused: rows change with every edit, keys do not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub enum RefusedSite {
+    /// In this triangle.
+    Triangle(TriangleKey),
+    /// At this vertex.
+    Vertex(VertexKey),
+}
+
+/// The criterion's answer at a tip, a vertex of the boundary or inside a triangle. Directions are unit vectors of the rest shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct TearDecision {
+    /// The row of the vertex or triangle.
+    pub row: u32,
+    /// The direction of the largest criterion.
+    pub direction: DVec3,
+    /// The criterion there; the tear advances where it exceeds 1.
+    pub value: f64,
+    /// The direction of the runner-up, if there is one.
+    pub other: Option<DVec3>,
+    /// 1 − (best other direction's criterion)/value; infinite without another.
+    pub margin: f64,
+    /// Whether the margin is under 5 %.
+    pub is_ambiguous: bool,
+    /// Which criterion this is.
+    pub by: DecidedBy,
+    /// Energy that an advance in this direction, or the whole opening of a start, releases per area of tear \[N/mm\], where energy counts.
+    pub release: Option<f64>,
+    /// Mean Biot stress over the averaging disc \[MPa\], in `axes`.
+    pub stress: Sym2,
+    /// Mean fibre over the disc.
+    pub fibre: DVec3,
+    /// Axes of the tangent plane.
+    pub axes: [DVec3; 2],
+    /// Averaging radius over mean edge length; under 3 the mesh is too coarse for R.
+    pub edges_per_radius: f64,
+}
+
+/// *Derived.* One decision per tip, in the order of the tips' rows, and one for the place where a tear may start.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct TearDecisions {
+    /// Per tip; `None` where no direction is admissible.
+    pub tips: Vec<Option<TearDecision>>,
+    /// The place with the largest criterion above 1, if the body may tear where there is no tip.
+    pub start: Option<(TearSite, TearDecision)>,
+    /// Where tissue is to part without a tip.
+    pub parting: Option<Box<Parting>>,
+    /// Length torn or cut \[mm\] when the mesh last refused to part a strand; none is looked for until it has grown.
+    pub strand_refused_at: f64,
+    /// Where the last parting was refused, if it was.
+    pub refused_parting: Option<RefusedSite>,
+    /// Length that this start opens at once \[mm\], to either side of a start from inside; zero for one edge, where the strength
+    /// alone decides.
+    pub start_length: f64,
+    /// The strongest of the places where strength is reached and none may start for want of energy.
+    pub withheld: Option<WithheldStart>,
+    /// Whether that was told: once until no start is withheld.
+    pub is_withheld_told: bool,
+    /// Where the last start was refused, if it was.
+    pub refused_start: Option<RefusedSite>,
+    /// Vertices of the boundary at which a tear may start: scratch of the search.
+    pub rim: Vec<u32>,
+    /// Whether a tip has advanced by less than it may in this step: the step is then taken up again for this body.
+    pub may_advance_further: bool,
+}
+
+impl TearDecisions {
+    /// Forgets what was found, before an edit that gives rows to others; what was refused stays known.
+    pub fn forget(&mut self) {
+        self.tips.clear();
+        (self.start, self.start_length, self.withheld, self.parting) = (None, 0.0, None, None);
+    }
+
+    /// Whether the criterion asks for an advance or a start anywhere.
+    pub fn ask(&self) -> bool {
+        self.start.is_some()
+            || self.parting.is_some()
+            || self.tips.iter().flatten().any(|decision| decision.value > 1.0)
+    }
+}

@@ -1,0 +1,177 @@
+//! Grasps of a body: by script, which takes hold of the tissue at one time, follows a hand path and lets go, and by forceps.
+
+use crate::components::BodyError;
+use crate::components::check::{Check, Host, MOST, at_row, finite, number};
+use crate::components::{Jaws, Pinch, Pose};
+use glam::DVec3;
+
+/// Vertices for which every grasp has room from the start: jaws are small, and close in the middle of a course.
+const USUAL: usize = 64;
+
+/// A polyline through space over time, at rest before its first and after its last point.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Path {
+    /// (time \[ms\], position \[mm\]), times ascending.
+    pub points: Vec<(f64, DVec3)>,
+}
+
+impl Path {
+    /// Position at a time \[ms\]; the origin for a path without points.
+    pub fn at(&self, time: f64) -> DVec3 {
+        let after = self.points.partition_point(|p| p.0 <= time);
+        match (after.checked_sub(1).map(|i| self.points[i]), self.points.get(after)) {
+            (Some((t0, a)), Some(&(t1, b))) => a.lerp(b, (time - t0) / (t1 - t0)),
+            (Some((_, p)), None) | (None, Some(&(_, p))) => p,
+            (None, None) => DVec3::ZERO,
+        }
+    }
+}
+
+/// Takes the tissue beside the tear instead of at a fixed point: what a surgeon does who re-grasps the flap near the tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct NearTip {
+    /// How far behind the tip, against its last direction \[mm\].
+    pub behind: f64,
+    /// How far to the left of it, seen against the normal \[mm\]; negative to the right.
+    pub left: f64,
+    /// Axis about which the hand's path is turned, from the heading below to the tip's last direction.
+    pub axis: DVec3,
+    /// The tear's direction for which the path is given.
+    pub heading: DVec3,
+}
+
+/// One grasp by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest
+/// position lies within their radius of `material_point`, on the surface that hangs together with it there, and carry it by the
+/// hand's displacement. What edits add
+/// between the held vertices is held as well. Tissue that has slipped out is not taken again.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Grip {
+    /// Name in reports.
+    pub name: String,
+    /// Time of the grasp \[ms\].
+    pub from: f64,
+    /// Time of the release \[ms\].
+    pub until: f64,
+    /// Where the tissue is taken, in the rest shape \[mm\].
+    pub material_point: DVec3,
+    /// With this, the place beside the tip with the largest criterion at the time of the grasp, while there is a tip.
+    pub near_tip: Option<NearTip>,
+    /// How the tissue is held.
+    pub jaws: Jaws,
+    /// The hand's path.
+    pub path: Path,
+}
+
+impl Grip {
+    /// Where the jaws are at a time \[ms\], if they closed at `origin`, by whose orientation the path is turned.
+    pub fn pose(&self, origin: &Pose, time: f64) -> Pose {
+        Pose::at(origin.carry(self.path.at(time) - self.path.at(self.from)))
+    }
+}
+
+/// The grasps of a body. *Parameter* `list`; the rest follows from it and from the forceps in the world.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Grips {
+    /// The grasps by script.
+    pub list: Vec<Grip>,
+    /// What they hold, one for each in their order, then what forceps hold, in the order in which they closed.
+    pub pinches: Vec<Pinch>,
+    /// How often jaws have closed.
+    pub grasp_count: u32,
+}
+
+impl Grips {
+    /// The given grasps, none taken yet.
+    pub fn new(list: Vec<Grip>) -> Self {
+        let pinch = |grip: &Grip| {
+            let mut pinch = Pinch { name: grip.name.clone(), jaws: grip.jaws, ..Pinch::default() };
+            pinch.held.reserve(USUAL);
+            pinch.prescribed.reserve(USUAL);
+            pinch.forces.reserve(USUAL);
+            pinch
+        };
+        Self { pinches: list.iter().map(pinch).collect(), list, grasp_count: 0 }
+    }
+
+    /// Whether closed jaws have hold of a vertex.
+    pub fn hold(&self, vertex: u32) -> bool {
+        self.pinches.iter().any(|pinch| pinch.held.value(vertex).is_some())
+    }
+
+    /// Takes down the forces \[N\] of jaws that prescribe, from those that keep the prescribed axes of each vertex where they are
+    /// at the end of a step \[ms\].
+    pub fn record_constraints(&mut self, time: f64, force: impl Fn(usize) -> DVec3) {
+        for pinch in self.pinches.iter_mut().filter(|pinch| pinch.is_constraint()) {
+            let mut forces = std::mem::take(&mut pinch.forces);
+            forces.clear();
+            forces.extend(
+                pinch.held.rows().iter().zip(&pinch.prescribed).map(|(&row, axes)| force(row as usize) * *axes),
+            );
+            pinch.record(time, |place, _, target| (target, forces.get(place).copied().unwrap_or_default()));
+            pinch.forces = forces;
+        }
+    }
+}
+
+impl Path {
+    /// Judges it as a part of a component.
+    pub(crate) fn check(&self, component: &'static str) -> Result<(), BodyError> {
+        for (time, position) in &self.points {
+            finite(component, "a point of the path", [*time, position.x, position.y, position.z])?;
+        }
+        let descends = |pair: &&[(f64, DVec3)]| pair[1].0 < pair[0].0;
+        self.points.windows(2).find(descends).map_or(Ok(()), |pair| {
+            number(
+                component,
+                "a time of the path",
+                pair[1].0,
+                (false, "it must not be before that of the point before"),
+            )
+        })
+    }
+}
+
+impl Grip {
+    fn check(&self) -> Result<(), BodyError> {
+        self.jaws.judge("Grips")?;
+        for (what, time) in [("time of a grasp", self.from), ("time of a release", self.until)] {
+            number("Grips", what, time, (!time.is_nan(), "it must be a time, or infinite"))?;
+        }
+        finite("Grips", "material point", self.material_point.to_array())?;
+        if let Some(near) = &self.near_tip {
+            finite("Grips", "distance from the tip", [near.behind, near.left])?;
+            let directions = near.axis.to_array().into_iter().chain(near.heading.to_array());
+            finite("Grips", "axis or heading at the tip", directions)?;
+        }
+        self.path.check("Grips")
+    }
+}
+
+impl Check for Grips {
+    fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
+        self.list.iter().try_for_each(Grip::check)?;
+        let wrong = |what| Err(BodyError::Contradiction { component: "Grips", what });
+        if self.pinches.len() < self.list.len() {
+            return wrong("there must be a pinch for each grasp of the list: make them with Grips::new");
+        }
+        if u64::from(self.grasp_count) > MOST {
+            return wrong("the grasps count what no run can do: they must be at most 1073741824");
+        }
+        for pinch in &self.pinches {
+            host.rows("Grips", || format!("grip `{}`", pinch.name), pinch.held.rows())?;
+            for (&row, place) in pinch.held.rows().iter().zip(pinch.held.values()) {
+                finite("Grips", "place in the jaws", place.to_array()).map_err(at_row(row))?;
+            }
+            pinch.jaws.judge("Grips")?;
+            pinch.motion.judge("Grips")?;
+            if !pinch.origin.is_sound() {
+                return wrong("where jaws closed is no pose: finite numbers, and a unit quaternion");
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,12 @@
+//! *State*: what steps carry on and snapshots save, ledgers and what the last step tells included.
+
+pub(super) mod blade;
+pub(super) mod changes;
+pub(super) mod energy_audit;
+pub(super) mod forceps;
+pub(super) mod guard;
+pub(super) mod increment;
+pub(super) mod readings;
+pub(super) mod step_forces;
+pub(super) mod stops;
+pub(super) mod tear_log;
