@@ -37,9 +37,9 @@ pub use parameter::loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use parameter::material::Material;
 pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Rubbing, Shape, Swept};
 pub use parameter::refinement::{Refined, Refinement};
-pub use parameter::sleeping::Sleeping;
 #[doc(hidden)]
 pub use parameter::sleeping::SleepState;
+pub use parameter::sleeping::Sleeping;
 pub use parameter::springs::{Anchor, Springs};
 pub use parameter::tearing::{InadmissibleToughness, TearMode, Tearing, Toughness};
 pub use parameter::turning::{HoldTurns, Turning};
