@@ -39,7 +39,7 @@ pub struct BodyReport {
     pub tip_count: usize,
     /// Linear iterations, added over Newton iterations.
     pub iterations: u32,
-    /// Work of the step, retries and resumes included, in iterations of linear solves: what a [budget](crate::settings::Settings::budget) limits.
+    /// Work of the step, retries and resumes included, in iterations of linear solves, as [counted](crate::settings::Settings::budget): what a [budget](crate::settings::Settings::budget) limits.
     pub work: u32,
     /// Estimated error of positions after the last solve, over the mean edge; zero unless
     /// [asked for](crate::settings::LinearParams::position_tolerance).
@@ -58,9 +58,11 @@ pub struct BodyReport {
     pub is_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: bool,
-    /// Whether a tip could have advanced further, but the step had been taken up again as often as the settings allow, or a
+    /// Whether a tip could have advanced further, but the step had been redone as often as the settings allow or had used up its budget, or a
     /// quasi-static tear had had all its rounds.
     pub is_tear_cut_short: bool,
+    /// Whether the step's [budget](crate::settings::Settings::budget) has left refinement around the tips to the next step.
+    pub is_refinement_put_off: bool,
     /// Whether the last sub-step was limited to a fraction of its increment, lest it create energy.
     pub is_held_back: bool,
     /// Whether it went only a part of its way in any part of the step.

@@ -163,9 +163,14 @@ pub struct Settings {
     /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. What
     /// would still create energy then goes only a part of its way.
     pub halvings: u32,
-    /// Iterations of linear solves that a body may take in one step, retries and resumes included; `None`, the default, for any number. A step that has
-    /// used them up ends with the best answer so far, and where that would create energy with a part of the way to it (`went_part_of_way`): tears
-    /// that are due go on in the next step, and each solve still takes 4 iterations. The count, and so the answer, is the same on every machine. Without a limit of iterations a Cholesky factor may serve; with one none does.
+    /// Work that a body may take in one step, in iterations of linear solves; `None`, the default, for any amount. Counted are iterations, 7 for each
+    /// evaluation, 11 for each matrix with its preconditioner, and advances of tears and halved triangles by the size of the body; retries and
+    /// resumes included. The count, and so the answer, is the same on every machine;
+    /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) has what this one does.
+    ///
+    /// A step that has used it up ends with the best answer so far, and where that would create energy with a part of the way to it
+    /// (`went_part_of_way`). Each solve still takes 4 iterations, and one tip advances. Tears and refinement that are due go on in the next step, the tip
+    /// first that has waited longest. With a budget no Cholesky factor serves.
     pub budget: Option<u32>,
     /// Threads; 0 means one per core. The result has the same bits for any number. A Cholesky factor that is made aside has
     /// one of its own for as long as that takes.
@@ -221,11 +226,11 @@ impl Settings {
     }
 
     /// Steps that are looked at: solves stop where positions are right to a fiftieth of an edge, with the limits of [`haptic`](Self::haptic)
-    /// and a budget of 60 iterations. Tuned on 3,042 triangles of slack cloth under a mouse: `docs/speed.md` has the times.
+    /// and a budget of 80 iterations. Tuned on 3,042 triangles of slack cloth under a mouse: `docs/speed.md` has the times.
     pub fn game() -> Self {
         let haptic = Self::haptic();
         let linear = LinearParams { position_tolerance: 0.02, ..haptic.linear };
-        Self { linear, budget: Some(60), ..haptic }
+        Self { linear, budget: Some(80), ..haptic }
     }
 
     /// The default, with solves of the dynamic steps between equilibria as tight as those of [`accurate`](Self::accurate): for equilibria

@@ -105,6 +105,11 @@ impl StepContext {
         }
     }
 
+    /// Whether a body has used up its budget by so much work.
+    pub fn is_used_up(&self, work: u32) -> bool {
+        self.budget.is_some_and(|budget| work >= budget)
+    }
+
     /// Whether a body has done its step, which others take up again: its tears need not advance further.
     pub fn is_done(&self, decisions: Option<&TearDecisions>) -> bool {
         self.is_resumed && !decisions.is_some_and(|decisions| decisions.may_advance_further)

@@ -14,5 +14,6 @@ pub mod kernels;
 pub mod parallel;
 pub mod solver;
 pub mod step;
+pub mod work;
 
 pub use context::{Formula, StepContext};

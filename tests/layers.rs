@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules of the engine, from the ground up: each may name those before it, and itself.
-const ORDER: [&str; 29] = [
+const ORDER: [&str; 30] = [
     "clock",
     "units",
     "math",
@@ -20,6 +20,7 @@ const ORDER: [&str; 29] = [
     "systems::kernels",
     "systems::parallel",
     "systems::context",
+    "systems::work",
     "systems::bending",
     "systems::contact",
     "systems::forces",

@@ -1,7 +1,7 @@
 //! The report of a step or a static solve, and what stays of one that is undone.
 
 use super::Simulation;
-use crate::components::{Body, Increment, Sleeping, SolverScratch, TearLog};
+use crate::components::{Body, Increment, Refined, Sleeping, SolverScratch, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};
 use crate::storage::{Tips, Triangles, Vertices};
@@ -43,10 +43,10 @@ impl Simulation {
         report.bodies.clear();
         type Query<'a> = (
             (Entity, &'a Vertices, &'a Triangles, Option<&'a Tips>, &'a TearLog),
-            (&'a Increment, &'a SolverScratch, Option<&'a Sleeping>),
+            (&'a Increment, &'a SolverScratch, Option<&'a Sleeping>, Option<&'a Refined>),
         );
         let mut bodies = world.query::<Query>().with::<&Body>();
-        for ((body, vertices, triangles, tips, log), (increment, scratch, sleeping)) in &mut bodies {
+        for ((body, vertices, triangles, tips, log), (increment, scratch, sleeping, refined)) in &mut bodies {
             report.bodies.push(BodyReport {
                 body,
                 vertex_count: vertices.len(),
@@ -63,6 +63,7 @@ impl Simulation {
                 is_converged: scratch.is_converged,
                 fell_back: scratch.fell_back,
                 is_tear_cut_short: false,
+                is_refinement_put_off: refined.is_some_and(|refined| refined.is_put_off),
                 is_held_back: scratch.is_step_limited,
                 went_part_of_way: increment.limits[0],
                 is_put_outside: increment.limits[1],

@@ -82,7 +82,7 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
 
 /// Counts the bodies whose tips may advance further in the step; none where one of them has used up its budget.
 pub fn unfinished(world: &mut World, step: &StepContext) -> usize {
-    let is_used_up = |scratch: &SolverScratch| step.budget.is_some_and(|budget| scratch.work >= budget);
+    let is_used_up = |scratch: &SolverScratch| step.is_used_up(scratch.work);
     let count = |world: &mut World| {
         let bodies = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
         bodies.filter(|(decisions, _)| decisions.may_advance_further).count()

@@ -7,11 +7,11 @@ use crate::components::{
 };
 use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
-use crate::systems::StepContext;
 use crate::systems::fracture::{
     Cutter, Followers, Quality, Surface, TearScratch, ThinOut, TipMemory, distance_to_triangle, plan_thin_out, size,
 };
 use crate::systems::solver::Factor;
+use crate::systems::{StepContext, work};
 use glam::DVec3;
 
 /// Triangles with an angle below this \[rad\] are flipped where that helps; 14°. A flip strains the tissue anew, a bisection
@@ -31,7 +31,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
         (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions),
-        (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>),
+        (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>, &'a mut SolverScratch),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>, Option<&'a mut Changes>),
         (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a mut Attributes>),
@@ -39,15 +39,16 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     for (
         (vertices, triangles, topology, increment, factor),
         (refinement, refined, tearing, tips, decisions),
-        (scratch, memory, audit),
+        (scratch, memory, audit, solver),
         (holds, springs, grips),
         (point_loads, edge_loads, step_forces, changes),
         (planar, pre_stretch, fibres, attributes),
-    ) in world.query_mut::<Query>().with::<&SolverScratch>()
+    ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
             continue;
         }
+        refined.is_put_off = false;
         let has_moved = notice(refined, tips, vertices);
         // Only where a step begins: taking a vertex out restores the momentum of the velocities that it begins with.
         let is_behind = refined.is_behind && !step.is_resumed;
@@ -81,7 +82,9 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
             refiner.coarsen();
         }
         if has_moved {
-            refiner.refine();
+            let triangles = refiner.mesh.triangles.len();
+            let halvings = refiner.refine(step.budget.map(|budget| work::halvings_within(budget / 2, triangles)));
+            solver.work = solver.work.saturating_add(work::of_halvings(halvings, triangles));
         }
         // Those of the last step are of another mesh.
         if let Some(audit) = audit {
@@ -121,14 +124,21 @@ struct Refiner<'a> {
 }
 
 impl Refiner<'_> {
-    /// Halves what is too large around the tips, once each, until nothing is: should the budget end it, then everywhere alike.
-    fn refine(&mut self) {
+    /// Halves what is too large around the tips, once each, until nothing is: should the budget end it, then everywhere alike. After
+    /// `most` halvings the next step goes on. Returns their number.
+    fn refine(&mut self, most: Option<usize>) -> usize {
+        let before = self.refined.split_count;
         let radius = self.tearing.radius;
         let (edge, reach) = (self.refinement.edge(radius), self.refinement.reach(radius));
         loop {
             self.find_large(edge, reach);
             let (mut has_split, mut is_spent) = (false, false);
+            let halvings = |refined: &Refined| (refined.split_count - before) as usize;
+            let is_enough = |refined: &Refined| most.is_some_and(|most| halvings(refined) >= most);
             for place in 0..self.refined.queue.len() {
+                if is_enough(self.refined) {
+                    break;
+                }
                 is_spent = !self.halve(self.refined.queue[place].1, edge, &mut has_split);
                 if is_spent {
                     self.refined.budget_hit_count += 1;
@@ -136,8 +146,13 @@ impl Refiner<'_> {
                 }
             }
             self.follow();
-            if is_spent || !has_split {
-                return;
+            if is_enough(self.refined) {
+                // As if the tips had moved: they are looked at in the next step.
+                self.refined.tips.clear();
+                self.refined.is_put_off = true;
+            }
+            if is_spent || !has_split || is_enough(self.refined) {
+                return halvings(self.refined);
             }
         }
     }

@@ -11,12 +11,12 @@ use crate::components::{
 use crate::event::{Course, EventKind, TearCost};
 use crate::math::elementary;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
-use crate::systems::StepContext;
 use crate::systems::fracture::{
     Advance, Cutter, End, EnergyTerms, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart,
     TipMemory, factor_of, may_go_on, mean_around, turned_axis,
 };
 use crate::systems::solver::Factor;
+use crate::systems::{StepContext, work};
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -29,7 +29,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
         (&'a Tearing, Option<&'a EnergyCriterion>, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
-        (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor),
+        (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor, &'a mut SolverScratch),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
         (Option<&'a mut Refined>, Option<&'a mut Changes>, Option<&'a mut Attributes>),
@@ -37,11 +37,11 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     for (
         (vertices, triangles, topology, increment),
         (tearing, energy, tips, decisions, log),
-        (scratch, memory, factor),
+        (scratch, memory, factor, solver),
         (holds, springs, grips),
         (point_loads, edge_loads, step_forces),
         (refined, changes, attributes),
-    ) in world.query_mut::<Query>().with::<&SolverScratch>()
+    ) in world.query_mut::<Query>()
     {
         if step.is_done(Some(decisions)) {
             continue;
@@ -82,10 +82,14 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             parted: SmallVec::new(),
             touched: SmallVec::new(),
             is_held_back: false,
+            is_waiting: false,
         };
-        let keys: SmallVec<[TipKey; 8]> = tearer.tips.keys().into();
-        for (key, decision) in keys.into_iter().zip(&decisions.tips) {
-            if let Some(decision) = decision {
+        for (key, decision) in in_turn(tearer.tips, &decisions.tips, step) {
+            let advances = (tearer.log.advance_count - advances_before) as usize;
+            let done = work::of_advances(advances, tearer.mesh.triangles.len());
+            if advances > 0 && step.is_used_up(solver.work.saturating_add(done)) {
+                tearer.wait(key, decision, reach);
+            } else {
                 tearer.advance(key, decision, reach);
             }
         }
@@ -105,10 +109,16 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
         let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
-        let is_held_back = tearer.is_held_back;
+        let (is_held_back, is_waiting) = (tearer.is_held_back, tearer.is_waiting);
+        let triangles = tearer.mesh.triangles.len();
         let (has_advanced, has_started) = (log.advance_count > advances_before, log.start_count > starts_before);
-        decisions.may_advance_further =
-            if step.is_static { has_advanced || has_started || has_parted } else { has_advanced && has_more };
+        decisions.may_advance_further = if step.is_static {
+            has_advanced || has_started || has_parted
+        } else {
+            has_advanced && (has_more || is_waiting)
+        };
+        let advances = (log.advance_count - advances_before) as usize;
+        solver.work = solver.work.saturating_add(work::of_advances(advances, triangles));
         // The last pass of a step: those before are taken up again.
         let is_counted = is_held_back && !decisions.may_advance_further;
         log.held_back_count = log.held_back_count.saturating_add(u32::from(is_counted));
@@ -149,9 +159,40 @@ struct Tearer<'a> {
     touched: SmallVec<[u32; 8]>,
     /// Whether a tip has to wait because it may go no further in this step.
     is_held_back: bool,
+    /// Whether a tip has to wait because the budget is used up.
+    is_waiting: bool,
+}
+
+/// The tips that have been judged, in the order of their rows; with a budget those first that have saved up most, having waited for it.
+fn in_turn<'a>(
+    tips: &Tips,
+    decisions: &'a [Option<TearDecision>],
+    step: &StepContext,
+) -> SmallVec<[(TipKey, &'a TearDecision); 8]> {
+    let judged = tips.keys().iter().zip(decisions).zip(&tips.allowance);
+    let judged = judged.filter_map(|((key, decision), saved)| Some((*key, decision.as_ref()?, *saved)));
+    let mut judged: SmallVec<[(TipKey, &TearDecision, f64); 8]> = judged.collect();
+    if step.budget.is_some() {
+        // Stable: equal ones stay in the order of their rows.
+        judged.sort_by(|a, b| b.2.total_cmp(&a.2));
+    }
+    judged.into_iter().map(|(key, decision, _)| (key, decision)).collect()
 }
 
 impl Tearer<'_> {
+    /// Lets a tip that would advance save its allowance up for the next step.
+    fn wait(&mut self, key: TipKey, decision: &TearDecision, reach: Reach) {
+        let Some(tip) = self.tips.row(key).map(|row| row as usize) else { return };
+        if !(decision.value > 1.0) {
+            return rest(self.tips, tip, reach);
+        }
+        let chart = TipChart::new(&self.mesh, self.tips.vertex[tip]);
+        let exit = chart.ok().and_then(|tip| tip.chart.exit(tip.chart.to_chart(decision.direction)));
+        let way = exit.map_or(0.0, |exit| exit.distance);
+        self.tips.allowance[tip] = reach.allowance(self.tips.allowance[tip], way);
+        self.is_waiting |= reach.allows(self.tips.allowance[tip], way);
+    }
+
     /// Advances a tip by one triangle or edge, if its allowance is enough for it.
     fn advance(&mut self, key: TipKey, decision: &TearDecision, reach: Reach) {
         // A tip that another one has met in this step is gone.

@@ -133,7 +133,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let spike = if step.is_retried || step.is_correction || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
-            let is_used_up = step.budget.is_some_and(|budget| scratch.work >= budget);
+            let is_used_up = step.is_used_up(scratch.work);
             let may_correct =
                 step.corrections > 0 && !is_used_up && scratch.allowed.is_empty() && !may_spin(planar, &scratch.free);
             let SolverScratch { free, partials, pairs, spurious_energy, unchecked_bound, to_correct, .. } =

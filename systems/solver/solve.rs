@@ -11,7 +11,7 @@ use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::DihedralAngles;
-use crate::systems::{Formula, StepContext, parallel};
+use crate::systems::{Formula, StepContext, parallel, work};
 use glam::DVec3;
 use near::{motion_by_an_edge, scale_to_no_work, within_budget};
 
@@ -114,6 +114,7 @@ fn solve_body(
     }
     scratch.tangent = step.tangent_of(scratch);
     scratch.newton_iterations += 1;
+    scratch.work = scratch.work.saturating_add(work::EVALUATION);
     let operator = Operator {
         vertices,
         triangles,
@@ -172,7 +173,7 @@ fn solve_body(
                 scratch.residual_work = residual_work(increment, scratch);
             }
             scratch.iterations += info.iterations;
-            scratch.work = scratch.work.saturating_add(info.iterations);
+            scratch.work = scratch.work.saturating_add(work::SET_UP).saturating_add(info.iterations);
             scratch.position_error =
                 if is_near_enough { (info.error_energy / scratch.motion_scale).sqrt() } else { 0.0 };
             scratch.linear_residual = info.relative_residual;

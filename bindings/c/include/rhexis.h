@@ -165,7 +165,7 @@
 #define RHEXIS_PRESET_HAPTIC 1
 
 /**
- * Preset: steps that are looked at, with a budget of 60 iterations.
+ * Preset: steps that are looked at, with a budget of 80 iterations' work.
  */
 #define RHEXIS_PRESET_GAME 2
 

@@ -21,7 +21,7 @@ use std::time::Duration;
 pub const RHEXIS_PRESET_DEFAULT: u32 = 0;
 /// Preset: steps for a hand that feels them.
 pub const RHEXIS_PRESET_HAPTIC: u32 = 1;
-/// Preset: steps that are looked at, with a budget of 60 iterations.
+/// Preset: steps that are looked at, with a budget of 80 iterations' work.
 pub const RHEXIS_PRESET_GAME: u32 = 2;
 /// Preset: steps that are right rather than fast.
 pub const RHEXIS_PRESET_ACCURATE: u32 = 3;

@@ -502,7 +502,7 @@ namespace Rhexis
         public const uint RHEXIS_PRESET_DEFAULT = 0;
         /// <summary>Preset: steps for a hand that feels them.</summary>
         public const uint RHEXIS_PRESET_HAPTIC = 1;
-        /// <summary>Preset: steps that are looked at, with a budget of 60 iterations.</summary>
+        /// <summary>Preset: steps that are looked at, with a budget of 80 iterations' work.</summary>
         public const uint RHEXIS_PRESET_GAME = 2;
         /// <summary>Preset: steps that are right rather than fast.</summary>
         public const uint RHEXIS_PRESET_ACCURATE = 3;

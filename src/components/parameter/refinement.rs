@@ -70,6 +70,9 @@ pub struct Refined {
     pub tips: Vec<(TipKey, DVec3)>,
     /// Whether tips have gone on since the mesh was last coarsened.
     pub is_behind: bool,
+    /// Whether the budget of the last step has left halvings to the next one.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub is_put_off: bool,
     /// Triangles that are too large: number of the refinement's pass over the tips, distance from the tip, row.
     pub queue: Vec<(f64, u32)>,
 }

@@ -7,7 +7,7 @@
 
 use crate::components::{Forces, Increment, SolverScratch};
 use crate::systems::solver::Operator;
-use crate::systems::{StepContext, parallel};
+use crate::systems::{StepContext, parallel, work};
 use glam::DVec3;
 
 /// Iterations of a solve whose step has none left.
@@ -18,7 +18,9 @@ const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 
 /// Iterations that a solve may take.
 pub(super) fn within_budget(step: &StepContext, scratch: &SolverScratch, iterations: u32) -> u32 {
-    step.budget.map_or(iterations, |budget| iterations.min(budget.saturating_sub(scratch.work).max(LEAST)))
+    step.budget.map_or(iterations, |budget| {
+        iterations.min(budget.saturating_sub(scratch.work.saturating_add(work::SET_UP)).max(LEAST))
+    })
 }
 
 /// The energy \[mJ\] of the masses' motion by the mean edge in the step.
