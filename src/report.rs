@@ -62,6 +62,7 @@ pub struct BodyReport {
     /// quasi-static tear had had all its rounds.
     pub is_tear_cut_short: bool,
     /// Whether the step's [budget](crate::settings::Settings::budget) has left refinement around the tips to the next step.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_refinement_put_off: bool,
     /// Whether the last sub-step was limited to a fraction of its increment, lest it create energy.
     pub is_held_back: bool,

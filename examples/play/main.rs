@@ -65,9 +65,11 @@ impl Options {
                 "--seed" => options.seed = value.parse()?,
                 "--iterations" => options.settings.linear.iterations = value.parse()?,
                 "--corrections" => options.settings.corrections = value.parse()?,
+                "--budget" => options.settings.budget = Some(value.parse()?),
                 "--tolerance" => options.settings.linear.tolerance = value.parse()?,
                 _ => {
-                    let known = "--seconds, --seed, --preset, --iterations, --corrections and --tolerance are known";
+                    let known =
+                        "--seconds, --seed, --preset, --iterations, --corrections, --budget and --tolerance are known";
                     return Err(format!("{word}: {known}").into());
                 }
             }
@@ -132,10 +134,11 @@ fn main() -> Result<()> {
         }
 
         let (begin, before) = (ThreadTime::now(), ALLOCATOR.stats());
-        let (mut rolled_back, mut corrected) = (0, 0);
+        let (mut rolled_back, mut corrected, mut work) = (0, 0, 0);
         for _ in 0..clock.steps_after(FRAME)? {
             let report = simulation.step(clock.dt())?;
             rolled_back += report.rolled_back;
+            work += report.bodies.iter().map(|body| body.work).sum::<u32>();
             corrected += report.bodies.iter().map(|body| body.guard.corrections()).sum::<u32>();
             if report.has_failed {
                 summary.count("step failed");
@@ -160,7 +163,7 @@ fn main() -> Result<()> {
             is_quiet &= changes == 0;
         }
         let allocations = (after.allocations + after.reallocations) - (before.allocations + before.reallocations);
-        summary.add_frame(time, [rolled_back > 0, corrected > 0], is_quiet.then_some(allocations));
+        summary.add_frame((time, work), [rolled_back > 0, corrected > 0], is_quiet.then_some(allocations));
     }
     println!("{seconds} s, seed {seed}, a sheet of {SIZE} mm\n{summary}\nhash {}", simulation.hash());
     Ok(())

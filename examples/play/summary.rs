@@ -8,6 +8,8 @@ use std::time::Duration;
 pub struct Summary {
     /// Processor time of the steps of every frame \[ms\].
     times: Vec<f64>,
+    /// Their work, in iterations of linear solves.
+    works: Vec<f64>,
     rolled_back: usize,
     corrected: usize,
     /// Frames without an event, a change of the mesh or a step undone; those of them that allocated nothing.
@@ -21,15 +23,16 @@ impl Summary {
         *self.counts.entry(what).or_default() += 1;
     }
 
-    /// A frame whose steps took `time`, and whether one was undone or solved further; with the number of their allocations if nothing
+    /// A frame whose steps took this time and work, and whether one was undone or solved further; with the number of their allocations if nothing
     /// happened in it.
     pub fn add_frame(
         &mut self,
-        time: Duration,
+        (time, work): (Duration, u32),
         [is_rolled_back, is_corrected]: [bool; 2],
         quiet_allocations: Option<usize>,
     ) {
         self.times.push(time.as_secs_f64() * 1e3);
+        self.works.push(f64::from(work));
         self.rolled_back += usize::from(is_rolled_back);
         self.corrected += usize::from(is_corrected);
         self.quiet += usize::from(quiet_allocations.is_some());
@@ -39,16 +42,9 @@ impl Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut times = self.times.clone();
-        times.sort_unstable_by(f64::total_cmp);
-        let count = times.len();
-        let at = |part: f64| times.get((count.saturating_sub(1) as f64 * part) as usize).copied().unwrap_or(0.0);
-        let mean = times.iter().sum::<f64>() / count.max(1) as f64;
-        let (median, most, worst) = (at(0.5), at(0.99), at(1.0));
-        writeln!(
-            f,
-            "steps of a frame [ms of processor time]: mean {mean:.2}, median {median:.2}, 99th percentile {most:.2}, worst {worst:.2}"
-        )?;
+        writeln!(f, "steps of a frame [ms of processor time]: {}", Spread(&self.times))?;
+        writeln!(f, "work of a frame [iterations]: {}", Spread(&self.works))?;
+        let count = self.times.len();
         let (undone, further) = (self.rolled_back, self.corrected);
         writeln!(
             f,
@@ -57,5 +53,20 @@ impl fmt::Display for Summary {
         writeln!(f, "quiet frames: {}, {} of them without an allocation", self.quiet, self.without_allocation)?;
         let counts: Vec<String> = self.counts.iter().map(|(what, count)| format!("{what} {count}")).collect();
         write!(f, "{}", counts.join(", "))
+    }
+}
+
+/// Mean and percentiles of some figures.
+struct Spread<'a>(&'a [f64]);
+
+impl fmt::Display for Spread<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut sorted = self.0.to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let count = sorted.len();
+        let at = |part: f64| sorted.get((count.saturating_sub(1) as f64 * part) as usize).copied().unwrap_or(0.0);
+        let mean = sorted.iter().sum::<f64>() / count.max(1) as f64;
+        let (median, most, worst) = (at(0.5), at(0.99), at(1.0));
+        write!(f, "mean {mean:.2}, median {median:.2}, 99th percentile {most:.2}, worst {worst:.2}")
     }
 }
