@@ -116,11 +116,8 @@ impl Engine {
         let torn = instance.bodies.iter().filter(|&&body| world.satisfies::<&Tearing>(body));
         let mut courses: Vec<TearCourse> = torn.filter_map(|&body| TearCourse::new(world, body, time)).collect();
         courses.iter_mut().for_each(|course| course.note(world, time, &events));
-        let start = Kept {
-            snapshot: instance.simulation.snapshot(),
-            progress: instance.progress(),
-            courses: courses.clone(),
-        };
+        let start =
+            Kept { snapshot: instance.simulation.snapshot(), progress: instance.progress(), courses: courses.clone() };
         let name = scene.name().to_owned();
         Ok(Self { instance, name, planar, courses, hand, events, kept: Vec::new(), start })
     }

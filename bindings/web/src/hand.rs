@@ -188,7 +188,8 @@ fn sizes(instance: &mut Instance) -> (f64, f64) {
     let Some(&body) = instance.bodies.first() else { return (1.0, 1.0) };
     let Ok(view) = instance.simulation.view(body) else { return (1.0, 1.0) };
     let at = |v: u32| view.rest_positions.get(v as usize).copied().unwrap_or_default();
-    let edges = view.triangles.iter().map(|&[a, b, c]| at(a).distance(at(b)) + at(b).distance(at(c)) + at(c).distance(at(a)));
+    let edges =
+        view.triangles.iter().map(|&[a, b, c]| at(a).distance(at(b)) + at(b).distance(at(c)) + at(c).distance(at(a)));
     let edge = edges.sum::<f64>() / (3 * view.triangles.len().max(1)) as f64;
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (low, high) = view.rest_positions.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p)));

@@ -129,7 +129,12 @@ impl World {
     /// A world about a mesh file (OBJ, or another format that scenes read): held along its rim, with numbers that go with its size.
     /// `unit` is that of the file: `"mm"`, `"cm"`, `"m"` or `"um"`; `fibres` a direction that is projected into every triangle.
     #[wasm_bindgen(js_name = fromMesh)]
-    pub fn from_mesh(name: &str, bytes: Vec<u8>, unit: &str, fibres: &[f64]) -> Thrown<World> {
+    pub fn from_mesh(
+        name: &str,
+        bytes: Vec<u8>,
+        unit: &str,
+        #[wasm_bindgen(unchecked_param_type = "ArrayLike<number>")] fibres: &[f64],
+    ) -> Thrown<World> {
         let fibres = point(fibres, "the direction of the fibres")?;
         let options = mesh_scene::Options { unit: unit.to_owned(), fibres, repair: true };
         let (text, engine) = Engine::of_mesh(name, bytes, &options).map_err(thrown)?;
@@ -189,7 +194,11 @@ impl World {
     }
 
     /// Takes hold of what a ray meets first, and keeps the state before for `undo`. The place \[mm\], or nothing where it meets none.
-    pub fn grip(&mut self, origin: &[f64], direction: &[f64]) -> Thrown<Option<Vec<f64>>> {
+    pub fn grip(
+        &mut self,
+        #[wasm_bindgen(unchecked_param_type = "ArrayLike<number>")] origin: &[f64],
+        #[wasm_bindgen(unchecked_param_type = "ArrayLike<number>")] direction: &[f64],
+    ) -> Thrown<Option<Vec<f64>>> {
         let ray = ray(origin, direction)?;
         let Engine { instance, hand, .. } = &mut self.engine;
         hand.open(instance);
@@ -204,7 +213,10 @@ impl World {
 
     /// Draws what is held towards a place \[mm\] in the steps to come, half a mean edge per step. Whether anything is held.
     #[wasm_bindgen(js_name = moveGrip)]
-    pub fn move_grip(&mut self, target: &[f64]) -> Thrown<bool> {
+    pub fn move_grip(
+        &mut self,
+        #[wasm_bindgen(unchecked_param_type = "ArrayLike<number>")] target: &[f64],
+    ) -> Thrown<bool> {
         let target = point(target, "the place of the hand")?;
         Ok(self.engine.hand.draw(target))
     }
@@ -231,7 +243,12 @@ impl World {
 
     /// Cuts a slit from where one ray meets the tissue to where another does, and keeps the state before for `undo`. Its length at rest
     /// \[mm\].
-    pub fn cut(&mut self, origin: &[f64], from: &[f64], to: &[f64]) -> Thrown<f64> {
+    pub fn cut(
+        &mut self,
+        #[wasm_bindgen(unchecked_param_type = "ArrayLike<number>")] origin: &[f64],
+        #[wasm_bindgen(unchecked_param_type = "ArrayLike<number>")] from: &[f64],
+        #[wasm_bindgen(unchecked_param_type = "ArrayLike<number>")] to: &[f64],
+    ) -> Thrown<f64> {
         let rays = [ray(origin, from)?, ray(origin, to)?];
         self.engine.keep();
         let Engine { instance, hand, .. } = &mut self.engine;

@@ -206,7 +206,8 @@ pub struct EventFigures {
 impl Engine {
     /// The figures as they stand.
     pub fn measures(&mut self) -> Measures {
-        let bodies: Vec<BodyFigures> = self.instance.bodies.clone().into_iter().map(|body| self.body_figures(body)).collect();
+        let bodies: Vec<BodyFigures> =
+            self.instance.bodies.clone().into_iter().map(|body| self.body_figures(body)).collect();
         let amount = |force: &Force| glam::DVec3::from_array(force.force_n).length();
         let forces = bodies.iter().flat_map(|body| body.reactions.iter().chain(&body.grips));
         let force_n = forces.map(amount).fold(0.0, f64::max);
@@ -252,9 +253,7 @@ impl Engine {
         let grips = grips.iter().flat_map(|grips| &grips.pinches);
         let grips = grips.map(|pinch| Force { name: pinch.name.clone(), force_n: pinch.force.to_array() }).collect();
         let tips = world.get::<&Tips>(body).map_or(0, |tips| tips.len());
-        let log = world.get::<&TearLog>(body).ok().filter(|log| {
-            log.length > 0.0 || world.satisfies::<&Tearing>(body)
-        });
+        let log = world.get::<&TearLog>(body).ok().filter(|log| log.length > 0.0 || world.satisfies::<&Tearing>(body));
         let tear = log.map(|log| Tear {
             length_mm: log.length,
             starts: log.start_count,

@@ -39,7 +39,8 @@ const HELD: f64 = 0.1;
 /// Where the file is no usable mesh or the unit is not known.
 pub fn text(name: &str, bytes: &[u8], options: &Options) -> Result<String, String> {
     let reading = mesh_file::Reading { repair: options.repair, ..mesh_file::Reading::default() };
-    let file = mesh_file::from_bytes_with(Path::new(name), bytes.to_vec(), &reading).map_err(|error| error.to_string())?;
+    let file =
+        mesh_file::from_bytes_with(Path::new(name), bytes.to_vec(), &reading).map_err(|error| error.to_string())?;
     let scale = match options.unit.as_str() {
         "mm" => 1.0,
         "cm" => 10.0,
@@ -53,7 +54,8 @@ pub fn text(name: &str, bytes: &[u8], options: &Options) -> Result<String, Strin
     let (low, high) = (low * scale, high * scale);
     let (size, extent) = (high - low, (high - low).length());
     let at = |v: u32| mesh.positions.get(v as usize).copied().unwrap_or_default() * scale;
-    let edges = mesh.triangles.iter().map(|&[a, b, c]| at(a).distance(at(b)) + at(b).distance(at(c)) + at(c).distance(at(a)));
+    let edges =
+        mesh.triangles.iter().map(|&[a, b, c]| at(a).distance(at(b)) + at(b).distance(at(c)) + at(c).distance(at(a)));
     let edge = edges.sum::<f64>() / (3 * mesh.triangles.len().max(1)) as f64;
     let is_planar = size.z <= FLAT * extent;
     let region = if has_rim(&mesh.triangles) {

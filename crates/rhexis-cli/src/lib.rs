@@ -1,4 +1,4 @@
-//! The command line: `run`, `replay`, `scenes`, `check`, `verify`, `stress`, `stability`, `soak`, `bench`.
+//! The command line: `run`, `replay`, `scenes`, `check`, `verify`, `stress`, `stability`, `soak`, `view`, `bench`.
 //!
 //! Exit codes: 0 done, 1 refused, failed or not all written, 2 wrong usage, 130 interrupted. Errors go to standard error, results to
 //! standard output; a reader that closes standard output early ends the program quietly. Ctrl-C and SIGTERM let `run`, `verify` and
@@ -39,6 +39,7 @@ mod summary;
 mod tally;
 mod timings;
 mod verify;
+mod view;
 
 use clap::{Args, Parser, Subcommand};
 use rhexis_scene::{Document, SceneError};
@@ -79,6 +80,9 @@ enum Command {
     /// Tear, reset and restart a capsulorhexis for minutes; fails if live memory or the time of a step grows.
     #[command(after_help = SOAK_EXAMPLES)]
     Soak(SoakArgs),
+    /// Serve the page on which a scene or a mesh is torn in a browser; on the loopback address alone.
+    #[command(after_help = VIEW_EXAMPLES)]
+    View(view::ViewArgs),
     /// Measure run time against error.
     #[command(subcommand, after_help = bench::EXAMPLES)]
     Bench(bench::Bench),
@@ -142,6 +146,14 @@ Examples:
   rhexis soak
   rhexis soak --minutes 60 --json > soak.json
   rhexis soak --set bodies.0.mesh.cap.triangles=20000";
+
+const VIEW_EXAMPLES: &str = "\
+Examples:
+  rhexis view
+  rhexis view fig2-tear --set bodies.0.fibres.degrees=60
+  rhexis view surface.obj
+
+The page is built once by `bindings/web/build.sh`.";
 
 #[derive(Args)]
 struct SceneArgs {
@@ -313,6 +325,7 @@ pub fn main() -> ExitCode {
         Command::Stress(args) => stress::stress(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Soak(args) => soak::soak(&args),
+        Command::View(args) => view::view(&args),
         Command::Bench(what) => bench::bench(&what),
     };
     match outcome {

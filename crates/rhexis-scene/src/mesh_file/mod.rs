@@ -32,12 +32,12 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::files::Files;
 pub use defects::Defects;
 pub use draft::{Array, On};
 use draft::{Draft, Wanted};
 use fault::Fault;
 use finish::{Refusal, finish};
-use super::files::Files;
 use rhexis::components::Attributes;
 use rhexis::internal::source;
 use rhexis::storage::{MeshError, TriangleMesh};
