@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds the package and the page into bindings/web/dist. Needs cargo with the target wasm32-unknown-unknown, node and npm.
+# Builds the package and the page into bindings/web/dist: `build.sh` both modules, `build.sh simd` only that for browsers with SIMD, which are
+# all of today's. Needs cargo with the target wasm32-unknown-unknown, node and npm.
 set -euo pipefail
 cd "$(dirname "$0")"
 root=$(cd ../.. && pwd)
@@ -29,8 +30,15 @@ module() {
 
 [ -d node_modules/three ] || npm ci --no-audit --no-fund
 mkdir -p dist/page/vendor
-module simd "-C target-feature=+simd128"
-module plain ""
+case "${1:-all}" in
+    simd) module simd "-C target-feature=+simd128" ;;
+    plain) module plain "" ;;
+    all)
+        module simd "-C target-feature=+simd128"
+        module plain ""
+        ;;
+    *) echo "build.sh: $1 is not known; give simd, plain or nothing for both" >&2 && exit 2 ;;
+esac
 cp js/index.js js/index.d.ts dist/
 cp page/* dist/page/
 three=node_modules/three

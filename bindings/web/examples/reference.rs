@@ -1,11 +1,11 @@
 //! The native run that the browser's is compared with: `reference PLAN.json` prints a line of JSON for every entry of the plan, with the hash
-//! of the state at its end, the length torn and the median time of a step.
+//! of the state at its end, the length torn and the median processor time of a step.
 
+use cpu_time::ThreadTime;
 use glam::DVec3;
 use rhexis_web::engine::{Engine, Source};
 use serde::{Deserialize, Serialize};
 use std::error::Error;
-use std::time::Instant;
 
 /// A scene to run.
 #[derive(Deserialize)]
@@ -49,7 +49,7 @@ fn run(entry: &Entry) -> Result<Outcome, Box<dyn Error>> {
     }
     let mut times = Vec::new();
     for _ in 0..entry.steps {
-        let begin = Instant::now();
+        let begin = ThreadTime::now();
         engine.step()?;
         times.push(begin.elapsed().as_secs_f64() * 1e3);
     }

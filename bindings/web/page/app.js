@@ -7,8 +7,15 @@ import { showMeasures } from "./readouts.js";
 import { gradient, roundHigh } from "./colours.js";
 
 const element = (id) => document.getElementById(id);
-const FIRST = ["fig2-tear", "capsulorhexis"];
-const BY_HAND = { "fig2-tear": "Fibrous square with a notch", capsulorhexis: "Lens capsule" };
+/** Scenes to tear by hand. A coarse capsule keeps pace with the hand. */
+const BY_HAND = [
+  { value: "fig2-tear", label: "Fibrous square with a notch", scene: "fig2-tear" },
+  {
+    value: "capsule-coarse", label: "Lens capsule, 1,500 triangles", scene: "capsulorhexis",
+    set: ["bodies.0.mesh.cap.triangles=1500", "bodies.0.refinement.budget=3"],
+  },
+  { value: "capsulorhexis", label: "Lens capsule, 5,000 triangles", scene: "capsulorhexis" },
+];
 const MESHES = /\.(obj|stl|ply|off|vtk|vtu|vtp|msh|glb|gltf)$/i;
 
 const state = { isPlaying: false, isStale: true, isAsking: false, high: 1e-3, shade: "stress", about: null, opened: null, last: null };
@@ -28,6 +35,7 @@ const hand = new HandInput(view, element("cursor"), {
   async grip(ray) {
     const place = await engine.call("grip", ray).catch(complain);
     if (!place) return hand.forget();
+    hand.confirm();
     play(true);
     say("Gripped: draw it.");
   },
@@ -72,11 +80,12 @@ async function restart() {
 }
 
 async function openChosen() {
-  const name = element("scene").value;
-  if (name === "own") return;
+  const { value } = element("scene");
+  if (value === "own") return;
+  const { scene, set = [] } = BY_HAND.find((entry) => entry.value === value) ?? { scene: value };
   const isByHand = !element("scripted").checked;
-  element("about").textContent = catalog.find((entry) => entry.name === name)?.about ?? "";
-  if (await open({ scene: name, byHand: isByHand })) {
+  element("about").textContent = catalog.find((entry) => entry.name === scene)?.about ?? "";
+  if (await open({ scene, set, byHand: isByHand })) {
     if (isByHand) say("Drag the tissue beside a tip to tear it.");
     play(isByHand);
   }
@@ -137,11 +146,11 @@ function shown(next) {
   if (next.stepTime !== null) state.stepTime = 0.8 * (state.stepTime ?? next.stepTime) + 0.2 * next.stepTime;
   const high = state.shade === "criterion" ? 1 : roundHigh(next.values);
   // The scale grows at once and shrinks only where it is much too large.
-  if (high > state.high || high < state.high / 8 || state.shade === "criterion") state.high = high;
+  if (high > state.high || high < state.high / 4 || state.shade === "criterion") state.high = high;
   element("legend-high").textContent = Number(state.high.toPrecision(1)).toString();
   view.show(next, state.high, state.about.jawRadius);
   element("undo").disabled = next.undoCount === 0;
-  if (hand.held && !next.place && next.stepTime !== null) { hand.forget(); say("The jaws have lost their hold."); }
+  if (hand.held?.isConfirmed && !next.place) { hand.forget(); say("The jaws have lost their hold."); }
   tell(next);
   showMeasures(next.measures, state.stepTime ?? null, rate());
 }
@@ -250,14 +259,15 @@ function dropping() {
 
 function fillScenes() {
   const select = element("scene");
-  const group = (label, names) => {
-    const options = document.createElement("optgroup");
-    options.label = label;
-    options.append(...names.map((name) => new Option(BY_HAND[name] ? `${BY_HAND[name]} (${name})` : name, name)));
-    select.append(options);
+  const group = (label, options) => {
+    const node = document.createElement("optgroup");
+    node.label = label;
+    node.append(...options);
+    select.append(node);
   };
-  group("To tear by hand", FIRST);
-  group("More of the catalog", catalog.map((entry) => entry.name).filter((name) => !FIRST.includes(name)));
+  const isOther = ({ name }) => !BY_HAND.some(({ value }) => value === name);
+  group("To tear by hand", BY_HAND.map(({ label, value }) => new Option(label, value)));
+  group("More of the catalog", catalog.filter(isOther).map(({ name }) => new Option(name, name)));
 }
 
 /** What `rhexis view SCENE` serves beside the page. */
@@ -282,8 +292,8 @@ async function main() {
   requestAnimationFrame(loop);
   if (query.has("start")) await openServed(query.get("start"));
   else {
-    const asked = catalog.find((entry) => entry.name === query.get("scene"));
-    if (asked) element("scene").value = asked.name;
+    const asked = query.get("scene");
+    if ([...element("scene").options].some(({ value }) => value === asked)) element("scene").value = asked;
     element("scripted").checked = query.has("scripted");
     await openChosen();
   }

@@ -35,7 +35,7 @@ export function gradient() {
 }
 
 /** A round number no smaller than nearly all of them: a tip's peak does not darken the rest. */
-export function roundHigh(values, part = 0.99) {
+export function roundHigh(values, part = 0.97) {
   const sorted = Float32Array.from(values).sort();
   const high = sorted[Math.floor(part * (sorted.length - 1))] ?? 0;
   if (!(high > 0)) return 1e-3;

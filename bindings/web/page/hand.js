@@ -24,6 +24,11 @@ export class HandInput {
     this.view.canvas.classList.remove("held");
   }
 
+  /** The engine has taken hold: states from now on tell whether it still does. */
+  confirm() {
+    if (this.held) this.held.isConfirmed = true;
+  }
+
   setTool(tool) {
     this.tool = tool;
     this.view.canvas.classList.toggle("tool", tool !== "view");

@@ -61,10 +61,13 @@ export class View {
 
   /** Puts the camera where all of it is seen: from above a plane, at a slant before what is none. */
   fit(positions, isPlanar) {
-    const sphere = new THREE.Box3().setFromArray(positions).getBoundingSphere(new THREE.Sphere());
+    const box = new THREE.Box3().setFromArray(positions);
+    const sphere = box.getBoundingSphere(new THREE.Sphere());
     this.size = Math.max(sphere.radius, 1e-9);
+    const size = box.getSize(new THREE.Vector3());
+    const half = isPlanar ? Math.max(size.y, size.x / this.camera.aspect) / 2 : this.size / Math.min(1, this.camera.aspect);
     const fov = THREE.MathUtils.degToRad(this.camera.fov / 2);
-    const far = (1.12 * this.size) / Math.sin(fov) / Math.min(1, this.camera.aspect);
+    const far = (1.12 * Math.max(half, 1e-9)) / Math.tan(fov);
     const way = isPlanar ? new THREE.Vector3(0, -0.0001, 1) : new THREE.Vector3(0, -0.62, 1);
     this.controls.target.copy(sphere.center);
     this.camera.position.copy(sphere.center).addScaledVector(way.normalize(), far);

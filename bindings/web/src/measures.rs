@@ -230,7 +230,7 @@ impl Engine {
             dt_ms: self.instance.run.dt,
             is_finished: self.instance.is_finished(),
             hash: self.instance.simulation.hash().to_string(),
-            length_mm: bodies.iter().filter_map(|body| body.tear.as_ref()).map(|tear| tear.length_mm).sum(),
+            length_mm: bodies.iter().filter_map(|body| body.tear.as_ref()).fold(0.0, |sum, tear| sum + tear.length_mm),
             tips: self.instance.tip_count(),
             criterion,
             hand_n: self.hand.force(&self.instance).length(),

@@ -110,7 +110,7 @@ const checks = {
   },
 
   async "the capsule is drawn and torn"() {
-    const page = await open("?scene=capsulorhexis");
+    const page = await open("?scene=capsule-coarse");
     const tip = await page.evaluate(() => Array.from(window.rhexis.state.last.tips));
     const [first] = [0, 3].map((i) => tip.slice(i, i + 3)).filter((at) => at.length).sort((a, b) => b[1] - a[1]);
     const start = [first[0] - 0.15, first[1] - 0.45, first[2]];

@@ -13,9 +13,15 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     let mut bindgen = Bindgen::new();
-    let made = bindgen
-        .web(true)
-        .and_then(|bindgen| bindgen.input_path(&module).typescript(true).out_name("rhexis_web").generate(&folder));
+    let made = bindgen.web(true).and_then(|bindgen| {
+        bindgen
+            .input_path(&module)
+            .typescript(true)
+            .remove_name_section(true)
+            .remove_producers_section(true)
+            .out_name("rhexis_web")
+            .generate(&folder)
+    });
     match made {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
