@@ -6,7 +6,7 @@ use rhexis::components::{Frames, Tearing};
 use rhexis::simulation::{DebugKind, DebugLine, DebugLines};
 use rhexis::storage::{Tips, Triangles, Vertices};
 use rhexis::systems::kernels::failure::Search;
-use rhexis::systems::tearing::strength;
+use rhexis::systems::fracture::strength;
 
 /// What a triangle is coloured by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
