@@ -5,8 +5,8 @@ use glam::DVec3;
 use rhexis::components::{Frames, Tearing};
 use rhexis::simulation::{DebugKind, DebugLine, DebugLines};
 use rhexis::storage::{Tips, Triangles, Vertices};
-use rhexis::systems::kernels::failure::Search;
 use rhexis::systems::fracture::strength;
+use rhexis::systems::kernels::failure::Search;
 
 /// What a triangle is coloured by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
