@@ -6,6 +6,16 @@ root=$(cd ../.. && pwd)
 read -ra cargo <<<"${RHEXIS_CARGO:-cargo}"
 export CARGO_PROFILE_RELEASE_DEBUG=false
 
+# The target for WebAssembly and the npm packages are fetched by build.sh; the browser is where whoever runs this may install it.
+if [ -z "${RHEXIS_CHROMIUM:-}" ] && ! command -v chromium chromium-browser google-chrome >/dev/null 2>&1; then
+    if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
+        apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium
+    else
+        echo "Chromium is missing: install your system's package chromium, or give its path as RHEXIS_CHROMIUM" >&2
+        exit 1
+    fi
+fi
+
 ./build.sh
 reference=$(mktemp)
 trap 'rm -f "$reference"' EXIT
