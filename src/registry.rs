@@ -76,14 +76,14 @@ macro_rules! components {
                 has_external_stiffness: ExternalStiffness,
                 has_tear_scratch: TearScratch,
                 has_tip_memory: TipMemory,
-                has_folds: Folds,
+                has_folds: DihedralAngles,
                 has_changes: Changes,
             }
             saved in part {
                 topology: Topology,
                 scratch: SolverScratch,
                 factor: Factor,
-                inner: InnerSolver,
+                mixed: MixedSolver,
             }
         }
     };

@@ -61,7 +61,7 @@ pub struct BodyReport {
     /// Whether a tip could have advanced further, but the step had been taken up again as often as the settings allow, or a
     /// quasi-static tear had had all its rounds.
     pub is_tear_cut_short: bool,
-    /// Whether the body went only a part of its way in the last part of the step, lest it create energy.
+    /// Whether the last sub-step was limited to a fraction of its increment, lest it create energy.
     pub is_held_back: bool,
     /// Whether it went only a part of its way in any part of the step.
     pub went_part_of_way: bool,

@@ -221,8 +221,7 @@ impl Settings {
     }
 
     /// Steps that are looked at: solves stop where positions are right to a fiftieth of an edge, with the limits of [`haptic`](Self::haptic)
-    /// and a budget of 60 iterations. Tuned on 3,042 triangles of slack cloth under a mouse: a step takes 3 ms, at worst 29 ms, where the default
-    /// takes 6 ms and 283 ms.
+    /// and a budget of 60 iterations. Tuned on 3,042 triangles of slack cloth under a mouse: `docs/speed.md` has the times.
     pub fn game() -> Self {
         let haptic = Self::haptic();
         let linear = LinearParams { position_tolerance: 0.02, ..haptic.linear };

@@ -10,7 +10,7 @@ use crate::settings::{Integrator, LinearParams, Precision, Preconditioner, Setti
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-/// Relative residual of the solves of a last resort.
+/// Relative residual of the solves of a fallback sub-step.
 const TIGHT: f64 = 1e-8;
 
 /// Where the first stage of TR-BDF2 ends: γ = 2 − √2, for which both stages have one span.
@@ -54,8 +54,8 @@ pub struct StepContext {
     pub is_resumed: bool,
     /// A part of a step that has failed: a few vertices that would create energy find their own way.
     pub is_retried: bool,
-    /// No shorter step is left to be tried: a body that would create energy goes only a part of its way.
-    pub is_last_resort: bool,
+    /// Fallback sub-step: no shorter one is tried, and a body that would create energy takes a fraction of its increment.
+    pub is_fallback: bool,
     /// Further solves from where this one leads, where it would create energy.
     pub corrections: u32,
     /// Whether this is one of them.
@@ -68,9 +68,9 @@ pub struct StepContext {
     pub resumes: u32,
     /// Iterations that a body may take in all solves of the step.
     pub budget: Option<u32>,
-    /// What makes its iterations few.
+    /// Preconditioner of its solves.
     pub preconditioner: Preconditioner,
-    /// What its iterations compute in.
+    /// Precision of its iterations.
     pub precision: Precision,
     /// Newton iterations at the most.
     pub newton_iterations: u32,
@@ -91,7 +91,7 @@ impl StepContext {
             is_static: false,
             is_resumed: false,
             is_retried: false,
-            is_last_resort: false,
+            is_fallback: false,
             corrections: settings.corrections,
             is_correction: false,
             tangent: settings.tangent,
@@ -125,7 +125,7 @@ impl StepContext {
             is_static: true,
             is_resumed: false,
             is_retried: false,
-            is_last_resort: false,
+            is_fallback: false,
             corrections: 0,
             is_correction: false,
             tangent: Tangent::Exact,
@@ -139,13 +139,13 @@ impl StepContext {
         }
     }
 
-    /// The same step as dissipative as it can be: one solve by backward Euler along the rotated tangent, so far that little is left of the
-    /// residual, after which a body that would still create energy goes only a part of its way.
-    pub fn last_resort(self) -> Self {
+    /// The fallback sub-step, as dissipative as can be: one tight solve by backward Euler along the rotated tangent. A body that would still
+    /// create energy takes a fraction of its increment.
+    pub fn fallback(self) -> Self {
         let tolerance = self.linear.tolerance.min(TIGHT);
         Self {
             formula: Formula::BackwardEuler,
-            is_last_resort: true,
+            is_fallback: true,
             corrections: 0,
             tangent: Tangent::Rotated,
             linear: LinearParams { tolerance, position_tolerance: f64::INFINITY, ..self.linear },

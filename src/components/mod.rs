@@ -37,9 +37,9 @@ pub use parameter::loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use parameter::material::Material;
 pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Rubbing, Shape, Swept};
 pub use parameter::refinement::{Refined, Refinement};
-pub use parameter::sleeping::Sleeping;
 #[doc(hidden)]
-pub use parameter::sleeping::Slumber;
+pub use parameter::sleeping::SleepState;
+pub use parameter::sleeping::Sleeping;
 pub use parameter::springs::{Anchor, Springs};
 pub use parameter::tearing::{InadmissibleToughness, TearMode, Tearing, Toughness};
 pub use parameter::turning::{HoldTurns, Turning};
@@ -49,7 +49,7 @@ pub use state::energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use state::energy_audit::{Equilibrium, Shares};
 pub use state::forceps::{Forceps, Grasp, Jaws, Motion, Pinch, Pose, Slip};
 pub use state::guard::{Fault, GuardFigures};
-pub(crate) use state::increment::partly;
+pub(crate) use state::increment::fraction_of;
 pub use state::increment::{Increment, Reactions, Tautness};
 pub(crate) use state::readings::Read;
 #[doc(hidden)]

@@ -17,7 +17,7 @@ impl<'a, T> PerRow<'a, T> {
     }
 
     /// The first value for all rows; none of them may be read where there is no value.
-    pub fn alike(values: &'a [T]) -> Self {
+    pub fn uniform(values: &'a [T]) -> Self {
         Self { values, mask: 0 }
     }
 }

@@ -3,9 +3,9 @@
 use super::Look;
 use crate::components::*;
 use crate::storage::{Tips, Triangles};
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::fracture::{TearScratch, TipMemory};
-use crate::systems::solver::{Factor, InnerSolver};
+use crate::systems::solver::{Factor, MixedSolver};
 use hecs::{Component, Entity, EntityBuilder, World};
 
 /// Something that can be given components.
@@ -67,7 +67,7 @@ pub(crate) fn complete(entity: &mut impl Give) {
     entity.ensure::<Increment>();
     entity.ensure::<SolverScratch>();
     entity.ensure::<Factor>();
-    entity.ensure::<InnerSolver>();
+    entity.ensure::<MixedSolver>();
     entity.ensure::<TearLog>();
     entity.ensure::<TearScratch>();
     if entity.has::<Holds>() {
@@ -83,7 +83,7 @@ pub(crate) fn complete(entity: &mut impl Give) {
         entity.give(Refined { start_count, ..Refined::default() });
     }
     if entity.has::<Bending>() {
-        entity.ensure::<Folds>();
+        entity.ensure::<DihedralAngles>();
     }
     if entity.has::<Springs>() || entity.has::<Grips>() || entity.has::<Drag>() || entity.has::<Contact>() {
         entity.ensure::<ExternalStiffness>();

@@ -20,7 +20,7 @@ impl Simulation {
     /// # let (mut simulation, body) = rhexis::internal::example()?;
     /// # use rhexis::prelude::*;
     /// let slit = simulation.puncture(body, DVec3::new(5.0, 5.0, 0.0), DVec3::X, 2.0)?;
-    /// assert_eq!(slit.strokes, 1);
+    /// assert_eq!(slit.strokes.len(), 1);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
     pub fn puncture(&mut self, body: Entity, point: DVec3, direction: DVec3, length: f64) -> Result<Cut, CutError> {

@@ -5,7 +5,7 @@ use super::material_force::material_force;
 use crate::components::{Attributes, Body, DecidedBy, EnergyCriterion, Forces, Frames, TearDecision, Tearing};
 use crate::frame::{BodyFrame, Frame, TipFrame};
 use crate::math::{ElementState, Sym2, elementary};
-use crate::storage::{Alike, Tips, Topology, Triangles, Vertices};
+use crate::storage::{Tips, Topology, Triangles, Uniform, Vertices};
 use crate::systems::forces::assembly::membrane_forces;
 use crate::systems::fracture::{
     EnergyReading, EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, strength, tip_decision,
@@ -112,7 +112,7 @@ fn tip_frame(
         .filter_map(|i| {
             let flat = elementary::unit_at(std::f64::consts::TAU * i as f64 / CURVE_POINTS as f64);
             let rest = e1 * flat.x + e2 * flat.y;
-            let factor = |factors: &Alike<f64>| {
+            let factor = |factors: &Uniform<f64>| {
                 let sector = chart.as_ref().and_then(|c| c.sector(flat));
                 sector.and_then(|sector| fan.sectors.get(sector)).map_or(1.0, |&(t, _)| factors[t as usize])
             };

@@ -11,7 +11,7 @@ use super::haptic_feed::HapticModel;
 use super::haptics::{Coupling, HapticError, Haptics, ToolSpring, positive};
 use crate::components::SolverScratch;
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
-use crate::systems::solver::{CgError, Factor, InnerSolver};
+use crate::systems::solver::{CgError, Factor, MixedSolver};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
@@ -25,7 +25,7 @@ const FELT: f64 = 2e-3;
 /// A direction in which the answers have less than this part of the energy of the others counts as none.
 const LEAST: f64 = 1e-9;
 
-type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch, &'a mut InnerSolver, &'a mut Factor);
+type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch, &'a mut MixedSolver, &'a mut Factor);
 
 impl Haptics {
     /// The model that follows the last one of the same tool on the same body, at a part of its cost: for motions within a step of the
@@ -50,13 +50,13 @@ impl Haptics {
         };
         simulation.admit()?;
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
-        let (vertices, triangles, topology, scratch, inner, factor) = found;
+        let (vertices, triangles, topology, scratch, mixed, factor) = found;
         let (position, force) = self.take_springs(vertices, springs)?;
         let mut stiffness = last;
         self.work = 0;
-        if inner.has_operator_of(&triangles.corners) && scratch.free.len() == vertices.len() {
+        if mixed.has_operator_of(&triangles.corners) && scratch.free.len() == vertices.len() {
             self.follow(vertices, triangles, topology);
-            let improved = simulation.pool.run(|| self.improve(scratch, (inner, factor), last));
+            let improved = simulation.pool.run(|| self.improve(scratch, (mixed, factor), last));
             match improved {
                 Ok(improved) if improved.is_finite() => stiffness = improved,
                 _ => return self.model(simulation, body, coupling),
@@ -116,14 +116,14 @@ impl Haptics {
     fn improve(
         &mut self,
         scratch: &SolverScratch,
-        (inner, factor): (&mut InnerSolver, &mut Factor),
+        (mixed, factor): (&mut MixedSolver, &mut Factor),
         last: DMat3,
     ) -> Result<DMat3, CgError> {
         let Self { answers, forces, springs, turn, work, scratch: own, .. } = self;
         let (free, residual) = (&scratch.free, &mut own.residual);
         for (u, force) in answers.iter_mut().zip(forces.iter_mut()) {
             u.iter_mut().enumerate().for_each(|(v, u)| *u = if u.is_finite() { *u * free[v] } else { DVec3::ZERO });
-            inner.product(u, force);
+            mixed.product(u, force);
             *work += 1;
         }
         let axis = *turn % 3;
@@ -134,7 +134,7 @@ impl Haptics {
         for &(v, stiffness) in &*springs {
             residual[v][axis] += stiffness * free[v][axis];
         }
-        let taken = inner.correct(factor, (FELT * last.col(axis)[axis], MOST), residual, u)?;
+        let taken = mixed.correct(factor, (FELT * last.col(axis)[axis], MOST), residual, u)?;
         *work += taken;
         force.iter_mut().zip(&*residual).for_each(|(force, r)| *force = -*r);
         for &(v, stiffness) in &*springs {

@@ -20,9 +20,9 @@ use crate::registry::Refused;
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::forces::corotation::{evaluate, geometric_stiffness};
-use crate::systems::solver::{self, Factor, Inner, InnerSolver, Means, Operator, Use};
+use crate::systems::solver::{self, Available, Factor, MixedPreconditioner, MixedSolver, Operator, Refresh};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
@@ -94,9 +94,9 @@ pub enum HapticError {
 pub struct Haptics {
     horizon: f64,
     factor: Factor,
-    inner: InnerSolver,
+    mixed: MixedSolver,
     frames: Frames,
-    folds: Folds,
+    folds: DihedralAngles,
     external: ExternalStiffness,
     pub(super) scratch: SolverScratch,
     corner: Vec<[DVec3; 3]>,
@@ -139,7 +139,7 @@ impl Haptics {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
-            (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<(&'a Bending, &'a Folds)>),
+            (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<(&'a Bending, &'a DihedralAngles)>),
         );
         simulation.admit()?;
         // Until this one is found there is none to refresh.
@@ -154,7 +154,7 @@ impl Haptics {
         self.mark_free(vertices, holds, planar.is_some());
         let is_in_steps = matches!(coupling, Coupling::Springs { is_in_steps: true, .. });
         self.add_stiffness(vertices.len(), external, is_in_steps);
-        let Self { horizon, factor, inner, frames, folds, external, scratch, corner, answers, forces, springs, .. } =
+        let Self { horizon, factor, mixed, frames, folds, external, scratch, corner, answers, forces, springs, .. } =
             self;
         let (pinned, work) = (&self.pinned, &mut self.work);
         *work = 0;
@@ -183,7 +183,7 @@ impl Haptics {
                 pressure: 0.0,
                 tangent,
             };
-            inner.share(true);
+            mixed.share(true);
             for (axis, (u, force)) in answers.iter_mut().zip(forces.iter_mut()).enumerate() {
                 // The last answer is the first guess, where there is one for these vertices.
                 u.resize(vertices.len(), DVec3::ZERO);
@@ -194,15 +194,17 @@ impl Haptics {
                 scratch.residual.clear();
                 scratch.residual.resize(vertices.len(), DVec3::ZERO);
                 springs.iter().for_each(|&(v, stiffness)| scratch.residual[v][axis] += stiffness);
-                let mut means =
-                    Means { factor: Some((factor, Use::Aside)), inner: Some((inner, Inner::IncompleteCholesky)) };
-                *work += 1 + solver::solve(&operator, &LIMITS, &mut means, corner, u, scratch)?.iterations;
+                let mut available = Available {
+                    factor: Some((factor, Refresh::Background)),
+                    mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)),
+                };
+                *work += 1 + solver::solve(&operator, &LIMITS, &mut available, corner, u, scratch)?.iterations;
                 force.resize(vertices.len(), DVec3::ZERO);
                 operator.apply(u, &scratch.free, corner, force, &mut scratch.partials);
             }
             Ok::<(), solver::CgError>(())
         });
-        self.inner.share(false);
+        self.mixed.share(false);
         solved.map_err(|error| HapticError::NoAnswer(error.to_string()))?;
         let stiffness = self.energy();
         if !(stiffness.is_finite() && force.is_finite()) {

@@ -1,5 +1,6 @@
 //! What is there: tips, pieces, obstacles, tools, and where a point of the tissue is now.
 
+use super::query::At;
 use super::{Hit, Simulation, SimulationError};
 use crate::components::{Blade, Forceps, Obstacle};
 use crate::registry::{judge, judge_all};
@@ -154,7 +155,7 @@ impl Simulation {
     /// # Ok::<(), rhexis::Error>(())
     /// ```
     pub fn current(&self, body: Entity, rest_point: DVec3) -> Option<Hit> {
-        self.pick(body, |vertices, corners| pick::nearest(&vertices.rest_position, corners, rest_point, f64::INFINITY))
+        self.pick(body, At::Rest, |rest, corners| pick::nearest(rest, corners, rest_point, f64::INFINITY))
     }
 
     /// Checks all bodies, obstacles and tools as the next step would: numbers, tables and what components say of each other.

@@ -6,7 +6,7 @@ use crate::components::{
     Reactions, Turning, fibre_law,
 };
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::forces::corotation;
 use crate::systems::kernels::membrane;
 use glam::DVec3;
@@ -32,7 +32,7 @@ impl Simulation {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
             (Option<&'a PreStretch>, FibreLaws<'a>),
-            (Option<&'a Bending>, Option<&'a Folds>),
+            (Option<&'a Bending>, Option<&'a DihedralAngles>),
         );
         let mut query = self.world.query_one::<Query>(body);
         let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
@@ -46,7 +46,7 @@ impl Simulation {
         });
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
         let body = (vertices, triangles, topology);
-        let bent = bending.map_or(0.0, |bending| Folds::energy_at(body, bending, folds, &vertices.position));
+        let bent = bending.map_or(0.0, |bending| DihedralAngles::energy_at(body, bending, folds, &vertices.position));
         Ok(Energies { elastic: elastic.sum::<f64>() + bent, kinetic: kinetic.sum() })
     }
 

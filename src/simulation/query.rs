@@ -25,6 +25,15 @@ pub struct Hit {
     pub distance: f64,
 }
 
+/// Which shape of a surface is searched.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum At {
+    /// As it lies now.
+    Present,
+    /// The rest shape.
+    Rest,
+}
+
 impl Simulation {
     /// The first point within `max` \[mm\] where a ray meets a body's surface as it lies now, from either side. The direction may
     /// have any length. Looks at every triangle.
@@ -40,7 +49,7 @@ impl Simulation {
     /// # Ok::<(), rhexis::Error>(())
     /// ```
     pub fn cast_ray(&self, body: Entity, origin: DVec3, direction: DVec3, max: f64) -> Option<Hit> {
-        self.pick(body, |vertices, corners| pick::meet(&vertices.position, corners, origin, direction, max))
+        self.pick(body, At::Present, |positions, corners| pick::meet(positions, corners, origin, direction, max))
     }
 
     /// The point of a body's surface as it lies now that is nearest to a point, no farther than `within` \[mm\]. Looks at
@@ -57,29 +66,31 @@ impl Simulation {
     /// # Ok::<(), rhexis::Error>(())
     /// ```
     pub fn nearest(&self, body: Entity, point: DVec3, within: f64) -> Option<Hit> {
-        self.pick(body, |vertices, corners| pick::nearest(&vertices.position, corners, point, within))
+        self.pick(body, At::Present, |positions, corners| pick::nearest(positions, corners, point, within))
     }
 
-    /// The point of a surface, as it lies now or in the rest shape, that a search finds.
+    /// The point of a surface that a search finds.
     pub(super) fn pick(
         &self,
         body: Entity,
-        pick: impl FnOnce(&Vertices, &[[u32; 3]]) -> Option<Picked>,
+        at: At,
+        pick: impl FnOnce(&[DVec3], &[[u32; 3]]) -> Option<Picked>,
     ) -> Option<Hit> {
         let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body);
         let (vertices, triangles) = query.get().ok()?;
-        let Picked { triangle, weights, distance, .. } = pick(vertices, &triangles.corners)?;
+        let searched = if at == At::Rest { &vertices.rest_position } else { &vertices.position };
+        let Picked { triangle, weights, position, distance } = pick(searched, &triangles.corners)?;
         let rows = triangles.corners[triangle as usize];
         let [a, b, c] = rows.map(|row| vertices.position[row as usize]);
-        let at = |[a, b, c]: [DVec3; 3]| a * weights[0] + b * weights[1] + c * weights[2];
+        let blend = |[a, b, c]: [DVec3; 3]| a * weights[0] + b * weights[1] + c * weights[2];
         let rest = rows.map(|row| vertices.rest_position[row as usize]);
         let [Some(p), Some(q), Some(r)] = rows.map(|row| vertices.key(row)) else { return None };
         Some(Hit {
             triangle: triangles.key(triangle)?,
             corners: [p, q, r],
             barycentric: weights,
-            position: at([a, b, c]),
-            rest_position: at(rest),
+            position: if at == At::Rest { blend([a, b, c]) } else { position },
+            rest_position: blend(rest),
             normal: (b - a).cross(c - a).normalize_or_zero(),
             distance,
         })

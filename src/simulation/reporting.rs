@@ -63,7 +63,7 @@ impl Simulation {
                 is_converged: scratch.is_converged,
                 fell_back: scratch.fell_back,
                 is_tear_cut_short: false,
-                is_held_back: scratch.is_held_back,
+                is_held_back: scratch.is_step_limited,
                 went_part_of_way: increment.limits[0],
                 is_put_outside: increment.limits[1],
                 relaxed_vertices: increment.relaxed,

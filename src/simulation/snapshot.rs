@@ -8,7 +8,7 @@ use crate::settings::Settings;
 use crate::snapshot::{Contents, Handles, Saved, Snapshot, SnapshotError, StateHash, hash_of, is_ours, strip};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel::Pool;
-use crate::systems::solver::{Factor, InnerSolver};
+use crate::systems::solver::{Factor, MixedSolver};
 use hecs::{Entity, World};
 use std::sync::Arc;
 
@@ -129,8 +129,8 @@ impl Simulation {
 /// Gives an entity its components.
 fn put(world: &mut World, saved: &Saved, solvers: Solvers) {
     let mut components = saved.clone().into_components();
-    if let Some((factor, inner)) = solvers {
-        components.add_bundle((factor, inner));
+    if let Some((factor, mixed)) = solvers {
+        components.add_bundle((factor, mixed));
     }
     match world.contains(saved.entity) {
         true => _ = world.insert(saved.entity, components.build()),
@@ -138,11 +138,11 @@ fn put(world: &mut World, saved: &Saved, solvers: Solvers) {
     }
 }
 
-type Solvers = Option<(Factor, InnerSolver)>;
+type Solvers = Option<(Factor, MixedSolver)>;
 
 /// The solvers of a body.
 fn solvers(saved: &Saved) -> Result<Solvers, SnapshotError> {
-    let Saved { body: Some(Body { name, .. }), factor: Some(factor), inner: Some(inner), .. } = saved else {
+    let Saved { body: Some(Body { name, .. }), factor: Some(factor), mixed: Some(mixed), .. } = saved else {
         return Ok(None);
     };
     let (Some(vertices), Some(triangles), Some(topology)) = (&saved.vertices, &saved.triangles, &saved.topology) else {
@@ -151,8 +151,8 @@ fn solvers(saved: &Saved) -> Result<Solvers, SnapshotError> {
     let wrong = |what| SnapshotError::contradiction(format!("body `{name}`"), what);
     let factor = Factor::of_state(factor).map_err(|_| wrong("its matrix has no Cholesky factor"))?;
     let mesh: (&Vertices, &Triangles, &Topology) = (vertices, triangles, topology);
-    let inner = InnerSolver::of_state(inner, mesh).ok_or_else(|| wrong("multigrid's numbers are of another mesh"))?;
-    Ok(Some((factor, inner)))
+    let mixed = MixedSolver::of_state(mixed, mesh).ok_or_else(|| wrong("multigrid's numbers are of another mesh"))?;
+    Ok(Some((factor, mixed)))
 }
 
 /// New handles are those that the simulation of the snapshot would give, unless things of the host's own are in the way. What the

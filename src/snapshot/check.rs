@@ -82,7 +82,7 @@ fn check_body(saved: &Saved) -> Result<Topology, SnapshotError> {
     saved.check(&Host::new(Some(vertices), Some((triangles, &topology)))).map_err(refused)?;
     validate(vertices, triangles, &topology).map_err(broken)?;
     let (Some(_), Some(_), Some(factor), Some(_), Some(_)) =
-        (&saved.increment, &saved.scratch, &saved.factor, &saved.inner, &saved.tear_log)
+        (&saved.increment, &saved.scratch, &saved.factor, &saved.mixed, &saved.tear_log)
     else {
         return Err(wrong("a part is missing that every body has"));
     };

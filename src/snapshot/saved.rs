@@ -8,9 +8,9 @@ use crate::membrane::make_room;
 use crate::registry::check_rules;
 use crate::registry::{Look, components};
 use crate::storage::{Mesh, Tips, Topology, Triangles, Vertices};
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::fracture::{TearScratch, TipMemory};
-use crate::systems::solver::{Factor, FactorState, InnerSolver, InnerState};
+use crate::systems::solver::{Factor, FactorState, MixedSolver, MixedState};
 use hecs::{Component, Entity, EntityBuilder, EntityRef, World};
 use std::any::{Any, TypeId};
 
@@ -47,7 +47,7 @@ macro_rules! saved {
             pub scratch: Option<SolverScratch>,
             #[cfg_attr(feature = "snapshot", serde(with = "super::factor"))]
             pub factor: Option<FactorState>,
-            pub inner: Option<InnerState>,
+            pub mixed: Option<MixedState>,
         }
 
         impl Saved {
@@ -64,7 +64,7 @@ macro_rules! saved {
                     topology: entity.get::<&Topology>().map(|topology| (*topology).clone()),
                     scratch: entity.get::<&SolverScratch>().map(|scratch| scratch.without_vectors()),
                     factor: entity.get::<&Factor>().map(|factor| factor.state()),
-                    inner: entity.get::<&InnerSolver>().zip(triangles).map(|(inner, triangles)| inner.state(&triangles)),
+                    mixed: entity.get::<&MixedSolver>().zip(triangles).map(|(mixed, triangles)| mixed.state(&triangles)),
                 })
             }
 

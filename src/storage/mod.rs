@@ -3,14 +3,13 @@
 //! Three kinds of address: *which thing* is a `hecs::Entity` (a body, a tool, an obstacle), *which part of it* is a slotmap
 //! key (stable for as long as the part lives), *where it is now* is a `u32` row. Public calls take keys, kernels rows.
 //!
-//! The mesh changes by edits only: an [`Edit`] is a value; [`apply`] refuses it or does it whole and gives the
-//! [`EditRecord`] by which derived data [`Follow`] and [`undo`] goes back; [`validate`] names the first broken invariant.
+//! The mesh changes by edits only: an `Edit` is a value; `apply` refuses it or does it whole and gives the
+//! `EditRecord` by which derived data `Follow` and `undo` goes back; [`validate`] names the first broken invariant.
 //!
 //! Rows stay dense: where an edit removes one, the last row of the table moves into its place, and the record holds what was
 //! removed and who moved. Whoever keeps rows has to follow; a key names the same part before and after. The keys of what was
 //! removed are kept free for [`undo`] until [`Mesh::release`].
 
-mod alike;
 mod apply;
 mod attached;
 mod draft;
@@ -30,10 +29,9 @@ mod rows;
 mod table;
 mod tables;
 mod topology;
+mod uniform;
 mod validate;
 
-#[doc(hidden)]
-pub use alike::Alike;
 #[doc(hidden)]
 pub use apply::{Mesh, apply, undo};
 pub use attached::{Attached, Attachment};
@@ -51,6 +49,8 @@ pub use record::{ChangedTriangle, EditRecord, Follow, NewTriangle, Removed, Remo
 pub use rows::Rows;
 pub use tables::{TipKey, TipRow, Tips, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
 pub use topology::{Fan, Incidence, Topology};
+#[doc(hidden)]
+pub use uniform::Uniform;
 pub use validate::{Broken, validate};
 
 /// The row that stands for "none": no neighbour across an edge, no vertex.

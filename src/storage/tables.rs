@@ -2,7 +2,7 @@
 //! state that every step rewrites, then rest data that only a topology edit rewrites.
 
 use super::table::table;
-use super::{Alike, EditRecord};
+use super::{EditRecord, Uniform};
 use crate::math::{Orthotropic, RestTriangle, Sym2};
 use glam::DVec3;
 
@@ -28,19 +28,19 @@ table! {
         /// Shape-function gradients in the fibre's frame and the rest area; follows from corners, rest positions, fibre.
         rest: Vec<RestTriangle>,
         /// Unit fibre direction in the rest shape.
-        fibre: Alike<DVec3>,
+        fibre: Uniform<DVec3>,
         /// Elastic constants in the fibre's frame \[MPa\].
-        stiffness: Alike<Orthotropic>,
+        stiffness: Uniform<Orthotropic>,
         /// Thickness \[mm\].
-        thickness: Alike<f64>,
+        thickness: Uniform<f64>,
         /// Density \[g/mm³\].
-        density: Alike<f64>,
+        density: Uniform<f64>,
         /// Pre-stretch beside the body's own, in the axes (fibre, transverse).
-        pre_stretch: Alike<Sym2>,
+        pre_stretch: Uniform<Sym2>,
         /// Strengths over those of the body.
-        strength: Alike<f64>,
+        strength: Uniform<f64>,
         /// Toughnesses over those of the body.
-        toughness: Alike<f64>,
+        toughness: Uniform<f64>,
     }
 }
 
@@ -73,12 +73,12 @@ impl Triangles {
 
     /// Whether some triangle has a pre-stretch beside the body's own.
     pub fn are_pre_stretched(&self) -> bool {
-        !self.pre_stretch.are_alike() || self.pre_stretch.get(0).is_some_and(|&strain| strain != Sym2::ZERO)
+        !self.pre_stretch.is_uniform() || self.pre_stretch.get(0).is_some_and(|&strain| strain != Sym2::ZERO)
     }
 
     /// The smallest of the strengths over those of the body: 1 where all are alike.
     pub fn least_strength(&self) -> f64 {
-        if self.strength.are_alike() {
+        if self.strength.is_uniform() {
             return self.strength.get(0).copied().unwrap_or(1.0);
         }
         self.strength.iter().copied().fold(f64::INFINITY, f64::min)

@@ -6,7 +6,7 @@
 //! meshes that are not regular, more where an edge is free; with the turn 2 % remain. Any turn that is linear in
 //! the angles leaves an energy that is a sum of squares, above Morley's own.
 //!
-//! With h half the angles, Q the triangles' laws ([`fold::law`]) and J the differences of moments over edges, times −ω/k:
+//! With h half the angles, Q the triangles' laws ([`bending::law`]) and J the differences of moments over edges, times −ω/k:
 //! energy ½·φ·Q·φ with φ = (1 + J·Q)·h, moments (1 + Q·J)·Q·φ. Without J it is the majorant that dynamic steps take as tangent, with
 //! the triangles that are not [taut](taut).
 
@@ -14,20 +14,20 @@ mod angles;
 mod energy;
 mod forces;
 mod hinge;
-mod left_over;
+mod spurious_energy;
 mod taut;
 
 use crate::components::Bending;
 use crate::math::{Orthotropic, RestTriangle, Sym2};
 use crate::storage::{NONE, Topology, Triangles, Vertices, measure};
-use crate::systems::kernels::fold::{self, OverEdges, Tilt};
-use crate::systems::kernels::fold_lanes::{self, OverFour, RestFour, TiltFour};
+use crate::systems::kernels::bending::{self, EdgeMatrix, Tilt};
+use crate::systems::kernels::bending_lanes::{self, EdgeValuesX4, RestX4, TiltX4};
 use crate::systems::kernels::lanes::DOUBLES;
 use crate::systems::parallel;
 use angles::Edges;
 use forces::Passes;
 use glam::DVec3;
-pub use hinge::Hinge;
+pub use hinge::Dihedral;
 use std::sync::{Mutex, PoisonError};
 use taut::Part;
 
@@ -36,8 +36,8 @@ type MadeOf = (RestTriangle, [u32; 3], Orthotropic, f64);
 
 /// The shape a triangle bends from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct RestFold {
-    law: OverEdges,
+struct RestBending {
+    law: EdgeMatrix,
     /// Rest angles, zero at the boundary.
     angle: DVec3,
     /// ω over the stiffness of the mid-edge normals \[1/(N·mm)\].
@@ -50,16 +50,16 @@ struct RestFold {
 
 /// What bending of a body needs. *Derived*: rest data follow the mesh by themselves.
 #[derive(Debug, Default)]
-pub struct Folds {
-    rest: Vec<RestFold>,
+pub struct DihedralAngles {
+    rest: Vec<RestBending>,
     made_of: Vec<MadeOf>,
     is_changed: Vec<bool>,
     /// The rest data by fours.
-    fours: Vec<RestFour>,
+    groups: Vec<RestX4>,
     edges: Edges,
-    tilt: Vec<TiltFour>,
+    tilt: Vec<TiltX4>,
     /// Half of what the angles are off their rest values.
-    half: Vec<OverFour>,
+    half: Vec<EdgeValuesX4>,
     /// What of the triangles is in the majorant, to a whole number of fours.
     part: Vec<Part>,
     is_slack: Vec<bool>,
@@ -79,7 +79,7 @@ fn is_first(t: usize, e: usize, across: u32) -> bool {
     across != NONE && ((3 * t + e) as u32) < across
 }
 
-impl Folds {
+impl DihedralAngles {
     /// Brings rest data up to the mesh, where that or the material has changed. They are a function of the mesh alone: what has
     /// followed edits has the same bits as what is made anew.
     pub fn refresh(&mut self, vertices: &Vertices, triangles: &Triangles, topology: &Topology, bending: &Bending) {
@@ -102,11 +102,11 @@ impl Folds {
         if before.len() == count && !self.is_changed.contains(&true) {
             return;
         }
-        self.rest.resize(count, RestFold::default());
+        self.rest.resize(count, RestBending::default());
         self.made_of.truncate(count);
         for t in (0..count).filter(|&t| self.is_changed[t]) {
             let made_of = made_of(t);
-            self.rest[t].law = fold::law(&made_of.0, &made_of.2, made_of.3);
+            self.rest[t].law = bending::law(&made_of.0, &made_of.2, made_of.3);
             match self.made_of.get_mut(t) {
                 Some(before) => *before = made_of,
                 // All that are new are changed, and come in order.
@@ -133,22 +133,22 @@ impl Folds {
                 if let Some((n, f)) = across {
                     stiffness += self.rest[n].law[f];
                     let edge = vertices.rest_position[to as usize] - vertices.rest_position[from as usize];
-                    angle = fold::angle(normal(t), normal(n), edge);
+                    angle = bending::angle(normal(t), normal(n), edge);
                 }
                 let rest = &mut self.rest[t];
                 rest.across[e] = across.map_or(NONE, |(n, f)| (3 * n + f) as u32);
                 rest.angle[e] = angle;
-                rest.turn[e] = fold::TURN / stiffness;
+                rest.turn[e] = bending::TURN / stiffness;
             }
             self.rest[t].stiffest = self.stiffest(t, neighbours);
         }
         self.edges.list(self.rest.iter().map(|rest| (&rest.angle, rest.across)));
-        let Self { rest, made_of, fours, passes, .. } = self;
+        let Self { rest, made_of, groups, passes, .. } = self;
         passes.get_mut().unwrap_or_else(PoisonError::into_inner).is_at_end = false;
         let across = |across: u32| (across != NONE).then_some((across as usize / 3, across as usize % 3));
         let of_triangle = |t: usize| (rest[t].law, rest[t].turn, rest[t].across.map(across), made_of[t].0.area);
-        fours.clear();
-        fours.extend((0..count).step_by(DOUBLES).map(|first| RestFour::new(first, count, of_triangle)));
+        groups.clear();
+        groups.extend((0..count).step_by(DOUBLES).map(|first| RestX4::new(first, count, of_triangle)));
     }
 
     /// Whether the rest data are the same, bit for bit.
@@ -160,14 +160,14 @@ impl Folds {
     pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64) {
         self.factor = factor;
         self.part.clear();
-        self.part.resize(DOUBLES * self.fours.len(), Part::Whole);
+        self.part.resize(DOUBLES * self.groups.len(), Part::Whole);
         self.find_tilts(corners, x);
         self.find_angles(corners, x);
     }
 
     /// Half of what the angles around a triangle are off their rest values.
     fn half(&self, t: usize) -> DVec3 {
-        fold_lanes::of_triangle(&self.half, t)
+        bending_lanes::of_triangle(&self.half, t)
     }
 
     /// What the differences of moments turn the mid-edge normals of a triangle by.
@@ -198,12 +198,12 @@ impl Folds {
         if !is_exact && self.part[t] != Part::Whole {
             return DVec3::ZERO;
         }
-        let first = |t: usize| fold::product(&self.rest[t].law, half(t));
+        let first = |t: usize| bending::product(&self.rest[t].law, half(t));
         if !is_exact {
             return first(t);
         }
-        let second = |t: usize| fold::product(&self.rest[t].law, half(t) + self.turned(t, first));
-        second(t) + fold::product(&self.rest[t].law, self.turned(t, second))
+        let second = |t: usize| bending::product(&self.rest[t].law, half(t) + self.turned(t, first));
+        second(t) + bending::product(&self.rest[t].law, self.turned(t, second))
     }
 
     /// Adds the forces \[N\] at the angles last evaluated; `travel` is what the vertices travel in the span of the step.
@@ -262,8 +262,8 @@ impl Folds {
 
     /// The law of a triangle in the majorant, times 1 + β/s \[N·mm\].
     #[inline(always)]
-    pub fn law(&self, t: usize) -> OverEdges {
-        if self.part[t] == Part::Whole { self.rest[t].law.map(|q| q * self.factor) } else { OverEdges::default() }
+    pub fn law(&self, t: usize) -> EdgeMatrix {
+        if self.part[t] == Part::Whole { self.rest[t].law.map(|q| q * self.factor) } else { EdgeMatrix::default() }
     }
 
     /// Its entry for an edge by itself.

@@ -2,7 +2,7 @@
 
 mod folds;
 
-pub use folds::{Folds, Hinge};
+pub use folds::{Dihedral, DihedralAngles};
 
 use crate::components::{Bending, Damping, Forces, Frames, Increment, SolverScratch};
 use crate::storage::{Topology, Triangles, Vertices};
@@ -12,7 +12,7 @@ use crate::systems::{Formula, StepContext, parallel};
 pub fn bending(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a SolverScratch),
-        (&'a Bending, &'a mut Folds, &'a Frames, &'a mut Forces),
+        (&'a Bending, &'a mut DihedralAngles, &'a Frames, &'a mut Forces),
         Option<&'a Damping>,
     );
     parallel::for_bodies::<Query>(

@@ -52,6 +52,7 @@ impl CutOutcome {
     /// The same stroke, begun at its end.
     fn reversed(mut self) -> Self {
         self.path.reverse();
+        self.tips.reverse();
         self.ends.reverse();
         self.has_met_boundary = !self.tips.iter().any(|(row, _)| *row == self.ends[1]);
         self
@@ -73,12 +74,17 @@ impl Cutter<'_, '_> {
         let edge = self.mean_edge();
         let rounding = COLLINEAR * length(polyline);
         let tolerances = std::iter::once(rounding).chain(COARSER.map(|part| part * edge));
-        let mut lines: Vec<Vec<DVec3>> = tolerances.map(|t| thinned(polyline, t.max(rounding))).collect();
+        let is_reversed = self.is_cut_backwards(polyline);
+        let turned: Vec<DVec3> = if is_reversed { polyline.iter().rev().copied().collect() } else { polyline.to_vec() };
+        let mut lines: Vec<Vec<DVec3>> = tolerances.map(|t| thinned(&turned, t.max(rounding))).collect();
         lines.dedup_by(|coarser, finer| coarser.len() >= finer.len());
         let mut refused = None;
         for manner in [Manner::OnTheLine, Manner::EndsMoved, Manner::BesideTheLine] {
             for line in &lines {
                 match self.cut_strokes(line, polyline, manner) {
+                    Ok(outcomes) if is_reversed => {
+                        return Ok(outcomes.into_iter().rev().map(CutOutcome::reversed).collect());
+                    }
                     Ok(outcomes) => return Ok(outcomes),
                     Err(refusal) => {
                         self.roll_back(mark);
@@ -88,6 +94,21 @@ impl Cutter<'_, '_> {
             }
         }
         Err(refused.unwrap_or(TearRefusal::BadPolyline))
+    }
+
+    /// Whether a line is cut from its last point: from the end on the boundary, else from the one nearer to the body's middle, so that
+    /// the same line given from its other end leaves the same lips, also where vertices moved on a curved surface change it.
+    fn is_cut_backwards(&self, polyline: &[DVec3]) -> bool {
+        let (Some(&first), Some(&last)) = (polyline.first(), polyline.last()) else { return false };
+        let [enters, leaves] = [first, last].map(|point| !self.is_tissue(point));
+        if enters != leaves {
+            return leaves;
+        }
+        let rest = &self.mesh.vertices.rest_position;
+        let middle = rest.iter().sum::<DVec3>() / rest.len().max(1) as f64;
+        let (here, there) = (first.distance(middle), last.distance(middle));
+        let is_tied = (here - there).abs() <= COLLINEAR * here.max(there);
+        if is_tied { first.to_array() < last.to_array() } else { here > there }
     }
 
     fn cut_strokes(

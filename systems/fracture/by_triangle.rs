@@ -1,7 +1,7 @@
 //! Strengths and toughnesses that differ from triangle to triangle: a direction meets those of the triangle which it leads into.
 
 use super::Surface;
-use crate::storage::{Alike, Fan};
+use crate::storage::{Fan, Uniform};
 use crate::systems::kernels::failure::{Candidate, Decision, Sector};
 use crate::systems::kernels::fan::FanChart;
 
@@ -11,12 +11,12 @@ const COS_APART: f64 = 0.999_390_827_019_095_8;
 /// The largest criterion at a vertex whose triangles have these `factors` of what the body has, with the factor where it is.
 /// `evaluate` answers for directions in a sector all of which have one. `None` where no direction is admissible.
 pub(super) fn in_runs(
-    factors: &Alike<f64>,
+    factors: &Uniform<f64>,
     (surface, vertex, chart): (&Surface, u32, &FanChart),
     sector: Option<Sector>,
     mut evaluate: impl FnMut(Option<Sector>, f64) -> Option<Decision>,
 ) -> Option<(Decision, f64)> {
-    if factors.are_alike() {
+    if factors.is_uniform() {
         let factor = *factors.get(0)?;
         return Some((evaluate(sector, factor)?, factor));
     }
@@ -42,13 +42,13 @@ pub(super) fn in_runs(
 }
 
 /// The factor of the triangle of a fan into which a sector of its chart leads.
-pub fn factor_of(factors: &Alike<f64>, fan: &Fan, sector: usize) -> f64 {
+pub fn factor_of(factors: &Uniform<f64>, fan: &Fan, sector: usize) -> f64 {
     fan.sectors.get(sector).map_or(1.0, |&(t, _)| factors[t as usize])
 }
 
 /// The mean factor of the triangles around a vertex.
-pub fn mean_around(factors: &Alike<f64>, incident: &[u32]) -> f64 {
-    if factors.are_alike() {
+pub fn mean_around(factors: &Uniform<f64>, incident: &[u32]) -> f64 {
+    if factors.is_uniform() {
         return factors.get(0).copied().unwrap_or(1.0);
     }
     incident.iter().map(|entry| factors[(entry / 3) as usize]).sum::<f64>() / incident.len().max(1) as f64

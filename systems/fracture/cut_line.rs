@@ -206,7 +206,7 @@ impl Cutter<'_, '_> {
     }
 
     /// Whether the surface nearest to a point is inside the body, not on its boundary.
-    fn is_tissue(&self, point: DVec3) -> bool {
+    pub(super) fn is_tissue(&self, point: DVec3) -> bool {
         self.nearest(point).is_some_and(|at| !self.is_on_rim(&at))
     }
 

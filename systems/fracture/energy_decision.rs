@@ -82,7 +82,7 @@ impl EnergyTerms<'_> {
     }
 }
 
-/// As [`tip_decision`](super::tip_decision), by energy; with what was read.
+/// As `tip_decision`, by energy; with what was read.
 pub fn energy_decision(
     surface: &Surface,
     terms: EnergyTerms<'_>,

@@ -1,12 +1,12 @@
 //! What bending adds to the material force: the change of its energy under the shift of the rest shape, at fixed positions.
 //!
 //! Its energy is ½·φ·Q·φ summed over triangles, with mid-edge normals turned by differences of moments
-//! ([`Folds`](crate::systems::bending::Folds)). Laws Q and turns follow the shift; the angles between triangles do not.
+//! ([`DihedralAngles`](crate::systems::bending::DihedralAngles)). Laws Q and turns follow the shift; the angles between triangles do not.
 
 use super::Surface;
 use crate::components::Bending;
 use crate::storage::{NONE, measure::rest_corners};
-use crate::systems::kernels::fold::{self, OverEdges, Tilt};
+use crate::systems::kernels::bending::{self, EdgeMatrix, Tilt};
 use glam::{DVec2, DVec3};
 
 /// A triangle of the disc, or one that borders on it.
@@ -14,9 +14,9 @@ use glam::{DVec2, DVec3};
 struct Bend {
     triangle: u32,
     /// Q \[N·mm\].
-    law: OverEdges,
+    law: EdgeMatrix,
     /// Its change by shifts along the axes of the disc \[N\].
-    shifted: [OverEdges; 2],
+    shifted: [EdgeMatrix; 2],
     /// Angles at rest.
     rest: DVec3,
     /// Per edge the entry of the triangle across and its edge, if it is listed, and what a difference of moments turns the normal by.
@@ -95,8 +95,8 @@ impl ShiftedFolds {
             let scale = bending.scale(stiffness, h);
             let own = |v: DVec2| DVec2::new(v.dot(fibre), fibre.perp_dot(v));
             let shifted =
-                [DVec2::X, DVec2::Y].map(|d| fold::law_under_shift(rest, stiffness, scale, (own(fall), own(d))));
-            let law = fold::law(rest, stiffness, scale);
+                [DVec2::X, DVec2::Y].map(|d| bending::law_under_shift(rest, stiffness, scale, (own(fall), own(d))));
+            let law = bending::law(rest, stiffness, scale);
             let normal = |t: u32| normal(rest_corners(vertices, triangles.corners[t as usize]));
             let edge = |e: usize| {
                 let [from, to] = [e, (e + 1) % 3].map(|i| vertices.rest_position[triangles.corners[t][i] as usize]);
@@ -104,7 +104,7 @@ impl ShiftedFolds {
             };
             let angles = [0, 1, 2].map(|e| match topology.neighbours[t][e] {
                 NONE => 0.0,
-                n => fold::angle(normal(triangle), normal(n), edge(e)),
+                n => bending::angle(normal(triangle), normal(n), edge(e)),
             });
             let rest = DVec3::from_array(angles);
             self.bends.push(Bend { triangle, law, shifted, rest, ..Bend::default() });
@@ -112,14 +112,14 @@ impl ShiftedFolds {
         for place in 0..self.bends.len() {
             let t = self.bends[place].triangle;
             for e in 0..3 {
-                self.bends[place].turn[e] = fold::TURN / self.bends[place].law[e];
+                self.bends[place].turn[e] = bending::TURN / self.bends[place].law[e];
                 let (n, to) = (topology.neighbours[t as usize][e], triangles.corners[t as usize][(e + 1) % 3]);
                 let Ok(other) = self.bends.binary_search_by_key(&n, |bend| bend.triangle) else {
                     self.beyond.extend((n != NONE).then_some(n));
                     continue;
                 };
                 let Some(f) = triangles.corners[n as usize].iter().position(|&v| v == to) else { continue };
-                let turn = fold::TURN / (self.bends[place].law[e] + self.bends[other].law[f]);
+                let turn = bending::TURN / (self.bends[place].law[e] + self.bends[other].law[f]);
                 self.bends[place].across[e] = Some((other as u32, f));
                 self.bends[place].turn[e] = turn;
             }
@@ -136,7 +136,7 @@ impl ShiftedFolds {
         let Surface { vertices, triangles, topology, .. } = *surface;
         let corners = |t: u32| triangles.corners[t as usize].map(|v| vertices.position[v as usize]);
         for bend in &mut self.bends {
-            let least = fold::least_twice_area(triangles.rest[bend.triangle as usize].area);
+            let least = bending::least_twice_area(triangles.rest[bend.triangle as usize].area);
             bend.tilt = Tilt::new(corners(bend.triangle), least);
         }
         for place in 0..self.bends.len() {
@@ -150,21 +150,24 @@ impl ShiftedFolds {
                     (None, NONE) => return 0.0,
                     (None, beyond) => normal(corners(beyond)),
                 };
-                0.5 * fold::shorter_way(fold::angle(bend.tilt.normal, across, x[(e + 1) % 3] - x[e]) - bend.rest[e])
+                0.5 * bending::shorter_way(
+                    bending::angle(bend.tilt.normal, across, x[(e + 1) % 3] - x[e]) - bend.rest[e],
+                )
             });
             let bend = &mut self.bends[place];
             bend.half = DVec3::from_array(half);
-            bend.moment = fold::product(&bend.law, bend.half);
+            bend.moment = bending::product(&bend.law, bend.half);
         }
         for place in 0..self.bends.len() {
             let bend = &self.bends[place];
             let angles = bend.half + self.turned(bend, |bend| bend.moment);
             self.bends[place].angles = angles;
-            self.bends[place].balanced = fold::product(&self.bends[place].law, angles);
+            self.bends[place].balanced = bending::product(&self.bends[place].law, angles);
         }
         for place in 0..self.bends.len() {
             let bend = &self.bends[place];
-            self.bends[place].slope = fold::product(&bend.law, bend.angles + self.turned(bend, |bend| bend.balanced));
+            self.bends[place].slope =
+                bending::product(&bend.law, bend.angles + self.turned(bend, |bend| bend.balanced));
         }
         let release = |axis: usize| -> f64 { self.bends.iter().map(|bend| -self.change(bend, axis)).sum() };
         DVec2::new(release(0), release(1))
@@ -192,14 +195,14 @@ impl ShiftedFolds {
     /// What a unit of shift along an axis changes ½·φ·Q·φ of a triangle by \[N\]. Of the angles φ half of those to its neighbours are
     /// fixed; what the difference of the moments M turns the mid-edge normals by is not.
     fn change(&self, bend: &Bend, axis: usize) -> f64 {
-        let shifted = |bend: &Bend| fold::product(&bend.shifted[axis], bend.half);
+        let shifted = |bend: &Bend| bending::product(&bend.shifted[axis], bend.half);
         let mut changes = self.turned(bend, shifted);
         for e in 0..3 {
             let stiffer = bend.shifted[axis][e]
                 + bend.across[e].map_or(0.0, |(other, f)| self.bends[other as usize].shifted[axis][f]);
-            changes[e] -= bend.turn[e] / fold::TURN * stiffer * (bend.angles[e] - bend.half[e]);
+            changes[e] -= bend.turn[e] / bending::TURN * stiffer * (bend.angles[e] - bend.half[e]);
         }
-        0.5 * bend.angles.dot(fold::product(&bend.shifted[axis], bend.angles)) + bend.balanced.dot(changes)
+        0.5 * bend.angles.dot(bending::product(&bend.shifted[axis], bend.angles)) + bend.balanced.dot(changes)
     }
 }
 

@@ -77,7 +77,7 @@ fn are_uniform(triangles: &Triangles, fan: &Fan) -> bool {
     let mut rows = fan.sectors.iter().map(|&(t, _)| t as usize);
     let Some(first) = rows.next() else { return true };
     let numbers = [thickness, strength, toughness];
-    let are_alike = numbers.iter().all(|column| column.are_alike()) && pre_stretch.are_alike();
+    let are_alike = numbers.iter().all(|column| column.is_uniform()) && pre_stretch.is_uniform();
     are_alike
         || rows.all(|t| numbers.iter().all(|column| column[t] == column[first]) && pre_stretch[t] == pre_stretch[first])
 }

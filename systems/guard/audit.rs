@@ -21,7 +21,7 @@ use crate::event::EventKind;
 use crate::math::FibreLaw;
 use crate::storage::room::copy;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::kernels::path_work::Element;
 use crate::systems::{StepContext, parallel};
 use carried::Carried;
@@ -69,7 +69,7 @@ impl<'a> Sheet<'a> {
         let energy = |t: usize| self.element(t).energy(self.triangles.corners[t].map(|c| x[c as usize]));
         let stretched = parallel::sum(self.triangles.len(), partials, energy);
         let bent = self.bending.map_or(0.0, |(bending, vertices, topology)| {
-            Folds::energy_at((vertices, self.triangles, topology), bending, None, x)
+            DihedralAngles::energy_at((vertices, self.triangles, topology), bending, None, x)
         });
         Energies { elastic: stretched + bent, kinetic: kinetic(v, mass) }
     }
@@ -172,7 +172,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Forces, &'a Increment, &'a SolverScratch),
         (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>),
         (Option<(&'a Holds, &'a Reactions)>, Option<&'a Grips>),
-        (Strained<'a>, Option<&'a Bending>, Option<&'a Folds>),
+        (Strained<'a>, Option<&'a Bending>, Option<&'a DihedralAngles>),
     );
     for (
         (audit, log, decisions),
@@ -221,7 +221,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
-/// Measures what tears have changed in the end of the step and, should it be taken up again, in its start.
+/// Measures what tears have changed in the end of the step and, should it be redone, in its start.
 pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (

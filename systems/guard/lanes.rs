@@ -1,4 +1,4 @@
-//! What a solve leaves over, for four triangles side by side: bodies of the linear law with the rotated tangent, and all of the answer.
+//! Spurious energy of a solve, for four triangles side by side: bodies of the linear law with the rotated tangent, and all of the answer.
 
 use super::solved::Solved;
 use crate::math::GeometricStiffness;
@@ -218,7 +218,7 @@ mod tests {
                         }
                     });
                     assert_eq!(wide[0].to_bits(), wide[1].to_bits(), "planar {is_planar}, later {is_damped_before}");
-                    // Rounding of sums of work and energy, each some thousand times what is left over of the smallest triangle.
+                    // Rounding of sums of work and energy, each some thousand times the spurious energy of the smallest triangle.
                     let (sum, size) = each.iter().fold((0.0, 0.0), |(sum, size), e| (sum + e, size + e.abs()));
                     assert!(
                         (wide[0] - sum).abs() <= 1e-12 * size,
@@ -249,9 +249,9 @@ mod tests {
                 solved.is_counted = is_counted;
                 let [with, without] = [2e-3, 0.0].map(|drag| {
                     solved.drag = drag;
-                    solved.left_over(1.0, &mut Vec::new())
+                    solved.spurious_energy(1.0, &mut Vec::new())
                 });
-                // Rounding of what is left over, some hundred times what drag takes.
+                // Rounding of the spurious energy, some hundred times what drag takes.
                 assert!((without - with - 2e-3 * way).abs() < 1e-12 * without.abs(), "{without} {with} {way}");
             }
         });

@@ -21,7 +21,7 @@ const PROMISED: f64 = 1e-4;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fraction {
     /// In (0, 1].
-    pub part: f64,
+    pub fraction: f64,
     /// Energy \[mJ\] that going so far creates, without the work of the residual.
     pub created: f64,
 }
@@ -34,15 +34,16 @@ impl Solved<'_> {
         let (mut corner, mut product) = (Vec::new(), vec![DVec3::ZERO; self.delta.len()]);
         let mut form = |operator: &Operator| operator.apply(self.delta, self.free, &mut corner, &mut product, partials);
         let (whole, elastic) = (form(full), form(&still));
-        let mut part = 1.0;
+        let mut fraction = 1.0;
         loop {
-            let strained = self.strained(part, partials);
-            let potential = strained + 0.5 * part * part * elastic - (part - 0.5 * part * part) * whole;
-            if potential <= -PROMISED * part * whole || part <= LEAST {
-                let created = strained - self.dissipated(part, partials) - part * (1.0 - part) * whole;
-                return Fraction { part, created };
+            let strained = self.strained(fraction, partials);
+            let potential =
+                strained + 0.5 * fraction * fraction * elastic - (fraction - 0.5 * fraction * fraction) * whole;
+            if potential <= -PROMISED * fraction * whole || fraction <= LEAST {
+                let created = strained - self.dissipated(fraction, partials) - fraction * (1.0 - fraction) * whole;
+                return Fraction { fraction, created };
             }
-            part *= 0.5;
+            fraction *= 0.5;
         }
     }
 }

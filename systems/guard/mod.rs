@@ -16,7 +16,7 @@
 //! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2: a flap or a free piece that
 //! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
 //! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
-//! Repeated, it grows without bound. So what is left over is summed from step to step, and a step that takes the sum beyond
+//! Repeated, it grows without bound. So the spurious energy is summed from step to step, and a step that takes the sum beyond
 //! a share of the energy in the body is [solved further](crate::settings::Settings::corrections) from where it leads, with the projected
 //! tangent and a line search; where that does not end below the share, it is refused, and
 //! [retried in halves](crate::settings::Settings::halvings).
@@ -42,7 +42,7 @@ use crate::components::{
 use crate::event::{GuardCause, GuardPlace};
 use crate::math::Orthotropic;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::solver::{Operator, reactions};
 use crate::systems::{Formula, StepContext, parallel};
 use bound::bound;
@@ -54,8 +54,8 @@ use solved::{Bounds, Solved};
 /// much smaller one would refuse steps that do no harm.
 const SHARE: f64 = 0.1;
 
-/// The part of what is bearable up to which bounds do in place of sums.
-const UNSEEN: f64 = 0.1;
+/// Share of the limit up to which unchecked bounds do in place of sums.
+const UNCHECKED: f64 = 0.1;
 
 /// Triangles that may make up for what a whole step creates, for their vertices to find their own way at once.
 const SPIKE: usize = 2;
@@ -72,14 +72,14 @@ const HALVED: f64 = 1e-3;
 /// from there to this at eighths. Where stiff tissue is crushed, nothing but inertia holds it from the side in a solve:
 /// in a step that is long beside its waves the way is a million times as long as the tissue. Along it energy falls all
 /// the same, and a part that goes no further than a tenth of a triangle lets it buckle, step by step.
-const LEAST_PART: f64 = 1e-15;
+const LEAST_FRACTION: f64 = 1e-15;
 
-/// Rounding of a sum over all triangles, over what is bearable.
+/// Rounding of a sum over all triangles, over the limit.
 const ROUNDING: f64 = 1e-12;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Increment, &'a mut SolverScratch, Option<&'a Folds>, place::Holders<'a>),
+    (&'a mut Increment, &'a mut SolverScratch, Option<&'a DihedralAngles>, place::Holders<'a>),
     (Option<&'a Damping>, Option<&'a Drag>),
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
@@ -94,9 +94,9 @@ pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
     count
 }
 
-/// Adds up what the last solve leaves over, and marks the bodies where that is too much. Where no shorter step is left to be tried, such
-/// a body first goes only so far on its free axes that it is not: without any motion it keeps no more than what it stores.
-pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
+/// The energy guard: adds the spurious energy of the last solve to the sum and marks the bodies above the limit. In a fallback sub-step such
+/// a body takes the fraction of its increment along free axes that stays below the limit. Without motion it keeps no more than it stores.
+pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     // What several solves have come to is judged at their end.
     if step.is_static || step.newton_iterations > 1 || step.formula != Formula::BackwardEuler {
         return 0;
@@ -136,7 +136,8 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_used_up = step.budget.is_some_and(|budget| scratch.work >= budget);
             let may_correct =
                 step.corrections > 0 && !is_used_up && scratch.allowed.is_empty() && !may_spin(planar, &scratch.free);
-            let SolverScratch { free, partials, pairs, left_over, unseen, to_correct, .. } = &mut *scratch;
+            let SolverScratch { free, partials, pairs, spurious_energy, unchecked_bound, to_correct, .. } =
+                &mut *scratch;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
             let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
             let solved = Solved {
@@ -156,28 +157,28 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             let is_corrected = to_correct.is_some();
             let most = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(stored, tautness.slack, partials));
             // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
-            let mut before = if is_corrected { *left_over } else { left_over.min(most) };
-            *unseen = unseen.min(UNSEEN * most);
+            let mut before = if is_corrected { *spurious_energy } else { spurious_energy.min(most) };
+            *unchecked_bound = unchecked_bound.min(UNCHECKED * most);
             let bound = if is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
                 f64::INFINITY
             } else {
                 bound((increment, triangles, frames), (stored, tautness.stiffest), partials, pairs)
             };
-            if before + work <= most && *unseen + bound <= UNSEEN * most {
-                *unseen += bound;
-                scratch.left_over = (before + work).max(0.0);
+            if before + work <= most && *unchecked_bound + bound <= UNCHECKED * most {
+                *unchecked_bound += bound;
+                scratch.spurious_energy = (before + work).max(0.0);
                 return;
             }
-            let more = solved.left_over(1.0, partials);
+            let more = solved.spurious_energy(1.0, partials);
             if bound.is_finite() {
                 // What was not looked at has created as much of its bound as what is looked at now.
-                before += *unseen * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
-                *unseen = 0.0;
+                before += *unchecked_bound * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
+                *unchecked_bound = 0.0;
             }
-            let bearable = most;
-            let most = most - *unseen;
+            let limit = most;
+            let most = most - *unchecked_bound;
             let before = if is_corrected { before } else { before.min(most) };
-            let (mut part, mut sum, mut place) = (1.0, before + more + work, None);
+            let (mut fraction, mut sum, mut place) = (1.0, before + more + work, None);
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
             if !(sum <= most || may_correct && is_corrected) {
@@ -187,16 +188,19 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if !(sum <= most) {
                 let full = Operator { external: holders.1, ..solved.operator };
                 let found = Patch::found(&solved, &full, spike, (sum, most), |patch| {
-                    before + patch.judged(&solved).left_over(1.0, partials) + work + patch.unearned(&solved, &full)
+                    before
+                        + patch.judged(&solved).spurious_energy(1.0, partials)
+                        + work
+                        + patch.unearned(&solved, &full)
                 });
                 (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
             }
-            if (step.is_last_resort || is_used_up && !is_corrected) && !(sum <= most) {
+            if (step.is_fallback || is_used_up && !is_corrected) && !(sum <= most) {
                 let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
-                (part, sum) = solved.shorten(&bounds, HALVED, partials);
+                (fraction, sum) = solved.shorten(&bounds, HALVED, partials);
                 // What stands and would stand for ever goes as little as need be.
-                if part == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
-                    (part, sum) = solved.shorten(&bounds, LEAST_PART, partials);
+                if fraction == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
+                    (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, partials);
                 }
             }
             if may_correct && sum > most && sum.is_finite() {
@@ -204,13 +208,13 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 if is_corrected {
                     let full = Operator { external: holders.1, ..solved.operator };
                     let found = solved.fraction(&full, partials);
-                    (part, sum) = (found.part, before + found.created + found.part * work);
+                    (fraction, sum) = (found.fraction, before + found.created + found.fraction * work);
                 }
                 if let Some(place) = place {
                     increment.guard.correct(place.cause);
                 }
-                increment.go_part(&scratch.free, part);
-                (scratch.left_over, scratch.is_counted, scratch.to_correct) = (sum, true, Some(bearable));
+                increment.take_fraction(&scratch.free, fraction);
+                (scratch.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
                 return;
             }
             scratch.creates_energy = !(sum <= most);
@@ -218,22 +222,22 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if scratch.creates_energy {
                 return;
             }
-            scratch.left_over = sum.max(0.0);
+            scratch.spurious_energy = sum.max(0.0);
             scratch.is_counted = true;
             if let Some(patch) = patch {
                 increment.delta.copy_from_slice(&patch.way);
-                increment.is_part = true;
+                increment.is_fraction = true;
                 increment.relaxed = increment.relaxed.max(patch.len());
                 scratch.relaxing = RELAXING;
                 increment.guard.relax(place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane)));
             }
-            if part < 1.0 {
-                scratch.is_held_back = true;
-                increment.is_part = true;
+            if fraction < 1.0 {
+                scratch.is_step_limited = true;
+                increment.is_fraction = true;
                 increment.limits[0] = true;
                 let place = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
                 increment.guard.limit(place, increment.delta.len());
-                increment.go_part(&scratch.free, part);
+                increment.take_fraction(&scratch.free, fraction);
             }
         },
     );
@@ -247,11 +251,11 @@ fn may_spin(planar: Option<&Planar>, free: &FreeAxes) -> bool {
     planar.is_some() || free.iter().all(|axes| *axes == DVec3::ONE)
 }
 
-/// The part of its way to be tried after this one.
-fn shorter(part: f64) -> f64 {
-    match part {
-        _ if part > HALVED => 0.5 * part,
-        _ if part > LEAST_PART => 0.125 * part,
+/// The fraction of the increment tried after this one.
+fn shorter(fraction: f64) -> f64 {
+    match fraction {
+        _ if fraction > HALVED => 0.5 * fraction,
+        _ if fraction > LEAST_FRACTION => 0.125 * fraction,
         _ => 0.0,
     }
 }

@@ -17,7 +17,7 @@
 //! steps](super) leave over, with the same bounds. A step that is refused is retried in halves, at last by a linearised
 //! one.
 //!
-//! Where tears have changed the mesh and the step is taken up again, what is added is that of the way from there, along which
+//! Where tears have changed the mesh and the step is redone, what is added is that of the way from there, along which
 //! holds and loads act as at its end.
 
 use super::place::of_triangle;
@@ -28,7 +28,7 @@ use crate::components::{
 use crate::event::{GuardCause, GuardPlace};
 use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::context::MIDDLE;
 use crate::systems::kernels::membrane;
 use crate::systems::kernels::path_work::Element;
@@ -41,7 +41,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 type Elastic<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
-    Option<(&'a Bending, &'a Folds)>,
+    Option<(&'a Bending, &'a DihedralAngles)>,
 );
 
 /// Whether steps are judged here.
@@ -88,7 +88,7 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
         (&'a mut Forces, &'a Increment, &'a mut SolverScratch),
-        (Option<&'a Folds>, Option<&'a Damping>),
+        (Option<&'a DihedralAngles>, Option<&'a Damping>),
     );
     parallel::for_bodies::<Query>(
         world,
@@ -129,7 +129,7 @@ pub fn second_stage(world: &mut hecs::World, _: &StepContext) -> usize {
 }
 
 /// Adds up what the step has created, and marks the bodies where that is too much.
-pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
+pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     if !is_judged(step) {
         return 0;
     }
@@ -169,7 +169,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
                 energy(elastic, partials)
             };
             let more = energy - start - work;
-            let before = scratch.left_over;
+            let before = scratch.spurious_energy;
             if before == 0.0 && more <= 0.0 {
                 return;
             }
@@ -179,7 +179,7 @@ pub fn contain(world: &mut hecs::World, step: &StepContext) -> usize {
             if scratch.creates_energy {
                 increment.creates_at = Some(most_stored(elastic, more));
             } else {
-                scratch.left_over = sum.max(0.0);
+                scratch.spurious_energy = sum.max(0.0);
             }
         },
     )
@@ -240,6 +240,7 @@ fn energy(
     let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
     let stored = parallel::sum(triangles.len(), partials, |t| stored_now((vertices, triangles), law, t));
     let body = (vertices, triangles, topology);
-    let bent = bending.map_or(0.0, |(bending, folds)| Folds::energy_at(body, bending, Some(folds), &vertices.position));
+    let bent = bending
+        .map_or(0.0, |(bending, folds)| DihedralAngles::energy_at(body, bending, Some(folds), &vertices.position));
     stored + bent + motion(vertices, partials)
 }

@@ -52,8 +52,8 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    /// The patch that is large enough for what is created to be bearable by `judge` \[mJ\], and that, where the solve's answer creates `sum` and
-    /// `most` is bearable; `None` where no patch is, or none of so many `triangles` to begin with.
+    /// Patch large enough for the spurious energy \[mJ\] by `judge` to stay below the limit `most`, and that energy. The answer of the solve
+    /// creates `sum`. `None` where no patch is large enough, or none of so many `triangles` to begin with.
     pub(super) fn found(
         solved: &Solved,
         full: &Operator,

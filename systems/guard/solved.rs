@@ -1,8 +1,8 @@
-//! A body with the solve's answer: what going a part of it creates.
+//! A body with the solve's answer: the spurious energy of a fraction of the increment.
 
 use super::lanes::Whole;
 use super::{shorter, slack_energy};
-use crate::components::{FreeAxes, Increment, partly};
+use crate::components::{FreeAxes, Increment, fraction_of};
 use crate::math::{ElementState, FibreLaw, Sym2};
 use crate::settings::Tangent;
 use crate::systems::kernels::membrane;
@@ -31,33 +31,33 @@ pub(super) struct Solved<'a> {
     pub(super) rate: f64,
 }
 
-/// What a part of an answer is judged by \[mJ\].
+/// Energies by which a fraction of an answer is judged \[mJ\].
 pub(super) struct Bounds {
-    /// What earlier solves have left over.
+    /// Spurious energy of earlier solves.
     pub(super) before: f64,
     /// What the residual has done.
     pub(super) work: f64,
     /// See [`Solved::unsolved`].
     pub(super) unsolved: f64,
-    /// The most that is bearable.
+    /// Limit of the spurious energy.
     pub(super) most: f64,
 }
 
 impl Solved<'_> {
-    /// The largest part of the answer, down to the `least`, that leaves no more over than is bearable, and that; a part of 0 whatever it
-    /// leaves over.
+    /// Largest fraction of the answer, down to `least`, whose spurious energy is below the limit, and that energy. A fraction of 0 stands
+    /// whatever its energy.
     pub(super) fn shorten(&self, bounds: &Bounds, least: f64, partials: &mut Vec<f64>) -> (f64, f64) {
         let &Bounds { before, work, unsolved, most } = bounds;
-        let mut part = 1.0;
+        let mut fraction = 1.0;
         loop {
-            part = shorter(part);
-            if part < least {
-                part = 0.0;
+            fraction = shorter(fraction);
+            if fraction < least {
+                fraction = 0.0;
             }
-            let left_over = self.left_over(part, partials);
-            let sum = before + left_over + part * (work - (1.0 - part) * unsolved);
-            if sum <= most || part == 0.0 {
-                return (part, sum);
+            let spurious_energy = self.spurious_energy(fraction, partials);
+            let sum = before + spurious_energy + fraction * (work - (1.0 - fraction) * unsolved);
+            if sum <= most || fraction == 0.0 {
+                return (fraction, sum);
             }
         }
     }
@@ -71,12 +71,12 @@ impl Solved<'_> {
         0.5 * self.volume(t) * membrane::twice_energy(state, &self.operator.triangles.stiffness[t], law)
     }
 
-    /// What a triangle leaves over \[mJ\] where it goes this `part` of the answer.
-    pub(super) fn of_triangle(&self, t: usize, part: f64) -> f64 {
+    /// Spurious energy of a triangle \[mJ\] by this `fraction` of the answer.
+    pub(super) fn of_triangle(&self, t: usize, fraction: f64) -> f64 {
         let Self { operator: Operator { vertices, triangles, frames, .. }, .. } = self;
         let rest = &triangles.rest[t];
         let corners = triangles.corners[t].map(|v| v as usize);
-        let u = corners.map(|v| partly(self.delta[v], self.free[v], part));
+        let u = corners.map(|v| fraction_of(self.delta[v], self.free[v], fraction));
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = frames.state(t);
@@ -89,13 +89,13 @@ impl Solved<'_> {
         end - self.stored(t, &start) - work
     }
 
-    /// [`damped`](Self::damped) where a triangle goes this `part` of the answer.
-    pub(super) fn damped_along(&self, t: usize, part: f64) -> f64 {
+    /// [`damped`](Self::damped) where a triangle goes this `fraction` of the answer.
+    pub(super) fn damped_along(&self, t: usize, fraction: f64) -> f64 {
         if !self.is_damped_before {
             return 0.0;
         }
         let Operator { triangles, frames, .. } = self.operator;
-        let u = triangles.corners[t].map(|v| partly(self.delta[v as usize], self.free[v as usize], part));
+        let u = triangles.corners[t].map(|v| fraction_of(self.delta[v as usize], self.free[v as usize], fraction));
         self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
     }
 
@@ -112,16 +112,16 @@ impl Solved<'_> {
         self.volume(t) * stress.contract(along)
     }
 
-    /// What this `part` of the answer leaves over \[mJ\].
-    pub(super) fn left_over(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
-        let sum = self.strained(part, partials);
-        if sum == 0.0 { 0.0 } else { sum - self.dissipated(part, partials) }
+    /// Spurious energy of this `fraction` of the answer \[mJ\].
+    pub(super) fn spurious_energy(&self, fraction: f64, partials: &mut Vec<f64>) -> f64 {
+        let sum = self.strained(fraction, partials);
+        if sum == 0.0 { 0.0 } else { sum - self.dissipated(fraction, partials) }
     }
 
-    /// What membrane and bending create \[mJ\] along this `part` of the answer, before dissipation.
-    pub(super) fn strained(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
+    /// What membrane and bending create \[mJ\] along this `fraction` of the answer, before dissipation.
+    pub(super) fn strained(&self, fraction: f64, partials: &mut Vec<f64>) -> f64 {
         let Self { operator: Operator { triangles, tangent, .. }, .. } = self;
-        let is_alike = part == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
+        let is_alike = fraction == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
         let sum = if is_alike {
             let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
             if frames.is_planar() {
@@ -130,16 +130,16 @@ impl Solved<'_> {
                 parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.solid })
             }
         } else {
-            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, part))
+            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, fraction))
         };
-        sum + self.bent(part, partials)
+        sum + self.bent(fraction, partials)
     }
 
-    /// What backward Euler and drag dissipate \[mJ\] along this `part` of the answer, less the work of the motion at the start of the step.
-    pub(super) fn dissipated(&self, part: f64, partials: &mut Vec<f64>) -> f64 {
+    /// What backward Euler and drag dissipate \[mJ\] along this `fraction` of the answer, less the work of the motion at the start of the step.
+    pub(super) fn dissipated(&self, fraction: f64, partials: &mut Vec<f64>) -> f64 {
         let Self { operator: Operator { vertices, triangles, topology, .. }, increment, .. } = self;
         let dissipated = |v: usize| {
-            let delta = partly(self.delta[v], self.free[v], part);
+            let delta = fraction_of(self.delta[v], self.free[v], fraction);
             let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
             let gone = increment.displacement[v];
             let (earlier, dragged) = if self.is_counted {

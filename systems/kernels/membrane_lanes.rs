@@ -17,11 +17,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub type Vectors<L> = [Doubles<L>; 3];
 
 /// Numbers of four triangles.
-pub type Four = [f64; DOUBLES];
+pub type F64x4 = [f64; DOUBLES];
 
 /// Numbers of four triangles, lane by lane.
 #[inline(always)]
-pub fn doubles<L: Lanes, const N: usize>(lanes: L, x: &[Four; N]) -> [Doubles<L>; N] {
+pub fn doubles<L: Lanes, const N: usize>(lanes: L, x: &[F64x4; N]) -> [Doubles<L>; N] {
     let mut values = [Doubles::splat(lanes, 0.0); N];
     for i in 0..N {
         values[i] = Doubles::new(lanes, x[i]);
@@ -31,7 +31,7 @@ pub fn doubles<L: Lanes, const N: usize>(lanes: L, x: &[Four; N]) -> [Doubles<L>
 
 /// The numbers of each of four triangles.
 #[inline(always)]
-pub fn arrays<L: Lanes, const N: usize>(x: [Doubles<L>; N]) -> [Four; N] {
+pub fn arrays<L: Lanes, const N: usize>(x: [Doubles<L>; N]) -> [F64x4; N] {
     let mut values = [[0.0; DOUBLES]; N];
     for i in 0..N {
         values[i] = x[i].to_array();
@@ -135,7 +135,7 @@ impl States<'_> {
 
     /// Does over what a lane cannot do alike: triangles that are not sound, and strains that are but rounding.
     #[inline(never)]
-    fn mend<T: Stored>(&self, first: usize, out: &mut [T], (sound, least): (Four, Four), strain_sq: Four) {
+    fn mend<T: Stored>(&self, first: usize, out: &mut [T], (sound, least): (F64x4, F64x4), strain_sq: F64x4) {
         for (lane, out) in out.iter_mut().enumerate() {
             if !(sound[lane] > least[lane]) {
                 let state = self.alone(first + lane);

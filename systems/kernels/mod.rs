@@ -1,5 +1,8 @@
 //! The numbers: functions on values and slices. No world, no allocation, no threads.
 
+pub mod bending;
+pub mod bending_lanes;
+pub mod bending_pack;
 pub mod block;
 pub mod block_pair;
 pub mod disc;
@@ -8,9 +11,6 @@ pub mod failure;
 pub mod fan;
 pub mod flat_block;
 pub mod flat_pack;
-pub mod fold;
-pub mod fold_lanes;
-pub mod fold_pack;
 pub mod gather;
 pub mod lanes;
 pub mod material_force;

@@ -105,7 +105,7 @@ pub fn for_packs<T: Send>(packs: &mut [T], kernel: &impl Kernel<T>) {
 }
 
 /// Runs a kernel on every chunk of groups of four rows.
-pub fn for_fours<T: Send>(fours: &mut [T], kernel: &impl Kernel<T>) {
+pub fn for_x4<T: Send>(fours: &mut [T], kernel: &impl Kernel<T>) {
     let is_shared = is_worth_sharing(DOUBLES * fours.len());
     in_pieces(Rows(fours, CHUNK / DOUBLES), is_shared, kernel);
 }
@@ -153,11 +153,7 @@ pub fn sum_pieces<T: Send, S: Copy + Default + Send + Sum>(
 }
 
 /// Runs a kernel on every chunk of so many groups of four rows and sums what it returns. `partials` is scratch; it grows once.
-pub fn sum_fours<S: Copy + Default + Send + Sum>(
-    count: usize,
-    partials: &mut Vec<S>,
-    kernel: &impl Kernel<(), S>,
-) -> S {
+pub fn sum_x4<S: Copy + Default + Send + Sum>(count: usize, partials: &mut Vec<S>, kernel: &impl Kernel<(), S>) -> S {
     sum_pieces(&mut vec![(); count], CHUNK / DOUBLES, partials, kernel)
 }
 

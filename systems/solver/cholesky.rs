@@ -1,8 +1,8 @@
 //! A sparse Cholesky factor of the operator at some state of a body.
 
+use super::operator_copy::OperatorCopy;
 use super::panels::Panels;
-use super::pattern::Pattern;
-use super::snapshot::Snapshot;
+use super::pattern::AxisPattern;
 use crate::components::FreeAxes;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::sparse::linalg::SupernodalThreshold;
@@ -15,7 +15,7 @@ use glam::DVec3;
 
 /// A factor, with what can be kept from one to the next while triangles and free axes stay.
 pub(super) struct Cholesky {
-    pattern: Pattern,
+    pattern: AxisPattern,
     /// Four times the vertex plus the axis of every column.
     axis: Vec<u32>,
     symbolic: SymbolicCholesky<u32>,
@@ -41,13 +41,13 @@ pub(super) struct Equations {
 
 impl Equations {
     /// Those of an operator.
-    pub(super) fn of(snapshot: &Snapshot) -> Self {
+    pub(super) fn of(operator_copy: &OperatorCopy) -> Self {
         let mut matrix = Vec::new();
-        let folded = snapshot.folded();
-        if let Some(pattern) = Pattern::new(&snapshot.corners, &folded, &snapshot.free) {
-            pattern.assemble(snapshot, &mut matrix);
+        let folded = operator_copy.folded();
+        if let Some(pattern) = AxisPattern::new(&operator_copy.corners, &folded, &operator_copy.free) {
+            pattern.assemble(operator_copy, &mut matrix);
         }
-        Self { corners: snapshot.corners.clone(), folded, free: snapshot.free.clone(), matrix }
+        Self { corners: operator_copy.corners.clone(), folded, free: operator_copy.free.clone(), matrix }
     }
 }
 
@@ -60,7 +60,7 @@ enum Either {
 /// The precision of solves with a factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub(super) enum Precision {
+pub(super) enum FactorPrecision {
     /// Half the time. For dynamic steps.
     Single,
     /// For static solves, in which nothing may hold a piece.
@@ -81,15 +81,21 @@ impl Cholesky {
     ///
     /// # Errors
     /// Where the operator is not positive definite, or there is no memory.
-    pub(super) fn new(snapshot: &Snapshot, precision: Precision, before: Option<Self>) -> Result<Self, NoFactor> {
+    pub(super) fn new(
+        operator_copy: &OperatorCopy,
+        precision: FactorPrecision,
+        before: Option<Self>,
+    ) -> Result<Self, NoFactor> {
         // First gone, then new: there is never memory for two.
-        let folded = snapshot.folded();
-        let fits = |before: &Self| before.fits(&snapshot.corners, &snapshot.free) && before.pattern.folded() == folded;
+        let folded = operator_copy.folded();
+        let fits = |before: &Self| {
+            before.fits(&operator_copy.corners, &operator_copy.free) && before.pattern.folded() == folded
+        };
         let kept = before.filter(fits);
-        let empty = || Self::empty(&snapshot.corners, &folded, &snapshot.free).ok_or(NoFactor::Unavailable);
+        let empty = || Self::empty(&operator_copy.corners, &folded, &operator_copy.free).ok_or(NoFactor::Unavailable);
         let mut factor = kept.map_or_else(empty, Ok)?;
         factor.set_precision(precision);
-        factor.pattern.assemble(snapshot, &mut factor.matrix);
+        factor.pattern.assemble(operator_copy, &mut factor.matrix);
         factor.factorize()?;
         Ok(factor)
     }
@@ -98,7 +104,7 @@ impl Cholesky {
     ///
     /// # Errors
     /// As [`new`](Self::new), and where the equations are not those of their triangles and free axes.
-    pub(super) fn of_equations(equations: &Equations, precision: Precision) -> Result<Self, NoFactor> {
+    pub(super) fn of_equations(equations: &Equations, precision: FactorPrecision) -> Result<Self, NoFactor> {
         let Equations { corners, folded, free, matrix } = equations;
         let mut factor = Self::empty(corners, folded, free).ok_or(NoFactor::Unavailable)?;
         if matrix.len() != factor.pattern.entry_count() {
@@ -118,24 +124,24 @@ impl Cholesky {
     }
 
     /// The precision of solves with it.
-    pub(super) fn precision(&self) -> Precision {
+    pub(super) fn precision(&self) -> FactorPrecision {
         match self.panels {
-            Either::Single(_) => Precision::Single,
-            Either::Double(_) => Precision::Double,
+            Either::Single(_) => FactorPrecision::Single,
+            Either::Double(_) => FactorPrecision::Double,
         }
     }
 
-    fn set_precision(&mut self, precision: Precision) {
+    fn set_precision(&mut self, precision: FactorPrecision) {
         if self.precision() != precision {
             self.panels = match precision {
-                Precision::Single => Either::Single(Panels::default()),
-                Precision::Double => Either::Double(Panels::default()),
+                FactorPrecision::Single => Either::Single(Panels::default()),
+                FactorPrecision::Double => Either::Double(Panels::default()),
             };
         }
     }
 
     fn empty(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &FreeAxes) -> Option<Self> {
-        let pattern = Pattern::new(corners, folded, free)?;
+        let pattern = AxisPattern::new(corners, folded, free)?;
         // The pattern is in the order of elimination already.
         let ordering = SymmetricOrdering::Identity;
         let threshold = SupernodalThreshold::FORCE_SUPERNODAL;
@@ -161,10 +167,10 @@ impl Cholesky {
         result.map(|_| ()).map_err(|_| NoFactor::Indefinite)?;
         if let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() {
             let factor = SupernodalLltRef::new(symbolic, &self.factor);
-            let parts = self.pattern.parts();
+            let subdomains = self.pattern.subdomains();
             match &mut self.panels {
-                Either::Single(panels) => panels.fill(factor, parts),
-                Either::Double(panels) => panels.fill(factor, parts),
+                Either::Single(panels) => panels.fill(factor, subdomains),
+                Either::Double(panels) => panels.fill(factor, subdomains),
             }
         }
         Ok(())
@@ -261,50 +267,50 @@ mod tests {
     use glam::DMat3;
 
     /// A square of `side` by `side` vertices, triangles with edges like springs that pull along any axis, and a weak hold everywhere.
-    fn square(side: u32) -> Snapshot {
-        let mut snapshot = Snapshot::default();
+    fn square(side: u32) -> OperatorCopy {
+        let mut operator_copy = OperatorCopy::default();
         for v in (0..side * (side - 1)).filter(|v| v % side < side - 1) {
-            snapshot.corners.extend([[v, v + 1, v + side], [v + 1, v + side + 1, v + side]]);
+            operator_copy.corners.extend([[v, v + 1, v + side], [v + 1, v + side + 1, v + side]]);
         }
         let stiff = |x: f64| DMat3::from_diagonal(DVec3::new(1.0, 2.0, 0.5) * x);
-        snapshot.blocks = vec![[stiff(2.0), stiff(-1.0), stiff(2.0)]; snapshot.corners.len()];
-        snapshot.own = vec![stiff(0.01); (side * side) as usize];
+        operator_copy.blocks = vec![[stiff(2.0), stiff(-1.0), stiff(2.0)]; operator_copy.corners.len()];
+        operator_copy.own = vec![stiff(0.01); (side * side) as usize];
         let free = |v| if v < side { DVec3::new(1.0, 0.0, 1.0) } else { DVec3::ONE };
-        snapshot.free = (0..side * side).map(free).collect();
-        snapshot
+        operator_copy.free = (0..side * side).map(free).collect();
+        operator_copy
     }
 
-    fn product(snapshot: &Snapshot, u: &[DVec3]) -> Vec<DVec3> {
-        let mut out: Vec<DVec3> = snapshot.own.iter().zip(u).map(|(own, u)| *own * *u).collect();
-        for (t, corners) in snapshot.corners.iter().enumerate() {
+    fn product(operator_copy: &OperatorCopy, u: &[DVec3]) -> Vec<DVec3> {
+        let mut out: Vec<DVec3> = operator_copy.own.iter().zip(u).map(|(own, u)| *own * *u).collect();
+        for (t, corners) in operator_copy.corners.iter().enumerate() {
             for (i, &v) in corners.iter().enumerate() {
                 for (j, &w) in corners.iter().enumerate() {
-                    out[v as usize] += snapshot.block(t, i, j) * u[w as usize];
+                    out[v as usize] += operator_copy.block(t, i, j) * u[w as usize];
                 }
             }
         }
-        out.iter().zip(&snapshot.free).map(|(out, free)| *out * *free).collect()
+        out.iter().zip(&operator_copy.free).map(|(out, free)| *out * *free).collect()
     }
 
     #[test]
     fn two_threads_sweep_two_parts_to_the_same_bits() {
-        let snapshot = square(66);
-        let force = |v: usize| DVec3::new((v as f64).sin(), (2.0 * v as f64).cos(), 1.0) * snapshot.free[v];
-        for (precision, least) in [(Precision::Double, 1e-5), (Precision::Single, 1e-2)] {
-            let mut factor = Cholesky::new(&snapshot, precision, None).unwrap();
-            assert!(factor.pattern.parts().is_some());
+        let operator_copy = square(66);
+        let force = |v: usize| DVec3::new((v as f64).sin(), (2.0 * v as f64).cos(), 1.0) * operator_copy.free[v];
+        for (precision, least) in [(FactorPrecision::Double, 1e-5), (FactorPrecision::Single, 1e-2)] {
+            let mut factor = Cholesky::new(&operator_copy, precision, None).unwrap();
+            assert!(factor.pattern.subdomains().is_some());
             let answers = [1, 2].map(|threads| {
-                (0..snapshot.own.len()).for_each(|v| factor.put(v, force(v)));
+                (0..operator_copy.own.len()).for_each(|v| factor.put(v, force(v)));
                 let work = Pool::new(threads, false).unwrap().run(|| {
                     let work = factor.descend();
                     factor.ascend();
                     work
                 });
-                (work, (0..snapshot.own.len()).map(|v| factor.part(v)).collect::<Vec<_>>())
+                (work, (0..operator_copy.own.len()).map(|v| factor.part(v)).collect::<Vec<_>>())
             });
             assert!(answers[0] == answers[1]);
             let (work, answer) = &answers[0];
-            let back = product(&snapshot, answer);
+            let back = product(&operator_copy, answer);
             // The diagonal is raised by 1e-10 of a trace of some dozen, displacements are up to a hundred; single precision knows
             // forces of a thousand, which cancel, to 1e-4.
             let off = back.iter().enumerate().map(|(v, b)| (*b - force(v)).length()).fold(0.0, f64::max);

@@ -7,13 +7,13 @@
 mod state;
 
 use super::block_jacobi::invert;
-use super::bridge::Bridge;
 pub(super) use super::cholesky::NoFactor;
-use super::cholesky::{Cholesky, Precision};
+use super::cholesky::{Cholesky, FactorPrecision};
+use super::edit_map::EditMap;
+use super::operator_copy::OperatorCopy;
+use super::rotation_warp::RotationWarp;
 use super::scale_to_single;
-use super::snapshot::Snapshot;
-use super::warp::Warp;
-use super::{Inner, Operator};
+use super::{MixedPreconditioner, Operator};
 use crate::components::FreeAxes;
 use crate::storage::EditRecord;
 use crate::systems::parallel::{self, Aside};
@@ -25,8 +25,8 @@ use std::sync::Arc;
 /// Iterations of a dynamic solve from which on a new factor is made: with a present one it takes one or two.
 const STALE: u32 = 4;
 
-/// What a solve without the factor takes (`rhexis bench ladder`).
-struct Without {
+/// Cost of a solve without the factor, the baseline (`rhexis bench ladder`).
+struct Baseline {
     /// An iteration with the factor costs about as much as so many of it,
     cost: u32,
     /// and what these go by as so many of them.
@@ -36,9 +36,9 @@ struct Without {
 }
 
 /// With an incomplete factor, made for every solve: the first as on a sheet of 500 triangles.
-const INCOMPLETE: Without = Without { cost: 5, prepared: 8, first: 60 };
+const INCOMPLETE: Baseline = Baseline { cost: 5, prepared: 8, first: 60 };
 /// With multigrid, whose numbers last.
-const LEVELS: Without = Without { cost: 2, prepared: 0, first: 8 };
+const LEVELS: Baseline = Baseline { cost: 2, prepared: 0, first: 8 };
 
 /// So often in a row a factor may be stale before it has served for as long as it took to make, until there is none for a while.
 const STRIKES: u32 = 3;
@@ -74,8 +74,8 @@ pub struct Factor {
 
 struct InUse {
     cholesky: Cholesky,
-    bridge: Bridge,
-    warp: Warp,
+    edit_map: EditMap,
+    rotation_warp: RotationWarp,
     /// Solves it has served.
     served: u32,
     is_worse_than_none: bool,
@@ -87,44 +87,44 @@ struct Pending {
     job: Aside<Result<Cholesky, NoFactor>>,
     /// What it is made of.
     origin: Origin,
-    bridge: Bridge,
-    warp: Warp,
+    edit_map: EditMap,
+    rotation_warp: RotationWarp,
     /// Solves until it takes effect.
     left: u32,
 }
 
 impl Pending {
     /// Begins to make the factor.
-    fn new(origin: Origin, bridge: Bridge, warp: Warp, left: u32) -> Self {
-        Self { job: Aside::new(origin.clone(), Origin::factor), origin, bridge, warp, left }
+    fn new(origin: Origin, edit_map: EditMap, rotation_warp: RotationWarp, left: u32) -> Self {
+        Self { job: Aside::new(origin.clone(), Origin::factor), origin, edit_map, rotation_warp, left }
     }
 }
 
 impl InUse {
-    fn new(cholesky: Cholesky, bridge: Bridge, warp: Warp) -> Box<Self> {
+    fn new(cholesky: Cholesky, edit_map: EditMap, rotation_warp: RotationWarp) -> Box<Self> {
         let (served, touched) = (0, Vec::new());
-        Box::new(Self { cholesky, bridge, warp, served, is_worse_than_none: false, touched })
+        Box::new(Self { cholesky, edit_map, rotation_warp, served, is_worse_than_none: false, touched })
     }
 
     /// Whether mesh and turns are those it was made at.
     fn is_plain(&self) -> bool {
-        self.bridge.is_empty() && self.warp.turns().is_empty()
+        self.edit_map.is_empty() && self.rotation_warp.turns().is_empty()
     }
 
     /// Takes the residual `r`, given by vertex, as far down as it takes to know its scalar product with the answer of the old mesh.
     #[inline]
     fn descend(&mut self, r: impl Fn(usize) -> DVec3, vertex_count: usize) -> f64 {
-        let Self { cholesky, bridge, warp, .. } = self;
-        if !bridge.is_empty() {
+        let Self { cholesky, edit_map, rotation_warp, .. } = self;
+        if !edit_map.is_empty() {
             cholesky.clear();
             for v in 0..vertex_count {
                 let r = r(v);
-                bridge.links(v).iter().for_each(|&(old, weight)| cholesky.add(old as usize, r * weight));
+                edit_map.links(v).iter().for_each(|&(old, weight)| cholesky.add(old as usize, r * weight));
             }
-        } else if warp.turns().is_empty() {
+        } else if rotation_warp.turns().is_empty() {
             (0..vertex_count).for_each(|v| cholesky.put(v, r(v)));
         } else {
-            warp.turns().iter().enumerate().for_each(|(v, turn)| cholesky.put(v, turn.transpose() * r(v)));
+            rotation_warp.turns().iter().enumerate().for_each(|(v, turn)| cholesky.put(v, turn.transpose() * r(v)));
         }
         cholesky.descend()
     }
@@ -132,35 +132,35 @@ impl InUse {
     /// The rest of the way; hands that answer for every vertex to `z`.
     #[inline]
     fn ascend(&mut self, vertex_count: usize, mut z: impl FnMut(usize, DVec3)) {
-        let Self { cholesky, bridge, warp, .. } = self;
+        let Self { cholesky, edit_map, rotation_warp, .. } = self;
         cholesky.ascend();
-        if !bridge.is_empty() {
+        if !edit_map.is_empty() {
             for v in 0..vertex_count {
-                z(v, bridge.links(v).iter().map(|&(old, weight)| cholesky.part(old as usize) * weight).sum());
+                z(v, edit_map.links(v).iter().map(|&(old, weight)| cholesky.part(old as usize) * weight).sum());
             }
-        } else if warp.turns().is_empty() {
+        } else if rotation_warp.turns().is_empty() {
             (0..vertex_count).for_each(|v| z(v, cholesky.part(v)));
         } else {
-            warp.turns().iter().enumerate().for_each(|(v, turn)| z(v, *turn * cholesky.part(v)));
+            rotation_warp.turns().iter().enumerate().for_each(|(v, turn)| z(v, *turn * cholesky.part(v)));
         }
     }
 
     /// Whether it belongs to a body with these free axes: away from edits they are those it was made for.
     fn fits(&self, free: &FreeAxes) -> bool {
         let known = self.cholesky.free();
-        if self.bridge.is_empty() {
+        if self.edit_map.is_empty() {
             return known == free;
         }
-        let bridge = &self.bridge;
-        let is_same = |v: usize| bridge.is_touched(v) || known[bridge.links(v)[0].0 as usize] == free[v];
-        bridge.vertex_count() == free.len() && (0..free.len()).all(is_same)
+        let edit_map = &self.edit_map;
+        let is_same = |v: usize| edit_map.is_touched(v) || known[edit_map.links(v)[0].0 as usize] == free[v];
+        edit_map.vertex_count() == free.len() && (0..free.len()).all(is_same)
     }
 }
 
 impl Factor {
     /// Whether there is a factor of an operator with these triangles and free axes.
     pub fn is_of(&self, corners: &[[u32; 3]], free: &FreeAxes) -> bool {
-        self.current.as_ref().is_some_and(|current| current.bridge.is_empty() && current.cholesky.fits(corners, free))
+        self.current.as_ref().is_some_and(|current| current.edit_map.is_empty() && current.cholesky.fits(corners, free))
     }
 
     /// Factors the operator at its state.
@@ -170,9 +170,9 @@ impl Factor {
     pub fn renew(&mut self, operator: &Operator, free: &FreeAxes) -> Result<(), NoFactor> {
         self.pending = None;
         let before = self.current.take().map(|current| current.cholesky);
-        let cholesky = Cholesky::new(&Snapshot::new(operator, free), Precision::Double, before);
+        let cholesky = Cholesky::new(&OperatorCopy::new(operator, free), FactorPrecision::Double, before);
         let cholesky = cholesky.inspect_err(|_| self.rescued = 0)?;
-        self.current = Some(InUse::new(cholesky, Bridge::default(), Warp::new(operator)));
+        self.current = Some(InUse::new(cholesky, EditMap::default(), RotationWarp::new(operator)));
         Ok(())
     }
 
@@ -206,10 +206,10 @@ impl Factor {
         if let Some(pending) = &mut self.pending {
             pending.left -= 1;
             if pending.left == 0
-                && let Some(Pending { job, bridge, warp, .. }) = self.pending.take()
+                && let Some(Pending { job, edit_map, rotation_warp, .. }) = self.pending.take()
             {
                 match job.finish().and_then(Result::ok) {
-                    Some(cholesky) => self.current = Some(InUse::new(cholesky, bridge, warp)),
+                    Some(cholesky) => self.current = Some(InUse::new(cholesky, edit_map, rotation_warp)),
                     // What has no factor now will have none in the next solves either.
                     None => self.discard(),
                 }
@@ -229,13 +229,14 @@ impl Factor {
     }
 
     fn renew_aside(&mut self, operator: &Operator, free: &FreeAxes) {
-        let origin = Origin::Operator(Arc::new(Snapshot::new(operator, free)));
-        self.pending = Some(Pending::new(origin, Bridge::default(), Warp::new(operator), delay(free)));
+        let origin = Origin::Operator(Arc::new(OperatorCopy::new(operator, free)));
+        self.pending = Some(Pending::new(origin, EditMap::default(), RotationWarp::new(operator), delay(free)));
     }
 
-    /// Iterations with it in a dynamic solve at the most: with more it is worse than none, which has `inner` in its place.
-    pub fn most(&self, inner: Option<Inner>) -> u32 {
-        let Without { cost, prepared, first } = if inner == Some(Inner::Multigrid) { LEVELS } else { INCOMPLETE };
+    /// Iterations with it in a dynamic solve at the most: with more it is worse than none, which has `mixed` in its place.
+    pub fn most(&self, mixed: Option<MixedPreconditioner>) -> u32 {
+        let Baseline { cost, prepared, first } =
+            if mixed == Some(MixedPreconditioner::Multigrid) { LEVELS } else { INCOMPLETE };
         let without = if self.without == 0 { first } else { self.without };
         ((without + prepared) / cost).max(STALE + 1)
     }
@@ -275,24 +276,24 @@ impl Factor {
     /// Follows an edit of the mesh.
     pub fn follow(&mut self, record: &EditRecord) {
         if let Some(current) = &mut self.current {
-            current.bridge.follow(record);
+            current.edit_map.follow(record);
         }
         if let Some(pending) = &mut self.pending {
-            pending.bridge.follow(record);
+            pending.edit_map.follow(record);
         }
     }
 
     /// Before solves with the factor at a state: how far the tissue has turned, or the blocks of the vertices that edits have touched.
     pub fn begin(&mut self, operator: &Operator, free: &FreeAxes) {
-        if let Some(InUse { bridge, warp, touched, .. }) = self.current.as_deref_mut() {
-            if bridge.is_empty() {
-                warp.update(operator, free);
+        if let Some(InUse { edit_map, rotation_warp, touched, .. }) = self.current.as_deref_mut() {
+            if edit_map.is_empty() {
+                rotation_warp.update(operator, free);
             } else {
-                warp.clear();
+                rotation_warp.clear();
             }
             touched.clear();
-            touched.reserve(bridge.touched().count());
-            touched.extend(bridge.touched().map(|v| (v, invert(operator.diagonal_block(v), free[v]), free[v])));
+            touched.reserve(edit_map.touched().count());
+            touched.extend(edit_map.touched().map(|v| (v, invert(operator.diagonal_block(v), free[v]), free[v])));
         }
     }
 

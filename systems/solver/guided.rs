@@ -7,7 +7,7 @@
 
 use super::estimate::{EnergyError, Limits};
 use super::factor::NoFactor;
-use super::{CgError, CgInfo, Factor, Means, Operator, block_jacobi};
+use super::{Available, CgError, CgInfo, Factor, Operator, block_jacobi};
 use crate::components::{Allowed, FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::systems::parallel;
@@ -26,7 +26,7 @@ const LEAST_PIVOT: f64 = 1e-12;
 pub(super) fn solve(
     operator: &Operator,
     params: &LinearParams,
-    means: &mut Means,
+    available: &mut Available,
     corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
@@ -34,7 +34,7 @@ pub(super) fn solve(
     let allowed = std::mem::take(&mut scratch.allowed);
     let blocks = inverse_blocks(operator, &allowed);
     allowed.add_forces(&mut scratch.residual);
-    let result = solve_with((&allowed, &blocks), operator, params, means, corner, x, scratch);
+    let result = solve_with((&allowed, &blocks), operator, params, available, corner, x, scratch);
     scratch.allowed = allowed;
     result
 }
@@ -43,7 +43,7 @@ fn solve_with(
     guides: (&Allowed, &[DMat3]),
     operator: &Operator,
     params: &LinearParams,
-    means: &mut Means,
+    available: &mut Available,
     corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
@@ -56,7 +56,7 @@ fn solve_with(
             |r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| factor.apply(r, free, z, partials);
         iterate(guides, operator, &limited, corner, x, scratch, precondition)
     };
-    if let Some((factor, _)) = &mut means.factor {
+    if let Some((factor, _)) = &mut available.factor {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
             scratch.rhs.clone_from(&scratch.residual);
             let info = with_factor(factor, MOST_WITH_EARLIER_FACTOR, x, scratch)?;

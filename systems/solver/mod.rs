@@ -2,40 +2,40 @@
 //! mixed precision on small matrices.
 
 mod block_jacobi;
-#[cfg(feature = "direct")]
-mod bridge;
 mod cg;
 #[cfg(feature = "direct")]
 mod cholesky;
+#[cfg(feature = "direct")]
+mod dissect;
+#[cfg(feature = "direct")]
+mod edit_map;
 mod estimate;
 #[cfg_attr(not(feature = "direct"), path = "no_factor.rs")]
 mod factor;
 mod guess;
 mod guided;
-mod inner;
 mod load_stiffness;
+mod mixed;
 mod operator;
 #[cfg(feature = "direct")]
-mod panels;
+mod operator_copy;
 #[cfg(feature = "direct")]
-mod parts;
+mod panels;
 #[cfg(feature = "direct")]
 mod pattern;
 mod preconditioned;
 pub mod reactions;
 #[cfg(feature = "direct")]
-mod snapshot;
+mod rotation_warp;
 pub mod solve;
-#[cfg(feature = "direct")]
-mod warp;
 
 pub use cg::{CgError, CgInfo};
 pub use factor::{Factor, FactorState};
 pub use guided::scale as scale_allowed;
-pub use inner::{Inner, InnerSolver, InnerState, With};
 pub use load_stiffness::{edge_loads, has_free_rim, load_block, load_product};
+pub use mixed::{ActivePreconditioner, MixedPreconditioner, MixedSolver, MixedState};
 pub use operator::Operator;
-pub use preconditioned::{Means, Use, solve};
+pub use preconditioned::{Available, Refresh, solve};
 
 use crate::math::elementary::{exponent, power_of_two};
 use glam::DVec3;

@@ -1,6 +1,6 @@
 //! What stands in for a body's Cholesky factor without the feature `direct`: there never is one.
 
-use super::{Inner, Operator};
+use super::{MixedPreconditioner, Operator};
 use crate::components::FreeAxes;
 use crate::storage::EditRecord;
 use glam::{DVec3, Vec4};
@@ -69,7 +69,7 @@ impl Factor {
     }
 
     /// None.
-    pub fn most(&self, _inner: Option<Inner>) -> u32 {
+    pub fn most(&self, _inner: Option<MixedPreconditioner>) -> u32 {
         0
     }
 

@@ -8,7 +8,7 @@ use crate::components::{ExternalStiffness, Frames, FreeAxes};
 use crate::math::{ElementState, GeometricStiffness, Orthotropic, Sym3};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::forces::corners;
 use crate::systems::kernels::gather::Stored;
 use crate::systems::kernels::lanes::{DOUBLES, Lanes};
@@ -32,7 +32,7 @@ pub struct Operator<'a> {
     /// Stiffness of springs, contact, grips and drag.
     pub external: Option<&'a ExternalStiffness>,
     /// Bending, at the same state.
-    pub folds: Option<&'a Folds>,
+    pub folds: Option<&'a DihedralAngles>,
     /// 1/dt² \[1/ms²\].
     pub inertia: f64,
     /// β/dt of strain-rate damping.
@@ -111,8 +111,8 @@ impl Operator<'_> {
         edge_loads(self.triangles.corners[t].map(|v| self.vertices.position[v as usize]), self.pressure)
     }
 
-    /// What vertex `v` contributes by itself: mass and external stiffness.
-    pub fn own_block(&self, v: usize) -> DMat3 {
+    /// Vertex block of `v`: mass and external stiffness \[N/mm\].
+    pub fn vertex_block(&self, v: usize) -> DMat3 {
         let mass = DMat3::from_diagonal(DVec3::splat(self.vertices.mass[v] * self.inertia));
         self.external.map_or(mass, |e| mass + e.block[v].to_mat())
     }
@@ -134,7 +134,7 @@ impl Operator<'_> {
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
                 None => u[v] * (self.vertices.mass[v] * self.inertia),
-                Some(_) => self.own_block(v) * u[v],
+                Some(_) => self.vertex_block(v) * u[v],
             };
             *out = own + *out;
             (free[v] * u[v]).dot(*out)
@@ -168,7 +168,7 @@ impl Operator<'_> {
     pub fn apply_sparse(&self, u: &[DVec3], out: &mut [DVec3]) {
         out.fill(DVec3::ZERO);
         for (v, moved) in u.iter().enumerate().filter(|(_, u)| **u != DVec3::ZERO) {
-            out[v] += self.own_block(v) * *moved;
+            out[v] += self.vertex_block(v) * *moved;
             for &c in &self.topology.incident[v] {
                 let (t, corner) = (c as usize / 3, c as usize % 3);
                 let corners = self.triangles.corners[t];
@@ -192,7 +192,7 @@ impl Operator<'_> {
         let corners = &self.triangles.corners;
         let is_exact = self.tangent == Tangent::Exact;
         let bending = self.folds.map(|folds| folds.product_at(v, corners, self.topology, u, is_exact));
-        let own = self.own_block(v) * u[v] + bending.unwrap_or_default();
+        let own = self.vertex_block(v) * u[v] + bending.unwrap_or_default();
         self.topology.incident[v].iter().fold(own, |sum, &c| {
             let (t, corner) = (c as usize / 3, c as usize % 3);
             sum + self.triangle_product(t, self.triangles.corners[t].map(|v| u[v as usize]))[corner]
@@ -202,11 +202,11 @@ impl Operator<'_> {
     /// The 3×3 block of vertex `v` on the diagonal \[N/mm\]; of bending that of its hinges.
     pub fn diagonal_block(&self, v: usize) -> DMat3 {
         let incident = &self.topology.incident[v];
-        let own = self.own_block(v) + self.folds.map_or(DMat3::ZERO, |folds| self.bending_block(folds, v));
+        let own = self.vertex_block(v) + self.folds.map_or(DMat3::ZERO, |folds| self.bending_block(folds, v));
         incident.iter().fold(own, |sum, &c| sum + self.element(c as usize / 3).diagonal_block(c as usize % 3))
     }
 
-    fn bending_block(&self, folds: &Folds, v: usize) -> DMat3 {
+    fn bending_block(&self, folds: &DihedralAngles, v: usize) -> DMat3 {
         let mut sum = Sym3::ZERO;
         for &c in &self.topology.incident[v] {
             let (t, corner) = (c as usize / 3, c as usize % 3);

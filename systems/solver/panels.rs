@@ -50,7 +50,7 @@ pub(super) struct Panels<T> {
     block: Vec<[T; LANES]>,
     /// The supernodes with which the second part and the rest begin; zero where all are one part, which is the rest.
     second: usize,
-    rest: usize,
+    separator: usize,
     /// The second part's share in the columns of the rest.
     sums: Vec<T>,
     /// A panel's input or output, for each of two threads.
@@ -62,8 +62,8 @@ pub(super) struct Panels<T> {
 }
 
 impl<T: Real> Panels<T> {
-    /// Takes over a factor; `parts` has the columns with which a second part and the rest begin, if there are parts.
-    pub(super) fn fill(&mut self, factor: SupernodalLltRef<'_, u32, f64>, parts: Option<[u32; 2]>) {
+    /// Takes over a factor; `subdomains` has the columns with which a second part and the rest begin, if there are parts.
+    pub(super) fn fill(&mut self, factor: SupernodalLltRef<'_, u32, f64>, subdomains: Option<[u32; 2]>) {
         let symbolic = factor.symbolic();
         for list in [&mut self.first, &mut self.row_start, &mut self.row] {
             list.clear();
@@ -97,21 +97,22 @@ impl<T: Real> Panels<T> {
             work.resize(tallest.div_ceil(LANES), [T::default(); LANES]);
         }
         self.column.resize(symbolic.ncols(), T::default());
-        (self.second, self.rest) = parts.and_then(|parts| self.parts(parts)).unwrap_or_default();
-        let shared = if self.rest > 0 { self.column.len() - self.first[self.rest] as usize } else { 0 };
+        (self.second, self.separator) =
+            subdomains.and_then(|subdomains| self.subdomains(subdomains)).unwrap_or_default();
+        let shared = if self.separator > 0 { self.column.len() - self.first[self.separator] as usize } else { 0 };
         self.sums.clear();
         self.sums.resize(shared, T::default());
     }
 
     /// The supernodes with which the parts begin. One with columns of the second part and of the rest is taken to the rest.
-    fn parts(&self, [second, rest]: [u32; 2]) -> Option<(usize, usize)> {
+    fn subdomains(&self, [second, separator]: [u32; 2]) -> Option<(usize, usize)> {
         let second = self.first.binary_search(&second).ok()?;
-        let rest = self.first[1..].partition_point(|&end| end <= rest).max(second);
-        let (second_column, rest_column) = (self.first[second], self.first[rest]);
-        let is_apart = |row: &u32| *row < second_column || *row >= rest_column;
+        let separator = self.first[1..].partition_point(|&end| end <= separator).max(second);
+        let (second_column, separator_column) = (self.first[second], self.first[separator]);
+        let is_apart = |row: &u32| *row < second_column || *row >= separator_column;
         let is_sorted = |s: usize| self.panel(s).2.is_sorted();
         let rows_of_first = &self.row[..self.row_start[second] as usize];
-        ((0..rest).all(is_sorted) && rows_of_first.iter().all(is_apart)).then_some((second, rest))
+        ((0..separator).all(is_sorted) && rows_of_first.iter().all(is_apart)).then_some((second, separator))
     }
 
     /// Makes room for the panels of a factor, which are to be written one after the other. Returns the largest width.
@@ -155,28 +156,28 @@ impl<T: Real> Panels<T> {
     fn sweep(&mut self, is_down: bool) {
         let (mut column, mut sums) = (std::mem::take(&mut self.column), std::mem::take(&mut self.sums));
         let [mut work, mut other_work] = std::mem::take(&mut self.work);
-        let Self { second, rest, .. } = *self;
+        let Self { second, separator, .. } = *self;
         let start = |s: usize| self.first[s] as usize;
         let sweep = |nodes: Range<usize>, own: &mut [T], above: &mut [T], work: &mut [[T; LANES]]| {
-            let (own_start, above_start) = (start(nodes.start), start(nodes.end.max(rest)));
+            let (own_start, above_start) = (start(nodes.start), start(nodes.end.max(separator)));
             wide(Sweep { panels: self, nodes, own, own_start, above, above_start, work, is_down });
         };
-        let (of_parts, of_rest) = column.split_at_mut(start(rest));
-        let (of_first, of_second) = of_parts.split_at_mut(start(second));
+        let (of_subdomains, of_separator) = column.split_at_mut(start(separator));
+        let (of_first, of_second) = of_subdomains.split_at_mut(start(second));
         let all = self.first.len() - 1;
         if !is_down {
-            sweep(rest..all, of_rest, &mut [], &mut work);
+            sweep(separator..all, of_separator, &mut [], &mut work);
         }
-        if rest > 0 {
-            sums.iter_mut().zip(&*of_rest).for_each(|(sum, x)| *sum = if is_down { T::default() } else { *x });
-            let of_second = || sweep(second..rest, of_second, &mut sums, &mut other_work);
-            parallel::both(start(rest), || sweep(0..second, of_first, of_rest, &mut work), of_second);
+        if separator > 0 {
+            sums.iter_mut().zip(&*of_separator).for_each(|(sum, x)| *sum = if is_down { T::default() } else { *x });
+            let of_second = || sweep(second..separator, of_second, &mut sums, &mut other_work);
+            parallel::both(start(separator), || sweep(0..second, of_first, of_separator, &mut work), of_second);
             if is_down {
-                of_rest.iter_mut().zip(&sums).for_each(|(x, sum)| *x += *sum);
+                of_separator.iter_mut().zip(&sums).for_each(|(x, sum)| *x += *sum);
             }
         }
         if is_down {
-            sweep(rest..all, of_rest, &mut [], &mut work);
+            sweep(separator..all, of_separator, &mut [], &mut work);
         }
         (self.column, self.sums, self.work) = (column, sums, [work, other_work]);
     }

@@ -5,8 +5,8 @@
 //! neighbours that come earlier in the order, then its own down to the diagonal. The order is found on the graph of vertices,
 //! not of axes: the same quality from a graph of a quarter to a ninth of the size.
 
-use super::parts;
-use super::snapshot::Snapshot;
+use super::dissect;
+use super::operator_copy::OperatorCopy;
 use crate::components::FreeAxes;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::amd};
@@ -19,7 +19,7 @@ const SHIFT: f64 = 1e-10;
 
 /// Where the entries of the matrix stand, for one set of triangles and free axes.
 #[derive(Debug)]
-pub(super) struct Pattern {
+pub(super) struct AxisPattern {
     corners: Vec<[u32; 3]>,
     folded: Vec<[u32; 4]>,
     free: FreeAxes,
@@ -36,7 +36,7 @@ pub(super) struct Pattern {
     column_start: Vec<u32>,
     row: Vec<u32>,
     /// Where in [`order`](Self::order) the second of two parts begins that do not need each other, and what needs both.
-    parts: Option<[usize; 2]>,
+    subdomains: Option<[usize; 2]>,
 }
 
 /// The free axes of a vertex.
@@ -44,7 +44,7 @@ fn axes(free: DVec3) -> impl Iterator<Item = usize> + Clone {
     (0..3).filter(move |&axis| free[axis] != 0.0)
 }
 
-impl Pattern {
+impl AxisPattern {
     /// The pattern of an operator on these triangles, with bending about the edges of these hinges; `None` where there
     /// is no free axis, or no memory.
     pub(super) fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &FreeAxes) -> Option<Self> {
@@ -52,10 +52,10 @@ impl Pattern {
         let hinges = Hinges::new(folded, free.len());
         let mut order = elimination_order(corners, folded, (&incident, &hinges), free)?;
         let mut place = vec![u32::MAX; free.len()];
-        let parts = {
+        let subdomains = {
             let before = order.clone();
             before.iter().enumerate().for_each(|(p, &v)| place[v as usize] = p as u32);
-            parts::in_two(&mut order, |p, list| {
+            dissect::dissect(&mut order, |p, list| {
                 let v = before[p] as usize;
                 let has_come = |w: &u32| place[*w as usize] < p as u32;
                 neighbours(corners, incident.of(v), hinges.far(v), has_come, list);
@@ -104,7 +104,7 @@ impl Pattern {
             earlier,
             column_start,
             row,
-            parts,
+            subdomains,
         })
     }
 
@@ -114,9 +114,9 @@ impl Pattern {
     }
 
     /// The columns at which the second of two parts begins that do not need each other, and what needs both.
-    pub(super) fn parts(&self) -> Option<[u32; 2]> {
+    pub(super) fn subdomains(&self) -> Option<[u32; 2]> {
         let column = |p: usize| self.order.get(p).map_or(self.column_count() as u32, |&v| self.first[v as usize]);
-        self.parts.map(|starts| starts.map(column))
+        self.subdomains.map(|starts| starts.map(column))
     }
 
     /// The vertices of the hinges.
@@ -156,7 +156,7 @@ impl Pattern {
     }
 
     /// Writes the entries \[N/mm\].
-    pub(super) fn assemble(&self, snapshot: &Snapshot, value: &mut Vec<f64>) {
+    pub(super) fn assemble(&self, operator_copy: &OperatorCopy, value: &mut Vec<f64>) {
         value.clear();
         value.resize(self.row.len(), 0.0);
         // Offset of a neighbour's rows in the columns of the vertex at hand, for its earlier neighbours and itself.
@@ -179,20 +179,20 @@ impl Pattern {
                     column.iter_mut().zip(rows).for_each(|(entry, b)| *entry += block.col(axis)[b]);
                 }
             };
-            let mut own = snapshot.own[v];
+            let mut own = operator_copy.own[v];
             for &entry in self.incident.of(v) {
                 let (t, corner) = (entry as usize / 3, entry as usize % 3);
                 for (i, &w) in self.corners[t].iter().enumerate() {
                     if w as usize == v {
-                        own += snapshot.block(t, i, corner);
+                        own += operator_copy.block(t, i, corner);
                     } else if offset[w as usize] != u32::MAX {
-                        add(w as usize, snapshot.block(t, i, corner));
+                        add(w as usize, operator_copy.block(t, i, corner));
                     }
                 }
             }
             for &(hinge, place) in self.hinges.of(v) {
                 // A hinge of another kind of bending than the pattern's has no place for all of it.
-                let Some(hinge) = snapshot.hinges.get(hinge as usize) else { continue };
+                let Some(hinge) = operator_copy.hinges.get(hinge as usize) else { continue };
                 let g = hinge.gradient[place as usize] * hinge.stiffness;
                 for (&w, other) in hinge.vertices.iter().zip(hinge.gradient) {
                     // Row w, column v.

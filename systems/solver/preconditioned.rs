@@ -1,8 +1,10 @@
-//! One solve with what there is for it: a sparse Cholesky factor that serves as long as it is good, the inner solver in single
-//! precision, or double precision with multigrid or block Jacobi.
+//! One linear solve with the preconditioners available: a sparse Cholesky factor while it is good, the mixed-precision solver, or double
+//! precision with multigrid or block Jacobi.
 
 use super::factor::{Factor, NoFactor};
-use super::{CgError, CgInfo, Inner, InnerSolver, Operator, With, block_jacobi, cg, guided};
+use super::{
+    ActivePreconditioner, CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, block_jacobi, cg, guided,
+};
 use crate::clock::Moment;
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::{LinearParams, Tangent};
@@ -25,22 +27,22 @@ const MOST_WITHOUT_FACTOR: u32 = 500;
 /// in the cycle sets the limit, and block Jacobi, which has none, goes on.
 const MOST_CYCLES: u32 = 200;
 
-/// When a body's factor is renewed.
+/// Refresh of a body's Cholesky factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Use {
-    /// On the spot, as soon as it no longer serves.
-    Wait,
-    /// Aside; it is used while it is better than none.
-    Aside,
+pub enum Refresh {
+    /// At once, in the solve in which it no longer serves.
+    Now,
+    /// In the background. It is used while it is better than none.
+    Background,
 }
 
-/// What a solve may use, tried in this order; double precision with block Jacobi is always there.
+/// Preconditioners available to a solve, tried in this order. Double precision with block Jacobi is always available.
 #[derive(Default)]
-pub struct Means<'a> {
-    /// A Cholesky factor, where there can be one.
-    pub factor: Option<(&'a mut Factor, Use)>,
-    /// Iterations in single precision, for tangents that are never indefinite; and what they work with where there is no factor.
-    pub inner: Option<(&'a mut InnerSolver, Inner)>,
+pub struct Available<'a> {
+    /// Cholesky factor, and how it is refreshed.
+    pub factor: Option<(&'a mut Factor, Refresh)>,
+    /// Mixed-precision solver, for tangents that are never indefinite, and its preconditioner where there is no factor.
+    pub mixed: Option<(&'a mut MixedSolver, MixedPreconditioner)>,
 }
 
 /// Solves A·x = b by conjugate gradients.
@@ -50,21 +52,21 @@ pub struct Means<'a> {
 pub fn solve(
     operator: &Operator,
     params: &LinearParams,
-    means: &mut Means,
+    available: &mut Available,
     corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
-    if let Some((inner, _)) = &mut means.inner {
-        inner.forget_operator();
+    if let Some((mixed, _)) = &mut available.mixed {
+        mixed.forget_operator();
     }
     if !scratch.allowed.is_empty() {
-        return guided::solve(operator, params, means, corner, x, scratch);
+        return guided::solve(operator, params, available, corner, x, scratch);
     }
     let start = Moment::now();
     let mut done = 0;
-    if let Some((factor, how)) = &mut means.factor
-        && (*how == Use::Wait || factor.is_rescued())
+    if let Some((factor, how)) = &mut available.factor
+        && (*how == Refresh::Now || factor.is_rescued())
     {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
             scratch.rhs.clone_from(&scratch.residual);
@@ -87,13 +89,13 @@ pub fn solve(
             Err(_) => {}
         }
     }
-    if let Some((factor, Use::Aside)) = &mut means.factor
+    if let Some((factor, Refresh::Background)) = &mut available.factor
         && factor.is_ready(operator, &scratch.free)
     {
-        let most = factor.most(means.inner.as_ref().map(|(_, inner)| *inner));
-        let result = match &mut means.inner {
-            Some((inner, _)) if operator.tangent != Tangent::Exact => {
-                inner.solve(operator, params, With::Factor(factor, most), corner, x, scratch)
+        let most = factor.most(available.mixed.as_ref().map(|(_, mixed)| *mixed));
+        let result = match &mut available.mixed {
+            Some((mixed, _)) if operator.tangent != Tangent::Exact => {
+                mixed.solve(operator, params, ActivePreconditioner::Factor(factor, most), corner, x, scratch)
             }
             _ => {
                 scratch.rhs.clone_from(&scratch.residual);
@@ -120,8 +122,8 @@ pub fn solve(
     }
     let time = params.time.map(|time| time.saturating_sub(start.elapsed()));
     let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), time, ..*params };
-    let info = solve_without_factor(operator, &limited, means, corner, x, scratch)?;
-    if let Some((factor, Use::Aside)) = &mut means.factor
+    let info = solve_without_factor(operator, &limited, available, corner, x, scratch)?;
+    if let Some((factor, Refresh::Background)) = &mut available.factor
         && done == 0
     {
         factor.has_rested(info.iterations);
@@ -132,28 +134,28 @@ pub fn solve(
 fn solve_without_factor(
     operator: &Operator,
     params: &LinearParams,
-    means: &mut Means,
+    available: &mut Available,
     corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     let mut done = 0;
-    match &mut means.inner {
-        Some((inner, Inner::Multigrid)) if operator.tangent == Tangent::Exact => {
-            let info = solve_with_cycles(operator, params, inner, corner, x, scratch)?;
+    match &mut available.mixed {
+        Some((mixed, MixedPreconditioner::Multigrid)) if operator.tangent == Tangent::Exact => {
+            let info = solve_with_cycles(operator, params, mixed, corner, x, scratch)?;
             if info.is_solved || info.iterations >= params.iterations || info.is_late {
                 return Ok(info);
             }
             done = info.iterations;
             scratch.residual.copy_from_slice(&scratch.rhs);
         }
-        Some((inner, kind)) if operator.tangent != Tangent::Exact => {
-            let most = match means.factor {
-                Some((_, Use::Aside)) => MOST_WITHOUT_FACTOR.min(100 + x.len() as u32).min(params.iterations),
+        Some((mixed, kind)) if operator.tangent != Tangent::Exact => {
+            let most = match available.factor {
+                Some((_, Refresh::Background)) => MOST_WITHOUT_FACTOR.min(100 + x.len() as u32).min(params.iterations),
                 _ => params.iterations,
             };
             let limited = LinearParams { iterations: most, ..*params };
-            match inner.solve(operator, &limited, With::Own(*kind), corner, x, scratch) {
+            match mixed.solve(operator, &limited, ActivePreconditioner::Built(*kind), corner, x, scratch) {
                 Ok((info, true)) if info.iterations < most || most == params.iterations || info.is_late => {
                     return Ok(info);
                 }
@@ -164,7 +166,7 @@ fn solve_without_factor(
                 // Single precision may have overflown: double precision tells.
                 Err(_) => {}
             }
-            if let Some((factor, Use::Aside)) = &mut means.factor
+            if let Some((factor, Refresh::Background)) = &mut available.factor
                 && factor.rescue(operator, &scratch.free, done).is_ok()
             {
                 let left = LinearParams { iterations: params.iterations - done, ..*params };
@@ -189,20 +191,20 @@ fn solve_without_factor(
 fn solve_with_cycles(
     operator: &Operator,
     params: &LinearParams,
-    inner: &mut InnerSolver,
+    mixed: &mut MixedSolver,
     corner: &mut Vec<[DVec3; 3]>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     scratch.rhs.clone_from(&scratch.residual);
-    inner.begin_cycles(operator, &scratch.free);
+    mixed.begin_cycles(operator, &scratch.free);
     let mut done = 0;
     loop {
-        let most = inner.most_cycles(params.tolerance);
+        let most = mixed.most_cycles(params.tolerance);
         let limited = LinearParams { iterations: most.unwrap_or(MOST_CYCLES).min(params.iterations - done), ..*params };
-        let cycle = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| inner.cycle(r, z, partials);
+        let cycle = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| mixed.cycle(r, z, partials);
         let info = cg::solve(operator, &limited, corner, x, scratch, cycle)?;
-        inner.end_cycles(info.iterations, info.relative_residual, info.is_solved);
+        mixed.end_cycles(info.iterations, info.relative_residual, info.is_solved);
         done += info.iterations;
         if info.is_solved || most.is_none() || done >= params.iterations || info.is_late {
             return Ok(CgInfo { iterations: done, ..info });

@@ -6,7 +6,7 @@ use crate::components::{
 };
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::StepContext;
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use glam::DVec3;
 
 /// What prescribes where vertices are.
@@ -45,13 +45,13 @@ pub fn of_part(world: &mut hecs::World, step: &StepContext) {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
         (&'a Forces, &'a Increment, &'a SolverScratch),
-        (Option<&'a ExternalStiffness>, Option<&'a Folds>, Option<&'a Damping>),
+        (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a Damping>),
         Prescribers<'a>,
     );
     for ((vertices, triangles, topology, frames), (forces, increment, scratch), about, prescribers) in
         world.query_mut::<Query>()
     {
-        if scratch.is_converged || !increment.is_part {
+        if scratch.is_converged || !increment.is_fraction {
             continue;
         }
         let (external, folds, damping) = about;

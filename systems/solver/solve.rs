@@ -2,7 +2,7 @@
 
 mod near;
 
-use super::{CgError, CgInfo, Factor, Inner, InnerSolver, Means, Operator, Use, reactions};
+use super::{Available, CgError, CgInfo, Factor, MixedPreconditioner, MixedSolver, Operator, Refresh, reactions};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch, Pressure,
     Reactions, SolverScratch, Tearing,
@@ -10,7 +10,7 @@ use crate::components::{
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
 use near::{motion_by_an_edge, scale_to_no_work, within_budget};
@@ -45,8 +45,8 @@ const LAST_NEWTON: f64 = 0.1;
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
-    (&'a mut Factor, &'a mut InnerSolver),
-    (Option<&'a ExternalStiffness>, Option<&'a Folds>, Option<&'a Damping>),
+    (&'a mut Factor, &'a mut MixedSolver),
+    (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a Damping>),
     (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
     (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Tearing>, Option<&'a Pressure>),
 );
@@ -82,7 +82,7 @@ fn solve_body(
     (
         (vertices, triangles, topology, frames),
         (forces, increment, scratch),
-        (factor, inner),
+        (factor, mixed),
         (external, folds, damping),
         (holds, mut reactions, mut grips),
         (pre_stretch, audit, tearing, pressure),
@@ -93,7 +93,7 @@ fn solve_body(
     // Before the first increment prescribed motion is still to come.
     let has_begun = scratch.newton_iterations > 1;
     scratch.least_imbalance = if has_begun { scratch.least_imbalance.min(imbalance_before) } else { f64::INFINITY };
-    (increment.is_part, increment.is_put_outside) = (false, false);
+    (increment.is_fraction, increment.is_put_outside) = (false, false);
     let force_scale = imbalance(vertices, forces, increment, scratch, step);
     // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
     if step.newton_iterations > 1 {
@@ -135,7 +135,7 @@ fn solve_body(
     if step.is_static && scratch.newton_iterations > 1 {
         increment.delta.fill(DVec3::ZERO);
     }
-    if step.is_last_resort {
+    if step.is_fallback {
         // Iterations from nothing do no work with what they leave of the residual.
         let SolverScratch { free, .. } = &*scratch;
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
@@ -157,13 +157,13 @@ fn solve_body(
         (true, None) => LEAST_AXES_PLANAR,
         (true, Some(_)) => LEAST_AXES_TORN,
     };
-    let means = Means {
+    let available = Available {
         factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
-        inner: inner_kind(step, axes.element_sum(), axes_of_levels).map(|kind| (inner, kind)),
+        mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
     };
     let mut rotated = None;
     scratch.residual_work = 0.0;
-    match solve_or_fall_back(operator, (step, &params), means, forces, increment, scratch, &mut rotated) {
+    match solve_or_fall_back(operator, (step, &params), available, forces, increment, scratch, &mut rotated) {
         Ok(info) => {
             if is_near_enough {
                 scale_to_no_work(&operator, forces, increment, scratch);
@@ -289,40 +289,40 @@ fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: 
     LinearParams { tolerance: (share * needed.max(gain * gain).min(1e-3)).max(least), ..linear }
 }
 
-fn use_of_factor(step: &StepContext, axes: f64) -> Option<Use> {
+fn use_of_factor(step: &StepContext, axes: f64) -> Option<Refresh> {
     // Its time is not counted in iterations.
     if step.budget.is_some() {
         return None;
     }
     match step.preconditioner {
         Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
-        Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(Use::Wait),
-        Preconditioner::Auto => (axes <= MOST_AXES_ASIDE).then_some(Use::Aside),
-        Preconditioner::Cholesky => Some(Use::Wait),
+        Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(Refresh::Now),
+        Preconditioner::Auto => (axes <= MOST_AXES_ASIDE).then_some(Refresh::Background),
+        Preconditioner::Cholesky => Some(Refresh::Now),
     }
 }
 
-/// What the inner solver works with, where it may be used. A static solve goes to residuals that only double precision
+/// Preconditioner of the mixed-precision solver, where that may be used. A static solve goes to residuals that only double precision
 /// reaches: there it is multigrid or nothing. In dynamic ones it is multigrid over so many axes: early in a planar body, which does not
 /// fold, so that levels last where an incomplete factor is made for every solve.
-fn inner_kind(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<Inner> {
+fn mixed_preconditioner(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<MixedPreconditioner> {
     if step.is_static {
         let is_multigrid = match step.preconditioner {
             Preconditioner::Multigrid => true,
             Preconditioner::Auto => axes > MOST_AXES_FACTORED,
             _ => false,
         };
-        return is_multigrid.then_some(Inner::Multigrid);
+        return is_multigrid.then_some(MixedPreconditioner::Multigrid);
     }
     if step.precision == Precision::Double {
         return None;
     }
     Some(match step.preconditioner {
-        Preconditioner::BlockJacobi => Inner::BlockJacobi,
-        Preconditioner::Multigrid => Inner::Multigrid,
-        Preconditioner::Auto if axes > axes_of_levels => Inner::Multigrid,
+        Preconditioner::BlockJacobi => MixedPreconditioner::BlockJacobi,
+        Preconditioner::Multigrid => MixedPreconditioner::Multigrid,
+        Preconditioner::Auto if axes > axes_of_levels => MixedPreconditioner::Multigrid,
         Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
-            Inner::IncompleteCholesky
+            MixedPreconditioner::IncompleteCholesky
         }
     })
 }
@@ -332,7 +332,7 @@ fn inner_kind(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<Inne
 fn solve_or_fall_back(
     operator: Operator,
     (step, params): (&StepContext, &LinearParams),
-    mut means: Means,
+    mut available: Available,
     forces: &mut Forces,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
@@ -340,7 +340,7 @@ fn solve_or_fall_back(
 ) -> Result<CgInfo, CgError> {
     let reserve = step.reserve();
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
-        super::solve(operator, params, &mut means, &mut forces.corner, delta, scratch)
+        super::solve(operator, params, &mut available, &mut forces.corner, delta, scratch)
     };
     // The masses of a dynamic step make what is semidefinite definite.
     if operator.tangent == Tangent::Rotated || operator.tangent == Tangent::Projected && !step.is_static {

@@ -96,7 +96,7 @@ type Started<'a> = (
 pub fn restore(world: &mut World, step: &StepContext, time: f64) {
     world.query_mut::<Started>().into_iter().for_each(set_back);
     contact::move_obstacles(world, &StepContext { time, ..*step });
-    tell_forceps(world);
+    report_to_forceps(world);
 }
 
 /// Back to the last good state, with all that can be read of it.
@@ -114,7 +114,7 @@ fn set_back(((vertices, increment, scratch, audit), read): Started<'_>) {
 }
 
 /// Tells forceps what their jaws pull with, where a step was undone.
-pub fn tell_forceps(world: &mut World) {
+pub fn report_to_forceps(world: &mut World) {
     let pinches = world.query_mut::<&Grips>().into_iter().flat_map(|grips| &grips.pinches);
     let told = pinches.filter_map(|pinch| Some((pinch.forceps?, pinch.force, pinch.torque)));
     let told: SmallVec<[(Entity, DVec3, DVec3); 8]> = told.collect();

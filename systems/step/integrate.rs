@@ -21,13 +21,13 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
         scratch.fell_back = false;
         scratch.line_search = None;
-        scratch.is_held_back = false;
+        scratch.is_step_limited = false;
         if !step.is_retried {
             scratch.relaxing = scratch.relaxing.saturating_sub(1);
         }
         (scratch.is_counted, scratch.fault, scratch.to_correct) = (false, None, None);
         scratch.account.energy = None;
-        scratch.start_left_over = [scratch.left_over, scratch.unseen];
+        scratch.start_spurious_energy = [scratch.spurious_energy, scratch.unchecked_bound];
     }
     type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Prescription<'a>, Option<&'a Planar>);
     parallel::for_bodies::<Query>(

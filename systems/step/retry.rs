@@ -1,6 +1,6 @@
-//! What retries a step: bodies that a step leaves in no sound state go it again in halves, and at last only a part of their way.
+//! Retry of a step: bodies left in no sound state repeat it in halves, and at last take a fallback sub-step.
 
-use super::faults::tell_forceps;
+use super::faults::report_to_forceps;
 use super::phases::PHASES;
 use super::run::{Aside, Running};
 use crate::components::SolverScratch;
@@ -14,7 +14,7 @@ use smallvec::SmallVec;
 /// taken as dissipative as can be.
 const TRIES: u32 = 3;
 
-/// So many times shorter is the last resort of a body that was held back in the last step already: in a long one soft directions, held
+/// Factor by which the fallback sub-step is shortened of a body that was step-limited in the last step already: in a long one soft directions, held
 /// by inertia alone, go so far that next to nothing of the way may be gone, of stiff ones neither, and crumpled tissue would stay so.
 const SHORTER: f64 = 8.0;
 
@@ -26,7 +26,7 @@ const MOST_SHORTENINGS: u32 = 5;
 pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, running: &mut Running) -> f64 {
     let step = StepContext::of_step(settings, dt, time + dt);
     let mut failed = running.list();
-    let held_back = held_back(world);
+    let step_limited = step_limited(world);
     running.step(world, &step, PHASES, &mut failed);
     if running.schedule.has_refused() {
         running.give_back(world, failed);
@@ -42,16 +42,17 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     for (body, scratch) in failed.drain(..) {
         // As in `give_back`.
         let _ = world.insert_one(body, scratch);
-        let mut retried = Retried { world, settings, running, tries: 0, is_last_resort: false };
+        let mut retried = Retried { world, settings, running, tries: 0, is_fallback: false };
         // What could not go all of its way even in the smallest part of the last step is not tried in parts again.
-        let before = held_back.iter().find(|(held, _)| *held == body).map(|(_, shortenings)| *shortenings);
+        let before =
+            step_limited.iter().find(|(held, _)| *held == body).map(|(_, fallback_shortenings)| *fallback_shortenings);
         let gone = match before {
-            Some(shortenings) => retried.at_its_end(time, dt, shortenings),
+            Some(fallback_shortenings) => retried.at_its_end(time, dt, fallback_shortenings),
             None => retried.in_halves(time, dt, settings.halvings),
         };
         most = gone.max(most);
         if let (Some(before), Ok(scratch)) = (before, world.query_one_mut::<&mut SolverScratch>(body)) {
-            scratch.shortenings = if scratch.is_held_back { before + 1 } else { before.saturating_sub(1) };
+            scratch.fallback_shortenings = if scratch.is_step_limited { before + 1 } else { before.saturating_sub(1) };
         }
         put_all_aside(world, &mut done);
     }
@@ -59,7 +60,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     running.give_back(world, done);
     // The parts have moved them too.
     contact::move_obstacles(world, &StepContext::of_step(settings, dt, time + most));
-    tell_forceps(world);
+    report_to_forceps(world);
     most
 }
 
@@ -72,7 +73,7 @@ struct Retried<'a, 'b> {
     tries: u32,
     /// Whether the smallest part has had to be as dissipative as can be, or there have been tries enough: what is left of the step is
     /// so at once, in as few parts as there can be.
-    is_last_resort: bool,
+    is_fallback: bool,
 }
 
 impl Retried<'_, '_> {
@@ -80,7 +81,7 @@ impl Retried<'_, '_> {
     fn in_halves(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         self.running.report.rolled_back += 1;
         if halvings == 0 || is_used_up(self.world, self.settings.budget) {
-            self.is_last_resort = true;
+            self.is_fallback = true;
             return self.part(time, dt, 0);
         }
         let half = 0.5 * dt;
@@ -88,11 +89,11 @@ impl Retried<'_, '_> {
         if first < half { first } else { half + self.part(time + half, half, halvings - 1) }
     }
 
-    /// A last resort at the end of the step, before which the body stands. Returns the time that was done.
-    fn at_its_end(&mut self, time: f64, dt: f64, shortenings: u32) -> f64 {
+    /// A fallback sub-step at the end of the step, before which the body stands. Returns the time that was done.
+    fn at_its_end(&mut self, time: f64, dt: f64, fallback_shortenings: u32) -> f64 {
         self.running.report.rolled_back += 1;
-        self.is_last_resort = true;
-        let length = dt / elementary::powi(SHORTER, shortenings);
+        self.is_fallback = true;
+        let length = dt / elementary::powi(SHORTER, fallback_shortenings);
         if self.part(time + (dt - length), length, 0) > 0.0 { dt } else { 0.0 }
     }
 
@@ -100,8 +101,8 @@ impl Retried<'_, '_> {
     fn part(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         let step = StepContext { is_retried: true, ..StepContext::of_step(self.settings, dt, time + dt) };
         self.tries += 1;
-        self.is_last_resort |= self.tries > TRIES * (self.settings.halvings + 1);
-        let step = if self.is_last_resort { step.last_resort() } else { step };
+        self.is_fallback |= self.tries > TRIES * (self.settings.halvings + 1);
+        let step = if self.is_fallback { step.fallback() } else { step };
         let mut failed = self.running.list();
         self.running.step(self.world, &step, PHASES, &mut failed);
         let is_sound = failed.is_empty();
@@ -112,17 +113,18 @@ impl Retried<'_, '_> {
         if is_sound {
             return dt;
         }
-        if self.is_last_resort { 0.0 } else { self.in_halves(time, dt, halvings) }
+        if self.is_fallback { 0.0 } else { self.in_halves(time, dt, halvings) }
     }
 }
 
 /// The bodies that went only a part of their way in the last step, or a shorter one, with how often it was made shorter. That is taken
 /// off them: of one that goes all of its way at once nothing is left.
-fn held_back(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
+fn step_limited(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
     let bodies = world.query_mut::<(Entity, &mut SolverScratch)>().into_iter();
-    let held_back = bodies.filter(|(_, scratch)| scratch.is_held_back || scratch.shortenings > 0);
-    let shortenings = |scratch: &mut SolverScratch| std::mem::take(&mut scratch.shortenings).min(MOST_SHORTENINGS);
-    held_back.map(|(body, scratch)| (body, shortenings(scratch))).collect()
+    let step_limited = bodies.filter(|(_, scratch)| scratch.is_step_limited || scratch.fallback_shortenings > 0);
+    let fallback_shortenings =
+        |scratch: &mut SolverScratch| std::mem::take(&mut scratch.fallback_shortenings).min(MOST_SHORTENINGS);
+    step_limited.map(|(body, scratch)| (body, fallback_shortenings(scratch))).collect()
 }
 
 /// Takes what solvers remember off all bodies.

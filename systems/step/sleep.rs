@@ -7,13 +7,13 @@
 
 use crate::components::{
     Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, HoldGuides, HoldTurns, Holds, Increment,
-    Obstacle, PointLoads, Pose, Pressure, Sleeping, Slumber, SolverScratch, TearDecisions, TearLog, Tearing,
+    Obstacle, PointLoads, Pose, Pressure, SleepState, Sleeping, SolverScratch, TearDecisions, TearLog, Tearing,
 };
 use crate::event::{EventKind, WokenBy};
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use crate::systems::bending::Folds;
-use crate::systems::solver::{self, Inner, InnerSolver, Means, Operator};
+use crate::systems::bending::DihedralAngles;
+use crate::systems::solver::{self, Available, MixedPreconditioner, MixedSolver, Operator};
 use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -36,8 +36,8 @@ type Drive<'a> = (
 /// What the solves before sleep take.
 type Body<'a> = (
     (&'a mut Vertices, &'a Triangles, &'a Topology),
-    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>, Option<&'a Folds>),
-    (&'a mut Increment, &'a mut InnerSolver, &'a mut SolverScratch),
+    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>),
+    (&'a mut Increment, &'a mut MixedSolver, &'a mut SolverScratch),
 );
 
 type TearState<'a> = Option<(&'a Tearing, &'a Tips, &'a TearDecisions)>;
@@ -56,9 +56,9 @@ pub fn wake(world: &mut hecs::World, step: &StepContext) -> usize {
         count += 1;
         let by = if step.is_static {
             WokenBy::StaticSolve
-        } else if !driven(drive, step.end()).eq(sleeping.slumber.driven.iter().copied()) {
+        } else if !driven(drive, step.end()).eq(sleeping.state.driven.iter().copied()) {
             WokenBy::Drive
-        } else if contact.is_some() && has_moved(&obstacles, &sleeping.slumber) {
+        } else if contact.is_some() && has_moved(&obstacles, &sleeping.state) {
             WokenBy::Obstacle
         } else {
             continue;
@@ -88,19 +88,19 @@ pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
             if !(is_ready(sleeping, &body, step) && will_stay(sleeping, &body, tears)) {
                 return;
             }
-            let Sleeping { strain, slumber, .. } = sleeping;
-            if !(strain_left(slumber, &mut body, step) <= *strain) {
-                slumber.quiet_steps = 0;
-                slumber.wait = (2 * slumber.wait).min(LONGEST_WAIT);
+            let Sleeping { strain, state, .. } = sleeping;
+            if !(strain_left(state, &mut body, step) <= *strain) {
+                state.quiet_steps = 0;
+                state.wait = (2 * state.wait).min(LONGEST_WAIT);
                 return;
             }
-            slumber.is_asleep = true;
-            slumber.driven.clear();
-            slumber.driven.extend(driven(drive, step.end()));
-            slumber.obstacles.clear();
+            state.is_asleep = true;
+            state.driven.clear();
+            state.driven.extend(driven(drive, step.end()));
+            state.obstacles.clear();
             if contact.is_some() {
-                slumber.obstacles.extend_from_slice(&obstacles);
-                slumber.ball = ball(&body.0.0.position);
+                state.obstacles.extend_from_slice(&obstacles);
+                state.ball = ball(&body.0.0.position);
             }
             lie_down(body);
             log.pending.push(EventKind::FellAsleep);
@@ -134,9 +134,9 @@ fn driven<'a>(drive: Drive<'a>, time: f64) -> impl Iterator<Item = f64> + 'a {
 }
 
 /// Whether an obstacle that has come, gone or moved could touch the body, where it was or where it is.
-fn has_moved(obstacles: &[Obstacle], slumber: &Slumber) -> bool {
-    let before = &slumber.obstacles;
-    let (centre, radius) = slumber.ball;
+fn has_moved(obstacles: &[Obstacle], state: &SleepState) -> bool {
+    let before = &state.obstacles;
+    let (centre, radius) = state.ball;
     (0..obstacles.len().max(before.len())).any(|i| {
         let places = [before.get(i), obstacles.get(i)];
         places[0] != places[1] && places.into_iter().flatten().any(|o| o.shape.reaches(centre, radius))
@@ -151,13 +151,13 @@ fn is_ready(sleeping: &mut Sleeping, body: &Body, step: &StepContext) -> bool {
         vertices.velocity[v].length() * step.dt + prescribed.length()
     };
     let is_quiet = (0..triangles.len()).all(|t| strain_of(triangles, t, moved) <= sleeping.strain);
-    let slumber = &mut sleeping.slumber;
+    let state = &mut sleeping.state;
     if !is_quiet {
-        (slumber.quiet_steps, slumber.wait) = (0, sleeping.steps);
+        (state.quiet_steps, state.wait) = (0, sleeping.steps);
         return false;
     }
-    slumber.quiet_steps += 1;
-    slumber.quiet_steps >= slumber.wait.max(sleeping.steps)
+    state.quiet_steps += 1;
+    state.quiet_steps >= state.wait.max(sleeping.steps)
 }
 
 /// Σᵢ |uᵢ|·|∇Nᵢ|: no strain and no rotation of a triangle is larger, and none of its heights times this is less than what its
@@ -184,11 +184,11 @@ fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
 }
 
 /// The largest strain of what the body would still move; NaN where a solve does not tell.
-fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f64 {
-    let ((vertices, triangles, topology), (frames, forces, external, folds), (increment, inner, scratch)) = body;
-    slumber.first_guess.clone_from(&increment.delta);
-    slumber.left.clear();
-    slumber.left.resize(vertices.len(), 0.0);
+fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f64 {
+    let ((vertices, triangles, topology), (frames, forces, external, folds), (increment, mixed, scratch)) = body;
+    state.first_guess.clone_from(&increment.delta);
+    state.left.clear();
+    state.left.resize(vertices.len(), 0.0);
     scratch.residual.resize(vertices.len(), DVec3::ZERO);
     let inertia = step.inertia() / (HORIZON * HORIZON);
     let operator = Operator {
@@ -205,25 +205,26 @@ fn strain_left(slumber: &mut Slumber, body: &mut Body, step: &StepContext) -> f6
     };
     // Guided vertices count as held: what moves them is in balance, or the body is not at rest.
     let allowed = std::mem::take(&mut scratch.allowed);
-    let mut is_told = true;
+    let mut is_converged = true;
     for is_momentum in [false, true] {
         for (v, x) in increment.delta.iter_mut().enumerate() {
             let own = DVec3::ONE - scratch.free[v];
-            *x = if is_momentum { DVec3::ZERO } else { slumber.first_guess[v] * own };
+            *x = if is_momentum { DVec3::ZERO } else { state.first_guess[v] * own };
             let momentum = vertices.velocity[v] * (vertices.mass[v] * step.rate());
             scratch.residual[v] = if is_momentum { momentum } else { forces.nodal[v] };
         }
-        let mut means = Means { factor: None, inner: Some((inner, Inner::IncompleteCholesky)) };
-        let answer = solver::solve(&operator, &TRIAL, &mut means, &mut forces.corner, &mut increment.delta, scratch);
-        is_told &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);
-        slumber.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
+        let mut available = Available { factor: None, mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)) };
+        let answer =
+            solver::solve(&operator, &TRIAL, &mut available, &mut forces.corner, &mut increment.delta, scratch);
+        is_converged &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);
+        state.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
     }
     scratch.allowed = allowed;
     // This operator is no step's.
-    inner.forget_operator();
-    increment.delta.copy_from_slice(&slumber.first_guess);
-    let largest = (0..triangles.len()).map(|t| strain_of(triangles, t, |v| slumber.left[v])).fold(0.0, f64::max);
-    if is_told { largest } else { f64::NAN }
+    mixed.forget_operator();
+    increment.delta.copy_from_slice(&state.first_guess);
+    let largest = (0..triangles.len()).map(|t| strain_of(triangles, t, |v| state.left[v])).fold(0.0, f64::max);
+    if is_converged { largest } else { f64::NAN }
 }
 
 /// Brings the body to rest where it is; the step neither moves it nor, should it be undone, takes it back.

@@ -3,7 +3,7 @@
 use crate::common::Square;
 use rhexis::components::{ExternalStiffness, Forces, Frames};
 use rhexis::settings::{Preconditioner, Settings};
-use rhexis::systems::bending::Folds;
+use rhexis::systems::bending::DihedralAngles;
 use rhexis::systems::fracture::{TearScratch, TipMemory};
 
 /// Puts an empty component in the place of every derived one, where the body has it.
@@ -29,7 +29,7 @@ fn a_tear_goes_on_to_the_same_bits_without_what_is_derived() {
                 let world = run.simulation.world_mut();
                 if forgets && step % 3 == 0 {
                     let body = run.body;
-                    forget!(world, body, Frames, Forces, ExternalStiffness, TearScratch, TipMemory, Folds);
+                    forget!(world, body, Frames, Forces, ExternalStiffness, TearScratch, TipMemory, DihedralAngles);
                 }
                 run.step();
                 lengths.push(run.log().length);

@@ -1,4 +1,4 @@
-//! The command line: `run`, `replay`, `scenes`, `check`, `verify`, `stress`, `stability`, `soak`, `view`, `bench`.
+//! The command line: `run`, `replay`, `plot`, `report`, `scenes`, `check`, `verify`, `stress`, `stability`, `soak`, `view`, `bench`.
 //!
 //! Exit codes: 0 done, 1 refused, failed or not all written, 2 wrong usage, 130 interrupted. Errors go to standard error, results to
 //! standard output; a reader that closes standard output early ends the program quietly. Ctrl-C and SIGTERM let `run`, `verify` and
@@ -25,6 +25,9 @@ mod moments;
 #[allow(clippy::disallowed_methods, reason = "pictures, no part of a step")]
 pub mod output;
 mod outputs;
+mod page;
+#[allow(clippy::disallowed_methods, reason = "plots, no part of a step")]
+mod plot;
 mod progress;
 mod replay;
 mod report;
@@ -62,6 +65,12 @@ enum Command {
     /// Repeat a recording and compare the hash of its end: exit code 0 if it is the same.
     #[command(after_help = "Examples:\n  rhexis run fig2-tear --record tear.rec\n  rhexis replay tear.rec")]
     Replay(ReplayArgs),
+    /// Draw curves of one run or of several.
+    #[command(after_help = plot::EXAMPLES)]
+    Plot(plot::PlotArgs),
+    /// Write a run as one HTML page: summary, notes, pictures, curves, figures.
+    #[command(after_help = page::EXAMPLES)]
+    Report(page::ReportArgs),
     /// List the scenes of the catalog, or print one to copy and change.
     #[command(after_help = "Examples:\n  rhexis scenes\n  rhexis scenes --show fig2 > mine.toml")]
     Scenes(ScenesArgs),
@@ -319,6 +328,8 @@ pub fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Run(args) => run::run(&args),
         Command::Replay(args) => replay::replay(&args),
+        Command::Plot(args) => plot::plot(&args),
+        Command::Report(args) => page::page(&args),
         Command::Scenes(args) => scenes::scenes(&args),
         Command::Check(args) => check::check(&args),
         Command::Verify(args) => verify::verify(&args),

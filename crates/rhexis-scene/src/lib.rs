@@ -131,7 +131,7 @@ impl Scene {
         self.document.file()
     }
 
-    /// Mesh, fibre and texture files that it reads, each once, but for those given with its text.
+    /// Files of meshes, fibres, values per triangle and textures that it reads, each once, but for those given with its text.
     pub fn data_files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         for body in &self.file.bodies {
@@ -142,6 +142,11 @@ impl Scene {
                 files.push(self.document.files().path(file));
             }
             files.extend(body.texture.iter().map(|texture| self.document.files().path(texture)));
+            let per_triangle = body.per_triangle.iter().flat_map(|values| values.given());
+            files.extend(per_triangle.filter_map(|(_, values)| match values {
+                schema::Values::File(file) => Some(self.document.files().path(file)),
+                _ => None,
+            }));
         }
         for obstacle in &self.file.obstacles {
             if let Some(schema::MeshSpec::File(file)) = &obstacle.mesh {

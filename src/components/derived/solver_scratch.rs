@@ -1,4 +1,4 @@
-//! What a body's solver keeps: the vectors of the linear solve, what it reached, and what the energy guard has summed.
+//! Solver state of a body: vectors of the linear solve, its result, and the sums of the energy guard.
 
 use crate::components::{Allowed, Fault, FreeAxes, Readings, Stops};
 use crate::settings::Tangent;
@@ -10,9 +10,9 @@ pub struct StepAccount {
     /// The body's own forces \[N\], of stress, damping and bending, at the last evaluation.
     pub own: Vec<DVec3>,
     /// Those at the start of a step of two stages and, in its second, with those at the end of the first, less the imbalance there
-    /// along free axes. In a step taken up again the displacement \[mm\] from where it is.
+    /// along free axes. In a step that is redone, the displacement \[mm\] from where it is.
     pub earlier: Vec<DVec3>,
-    /// Energy stored and of motion \[mJ\] at the start, or where the step is taken up again, until that is judged.
+    /// Energy stored and of motion \[mJ\] at the start, or where the step is redone, until that is judged.
     pub energy: Option<f64>,
 }
 
@@ -81,33 +81,33 @@ pub struct SolverScratch {
     pub fell_back: bool,
     /// The tangent that the last linear solve used.
     pub tangent: Tangent,
-    /// Energy \[mJ\] that steps along the tangent have created so far and not taken away again; never negative.
-    pub left_over: f64,
-    /// No less \[mJ\] than what they have created beside since it was last looked at.
-    pub unseen: f64,
-    /// `left_over` and `unseen` at the start of the step.
-    pub start_left_over: [f64; 2],
+    /// Spurious energy \[mJ\]: what steps along the tangent have created and not taken away again; never negative.
+    pub spurious_energy: f64,
+    /// Upper bound \[mJ\] of the spurious energy since the last full sum.
+    pub unchecked_bound: f64,
+    /// `spurious_energy` and `unchecked_bound` at the start of the step.
+    pub start_spurious_energy: [f64; 2],
     /// What can be read of the last step, to be put back if this one is undone.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub readings: Box<Readings>,
     /// The work \[mJ\] of the residual that the last solve has left, along its answer.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub residual_work: f64,
-    /// Whether a solve of this step is in `left_over` already.
+    /// Whether a solve of this step is in `spurious_energy` already.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_counted: bool,
     /// Why the last step of the body was given up.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub fault: Option<Fault>,
-    /// Whether the last solve would create more of it than is bearable.
+    /// Whether the spurious energy of the last solve exceeds the limit.
     pub creates_energy: bool,
-    /// The energy \[mJ\] that may come from nowhere in this step, where a solve has created more and the next one is to correct it.
+    /// Limit \[mJ\] of the spurious energy in this step, where a solve has exceeded it and the next one is to correct it.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub to_correct: Option<f64>,
-    /// Whether the body went only a part of its way in this step, lest that happen.
-    pub is_held_back: bool,
-    /// How many times the body's next last resort is made shorter: once more each time that it is held back again.
-    pub shortenings: u32,
+    /// Whether this step is limited to a fraction of its increment, lest that happen.
+    pub is_step_limited: bool,
+    /// Number of times the next fallback sub-step is shortened: once more each time that the body is step-limited again.
+    pub fallback_shortenings: u32,
     /// Whole steps in which vertices may still [find their own way](crate::report::GuardFigures::relaxed) at once, after one in which some had to.
     pub relaxing: u32,
     /// Work that this step has taken, retries and resumes included, in iterations of linear solves.
@@ -143,7 +143,15 @@ impl SolverScratch {
         } = empty;
         let Self { stored, is_audited, iterations, newton_iterations, linear_residual, stress_error, .. } = *self;
         let Self { is_late, imbalance, is_converged, fell_back, tangent, line_search, .. } = *self;
-        let Self { left_over, unseen, start_left_over, creates_energy, is_held_back, shortenings, .. } = *self;
+        let Self {
+            spurious_energy,
+            unchecked_bound,
+            start_spurious_energy,
+            creates_energy,
+            is_step_limited,
+            fallback_shortenings,
+            ..
+        } = *self;
         let Self { relaxing, position_error, .. } = *self;
         Self {
             free,
@@ -168,17 +176,17 @@ impl SolverScratch {
             is_converged,
             fell_back,
             tangent,
-            left_over,
-            unseen,
-            start_left_over,
+            spurious_energy,
+            unchecked_bound,
+            start_spurious_energy,
             readings,
             residual_work,
             is_counted,
             fault,
             creates_energy,
             to_correct,
-            is_held_back,
-            shortenings,
+            is_step_limited,
+            fallback_shortenings,
             relaxing,
             work,
             motion_scale,
@@ -193,7 +201,7 @@ impl SolverScratch {
     pub(crate) fn forget_attempt(&mut self) {
         (self.linear_residual, self.stored, self.stress_error, self.imbalance) = (0.0, 0.0, 0.0, 0.0);
         (self.creates_energy, self.to_correct, self.line_search) = (false, None, None);
-        [self.left_over, self.unseen] = self.start_left_over;
+        [self.spurious_energy, self.unchecked_bound] = self.start_spurious_energy;
     }
 
     /// How many of a body's rows are to be worked on in this iteration: all of them, or none.

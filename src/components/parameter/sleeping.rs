@@ -31,34 +31,34 @@ pub struct Sleeping {
     pub strain: f64,
     /// Steps for which the body must have moved by less than that before the solves are made, ≥ 1; 10 by default.
     pub steps: u32,
-    /// How it sleeps.
-    pub slumber: Slumber,
+    /// Sleep state.
+    pub state: SleepState,
 }
 
 impl Default for Sleeping {
     fn default() -> Self {
-        Self { strain: 1e-5, steps: 10, slumber: Slumber::default() }
+        Self { strain: 1e-5, steps: 10, state: SleepState::default() }
     }
 }
 
 impl Sleeping {
     /// Whether the body is asleep.
     pub fn is_asleep(&self) -> bool {
-        self.slumber.is_asleep
+        self.state.is_asleep
     }
 
     /// Wakes the body; whether it was asleep.
     pub(crate) fn wake(&mut self) -> bool {
-        self.slumber.quiet_steps = 0;
-        self.slumber.wait = self.steps;
-        std::mem::take(&mut self.slumber.is_asleep)
+        self.state.quiet_steps = 0;
+        self.state.wait = self.steps;
+        std::mem::take(&mut self.state.is_asleep)
     }
 }
 
-/// Whether a body sleeps, what it has been told of the world, and the buffers of the solves before. *State*, rebuilt by itself.
+/// Sleep state of a body: whether it sleeps, what drove it when it fell asleep, and the buffers of the trial solves. *State*, rebuilt by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Slumber {
+pub struct SleepState {
     pub(crate) is_asleep: bool,
     /// Steps in which it has hardly moved.
     pub(crate) quiet_steps: u32,
@@ -79,7 +79,7 @@ pub struct Slumber {
 impl Check for Sleeping {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         positive("Sleeping", "the strain of sleep", self.strain)?;
-        let counts = [self.steps, self.slumber.quiet_steps, self.slumber.wait];
+        let counts = [self.steps, self.state.quiet_steps, self.state.wait];
         let is_right = counts.iter().all(|&count| u64::from(count) <= MOST);
         let what = "its steps count what no run can do: they must be at most 1073741824";
         is_right.then_some(()).ok_or(BodyError::Contradiction { component: "Sleeping", what })

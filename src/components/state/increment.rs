@@ -29,7 +29,7 @@ pub struct Increment {
     pub tautness: Option<Tautness>,
     /// Whether only a part of the last solve's answer was gone.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub is_part: bool,
+    pub is_fraction: bool,
     /// Whether vertices were put back outside an obstacle after the last solve.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_put_outside: bool,
@@ -50,7 +50,7 @@ pub struct Increment {
 }
 
 /// A displacement of which only a part is gone along free axes.
-pub(crate) fn partly(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
+pub(crate) fn fraction_of(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
     delta * (DVec3::ONE - free * (1.0 - part))
 }
 
@@ -74,9 +74,9 @@ impl Increment {
     }
 
     /// Leaves a part of the last solve's answer along free axes.
-    pub(crate) fn go_part(&mut self, free: &FreeAxes, part: f64) {
+    pub(crate) fn take_fraction(&mut self, free: &FreeAxes, part: f64) {
         if part < 1.0 {
-            self.delta.iter_mut().zip(free).for_each(|(delta, free)| *delta = partly(*delta, *free, part));
+            self.delta.iter_mut().zip(free).for_each(|(delta, free)| *delta = fraction_of(*delta, *free, part));
         }
     }
 

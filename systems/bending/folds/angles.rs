@@ -3,8 +3,8 @@
 use super::forces::size;
 use super::is_first;
 use crate::storage::NONE;
-use crate::systems::kernels::fold::{self, ARC_TANGENT};
-use crate::systems::kernels::fold_lanes::OverFour;
+use crate::systems::kernels::bending::{self, ARC_TANGENT};
+use crate::systems::kernels::bending_lanes::EdgeValuesX4;
 use crate::systems::kernels::gather::{components, row};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::membrane_lanes::{cross, dot};
@@ -78,8 +78,8 @@ impl Edges {
 
     /// What the edges of four triangles have; zero at the boundary.
     #[inline(always)]
-    pub(super) fn around(&self, four: usize, value: &[f64]) -> OverFour {
-        let mut around = OverFour::default();
+    pub(super) fn around(&self, four: usize, value: &[f64]) -> EdgeValuesX4 {
+        let mut around = EdgeValuesX4::default();
         for e in 0..3 {
             for lane in 0..DOUBLES {
                 around[e][lane] = value[self.of_four[four][e][lane] as usize];
@@ -89,7 +89,7 @@ impl Edges {
     }
 }
 
-/// Half of what the angle at an edge is off its rest value: [`fold::angle`] where it is less than a right one.
+/// Half of what the angle at an edge is off its rest value: [`bending::angle`] where it is less than a right one.
 struct Angles<'a, N, X> {
     edges: &'a [Edge],
     corners: &'a [[u32; 3]],
@@ -134,7 +134,7 @@ impl<N: Fn(usize) -> DVec3 + Sync, X: Fn(usize) -> DVec3 + Sync> Kernel<f64> for
             }
             for (edge, out) in edges.iter().zip(out) {
                 let [a, b, way] = edge.place(corners, normal, x);
-                *out = 0.5 * fold::shorter_way(fold::angle(a, b, way) - edge.angle);
+                *out = 0.5 * bending::shorter_way(bending::angle(a, b, way) - edge.angle);
             }
         }
     }
@@ -166,7 +166,7 @@ mod tests {
         let corners: Vec<[u32; 3]> = (0..1027).map(|i| [i, i + 1, i + 2]).collect();
         let each = edges.edges.iter().map(|edge| {
             let [a, b, way] = edge.place(&corners, &normal, &x);
-            0.5 * fold::shorter_way(fold::angle(a, b, way) - edge.angle)
+            0.5 * bending::shorter_way(bending::angle(a, b, way) - edge.angle)
         });
         let each: Vec<u64> = each.chain([0.0]).map(f64::to_bits).collect();
         let before = force_portable(true);

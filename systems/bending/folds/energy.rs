@@ -1,22 +1,22 @@
 //! The energy of bending, and its share in a balance of energy.
 
-use super::{Body, Folds};
+use super::{Body, DihedralAngles};
 use crate::components::Bending;
 use crate::storage::Topology;
-use crate::systems::kernels::fold;
+use crate::systems::kernels::bending;
 use glam::DVec3;
 
 fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }
 
-impl Folds {
+impl DihedralAngles {
     /// The energy \[mJ\] of the angles last evaluated.
     pub fn energy(&self) -> f64 {
-        let moment = |t: usize| fold::product(&self.rest[t].law, self.half(t));
+        let moment = |t: usize| bending::product(&self.rest[t].law, self.half(t));
         let turned = |t: usize| {
             let phi = self.half(t) + self.turned(t, moment);
-            0.5 * phi.dot(fold::product(&self.rest[t].law, phi))
+            0.5 * phi.dot(bending::product(&self.rest[t].law, phi))
         };
         (0..self.rest.len()).map(turned).sum()
     }
@@ -31,7 +31,7 @@ impl Folds {
         let mut folds = Self::default();
         if let Some(before) = before {
             (folds.rest, folds.made_of) = (before.rest.clone(), before.made_of.clone());
-            (folds.edges, folds.fours) = (before.edges.clone(), before.fours.clone());
+            (folds.edges, folds.groups) = (before.edges.clone(), before.groups.clone());
         }
         folds.refresh(vertices, triangles, topology, bending);
         folds.evaluate(&triangles.corners, x, 1.0);

@@ -1,10 +1,10 @@
 //! Moments and forces of bending: passes over four triangles at a time, each with other triangles' numbers of the one before.
 
-use super::Folds;
-use super::left_over::Halves;
+use super::DihedralAngles;
+use super::spurious_energy::Halves;
 use super::taut::Part;
 use crate::storage::Topology;
-use crate::systems::kernels::fold_lanes::{OverFour, RestFour, TiltFour, at};
+use crate::systems::kernels::bending_lanes::{EdgeValuesX4, RestX4, TiltX4, at};
 use crate::systems::kernels::gather::at_corners;
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::membrane_lanes::{Vectors, arrays, doubles};
@@ -13,15 +13,15 @@ use crate::systems::parallel;
 use glam::DVec3;
 use std::sync::PoisonError;
 
-/// What passes over the triangles leave for each other. Lists of [`OverFour`] end with zeros, for the boundary.
+/// What passes over the triangles leave for each other. Lists of [`EdgeValuesX4`] end with zeros, for the boundary.
 #[derive(Debug, Default)]
 pub(super) struct Passes {
     /// Tilts of a displacement, at last forces on corners along the normals.
-    pub rows: Vec<OverFour>,
+    pub rows: Vec<EdgeValuesX4>,
     /// Moments without any turn of the mid-edge normals, at last with all.
-    pub first: Vec<OverFour>,
+    pub first: Vec<EdgeValuesX4>,
     /// Moments of what is turned.
-    pub second: Vec<OverFour>,
+    pub second: Vec<EdgeValuesX4>,
     /// Per edge half of what its angle is off its rest value.
     pub off: Vec<f64>,
     /// Whether that is at the end of the motion.
@@ -49,12 +49,12 @@ pub(super) fn size<T: Copy + Default>(list: &mut Vec<T>, count: usize) {
     list[count] = T::default();
 }
 
-impl Folds {
+impl DihedralAngles {
     /// The tilts of the triangles at `x`.
     pub(super) fn find_tilts(&mut self, corners: &[[u32; 3]], x: &[DVec3]) {
-        let Self { fours, tilt, .. } = self;
-        tilt.resize(fours.len(), TiltFour::default());
-        parallel::for_fours(tilt, &Evaluation { fours, corners, x });
+        let Self { groups, tilt, .. } = self;
+        tilt.resize(groups.len(), TiltX4::default());
+        parallel::for_x4(tilt, &Evaluation { groups, corners, x });
     }
 
     /// Half of what the angles are off their rest values at `x`, where the tilts have been found.
@@ -67,8 +67,8 @@ impl Folds {
             passes.is_at_end = false;
         }
         let off = &passes.off;
-        half.resize(tilt.len(), OverFour::default());
-        parallel::for_fours(half, &Around { edges, off });
+        half.resize(tilt.len(), EdgeValuesX4::default());
+        parallel::for_x4(half, &Around { edges, off });
     }
 
     /// Adds to every vertex `sign` times the forces of moments: for `at` times the half angles as they are, and `by` times
@@ -119,20 +119,20 @@ impl Folds {
         Passes { rows, first, second, .. }: &mut Passes,
     ) {
         debug_assert_eq!(corners.len(), self.rest.len());
-        let count = self.fours.len();
+        let count = self.groups.len();
         for list in [&mut *rows, first, second] {
             size(list, count);
         }
         if by != 0.0 {
-            parallel::for_fours(&mut rows[..count], &Tilts { folds: self, corners, u, is_exact });
+            parallel::for_x4(&mut rows[..count], &Tilts { folds: self, corners, u, is_exact });
         }
         let angles = Change { folds: self, tilts: rows, at, by };
-        parallel::for_fours(&mut first[..count], &First { angles, is_exact });
+        parallel::for_x4(&mut first[..count], &First { angles, is_exact });
         if is_exact {
-            parallel::for_fours(&mut second[..count], &Second { angles, first });
-            parallel::for_fours(&mut first[..count], &Third { fours: &self.fours, second });
+            parallel::for_x4(&mut second[..count], &Second { angles, first });
+            parallel::for_x4(&mut first[..count], &Third { groups: &self.groups, second });
         }
-        parallel::for_fours(&mut rows[..count], &Along { folds: self, moments: first, is_exact });
+        parallel::for_x4(&mut rows[..count], &Along { folds: self, moments: first, is_exact });
     }
 
     /// 1 for each of four triangles whose moments are in the majorant, else 0.
@@ -156,16 +156,16 @@ impl Folds {
 
 /// Tilts of the triangles at `x`.
 struct Evaluation<'a> {
-    fours: &'a [RestFour],
+    groups: &'a [RestX4],
     corners: &'a [[u32; 3]],
     x: &'a [DVec3],
 }
 
-impl Kernel<TiltFour> for Evaluation<'_> {
+impl Kernel<TiltX4> for Evaluation<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [TiltFour]) {
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [TiltX4]) {
         for (four, out) in (first..).zip(rows) {
-            *out = TiltFour::new(lanes, (self.corners, four * DOUBLES), &|v| self.x[v], &self.fours[four]);
+            *out = TiltX4::new(lanes, (self.corners, four * DOUBLES), &|v| self.x[v], &self.groups[four]);
         }
     }
 }
@@ -176,9 +176,9 @@ struct Around<'a> {
     off: &'a [f64],
 }
 
-impl Kernel<OverFour> for Around<'_> {
+impl Kernel<EdgeValuesX4> for Around<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [OverFour]) {
+    fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [EdgeValuesX4]) {
         for (four, out) in (first..).zip(rows) {
             *out = self.edges.around(four, self.off);
         }
@@ -187,21 +187,21 @@ impl Kernel<OverFour> for Around<'_> {
 
 /// Tilts of a displacement.
 pub(super) struct Tilts<'a, U> {
-    pub folds: &'a Folds,
+    pub folds: &'a DihedralAngles,
     pub corners: &'a [[u32; 3]],
     pub u: U,
     pub is_exact: bool,
 }
 
-impl<U: Fn(usize) -> DVec3 + Sync> Kernel<OverFour> for Tilts<'_, U> {
+impl<U: Fn(usize) -> DVec3 + Sync> Kernel<EdgeValuesX4> for Tilts<'_, U> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [OverFour]) {
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [EdgeValuesX4]) {
         let Self { folds, corners, u, is_exact } = self;
         for (four, out) in (first..).zip(rows) {
             *out = if *is_exact || folds.parts(four) != [Part::None; DOUBLES] {
                 arrays(folds.tilt[four].of(lanes, at_corners(lanes, (corners, four * DOUBLES), u)))
             } else {
-                OverFour::default()
+                EdgeValuesX4::default()
             };
         }
     }
@@ -210,8 +210,8 @@ impl<U: Fn(usize) -> DVec3 + Sync> Kernel<OverFour> for Tilts<'_, U> {
 /// Half angles: `at` times as they are, and `by` times their change by tilts.
 #[derive(Clone, Copy)]
 struct Change<'a> {
-    folds: &'a Folds,
-    tilts: &'a [OverFour],
+    folds: &'a DihedralAngles,
+    tilts: &'a [EdgeValuesX4],
     at: f64,
     by: f64,
 }
@@ -228,7 +228,7 @@ impl Change<'_> {
             }
         }
         if *by != 0.0 {
-            let change = folds.fours[four].half_of_tilts(lanes, doubles(lanes, &tilts[four]), tilts);
+            let change = folds.groups[four].half_of_tilts(lanes, doubles(lanes, &tilts[four]), tilts);
             for e in 0..3 {
                 half[e] = half[e] + change[e] * Doubles::splat(lanes, *by);
             }
@@ -243,16 +243,16 @@ struct First<'a> {
     is_exact: bool,
 }
 
-impl Kernel<OverFour> for First<'_> {
+impl Kernel<EdgeValuesX4> for First<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [OverFour]) {
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [EdgeValuesX4]) {
         let Self { angles, is_exact } = self;
         for (four, out) in (first..).zip(rows) {
             let are_whole = if *is_exact { [1.0; DOUBLES] } else { angles.folds.are_whole(four) };
             *out = if are_whole == [0.0; DOUBLES] {
-                OverFour::default()
+                EdgeValuesX4::default()
             } else {
-                let moment = angles.folds.fours[four].product(lanes, angles.half(lanes, four));
+                let moment = angles.folds.groups[four].product(lanes, angles.half(lanes, four));
                 let are_whole = Doubles::new(lanes, are_whole);
                 arrays([moment[0] * are_whole, moment[1] * are_whole, moment[2] * are_whole])
             };
@@ -263,14 +263,14 @@ impl Kernel<OverFour> for First<'_> {
 /// Moments with the mid-edge normals turned by the first ones.
 struct Second<'a> {
     angles: Change<'a>,
-    first: &'a [OverFour],
+    first: &'a [EdgeValuesX4],
 }
 
-impl Kernel<OverFour> for Second<'_> {
+impl Kernel<EdgeValuesX4> for Second<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [OverFour]) {
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [EdgeValuesX4]) {
         for (four, out) in (first..).zip(rows) {
-            let rest = &self.angles.folds.fours[four];
+            let rest = &self.angles.folds.groups[four];
             let half = self.angles.half(lanes, four);
             let differences = rest.differences(lanes, four, self.first);
             *out = arrays(rest.product(lanes, rest.plus_turned(lanes, half, differences)));
@@ -280,15 +280,15 @@ impl Kernel<OverFour> for Second<'_> {
 
 /// And with what turning does itself.
 struct Third<'a> {
-    fours: &'a [RestFour],
-    second: &'a [OverFour],
+    groups: &'a [RestX4],
+    second: &'a [EdgeValuesX4],
 }
 
-impl Kernel<OverFour> for Third<'_> {
+impl Kernel<EdgeValuesX4> for Third<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [OverFour]) {
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [EdgeValuesX4]) {
         for (four, out) in (first..).zip(rows) {
-            let rest = &self.fours[four];
+            let rest = &self.groups[four];
             let (own, nothing) = (doubles(lanes, &self.second[four]), [Doubles::splat(lanes, 0.0); 3]);
             let differences = rest.differences(lanes, four, self.second);
             let more = rest.product(lanes, rest.plus_turned(lanes, nothing, differences));
@@ -299,21 +299,21 @@ impl Kernel<OverFour> for Third<'_> {
 
 /// Forces of moments on the corners along the normals.
 struct Along<'a> {
-    folds: &'a Folds,
-    moments: &'a [OverFour],
+    folds: &'a DihedralAngles,
+    moments: &'a [EdgeValuesX4],
     is_exact: bool,
 }
 
-impl Kernel<OverFour> for Along<'_> {
+impl Kernel<EdgeValuesX4> for Along<'_> {
     #[inline(always)]
-    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [OverFour]) {
+    fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [EdgeValuesX4]) {
         let Self { folds, moments, is_exact } = self;
         for (four, out) in (first..).zip(rows) {
             *out = if *is_exact || folds.parts(four) != [Part::None; DOUBLES] {
-                let half = folds.fours[four].half_of_tilts(lanes, doubles(lanes, &moments[four]), moments);
+                let half = folds.groups[four].half_of_tilts(lanes, doubles(lanes, &moments[four]), moments);
                 arrays(folds.tilt[four].along(lanes, half))
             } else {
-                OverFour::default()
+                EdgeValuesX4::default()
             };
         }
     }

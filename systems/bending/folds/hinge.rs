@@ -1,13 +1,13 @@
 //! Bending as hinges between two triangles each, for preconditioners.
 
-use super::{Folds, is_first};
+use super::{DihedralAngles, is_first};
 use crate::storage::NONE;
-use crate::systems::kernels::fold::Tilt;
+use crate::systems::kernels::bending::Tilt;
 use glam::DVec3;
 
 /// Four vertices around an edge, for matrices that need entries: the two of the edge, then those opposite.
 #[derive(Clone, Copy, Debug)]
-pub struct Hinge {
+pub struct Dihedral {
     /// The vertices.
     pub vertices: [u32; 4],
     /// Derivative of the angle by each of them \[1/mm\].
@@ -16,10 +16,10 @@ pub struct Hinge {
     pub stiffness: f64,
 }
 
-impl Folds {
+impl DihedralAngles {
     /// The hinge at an edge of a triangle: without what couples the edges of a triangle, for preconditioners. `None` at the
     /// boundary.
-    pub fn hinge(&self, corners: &[[u32; 3]], t: usize, e: usize) -> Option<Hinge> {
+    pub fn hinge(&self, corners: &[[u32; 3]], t: usize, e: usize) -> Option<Dihedral> {
         let across = self.rest[t].across[e];
         if across == NONE {
             return None;
@@ -35,11 +35,11 @@ impl Folds {
         ];
         let vertices = [corners[t][e], corners[t][(e + 1) % 3], corners[t][(e + 2) % 3], corners[n][(f + 2) % 3]];
         let stiffness = 0.25 * (self.law(t)[e] + self.law(n)[f]);
-        Some(Hinge { vertices, gradient, stiffness })
+        Some(Dihedral { vertices, gradient, stiffness })
     }
 
     /// All hinges, each once.
-    pub fn hinges(&self, corners: &[[u32; 3]]) -> impl Iterator<Item = Hinge> {
+    pub fn hinges(&self, corners: &[[u32; 3]]) -> impl Iterator<Item = Dihedral> {
         let edges = (0..self.rest.len()).flat_map(|t| [0, 1, 2].map(|e| (t, e)));
         let once = edges.filter(|&(t, e)| is_first(t, e, self.rest[t].across[e]));
         once.filter_map(move |(t, e)| self.hinge(corners, t, e))

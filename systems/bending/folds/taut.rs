@@ -7,11 +7,11 @@
 //! stable from a half on. Forces know no such difference, so that a sheet comes to rest in the same shape; and in most of a
 //! taut sheet a product has nothing to bend.
 
-use super::Folds;
+use super::DihedralAngles;
 use crate::components::Frames;
 use crate::math::Sym2;
 use crate::storage::{NONE, Triangles};
-use crate::systems::kernels::fold::OverEdges;
+use crate::systems::kernels::bending::EdgeMatrix;
 use crate::systems::parallel;
 
 /// The part of the stiffness by tension that may be left out.
@@ -30,12 +30,12 @@ pub(super) enum Part {
 }
 
 /// No principal value of a law is larger (Gershgorin).
-fn largest(q: &OverEdges) -> f64 {
+fn largest(q: &EdgeMatrix) -> f64 {
     let (a, b, c) = (q[3].abs(), q[4].abs(), q[5].abs());
     (q[0] + a + c).max(q[1] + a + b).max(q[2] + b + c)
 }
 
-impl Folds {
+impl DihedralAngles {
     /// C of a triangle, of the rest shape.
     pub(super) fn stiffest(&self, t: usize, neighbours: [u32; 3]) -> Sym2 {
         let gradients = self.made_of[t].0.all_gradients();

@@ -8,7 +8,7 @@ use crate::components::{
 use crate::math::GeometricStiffness;
 use crate::settings::Tangent;
 use crate::storage::{Topology, Vertices};
-use crate::systems::bending::Folds;
+use crate::systems::bending::DihedralAngles;
 use crate::systems::kernels::membrane::{ElementTangent, shear_majorant, stretch_rate};
 use crate::systems::solver::Operator;
 use crate::systems::{StepContext, parallel};
@@ -29,7 +29,7 @@ pub(super) struct Carried<'a> {
     pub drag: Option<&'a Drag>,
     pub held: Option<(&'a Holds, &'a Reactions)>,
     pub grips: Option<&'a Grips>,
-    pub folds: Option<&'a Folds>,
+    pub folds: Option<&'a DihedralAngles>,
 }
 
 impl Carried<'_> {
@@ -54,7 +54,7 @@ impl Carried<'_> {
         if let (Some((bending, vertices, topology)), Some(folds)) = (self.sheet.bending, self.folds) {
             let body = (vertices, triangles, topology);
             let [work, scheme, damping, start, end] = if is_between_ends {
-                Folds::works_between_ends(body, bending, start, displacement)
+                DihedralAngles::works_between_ends(body, bending, start, displacement)
             } else {
                 let is_exact = self.scratch.tangent == Tangent::Exact;
                 folds.works_of_step(body, bending, start, (evaluated, displacement), is_exact)
@@ -156,7 +156,7 @@ impl Carried<'_> {
         let area = |v: usize| self.topology.vertex_area(self.sheet.triangles, v as u32);
         let braked = |(v, u): (usize, &DVec3)| coefficient * area(v) * u.length_squared();
         let drag = if coefficient > 0.0 { u.iter().enumerate().map(braked).sum() } else { 0.0 };
-        let is_shifted = self.increment.is_part || self.increment.is_put_outside;
+        let is_shifted = self.increment.is_fraction || self.increment.is_put_outside;
         let missing = is_shifted.then(|| self.missing_forces(audit, step));
         let missing = missing.as_deref();
         let jumps = velocity.iter().zip(start_velocity).zip(mass);

@@ -1,9 +1,9 @@
 //! What a factor is made of anew, to the same bits: the matrix that it was made of is several times as small.
 
-use super::super::bridge::Bridge;
-use super::super::cholesky::{Cholesky, Equations, NoFactor, Precision};
-use super::super::snapshot::Snapshot;
-use super::super::warp::Warp;
+use super::super::cholesky::{Cholesky, Equations, FactorPrecision, NoFactor};
+use super::super::edit_map::EditMap;
+use super::super::operator_copy::OperatorCopy;
+use super::super::rotation_warp::RotationWarp;
 use super::{Factor, InUse, Pending};
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use std::sync::Arc;
 )]
 pub(crate) enum Origin {
     /// The operator of a body.
-    Operator(Arc<Snapshot>),
+    Operator(Arc<OperatorCopy>),
     /// What a snapshot has kept of one.
     Equations(Arc<Equations>),
 }
@@ -28,8 +28,8 @@ impl Origin {
     /// As [`Cholesky::new`].
     pub(crate) fn factor(&self) -> Result<Cholesky, NoFactor> {
         match self {
-            Self::Operator(snapshot) => Cholesky::new(snapshot, Precision::Single, None),
-            Self::Equations(equations) => Cholesky::of_equations(equations, Precision::Single),
+            Self::Operator(operator_copy) => Cholesky::new(operator_copy, FactorPrecision::Single, None),
+            Self::Equations(equations) => Cholesky::of_equations(equations, FactorPrecision::Single),
         }
     }
 }
@@ -43,7 +43,7 @@ impl From<Equations> for Origin {
 impl From<Origin> for Equations {
     fn from(origin: Origin) -> Self {
         match origin {
-            Origin::Operator(snapshot) => Self::of(&snapshot),
+            Origin::Operator(operator_copy) => Self::of(&operator_copy),
             Origin::Equations(equations) => (*equations).clone(),
         }
     }
@@ -67,9 +67,9 @@ pub struct FactorState {
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Current {
     equations: Equations,
-    precision: Precision,
-    bridge: Bridge,
-    warp: Warp,
+    precision: FactorPrecision,
+    edit_map: EditMap,
+    rotation_warp: RotationWarp,
     served: u32,
     is_worse_than_none: bool,
 }
@@ -79,8 +79,8 @@ struct Current {
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Coming {
     origin: Origin,
-    bridge: Bridge,
-    warp: Warp,
+    edit_map: EditMap,
+    rotation_warp: RotationWarp,
     left: u32,
 }
 
@@ -89,18 +89,21 @@ impl Factor {
     pub fn state(&self) -> FactorState {
         let &Self { ref current, ref pending, without, strikes, rest, rests, rescued } = self;
         // Across edits a factor does not turn.
-        let turning = |bridge: &Bridge, warp: &Warp| if bridge.is_empty() { warp.state() } else { Warp::default() };
+        let turning = |edit_map: &EditMap, rotation_warp: &RotationWarp| {
+            if edit_map.is_empty() { rotation_warp.state() } else { RotationWarp::default() }
+        };
         let current = current.as_deref().map(|current| Current {
             equations: current.cholesky.equations(),
             precision: current.cholesky.precision(),
-            bridge: current.bridge.clone(),
-            warp: turning(&current.bridge, &current.warp),
+            edit_map: current.edit_map.clone(),
+            rotation_warp: turning(&current.edit_map, &current.rotation_warp),
             served: current.served,
             is_worse_than_none: current.is_worse_than_none,
         });
-        let coming = |Pending { origin, bridge, warp, left, .. }: &Pending| {
-            let (origin, warp, bridge) = (origin.clone(), turning(bridge, warp), bridge.clone());
-            Coming { origin, bridge, warp, left: *left }
+        let coming = |Pending { origin, edit_map, rotation_warp, left, .. }: &Pending| {
+            let (origin, rotation_warp, edit_map) =
+                (origin.clone(), turning(edit_map, rotation_warp), edit_map.clone());
+            Coming { origin, edit_map, rotation_warp, left: *left }
         };
         FactorState { current, pending: pending.as_ref().map(coming), without, strikes, rest, rests, rescued }
     }
@@ -113,12 +116,12 @@ impl Factor {
         let &FactorState { ref current, ref pending, without, strikes, rest, rests, rescued } = state;
         let current = current.as_ref().map(|current| {
             let cholesky = Cholesky::of_equations(&current.equations, current.precision)?;
-            let mut factor = InUse::new(cholesky, current.bridge.clone(), current.warp.clone());
+            let mut factor = InUse::new(cholesky, current.edit_map.clone(), current.rotation_warp.clone());
             (factor.served, factor.is_worse_than_none) = (current.served, current.is_worse_than_none);
             Ok(factor)
         });
-        let begin = |Coming { origin, bridge, warp, left }: &Coming| {
-            Pending::new(origin.clone(), bridge.clone(), warp.clone(), *left)
+        let begin = |Coming { origin, edit_map, rotation_warp, left }: &Coming| {
+            Pending::new(origin.clone(), edit_map.clone(), rotation_warp.clone(), *left)
         };
         let pending = pending.as_ref().map(begin);
         Ok(Self { current: current.transpose()?, pending, without, strikes, rest, rests, rescued })
@@ -130,19 +133,19 @@ impl FactorState {
     /// Whether it may belong to a body of so many vertices, and names nothing that is not there.
     pub fn is_sound(&self, vertex_count: usize) -> bool {
         use crate::storage::Topology;
-        let are_sound = |equations: &Equations, bridge: &Bridge, warp: &Warp| {
+        let are_sound = |equations: &Equations, edit_map: &EditMap, rotation_warp: &RotationWarp| {
             let Equations { corners, folded, free, .. } = equations;
             Topology::new(free.len(), corners).is_ok()
                 && folded.iter().flatten().all(|&v| (v as usize) < free.len())
                 && free.are_sound()
-                && bridge.is_sound(vertex_count, free.len())
-                && warp.vertex_count() == if bridge.is_empty() { free.len() } else { 0 }
+                && edit_map.is_sound(vertex_count, free.len())
+                && rotation_warp.vertex_count() == if edit_map.is_empty() { free.len() } else { 0 }
         };
-        self.current.iter().all(|current| are_sound(&current.equations, &current.bridge, &current.warp))
-            && self.pending.iter().all(|Coming { origin, bridge, warp, left }| {
+        self.current.iter().all(|current| are_sound(&current.equations, &current.edit_map, &current.rotation_warp))
+            && self.pending.iter().all(|Coming { origin, edit_map, rotation_warp, left }| {
                 *left > 0
                     && match origin {
-                        Origin::Equations(equations) => are_sound(equations, bridge, warp),
+                        Origin::Equations(equations) => are_sound(equations, edit_map, rotation_warp),
                         // Of a body here, not of bytes.
                         Origin::Operator(_) => true,
                     }

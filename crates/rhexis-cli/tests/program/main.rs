@@ -12,6 +12,7 @@ mod guards;
 mod mesh_files;
 mod output;
 mod overrides;
+mod plots;
 mod readme;
 mod scene_keys;
 mod scenes;

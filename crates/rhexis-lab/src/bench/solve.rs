@@ -14,7 +14,7 @@ use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::StepContext;
 use rhexis::systems::parallel::Pool;
-use rhexis::systems::solver::{Factor, InnerSolver};
+use rhexis::systems::solver::{Factor, MixedSolver};
 
 /// A way to solve.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +67,7 @@ impl Isolated {
     /// Forgets what earlier solves have left to be used again.
     pub(super) fn forget(&mut self) {
         // The body lives: it was found when this was made.
-        let _ = self.simulation.world_mut().insert(self.body, (Factor::default(), InnerSolver::default()));
+        let _ = self.simulation.world_mut().insert(self.body, (Factor::default(), MixedSolver::default()));
     }
 
     /// Solves from a first guess of zero, with what earlier solves have left.
@@ -111,8 +111,8 @@ impl StepError {
     pub(super) fn of(simulation: &mut Simulation, body: Entity, dt: f64) -> Result<Self, BenchError> {
         let settings = *simulation.settings();
         let (found, found_positions) = tried(simulation, body, dt, &settings)?;
-        let kept = simulation.world_mut().remove::<(Factor, InnerSolver)>(body).map_err(gone)?;
-        simulation.world_mut().insert(body, (Factor::default(), InnerSolver::default())).map_err(gone)?;
+        let kept = simulation.world_mut().remove::<(Factor, MixedSolver)>(body).map_err(gone)?;
+        simulation.world_mut().insert(body, (Factor::default(), MixedSolver::default())).map_err(gone)?;
         let tight = LinearParams::by_residual(1e-10, 100_000);
         let exact = tried(
             simulation,
@@ -149,7 +149,7 @@ fn solve(simulation: &mut Simulation, body: Entity, dt: f64, settings: &Settings
     let is_run = |system: &&System| {
         matches!(system.stage, Stage::Begin | Stage::Evaluate | Stage::Solve)
             && system.name != "refine"
-            && !system.name.starts_with("energy: ")
+            && !system.name.starts_with("energy audit: ")
     };
     let ms = pool.run(|| {
         let mut ms = 0.0;

@@ -9,12 +9,13 @@ use plotters::style::register_font;
 use rhexis_scene::output::file;
 use std::path::{Path, PathBuf};
 
-pub(crate) const FONT_NAME: &str = "DejaVu Sans";
+/// The font of all plots.
+pub const FONT_NAME: &str = "DejaVu Sans";
 /// Width and height of a plot \[px\].
 const SIZE: (u32, u32) = (1000, 900);
 
 /// Makes [`FONT_NAME`] known to the plots.
-pub(crate) fn load_font() {
+pub fn load_font() {
     // A font that is registered already is no failure.
     let _ = register_font(FONT_NAME, FontStyle::Normal, FONT);
 }

@@ -23,7 +23,7 @@ mod stability;
 pub mod tear;
 
 pub use artifacts::{Artifacts, Axes, Depth, Line};
-pub(crate) use artifacts::{FONT_NAME, load_font};
+pub use artifacts::{FONT_NAME, load_font};
 
 use rhexis::membrane::BodyError;
 use rhexis::simulation::{CutError, SimulationError};

@@ -5,7 +5,7 @@ use super::bodies::{Snapshot, operator};
 use glam::DVec3;
 use rhexis::components::{FreeAxes, SolverScratch};
 use rhexis::settings::LinearParams;
-use rhexis::systems::solver::{self, Factor, Means, Use};
+use rhexis::systems::solver::{self, Available, Factor, Refresh};
 use std::f64::consts::TAU;
 
 /// Krylov vectors: the lowest three of a spectrum like a membrane's are then exact to 1e-10.
@@ -36,8 +36,8 @@ pub(super) fn lowest_frequencies(body: &Snapshot, free: &FreeAxes, count: usize)
         let last = &basis[basis.len() - 1];
         let mut image = vec![DVec3::ZERO; last.len()];
         scratch.residual = last.iter().zip(mass).zip(free).map(|((x, m), f)| *x * *m * *f).collect();
-        let mut means = Means { factor: Some((&mut factor, Use::Wait)), inner: None };
-        solver::solve(&operator, &params, &mut means, &mut corner, &mut image, &mut scratch)?;
+        let mut available = Available { factor: Some((&mut factor, Refresh::Now)), mixed: None };
+        solver::solve(&operator, &params, &mut available, &mut corner, &mut image, &mut scratch)?;
         diagonal.push(dot(last, &image));
         // Twice is enough (Kahan).
         for _ in 0..2 {

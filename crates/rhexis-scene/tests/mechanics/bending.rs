@@ -7,7 +7,7 @@ use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Topology, TriangleMesh, Triangles, Vertices};
-use rhexis::systems::bending::Folds;
+use rhexis::systems::bending::DihedralAngles;
 use rhexis_scene::generate;
 
 const LENGTH: f64 = 10.0;
@@ -113,7 +113,7 @@ struct Cap {
     vertices: Vertices,
     triangles: Triangles,
     topology: Topology,
-    folds: Folds,
+    folds: DihedralAngles,
 }
 
 const OWN: Bending = Bending { stiffness: None };
@@ -128,7 +128,7 @@ impl Cap {
         let vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
         let triangles = (*world.get::<&Triangles>(body).unwrap()).clone();
         let topology = (*world.get::<&Topology>(body).unwrap()).clone();
-        let mut folds = Folds::default();
+        let mut folds = DihedralAngles::default();
         folds.refresh(&vertices, &triangles, &topology, &OWN);
         Self { vertices, triangles, topology, folds }
     }
@@ -220,8 +220,13 @@ fn a_motion_leaves_over_what_energy_forces_and_tangent_say() {
         let mut product = vec![DVec3::ZERO; u.len()];
         cap.folds.add_product(&cap.triangles.corners, &cap.topology, &u, is_exact, &mut product);
         let pull = dot(&product, &u);
-        let found =
-            cap.folds.left_over(&cap.triangles.corners, (u.len(), |v| [u[v], end[v]]), None, is_exact, &mut Vec::new());
+        let found = cap.folds.spurious_energy(
+            &cap.triangles.corners,
+            (u.len(), |v| [u[v], end[v]]),
+            None,
+            is_exact,
+            &mut Vec::new(),
+        );
         // Hundreds of terms of the size of the largest: rounding.
         let expected = change + forces - pull;
         assert!((found - expected).abs() < 1e-12 * pull, "exact {is_exact}: {found} for {expected}");
@@ -239,7 +244,7 @@ fn angles_at_the_end_of_a_motion_serve_only_there() {
     for at in [&end, &elsewhere] {
         cap.folds.evaluate(&cap.triangles.corners, &x, 1.0);
         let motion = |v: usize| [end[v] - x[v], end[v]];
-        cap.folds.left_over(&cap.triangles.corners, (x.len(), motion), None, false, &mut Vec::new());
+        cap.folds.spurious_energy(&cap.triangles.corners, (x.len(), motion), None, false, &mut Vec::new());
         // As found by one that knows of no motion, to the last bit.
         assert!(cap.forces(at) == Cap::new().forces(at));
     }
@@ -247,7 +252,7 @@ fn angles_at_the_end_of_a_motion_serve_only_there() {
     cap.vertices.rest_position[40].z += 0.1;
     let stiffer = Bending { stiffness: Some(0.1) };
     cap.folds.refresh(&cap.vertices, &cap.triangles, &cap.topology, &stiffer);
-    let mut anew = Folds::default();
+    let mut anew = DihedralAngles::default();
     anew.refresh(&cap.vertices, &cap.triangles, &cap.topology, &stiffer);
     let mut forces = [vec![DVec3::ZERO; end.len()], vec![DVec3::ZERO; end.len()]];
     for (folds, forces) in [&mut cap.folds, &mut anew].into_iter().zip(&mut forces) {
@@ -318,10 +323,10 @@ fn rest_angles_follow_tears_and_refinement_as_if_made_anew() {
         let count = simulation.world().get::<&Triangles>(body).unwrap().len();
         assert!(count > 400, "{count}");
         let world = simulation.world_mut();
-        type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a mut Folds);
+        type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a mut DihedralAngles);
         let (vertices, triangles, topology, folds) = world.query_one_mut::<Query>(body).unwrap();
         folds.refresh(vertices, triangles, topology, &OWN);
-        let mut anew = Folds::default();
+        let mut anew = DihedralAngles::default();
         anew.refresh(vertices, triangles, topology, &OWN);
         assert!(folds.has_rest_of(&anew), "after cut {cut}");
     }

@@ -10,10 +10,10 @@ use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings, Tangen
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::kernels::membrane;
-use rhexis::systems::solver::{self, CgError, CgInfo, Inner, InnerSolver, Means, Operator};
+use rhexis::systems::solver::{self, Available, CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator};
 use rhexis_scene::Document;
 
-/// What the inner solver works with.
+/// Preconditioners of the mixed-precision solver.
 const PRECONDITIONERS: [Preconditioner; 3] =
     [Preconditioner::BlockJacobi, Preconditioner::IncompleteCholesky, Preconditioner::Multigrid];
 
@@ -96,7 +96,7 @@ impl Torn {
         self.free.iter().map(|free| (DVec3::ONE - *free) * 0.01).collect()
     }
 
-    fn solve(&self, tolerance: f64, kind: Option<Inner>) -> (Result<CgInfo, CgError>, Vec<DVec3>) {
+    fn solve(&self, tolerance: f64, kind: Option<MixedPreconditioner>) -> (Result<CgInfo, CgError>, Vec<DVec3>) {
         self.solve_from(self.guess(), tolerance, kind)
     }
 
@@ -104,15 +104,15 @@ impl Torn {
         &self,
         mut x: Vec<DVec3>,
         tolerance: f64,
-        kind: Option<Inner>,
+        kind: Option<MixedPreconditioner>,
     ) -> (Result<CgInfo, CgError>, Vec<DVec3>) {
         let mut scratch =
             SolverScratch { free: self.free.clone(), residual: self.load.clone(), ..SolverScratch::default() };
         let mut corner = Vec::new();
-        let mut inner = InnerSolver::default();
-        let mut means = Means { factor: None, inner: kind.map(|kind| (&mut inner, kind)) };
+        let mut mixed = MixedSolver::default();
+        let mut available = Available { factor: None, mixed: kind.map(|kind| (&mut mixed, kind)) };
         let params = LinearParams::by_residual(tolerance, 20_000);
-        let info = solver::solve(&self.operator(), &params, &mut means, &mut corner, &mut x, &mut scratch);
+        let info = solver::solve(&self.operator(), &params, &mut available, &mut corner, &mut x, &mut scratch);
         (info, x)
     }
 
@@ -132,7 +132,7 @@ impl Torn {
 #[test]
 fn a_guess_need_only_have_the_right_direction() {
     let torn = Torn::new();
-    for kind in [None, Some(Inner::IncompleteCholesky)] {
+    for kind in [None, Some(MixedPreconditioner::IncompleteCholesky)] {
         let (from_nothing, answer) = torn.solve(1e-8, kind);
         let from_nothing = from_nothing.unwrap().iterations;
         // The answer with its free part so many times too long; at the last its work is beyond all numbers, and it is dropped.
@@ -153,7 +153,12 @@ fn every_tolerance_is_reached_and_prescribed_axes_stay() {
     let torn = Torn::new();
     for tolerance in [1e-2, 1e-4, 1e-8, 1e-12] {
         let mut iterations = Vec::new();
-        for kind in [None, Some(Inner::BlockJacobi), Some(Inner::IncompleteCholesky), Some(Inner::Multigrid)] {
+        for kind in [
+            None,
+            Some(MixedPreconditioner::BlockJacobi),
+            Some(MixedPreconditioner::IncompleteCholesky),
+            Some(MixedPreconditioner::Multigrid),
+        ] {
             let (info, x) = torn.solve(tolerance, kind);
             let info = info.unwrap();
             iterations.push(info.iterations);
@@ -176,8 +181,8 @@ fn every_tolerance_is_reached_and_prescribed_axes_stay() {
 #[test]
 fn a_factor_in_halves_leaves_as_few_iterations() {
     let torn = Torn::capsule(9000, 12);
-    let [(halves, x), (jacobi, _)] =
-        [Inner::IncompleteCholesky, Inner::BlockJacobi].map(|kind| torn.solve(1e-4, Some(kind)));
+    let [(halves, x), (jacobi, _)] = [MixedPreconditioner::IncompleteCholesky, MixedPreconditioner::BlockJacobi]
+        .map(|kind| torn.solve(1e-4, Some(kind)));
     let (halves, jacobi) = (halves.unwrap().iterations, jacobi.unwrap().iterations);
     assert!(torn.relative_residual(&x) <= 1e-4);
     // As of rows in one piece, above.
@@ -194,7 +199,7 @@ fn a_plane_is_solved_as_space_is() {
     for tolerance in [1e-3, 1e-8] {
         let mut solve = |frames: &Frames| {
             sheet.frames.clone_from(frames);
-            let (info, x) = sheet.solve(tolerance, Some(Inner::IncompleteCholesky));
+            let (info, x) = sheet.solve(tolerance, Some(MixedPreconditioner::IncompleteCholesky));
             assert!(sheet.relative_residual(&x) <= tolerance);
             (info.unwrap().iterations, x)
         };
@@ -215,7 +220,7 @@ fn a_plane_is_solved_as_space_is() {
 fn the_residual_of_single_precision_is_the_true_one() {
     let sheet = Torn::planar();
     for tolerance in [1e-1, 1e-2, 1e-3, 1e-4] {
-        let (info, x) = sheet.solve(tolerance, Some(Inner::Multigrid));
+        let (info, x) = sheet.solve(tolerance, Some(MixedPreconditioner::Multigrid));
         let (reported, residual) = (info.unwrap().relative_residual, sheet.relative_residual(&x));
         println!("to {tolerance}: reports {reported:e}, is {residual:e}");
         assert!((reported - residual).abs() < 0.01 * tolerance, "reports {reported:e}, is {residual:e}");
@@ -237,7 +242,7 @@ fn the_projected_tangent_is_solved_in_single_precision_as_far() {
     assert!(projected > 5, "{projected}");
     // What the accurate settings ask for at the most.
     let (double, reference) = torn.solve(1e-10, None);
-    let (mixed, x) = torn.solve(1e-10, Some(Inner::IncompleteCholesky));
+    let (mixed, x) = torn.solve(1e-10, Some(MixedPreconditioner::IncompleteCholesky));
     let (double, mixed) = (double.unwrap(), mixed.unwrap());
     println!("{} iterations in double precision, {} in mixed", double.iterations, mixed.iterations);
     // Double precision without a factor would take over with as many iterations again.
@@ -254,7 +259,9 @@ fn both_precisions_have_one_answer() {
     let torn = Torn::new();
     let (_, double) = torn.solve(1e-12, None);
     let largest = double.iter().map(|x| x.length()).fold(0.0, f64::max);
-    for kind in [Inner::BlockJacobi, Inner::IncompleteCholesky, Inner::Multigrid] {
+    for kind in
+        [MixedPreconditioner::BlockJacobi, MixedPreconditioner::IncompleteCholesky, MixedPreconditioner::Multigrid]
+    {
         let (_, mixed) = torn.solve(1e-12, Some(kind));
         let off = mixed.iter().zip(&double).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
         // Residuals of 1e-12 times the condition of a slack flap, some 1e5.
@@ -290,7 +297,7 @@ fn a_factor_that_rounding_has_broken_costs_few_iterations() {
             let n = DVec3::new((v as f64).sin(), (1.7 * v as f64).cos(), 0.4).normalize();
             *block = *sound + Sym3::outer(n) * stiffness;
         }
-        let (info, x) = torn.solve(1e-3, Some(Inner::IncompleteCholesky));
+        let (info, x) = torn.solve(1e-3, Some(MixedPreconditioner::IncompleteCholesky));
         let (iterations, residual) = (info.unwrap().iterations, torn.relative_residual(&x));
         println!("{stiffness:e}: {iterations} iterations leave {residual:e}");
         // Two rounds of 150 that come to nothing, each with a factor whose diagonal is raised further, and a third that serves.
@@ -300,7 +307,12 @@ fn a_factor_that_rounding_has_broken_costs_few_iterations() {
 
 #[test]
 fn what_is_no_operator_is_named() {
-    let kinds = [None, Some(Inner::BlockJacobi), Some(Inner::IncompleteCholesky), Some(Inner::Multigrid)];
+    let kinds = [
+        None,
+        Some(MixedPreconditioner::BlockJacobi),
+        Some(MixedPreconditioner::IncompleteCholesky),
+        Some(MixedPreconditioner::Multigrid),
+    ];
     let mut torn = Torn::new();
     let sound = torn.external.clone();
     // A spring that pushes away, stiffer than all that meets in the vertex.
@@ -327,14 +339,14 @@ fn what_is_no_operator_is_named() {
 fn forces_of_any_size_are_in_range() {
     let mut torn = Torn::new();
     let sound = torn.load.clone();
-    let (_, expected) = torn.solve(1e-6, Some(Inner::IncompleteCholesky));
+    let (_, expected) = torn.solve(1e-6, Some(MixedPreconditioner::IncompleteCholesky));
     // The answer is the sum of that to the load and that to the prescribed motion: without load, and with one far out of the
     // range of single precision.
     torn.load = sound.iter().map(|_| DVec3::ZERO).collect();
-    let (info, unloaded) = torn.solve(1e-6, Some(Inner::IncompleteCholesky));
+    let (info, unloaded) = torn.solve(1e-6, Some(MixedPreconditioner::IncompleteCholesky));
     assert!(info.unwrap().relative_residual <= 1e-6);
     torn.load = sound.iter().map(|load| *load * 1e60).collect();
-    let (info, loaded) = torn.solve(1e-6, Some(Inner::IncompleteCholesky));
+    let (info, loaded) = torn.solve(1e-6, Some(MixedPreconditioner::IncompleteCholesky));
     assert!(info.unwrap().relative_residual <= 1e-6);
     let largest = expected.iter().map(|x| x.length()).fold(0.0, f64::max);
     for ((expected, unloaded), loaded) in expected.iter().zip(&unloaded).zip(&loaded) {

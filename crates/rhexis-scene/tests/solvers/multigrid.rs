@@ -12,7 +12,7 @@ use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::forces::corotation;
 use rhexis::systems::kernels::membrane;
-use rhexis::systems::solver::{self, Inner, InnerSolver, Means, Operator};
+use rhexis::systems::solver::{self, Available, MixedPreconditioner, MixedSolver, Operator};
 use rhexis_scene::Document;
 
 /// Meshes M(nx, ny) of 1,500, 15,010, 150,000 and 1,501,000 triangles.
@@ -111,22 +111,22 @@ impl System {
     }
 
     /// Iterations to a relative residual.
-    fn iterations(&self, inner: &mut InnerSolver, tolerance: f64) -> u32 {
+    fn iterations(&self, mixed: &mut MixedSolver, tolerance: f64) -> u32 {
         let mut scratch =
             SolverScratch { free: self.free.clone(), residual: self.load.clone(), ..SolverScratch::default() };
         let mut corner = Vec::new();
         let mut x = self.guess.clone();
-        let mut means = Means { factor: None, inner: Some((inner, Inner::Multigrid)) };
+        let mut available = Available { factor: None, mixed: Some((mixed, MixedPreconditioner::Multigrid)) };
         let params = LinearParams::by_residual(tolerance, 1000);
-        let info = solver::solve(&self.operator(), &params, &mut means, &mut corner, &mut x, &mut scratch).unwrap();
+        let info = solver::solve(&self.operator(), &params, &mut available, &mut corner, &mut x, &mut scratch).unwrap();
         assert!(info.relative_residual <= tolerance, "{}", info.relative_residual);
         info.iterations
     }
 
     /// A cycle's answer to `r`.
-    fn cycle(&self, inner: &mut InnerSolver, r: &[DVec3]) -> Vec<DVec3> {
+    fn cycle(&self, mixed: &mut MixedSolver, r: &[DVec3]) -> Vec<DVec3> {
         let mut z = vec![DVec3::ZERO; r.len()];
-        inner.cycle(r, &mut z, &mut Vec::new());
+        mixed.cycle(r, &mut z, &mut Vec::new());
         z
     }
 
@@ -175,8 +175,8 @@ fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
 
 /// Iterations to 1e-3 and 1e-6, which must stay below the bounds.
 fn assert_few(name: &str, system: &System, most: [u32; 2]) {
-    let mut inner = InnerSolver::default();
-    let its = [1e-3, 1e-6].map(|tolerance| system.iterations(&mut inner, tolerance));
+    let mut mixed = MixedSolver::default();
+    let its = [1e-3, 1e-6].map(|tolerance| system.iterations(&mut mixed, tolerance));
     println!("{name}, {} triangles: {its:?} iterations to 1e-3 and 1e-6", system.triangles.len());
     assert!(its[0] <= most[0] && its[1] <= most[1], "{name}: {its:?} iterations, over {most:?}");
 }
@@ -215,12 +215,12 @@ fn a_cycle_is_symmetric_and_positive() {
     for system in
         [System::square([30, 25], true, &[]), System::square([95, 79], false, &curved_tear()), System::capsule(1500)]
     {
-        let mut inner = InnerSolver::default();
-        inner.begin_cycles(&system.operator(), &system.free);
+        let mut mixed = MixedSolver::default();
+        mixed.begin_cycles(&system.operator(), &system.free);
         let mut next = numbers();
         for _ in 0..5 {
             let (a, b) = (system.noise(&mut next), system.noise(&mut next));
-            let (ma, mb) = (system.cycle(&mut inner, &a), system.cycle(&mut inner, &b));
+            let (ma, mb) = (system.cycle(&mut mixed, &a), system.cycle(&mut mixed, &b));
             let (aa, bb) = (dot(&a, &ma), dot(&b, &mb));
             assert!(aa > 0.0 && bb > 0.0, "{aa} and {bb}");
             // Single precision: sums of some hundred products per level are off by 1e-6 of themselves.
@@ -241,11 +241,11 @@ fn what_a_tear_parts_is_parted_on_all_levels() {
     let (count, of_triangle) = system.topology.components();
     assert_eq!(count, 2);
     let piece_of = |v: usize| of_triangle[system.topology.incident[v][0] as usize / 3];
-    let mut inner = InnerSolver::default();
-    inner.begin_cycles(&system.operator(), &system.free);
+    let mut mixed = MixedSolver::default();
+    mixed.begin_cycles(&system.operator(), &system.free);
     let mut force = system.noise(&mut numbers());
     force.iter_mut().enumerate().filter(|(v, _)| piece_of(*v) == 1).for_each(|(_, f)| *f = DVec3::ZERO);
-    let answer = system.cycle(&mut inner, &force);
+    let answer = system.cycle(&mut mixed, &force);
     assert!(answer.iter().enumerate().all(|(v, z)| piece_of(v) == 0 || *z == DVec3::ZERO));
     assert!(answer.iter().any(|z| *z != DVec3::ZERO));
 }
@@ -254,10 +254,10 @@ fn what_a_tear_parts_is_parted_on_all_levels() {
 fn another_mesh_leaves_no_trace() {
     let (other, torn) = (System::square([50, 60], true, &[]), System::square([60, 50], true, &curved_tear()));
     let force = torn.noise(&mut numbers());
-    let mut fresh = InnerSolver::default();
+    let mut fresh = MixedSolver::default();
     fresh.begin_cycles(&torn.operator(), &torn.free);
     let expected = torn.cycle(&mut fresh, &force);
-    let mut used = InnerSolver::default();
+    let mut used = MixedSolver::default();
     other.iterations(&mut used, 1e-6);
     used.begin_cycles(&torn.operator(), &torn.free);
     assert!(torn.cycle(&mut used, &force) == expected);
@@ -267,11 +267,11 @@ fn another_mesh_leaves_no_trace() {
 fn levels_that_follow_a_tear_serve_as_well_as_new_ones() {
     let tear = curved_tear();
     for is_planar in [true, false] {
-        let mut followed = InnerSolver::default();
+        let mut followed = MixedSolver::default();
         let mut sums = [0, 0];
         for end in 0..tear.len() {
             let torn = System::square([95, 79], is_planar, if end > 0 { &tear[..=end] } else { &[] });
-            let of_new = torn.iterations(&mut InnerSolver::default(), 1e-6);
+            let of_new = torn.iterations(&mut MixedSolver::default(), 1e-6);
             let of_followed = torn.iterations(&mut followed, 1e-6);
             println!("planar: {is_planar}, {end} pieces: {of_followed} iterations to 1e-6, {of_new} with new levels");
             sums[0] += of_followed;

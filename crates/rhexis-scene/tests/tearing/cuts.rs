@@ -143,12 +143,15 @@ struct Case {
     inside: f64,
     /// Chords lie on the body.
     is_flat: bool,
-    /// How near lips are to each other \[mm\].
-    near: f64,
+    /// How near to the lips of the whole line those of its two parts are \[mm\].
+    near_in_parts: f64,
 }
 
 /// Wedges \[rad\] below 15° are left to the mesh: it keeps angles of 10° where it can.
 const SHARPEST: f64 = 15.0 * PI / 180.0;
+
+/// Lips that are the same are this near to each other \[mm\]: roundings of lines of 10 mm, at crossings of 1e-3 rad at the least.
+const ROUNDING: f64 = 1e-9;
 
 fn mirrored(p: DVec3) -> DVec3 {
     DVec3::new(-p.x, p.y, p.z)
@@ -156,7 +159,7 @@ fn mirrored(p: DVec3) -> DVec3 {
 
 /// The same line refined tenfold, reversed, mirrored and split in two leaves the same lips.
 fn check_lips(case: &Case, rounds: usize) {
-    let Case { mesh, before, near, .. } = case;
+    let Case { mesh, before, .. } = case;
     let mut image = mesh.clone();
     image.positions.iter_mut().for_each(|p| *p = mirrored(*p));
     image.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -170,14 +173,14 @@ fn check_lips(case: &Case, rounds: usize) {
         let line: Vec<DVec3> = (0..count).map(|_| (case.on_surface)(DVec3::new(place(), place(), 0.0))).collect();
         let Ok(plain) = cut(mesh, before, std::slice::from_ref(&line)) else { continue };
         made += 1;
-        if case.is_flat && plain[0].off_line > *near {
+        if case.is_flat && plain[0].off_line > ROUNDING {
             // The mesh has no room for good triangles along the line, or it begins or ends beside the rim.
             continue;
         }
         if line.windows(3).any(|p| (p[1] - p[0]).angle_between(p[2] - p[1]) > PI - SHARPEST) {
             continue;
         }
-        let mut compare = |what: &str, other: Result<Vec<Cut>, CutError>, back: fn(DVec3) -> DVec3| {
+        let mut compare = |what: &str, near: f64, other: Result<Vec<Cut>, CutError>, back: fn(DVec3) -> DVec3| {
             let mut other = match other {
                 Ok(other) => other,
                 Err(error) => {
@@ -189,20 +192,20 @@ fn check_lips(case: &Case, rounds: usize) {
             let length = |cuts: &[Cut]| cuts.iter().map(|cut| cut.made).sum::<f64>();
             let off = apart(&plain, &other).max(apart(&other, &plain));
             let longer = length(&other) - length(&plain);
-            if off > *near || longer.abs() > 10.0 * near {
+            if off > near || longer.abs() > 10.0 * near {
                 bad.push(format!("{} {round} {what} {line:?}: {off:e} mm apart, {longer:e} mm longer", case.name));
             }
         };
         let pairs = line.windows(2);
         let refined = pairs.flat_map(|pair| (0..10).map(|k| pair[0].lerp(pair[1], f64::from(k) / 10.0)));
         let refined: Vec<DVec3> = refined.chain(line.last().copied()).collect();
-        compare("refined", cut(mesh, before, &[refined]), |p| p);
-        compare("reversed", cut(mesh, before, &[line.iter().rev().copied().collect()]), |p| p);
+        compare("refined", ROUNDING, cut(mesh, before, &[refined]), |p| p);
+        compare("reversed", ROUNDING, cut(mesh, before, &[line.iter().rev().copied().collect()]), |p| p);
         let turned = line.iter().map(|p| mirrored(*p)).collect();
-        compare("mirrored", cut(&image, &image_before, &[turned]), mirrored);
+        compare("mirrored", ROUNDING, cut(&image, &image_before, &[turned]), mirrored);
         let middle = line[1];
         if count > 2 && middle.x.abs().max(middle.y.abs()) < case.inside {
-            compare("split", cut(mesh, before, &[line[..2].to_vec(), line[1..].to_vec()]), |p| p);
+            compare("split", case.near_in_parts, cut(mesh, before, &[line[..2].to_vec(), line[1..].to_vec()]), |p| p);
         }
     }
     assert!(bad.is_empty(), "{} bad:\n{}", bad.len(), bad.join("\n"));
@@ -210,36 +213,50 @@ fn check_lips(case: &Case, rounds: usize) {
     assert!(made * 10 >= rounds * 8, "{}: {made} of {rounds}", case.name);
 }
 
-fn plate() -> TriangleMesh {
-    let mut plate = generate::grid(10.0, 10.0, 12, 11).unwrap();
-    plate.positions.iter_mut().for_each(|p| *p -= DVec3::new(5.0, 5.0, 0.0));
-    plate
+fn on_a_plate(name: &'static str, before: Vec<Vec<DVec3>>) -> Case {
+    let mut mesh = generate::grid(10.0, 10.0, 12, 11).unwrap();
+    mesh.positions.iter_mut().for_each(|p| *p -= DVec3::new(5.0, 5.0, 0.0));
+    let on_surface = |p| p;
+    Case { name, mesh, before, on_surface, reach: 6.0, inside: 4.5, is_flat: true, near_in_parts: ROUNDING }
 }
 
 #[test]
 fn the_same_line_given_otherwise_leaves_the_same_lips_on_a_plate() {
-    // Roundings of lines of 10 mm, at crossings of 1e-3 rad at the least.
-    let (mesh, near) = (plate(), 1e-9);
-    let case =
-        Case { name: "flat", is_flat: true, mesh, before: vec![], on_surface: |p| p, reach: 6.0, inside: 4.5, near };
-    check_lips(&case, 60);
+    check_lips(&on_a_plate("flat", vec![]), 60);
 }
 
 #[test]
 fn the_same_line_given_otherwise_leaves_the_same_lips_on_a_torn_plate() {
-    let slit = vec![vec![DVec3::new(-1.9, -3.0, 0.0), DVec3::new(1.7, 3.1, 0.0)]];
-    let (mesh, near) = (plate(), 1e-9);
-    let case =
-        Case { name: "torn", is_flat: true, mesh, before: slit, on_surface: |p| p, reach: 6.0, inside: 4.5, near };
-    check_lips(&case, 60);
+    let slit = vec![DVec3::new(-1.9, -3.0, 0.0), DVec3::new(1.7, 3.1, 0.0)];
+    check_lips(&on_a_plate("torn", vec![slit]), 60);
 }
 
 #[test]
 fn the_same_line_given_otherwise_leaves_the_same_lips_on_a_cap() {
     let mesh = generate::cap(10.0, 10.0, 600).unwrap();
     let on_surface = |p: DVec3| DVec3::new(p.x, p.y, (100.0 - p.x * p.x - p.y * p.y).sqrt() - 10.0);
-    // A way over the triangles from either end leaves that of the other by some sagittas of an edge of 0.6 mm, h²/(8·R) = 5 µm.
-    let case =
-        Case { name: "cap", is_flat: false, mesh, before: vec![], on_surface, reach: 3.4, inside: 3.4, near: 0.02 };
+    // A part may be cut from another end than the whole line was, and a way over the triangles from either end leaves that of the
+    // other by some sagittas of an edge of 0.6 mm, h²/(8·R) = 5 µm.
+    let case = Case {
+        name: "cap",
+        is_flat: false,
+        mesh,
+        before: vec![],
+        on_surface,
+        reach: 3.4,
+        inside: 3.4,
+        near_in_parts: 0.02,
+    };
     check_lips(&case, 60);
+}
+
+/// A run that goes on compares all that its scene was read from.
+#[test]
+fn all_files_that_a_scene_reads_are_named() {
+    let text = "[scene]\nname = 's'\n[run]\ndt = 1\nsteps = 1\n[[bodies]]\nname = 'b'\nmesh = { file = 'm.obj' }\n\
+                material = { young = 1, poisson = 0.3, thickness = 0.1 }\nfibres = { file = 'f.txt' }\n\
+                per_triangle = { thickness = { file = 'h.txt' }, strength = 'array' }\n";
+    let files = Scene::parse(text, "s.toml").unwrap().data_files();
+    let names: Vec<_> = files.iter().filter_map(|file| file.file_name()?.to_str()).collect();
+    assert_eq!(names, ["f.txt", "h.txt", "m.obj"]);
 }

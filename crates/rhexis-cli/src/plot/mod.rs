@@ -1,0 +1,105 @@
+//! `rhexis plot`: curves of runs over time, or of one column over another.
+
+mod draw;
+mod table;
+
+pub(super) use draw::{Curve, Panel, svg};
+
+use crate::Stop;
+use crate::say::say;
+use clap::Args;
+use std::path::{Path, PathBuf};
+use table::{Table, label};
+
+#[derive(Args)]
+pub(super) struct PlotArgs {
+    /// Output directories of `rhexis run`; several are drawn into the same plots.
+    #[arg(value_name = "RUN_DIR", required = true)]
+    runs: Vec<PathBuf>,
+    /// Column of series.csv along the horizontal axis.
+    #[arg(long, value_name = "COLUMN", default_value = "time_ms")]
+    x: String,
+    /// Columns of series.csv to draw into one plot, instead of the usual ones.
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
+    y: Vec<String>,
+    /// Directory for the plots [default: `plots` in the first run's directory].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  rhexis plot out/fig2-tear
+  rhexis plot out/coarse out/fine --y tear_length_mm
+  rhexis plot out/fig2-tear --x tear_length_mm --y square/left_x_N
+
+Without --y: forces of holds and grips, energies stacked, tear length, criterion and iterations, each as SVG and PNG.";
+
+/// Draws the plots of some runs.
+pub(super) fn plot(args: &PlotArgs) -> Result<(), Stop> {
+    let tables: Vec<Table> = args.runs.iter().map(|run| Table::read(run)).collect::<Result<_, _>>()?;
+    let panels = if args.y.is_empty() { usual(&tables, &args.x)? } else { asked(&tables, &args.x, &args.y)? };
+    let out = args.out.clone().unwrap_or_else(|| args.runs[0].join("plots"));
+    std::fs::create_dir_all(&out).map_err(|error| Stop::Failed(format!("{}: {error}", out.display())))?;
+    for panel in &panels {
+        draw::files(&out, panel).map_err(Stop::Failed)?;
+    }
+    let names: Vec<&str> = panels.iter().map(|panel| panel.name.as_str()).collect();
+    say(&format!("{} in {} as .svg and .png", names.join(", "), out.display()))
+}
+
+/// The usual plots of one run.
+pub(super) fn of_run(directory: &Path) -> Result<Vec<Panel>, Stop> {
+    usual(&[Table::read(directory)?], "time_ms")
+}
+
+/// The columns that were asked for, in one plot.
+fn asked(tables: &[Table], x: &str, y: &[String]) -> Result<Vec<Panel>, Stop> {
+    let mut curves = Vec::new();
+    for table in tables {
+        for column in y {
+            curves.push(Curve::new(named(tables, table, column), table.column(x)?, table.column(column)?));
+        }
+    }
+    let first = label(&y[0]);
+    let unit = first.split_once(" [").map(|(_, unit)| format!("[{unit}"));
+    let y_label = if y.len() == 1 { first } else { unit.unwrap_or_default() };
+    let name: String = y.join("-").chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect();
+    Ok(vec![Panel { name, axes: [label(x), y_label], curves, is_stacked: false }])
+}
+
+/// The plots that every run has something to show in.
+fn usual(tables: &[Table], x: &str) -> Result<Vec<Panel>, Stop> {
+    let mut panels = Vec::new();
+    let mut panel = |name: &str, y: &str, curves: Vec<Curve>, is_stacked: bool| {
+        if curves.iter().any(Curve::is_there) {
+            panels.push(Panel { name: name.to_owned(), axes: [label(x), y.to_owned()], curves, is_stacked });
+        }
+    };
+    let mut forces = Vec::new();
+    for table in tables {
+        for (name, lengths) in table.lengths("N") {
+            forces.push(Curve::new(named(tables, table, &name), table.column(x)?, &lengths));
+        }
+    }
+    panel("forces", "force [N]", forces, false);
+    let columns = |names: &[&str]| -> Result<Vec<Curve>, Stop> {
+        let mut curves = Vec::new();
+        for table in tables {
+            for name in names {
+                curves.push(Curve::new(named(tables, table, &label(name)), table.column(x)?, table.column(name)?));
+            }
+        }
+        Ok(curves)
+    };
+    panel("energies", "energy [mJ]", columns(&["elastic_mJ", "kinetic_mJ"])?, tables.len() == 1);
+    panel("tear-length", "tear length [mm]", columns(&["tear_length_mm"])?, false);
+    panel("criterion", "largest criterion; above 1 it tears", columns(&["max_criterion"])?, false);
+    panel("iterations", "iterations of a step", columns(&["iterations"])?, false);
+    Ok(panels)
+}
+
+/// The name of a curve; with the run's where there are several.
+fn named(tables: &[Table], table: &Table, curve: &str) -> String {
+    if tables.len() == 1 { curve.to_owned() } else { format!("{}: {curve}", table.run) }
+}

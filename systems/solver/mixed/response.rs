@@ -1,0 +1,86 @@
+//! The body's response to further loads, with the single-precision operator and the preconditioner of its last solve. Nothing that later solves depend on is changed.
+
+use super::cg::{Reached, solve};
+use super::factored::Factored;
+use super::fingerprint::Fingerprint;
+use super::{MixedPreconditioner, MixedSolver, size};
+use crate::systems::parallel;
+use crate::systems::solver::estimate::Limits;
+use crate::systems::solver::{CgError, Factor};
+use glam::{DVec3, Vec4};
+
+/// Preconditioner of the last solve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LastPreconditioner {
+    /// Built by the solver itself.
+    Built(MixedPreconditioner),
+    /// The body's Cholesky factor.
+    Factor,
+}
+
+impl MixedSolver {
+    /// Whether the last solve of the step has left an operator of these triangles, for [`product`](Self::product) and [`correct`](Self::correct).
+    pub fn has_operator_of(&self, corners: &[[u32; 3]]) -> bool {
+        self.ready.is_some() && self.fingerprint == Fingerprint::of(corners)
+    }
+
+    /// Leaves no operator to be used: the next solve is of another.
+    pub fn forget_operator(&mut self) {
+        self.ready = None;
+    }
+
+    /// `out` = A·x \[N\] along free axes, for an `x` \[mm\] by vertex that is zero along the others.
+    pub fn product(&mut self, x: &[DVec3], out: &mut Vec<DVec3>) {
+        let Self { matrix, partition, order, vectors, .. } = self;
+        size(&mut vectors.p, x.len(), Vec4::ZERO);
+        size(&mut vectors.q, x.len(), Vec4::ZERO);
+        let (vertex, row) = (&order.vertex, &order.row);
+        parallel::for_rows(&mut vectors.p, |row, p| *p = x[vertex[row] as usize].as_vec3().extend(0.0));
+        matrix.apply(partition, &vectors.p, &mut vectors.q, &mut vectors.partials);
+        out.resize(x.len(), DVec3::ZERO);
+        let q = &vectors.q;
+        parallel::for_rows(out, |v, out| *out = q[row[v] as usize].truncate().as_dvec3());
+    }
+
+    /// Brings `x` nearer to the answer by a residual b − A·x \[N\], until the squared energy norm of the error is `energy` \[mJ\] or `most`
+    /// iterations are done; the residual follows. Returns how many it took.
+    ///
+    /// # Errors
+    /// [`CgError`] where single precision has come to nothing; `x` and the residual are then as they were.
+    pub fn correct(
+        &mut self,
+        factor: &mut Factor,
+        (energy, most): (f64, u32),
+        residual: &mut [DVec3],
+        x: &mut [DVec3],
+    ) -> Result<u32, CgError> {
+        let Some(ready) = self.ready else { return Ok(0) };
+        let norm_sq: f64 = residual.iter().map(|r| r.length_squared()).sum();
+        if norm_sq == 0.0 {
+            return Ok(0);
+        }
+        if !norm_sq.is_finite() {
+            return Err(CgError::NotFinite { iteration: 0 });
+        }
+        let norm = norm_sq.sqrt();
+        self.set_residual(residual, norm);
+        let limits = Limits::by_energy(energy / norm_sq, most);
+        let Self { matrix, partition, order, vectors, jacobi, incomplete, multigrid, .. } = self;
+        let Reached { iterations, .. } = match ready {
+            LastPreconditioner::Built(MixedPreconditioner::BlockJacobi) => {
+                solve(matrix, partition, jacobi, vectors, &limits)
+            }
+            LastPreconditioner::Built(MixedPreconditioner::IncompleteCholesky) => {
+                solve(matrix, partition, &mut **incomplete, vectors, &limits)
+            }
+            LastPreconditioner::Built(MixedPreconditioner::Multigrid) => {
+                solve(matrix, partition, &mut **multigrid, vectors, &limits)
+            }
+            LastPreconditioner::Factor => solve(matrix, partition, &mut Factored { factor, order }, vectors, &limits),
+        }?;
+        self.add_to(x, norm);
+        let (row, xr) = (&self.order.row, &self.vectors.xr);
+        parallel::for_rows(residual, |v, r| *r = xr[row[v] as usize][1].truncate().as_dvec3() * norm);
+        Ok(iterations)
+    }
+}
