@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Builds and tests the browser part: types, hashes in Node against native ones, the page in headless Chromium.
+# Builds and tests the browser part: `check.sh [SCREENSHOTS]`. The bits in Node and natively, the types, the page in headless Chromium.
+# By the module with SIMD, on the scenes that are soon done; RHEXIS_BITS=all takes both modules and every scene of the catalog.
 set -euo pipefail
 cd "$(dirname "$0")"
 root=$(cd ../.. && pwd)
 read -ra cargo <<<"${RHEXIS_CARGO:-cargo}"
-export CARGO_PROFILE_RELEASE_DEBUG=false
+# Built soon rather than for speed; the bits are the same.
+export CARGO_PROFILE_RELEASE_DEBUG=false CARGO_PROFILE_RELEASE_LTO=off CARGO_INCREMENTAL=0
 
 # The target for WebAssembly and the npm packages are fetched by build.sh; the browser is where whoever runs this may install it.
 if [ -z "${RHEXIS_CHROMIUM:-}" ] && ! command -v chromium chromium-browser google-chrome >/dev/null 2>&1; then
@@ -16,15 +18,24 @@ if [ -z "${RHEXIS_CHROMIUM:-}" ] && ! command -v chromium chromium-browser googl
     fi
 fi
 
-./build.sh
-reference=$(mktemp)
-trap 'rm -f "$reference"' EXIT
-# Alone: in the workspace another crate would ask for `direct`, whose factors give other bits.
-"${cargo[@]}" build --release --locked --package rhexis-web --examples --manifest-path "$root/Cargo.toml"
-export RHEXIS_REFERENCE=$reference RHEXIS_REPLAY=$root/target/release/examples/replay_recording
-"$root/target/release/examples/reference" test/plan.json >"$reference"
+started=$SECONDS
+took() {
+    echo "check.sh: $1 in $((SECONDS - started)) s"
+    started=$SECONDS
+}
 
-[ -d node_modules/playwright-core ] || npm ci --no-audit --no-fund
+if [ "${RHEXIS_BITS:-}" = all ]; then ./build.sh all; else ./build.sh simd; fi
+took "module and page"
+# Not with the whole workspace, in which other packages ask for the engine's feature `direct`, whose factors give other bits; with the two packages
+# of the gate's tests without it, so that the engine is built for both once.
+native=(--release --locked --manifest-path "$root/Cargo.toml" --package rhexis --package rhexis-scene --package rhexis-web)
+"${cargo[@]}" build "${native[@]}" --example replay_recording
+"${cargo[@]}" test "${native[@]}" --test bits
+took "the native side"
+
 npx --no-install tsc --noEmit --strict --target es2022 --module nodenext --moduleResolution nodenext --lib es2022,dom test/types.ts
-node --test --test-reporter=spec test/node.test.mjs
+node --test --test-reporter=spec test/bits.test.mjs test/node.test.mjs
+took "types, bits and the package"
+export RHEXIS_REPLAY=$root/target/release/examples/replay_recording
 node test/browser.mjs "$@"
+took "the page"

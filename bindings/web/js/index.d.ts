@@ -25,6 +25,8 @@ export interface Engine {
   /** The scenes of the catalog. */
   catalog(): CatalogEntry[];
   version(): string;
+  /** Repeats a recording: the hash of its end; throws where it is not the recorded one. */
+  replay(recording: Uint8Array): string;
   /** Builds a world; throws with place, reason and remedy where the scene is refused. `free()` it when it is done with. */
   world(options: WorldOptions): World;
   /** Which module runs. */

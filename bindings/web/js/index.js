@@ -20,8 +20,8 @@ export async function load({ simd = hasSimd(), module } = {}) {
   const glue = simd ? await import("./simd/rhexis_web.js") : await import("./plain/rhexis_web.js");
   const source = module ?? (await wasm(new URL(`./${flavour}/rhexis_web_bg.wasm`, import.meta.url)));
   const { memory } = await glue.default({ module_or_path: source });
-  const { World, Recipe, catalog, version } = glue;
-  return { World, Recipe, catalog, version, world: (options) => world(glue, options), flavour, memory };
+  const { World, Recipe, catalog, version, replay } = glue;
+  return { World, Recipe, catalog, version, replay, world: (options) => world(glue, options), flavour, memory };
 }
 
 /** Node does not fetch files. */

@@ -112,11 +112,21 @@ async function openFile(file) {
   if (!file) return;
   if (file.name.toLowerCase().endsWith(".toml")) {
     if (await open({ scene: `${await file.text()}\n` })) ownScene(file.name);
+  } else if (file.name.toLowerCase().endsWith(".rec")) {
+    await replay(file);
   } else if (MESHES.test(file.name)) {
     await openMesh(file.name, new Uint8Array(await file.arrayBuffer()));
   } else {
-    say(`${file.name}: give a mesh (.obj, .stl, .ply, .off, .vtk, .vtu, .vtp, .msh, .glb, .gltf) or a scene (.toml).`, true);
+    say(`${file.name}: give a mesh (.obj, .stl, .ply, .off, .vtk, .vtu, .vtp, .msh, .glb, .gltf) a scene (.toml) or a recording (.rec).`, true);
   }
+}
+
+/** Repeats a recording of the page; what is open stays as it is. */
+async function replay(file) {
+  play(false);
+  say(`${file.name}: repeating …`);
+  const hash = await engine.call("replay", new Uint8Array(await file.arrayBuffer())).catch(complain);
+  if (hash) say(`${file.name}: repeated to the same hash ${hash}.`);
 }
 
 function play(isPlaying) {
@@ -197,7 +207,7 @@ async function record() {
     state.recording = false;
     const bytes = await engine.call("endRecording").catch(complain);
     if (bytes) save(bytes, `${state.about.name}.rec`);
-    say(bytes ? "Saved: `rhexis replay FILE` repeats it." : "There was no recording.");
+    say(bytes ? "Saved: open it here and it is repeated." : "There was no recording.");
   }
   button.textContent = state.recording ? "End and save the recording" : "Record from now";
   button.setAttribute("aria-pressed", String(state.recording));

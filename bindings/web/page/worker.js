@@ -47,6 +47,7 @@ const calls = {
   steps: (count) => world.step(count),
   hash: () => world.hash(),
   measures: () => world.measures(),
+  tips: () => world.tips(),
   grip: ({ origin, direction }) => world.grip(origin, direction) ?? null,
   moveGrip: (target) => world.moveGrip(target),
   letGo: () => world.letGo(),
@@ -55,6 +56,7 @@ const calls = {
   reset: () => world.reset(),
   record: () => world.record(),
   endRecording: () => world.endRecording() ?? null,
+  replay: (bytes) => engine.replay(bytes),
 };
 
 function buffers(value) {

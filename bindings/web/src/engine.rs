@@ -7,7 +7,7 @@ use rhexis::components::Tearing;
 use rhexis::event::Event;
 use rhexis::report::TearCourse;
 use rhexis::snapshot::Snapshot;
-use rhexis_scene::schema::SceneFile;
+use rhexis_scene::schema::{GripSpec, SceneFile};
 use rhexis_scene::{Document, Instance, Scene};
 
 /// The most states that are kept to go back to.
@@ -45,19 +45,21 @@ impl Source {
         Ok(document)
     }
 
-    /// The scene as it is to be run.
+    /// The scene as it is to be run, and the first grip that its text has.
     ///
     /// # Errors
     /// As the scene's: place, reason and remedy.
-    pub fn scene(&self) -> Result<Scene, String> {
+    pub fn scene(&self) -> Result<(Scene, Option<GripSpec>), String> {
         let mut document = self.document()?;
-        if self.by_hand {
-            let scene = document.clone().scene().map_err(|error| error.to_string())?;
-            for assignment in motions(scene.file()) {
-                document.set(&assignment).map_err(|error| error.to_string())?;
-            }
+        let given = document.clone().scene().map_err(|error| error.to_string())?;
+        let grip = given.file().bodies.iter().flat_map(|body| &body.grips).next().cloned();
+        if !self.by_hand {
+            return Ok((given, grip));
         }
-        document.scene().map_err(|error| error.to_string())
+        for assignment in motions(given.file()) {
+            document.set(&assignment).map_err(|error| error.to_string())?;
+        }
+        Ok((document.scene().map_err(|error| error.to_string())?, grip))
     }
 }
 
@@ -105,11 +107,11 @@ impl Engine {
     /// # Errors
     /// As the scene's: place, reason and remedy.
     pub fn new(source: &Source) -> Result<Self, String> {
-        let scene = source.scene()?;
+        let (scene, grip) = source.scene()?;
         let mut instance = scene.instantiate().map_err(|error| error.to_string())?;
         let file = scene.file();
         let planar = file.bodies.iter().flat_map(|body| vec![body.planar; body.copies.max(1) as usize]).collect();
-        let hand = Hand::of(&scene, &mut instance);
+        let hand = Hand::of(&scene, grip.as_ref(), &mut instance);
         let events: Vec<Event> = instance.simulation.drain_events().collect();
         let world = instance.simulation.world();
         let time = instance.simulation.time();

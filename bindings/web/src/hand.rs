@@ -4,6 +4,7 @@ use glam::DVec3;
 use hecs::Entity;
 use rhexis::components::{Jaws, Pose, Slip};
 use rhexis::simulation::{Grasp, Hit};
+use rhexis_scene::schema::GripSpec;
 use rhexis_scene::{Instance, Scene};
 
 /// Radius of the jaws in mean edges, where the scene has no grip of its own: the triangles around a vertex.
@@ -38,12 +39,10 @@ pub struct Hand {
 }
 
 impl Hand {
-    /// A hand for a scene: with the jaws of its first grip, or such as go with mesh and material of its first body.
-    pub fn of(scene: &Scene, instance: &mut Instance) -> Self {
+    /// A hand for a scene: with the jaws of a grip, or such as go with mesh and material of its first body.
+    pub fn of(scene: &Scene, grip: Option<&GripSpec>, instance: &mut Instance) -> Self {
         let (edge, size) = sizes(instance);
-        let bodies = &scene.file().bodies;
-        let grip = bodies.iter().flat_map(|body| &body.grips).next();
-        let jaws = match (grip, bodies.first()) {
+        let jaws = match (grip, scene.file().bodies.first()) {
             (Some(grip), _) => Jaws { radius: grip.radius, stiffness: grip.stiffness, ..Jaws::default() },
             (None, Some(body)) => {
                 let material = &body.material;

@@ -74,6 +74,14 @@ pub fn version() -> String {
     env!("CARGO_PKG_VERSION").to_owned()
 }
 
+/// Repeats a recording: the hash of its end. Throws where it is not the recorded one, and where the recording is another build's.
+#[wasm_bindgen]
+pub fn replay(recording: &[u8]) -> Thrown<String> {
+    let recording = Recording::from_bytes(recording).map_err(|error| thrown(error.to_string()))?;
+    let simulation = recording.replay().map_err(|error| thrown(error.to_string()))?;
+    Ok(simulation.hash().to_string())
+}
+
 /// What a world is made from: a scene, changes, files.
 #[wasm_bindgen]
 #[derive(Debug, Default)]

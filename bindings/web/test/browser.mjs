@@ -1,5 +1,5 @@
 // The page in headless Chromium: loads, is dragged, torn, undone, worked by keys; its figures are the engine's, its hash the native one.
-// `node test/browser.mjs [SCREENSHOTS]` after build.sh. RHEXIS_CHROMIUM is the browser, RHEXIS_REFERENCE as in node.test.mjs.
+// `node test/browser.mjs [SCREENSHOTS]` after build.sh. RHEXIS_CHROMIUM is the browser, RHEXIS_REPLAY the example replay_recording, where it is built.
 
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
@@ -19,7 +19,6 @@ if (!executablePath) {
 }
 const screenshots = process.argv[2];
 const plan = JSON.parse(await readFile(new URL("plan.json", import.meta.url)));
-const reference = (await readFile(process.env.RHEXIS_REFERENCE, "utf8")).trim().split("\n").map((line) => JSON.parse(line));
 
 const { server, address } = await serve(0);
 const profile = await mkdtemp(join(tmpdir(), "rhexis-browser-"));
@@ -66,16 +65,16 @@ async function until(page, holds, what, timeout = 60_000) {
 
 const checks = {
   async "the hash in the browser is the native one"() {
-    for (const module of ["simd", "plain"]) {
+    const entry = plan.find(({ scene, byHand }) => scene === "fig2-tear" && !byHand);
+    for (const module of process.env.RHEXIS_BITS === "all" ? ["simd", "plain"] : ["simd"]) {
       const page = await open(`?scene=fig2-tear&scripted&module=${module}`);
       assert.equal(await page.evaluate(() => document.documentElement.dataset.ready), module);
-      const at = plan.findIndex((entry) => entry.scene === "fig2-tear" && !entry.hand);
-      await call(page, "steps", plan[at].steps);
-      assert.equal(await call(page, "hash"), reference[at].hash);
+      await call(page, "steps", entry.steps);
+      assert.equal(await call(page, "hash"), entry.hash);
       await page.evaluate(() => { window.rhexis.state.isStale = true; });
-      await until(page, () => document.getElementById("r-time").textContent.endsWith(`step ${500}`), "the page shows the state");
-      assert.equal(await text(page, "r-length"), `${reference[at].length_mm.toFixed(3)} mm`);
-      assert.equal(await text(page, "r-hash"), reference[at].hash);
+      await until(page, () => document.getElementById("r-time").textContent.endsWith("step 500"), "the page shows the state");
+      assert.equal(await text(page, "r-length"), `${entry.lengthMm.toFixed(3)} mm`);
+      assert.equal(await text(page, "r-hash"), entry.hash);
       await page.close();
     }
   },
@@ -96,11 +95,14 @@ const checks = {
     assert.equal(await text(page, "r-length"), `${measures.length_mm.toFixed(3)} mm`);
     assert.equal(await text(page, "r-hash"), measures.hash);
     console.log(`  torn to ${measures.length_mm.toFixed(3)} mm, step ${await text(page, "r-step")}, ${measures.steps} steps`);
+    // What the hand did in the browser, repeated by the page and by the native program to the same hash.
+    const bytes = Buffer.from(await page.evaluate(async () => Array.from(await window.rhexis.call("endRecording"))));
+    await page.locator("#file").setInputFiles({ name: "drag.rec", mimeType: "application/octet-stream", buffer: bytes });
+    await page.waitForFunction((hash) => document.getElementById("status").textContent.includes(`same hash ${hash}`), measures.hash, { timeout: 60_000 })
+      .catch(() => assert.fail("the page repeats the recording"));
     if (process.env.RHEXIS_REPLAY) {
-      // What the hand did in the browser, repeated by the native program to the same hash.
-      const bytes = await page.evaluate(async () => Array.from(await window.rhexis.call("endRecording")));
       const file = join(profile, "drag.rec");
-      await writeFile(file, Uint8Array.from(bytes));
+      await writeFile(file, bytes);
       const said = execFileSync(process.env.RHEXIS_REPLAY, [file], { encoding: "utf8" });
       assert.ok(said.includes(measures.hash), said);
     }
@@ -207,11 +209,11 @@ const checks = {
   async "pictures of 5,000 triangles"() {
     const page = await open("?scene=capsulorhexis&scripted");
     await page.evaluate(() => window.rhexis.play(true));
-    await page.waitForTimeout(6000);
+    // A rate takes two pictures within a second, hence a first step that is through.
+    await page.waitForFunction(() => window.rhexis.state.last.measures.steps >= 60, null, { timeout: 300_000 }).catch(() => assert.fail("it runs"));
     const [rate, step] = [await text(page, "r-fps"), await text(page, "r-step")];
     const triangles = await text(page, "r-triangles");
     console.log(`  ${triangles} triangles: ${rate}, step ${step} (software drawing, no graphics processor)`);
-    assert.match(rate, /per s$/);
     await page.close();
   },
 };

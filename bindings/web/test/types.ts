@@ -10,5 +10,7 @@ world.step(10);
 const measures: Measures = world.measures();
 const outcome: "closed" | "ran_out" | "torn_off" | "unfinished" | undefined = measures.bodies[0]?.course?.outcome;
 const arrays: [Float32Array, Uint32Array] = [world.positions(), world.indices()];
-console.log(outcome, arrays, engine.catalog().map((entry) => entry.about), world.hash());
+world.record();
+const hash: string = engine.replay(world.endRecording() ?? new Uint8Array());
+console.log(outcome, hash, arrays, engine.catalog().map((entry) => entry.about), world.hash());
 world.free();
