@@ -8,11 +8,15 @@ use std::fs;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::{Component, Path, PathBuf};
+use std::process::Command;
 use std::sync::Arc;
 use std::time::Duration;
 
 /// Where `bindings/web/build.sh` puts the page, in the checkout that this program was built from.
 const BUILT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../bindings/web/dist");
+
+/// What builds it.
+const BUILDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../bindings/web/build.sh");
 
 /// The file that tells the folder of the page from others.
 const INDEX: &str = "page/index.html";
@@ -34,7 +38,7 @@ pub(super) struct ViewArgs {
     /// Port; 0 takes any that is free.
     #[arg(long, value_name = "N", default_value_t = 8573)]
     port: u16,
-    /// Folder of the built page [default: bindings/web/dist of the checkout].
+    /// Folder of the built page [default: bindings/web/dist of the checkout, built first where it is missing].
     #[arg(long, value_name = "DIR")]
     assets: Option<PathBuf>,
 }
@@ -84,17 +88,22 @@ pub(super) fn view(args: &ViewArgs) -> Result<(), Stop> {
 
 impl Site {
     fn of(args: &ViewArgs) -> Result<Self, Stop> {
-        let assets = args.assets.clone().unwrap_or_else(|| PathBuf::from(BUILT));
+        // A scene is judged before the page is built for it.
+        let (start, files) = match &args.scene {
+            None => (None, Vec::new()),
+            Some(scene) => {
+                let (start, files) = if is_mesh(scene) { of_mesh(scene)? } else { of_scene(scene, &args.set)? };
+                (Some(serde_json::to_string(&start).map_err(|error| Stop::Failed(error.to_string()))?), files)
+            }
+        };
+        let assets = args.assets.clone().map_or_else(built, Ok)?;
         if !assets.join(INDEX).is_file() {
             let place = assets.join(INDEX);
             let how = "build it by `bindings/web/build.sh` in a checkout, which needs npm and the target \
                        wasm32-unknown-unknown, or give the folder of a built one with --assets";
             return Err(Stop::Failed(format!("the page is not there: {} is missing; {how}", place.display())));
         }
-        let Some(scene) = &args.scene else { return Ok(Self { assets, start: None, files: Vec::new() }) };
-        let (start, files) = if is_mesh(scene) { of_mesh(scene)? } else { of_scene(scene, &args.set)? };
-        let start = serde_json::to_string(&start).map_err(|error| Stop::Failed(error.to_string()))?;
-        Ok(Self { assets, start: Some(start), files })
+        Ok(Self { assets, start, files })
     }
 
     /// Answers one request.
@@ -137,6 +146,21 @@ impl Site {
             return None;
         }
         Some((fs::read(self.assets.join(path)).ok()?, kind(path)))
+    }
+}
+
+/// The folder of the checkout's page, which is built where it is missing and there is a checkout.
+fn built() -> Result<PathBuf, Stop> {
+    let assets = PathBuf::from(BUILT);
+    if assets.join(INDEX).is_file() || !Path::new(BUILDER).is_file() {
+        return Ok(assets);
+    }
+    say("the page is not built yet: bindings/web/build.sh does it now, once, in some minutes")?;
+    let status = Command::new("bash").args([BUILDER, "simd"]).status();
+    match status {
+        Ok(status) if status.success() => Ok(assets),
+        Ok(_) => Err(Stop::Failed("the page cannot be built: bindings/web/build.sh has said why".to_owned())),
+        Err(error) => Err(Stop::Failed(format!("the page cannot be built: bash {BUILDER}: {error}"))),
     }
 }
 
