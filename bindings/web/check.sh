@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds and tests the browser part: `check.sh [SCREENSHOTS]`. The bits in Node and natively, the types, the page in headless Chromium.
-# By the module with SIMD, on the scenes that are soon done; RHEXIS_BITS=all takes both modules and every scene of the catalog.
+# By the module with SIMD, which is built soon; RHEXIS_BITS=all takes the plain one too.
 set -euo pipefail
 cd "$(dirname "$0")"
 root=$(cd ../.. && pwd)

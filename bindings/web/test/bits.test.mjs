@@ -1,7 +1,6 @@
 // The same bits as natively: every scene of the catalog against `crates/rhexis-scene/tests/golden/hashes.txt`, whose native test takes any number
 // of threads, wide and portable instructions; and the runs of `plan.json`, whose native test is `tests/bits.rs`.
-// `node --test test/bits.test.mjs` after build.sh takes the module with SIMD and the scenes that are soon done; RHEXIS_BITS=all takes both modules and
-// all scenes.
+// `node --test test/bits.test.mjs` after build.sh takes the module with SIMD; RHEXIS_BITS=all takes the plain one too.
 
 import test from "node:test";
 import assert from "node:assert/strict";
@@ -9,19 +8,16 @@ import { readFile } from "node:fs/promises";
 import { load } from "../dist/index.js";
 import { run } from "./plan.mjs";
 
-const isAll = process.env.RHEXIS_BITS === "all";
+const flavours = process.env.RHEXIS_BITS === "all" ? ["simd", "plain"] : ["simd"];
 const golden = await readFile(new URL("../../../crates/rhexis-scene/tests/golden/hashes.txt", import.meta.url), "utf8");
 const scenes = [...golden.matchAll(/^any (\S+) (\d+) ([0-9a-f]{16})$/gm)].map(([, scene, steps, hash]) => ({ scene, steps: Number(steps), hash }));
 const plan = JSON.parse(await readFile(new URL("plan.json", import.meta.url)));
 
-/** Scenes that take long: large static solves and many bodies. */
-const LONG = ["artery-strip", "edge-crack", "fig2-tear-stable", "hole", "many"];
-
 const known = new Set();
-for (const flavour of isAll ? ["simd", "plain"] : ["simd"]) {
+for (const flavour of flavours) {
   const engine = await load({ simd: flavour === "simd" });
   engine.catalog().forEach(({ name }) => known.add(name));
-  for (const entry of [...scenes.filter(({ scene }) => isAll || !LONG.includes(scene)), ...plan]) {
+  for (const entry of [...scenes, ...plan]) {
     test(`${flavour}: ${entry.scene}${entry.hand ? " by hand" : ""}, ${entry.steps} steps`, () => {
       assert.equal(engine.flavour, flavour);
       const world = run(engine, entry);

@@ -11,7 +11,7 @@ const [REACH, WAYS] = [0.5, [45, 22, 0, -22, -45]];
 /** How high [mm] and how far [rad] the flap is drawn. */
 const [HEIGHT, ANGLE] = [0.5, (210 * Math.PI) / 180];
 /** The most grasps. */
-const GRASPS = 6;
+const GRASPS = 8;
 
 const radius = ([x, y]) => Math.hypot(x, y);
 const away = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
