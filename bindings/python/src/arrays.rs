@@ -27,7 +27,12 @@ fn numbers<T: numpy::Element + Clone>(what: &str, array: &Bound<'_, PyUntypedArr
 
 /// Points from an array of shape (n, 3).
 pub(crate) fn points(what: &str, value: &Bound<'_, PyAny>) -> Answer<Vec<DVec3>> {
-    let array = as_array(what, value, Some("float64"))?;
+    let array = as_array(what, value, None)?;
+    // NumPy would drop the imaginary part, and read numbers out of text.
+    if matches!(array.dtype().kind(), b'c' | b'S' | b'U') {
+        return Err(Failure::input(format!("{what}: the numbers must be real, as numpy.float64")));
+    }
+    let array = as_array(what, &array, Some("float64"))?;
     of_three(what, &array)?;
     let numbers = numbers::<f64>(what, &array)?;
     Ok(numbers.as_chunks::<3>().0.iter().map(|&point| DVec3::from_array(point)).collect())
@@ -78,12 +83,16 @@ pub(crate) fn table<T: numpy::Element>(
 
 /// Points as an array of shape (n, 3).
 pub(crate) fn of_points<'py>(py: Python<'py>, points: &[DVec3]) -> Answer<Bound<'py, PyArray2<f64>>> {
-    table(py, 3, points.iter().flat_map(DVec3::to_array).collect())
+    let mut numbers = Vec::with_capacity(3 * points.len());
+    points.iter().for_each(|point| numbers.extend_from_slice(&point.to_array()));
+    table(py, 3, numbers)
 }
 
 /// Points as an array of shape (n, 3) in single precision.
 pub(crate) fn of_points_f32<'py>(py: Python<'py>, points: &[DVec3]) -> Answer<Bound<'py, PyArray2<f32>>> {
-    table(py, 3, points.iter().flat_map(|point| point.as_vec3().to_array()).collect())
+    let mut numbers = Vec::with_capacity(3 * points.len());
+    points.iter().for_each(|point| numbers.extend_from_slice(&point.as_vec3().to_array()));
+    table(py, 3, numbers)
 }
 
 /// A vector as an array of shape (3,).

@@ -72,6 +72,7 @@ def test_fibres_are_one_direction_or_one_per_triangle(world: rhexis.World) -> No
         ([[0, 0, 0], [np.nan, 0, 0], [0, 1, 0]], [[0, 1, 2]], ""),
         ([[0, 0, 0], [1, 0, 0], [0, "x", 0]], [[0, 1, 2]], "vertices"),
         ([[0, 0, 0], [1, 0], [0, 1, 0]], [[0, 1, 2]], "vertices"),
+        (np.eye(3) * 1j, [[0, 1, 2]], "must be real"),
         ([], [], "vertices"),
     ],
 )
@@ -243,3 +244,19 @@ def test_meshes_are_made_and_read(tmp_path: object) -> None:
     assert vertices.shape == (3, 3) and triangles.tolist() == [[0, 1, 2]]
     with refused("file", "none.obj"):
         rhexis.read_mesh(f"{tmp_path}/none.obj")
+
+
+def test_worlds_are_stepped_at_the_same_time_to_the_same_bits() -> None:
+    def run(hashes: list[int]) -> None:
+        world = rhexis.World.from_catalog("fig2-tear", {"run.threads": 1})
+        world.advance(20)
+        hashes.append(world.hash())
+
+    hashes: list[int] = []
+    threads = [threading.Thread(target=run, args=[hashes]) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    run(hashes)
+    assert len(hashes) == 4 and len(set(hashes)) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -89,7 +90,10 @@ class _Bar:
         self._total, self._done, self._is_shown, self._bar = total, 0, is_shown, None
         if is_shown:
             try:
-                from tqdm.auto import tqdm
+                with warnings.catch_warnings():
+                    # In a notebook without widgets it falls back to text, and says so.
+                    warnings.simplefilter("ignore")
+                    from tqdm.auto import tqdm
             except ImportError:
                 return
             self._bar = tqdm(total=total, unit="step")

@@ -30,6 +30,8 @@ FORCE = 0.02
 
 _Array = NDArray[np.float64]
 
+SLIP = 0.05
+"""Force [N] at which the tissue slips out of the jaws: five times that of experts."""
 DIAMETER = 5.25
 """Diameter of the opening that is aimed at [mm], as in the scene of the catalog."""
 MOST = 20.0
@@ -40,7 +42,8 @@ class Capsulorhexis(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     """A round opening is torn into a lens capsule by forceps that the agent moves, opens and closes.
 
     Action, 4 numbers in [-1, 1]: velocity of the jaws outwards from the axis, counter-clockwise round it, and upwards, in units
-    of 10 mm/s; the jaws close where the fourth is above 0 and open otherwise. It holds for a frame of 100 ms.
+    of 10 mm/s; the jaws close where the fourth is above 0 and open otherwise. It holds for a frame of 100 ms. Jaws that are pulled harder than with
+    50 mN let go.
 
     Observation, 16 numbers, see `OBSERVATION`. Lengths are in mm over 5, forces in units of 20 mN; directions are outwards,
     counter-clockwise, upwards at the jaws.
@@ -87,7 +90,7 @@ class Capsulorhexis(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         world = World.from_scene(text, "capsule.toml", {"run.threads": 1, **(changes or {})})
         self.world = world
         self.body: Entity = world.bodies[0]
-        self.forceps: Entity = world.spawn_forceps("forceps", PARKED, radius=0.2, stiffness=0.2)
+        self.forceps: Entity = world.spawn_forceps("forceps", PARKED, radius=0.2, stiffness=0.2, force_limit=SLIP)
         world.follow_course()
         self._start = world.snapshot()
         self._steps = round(FRAME / world.scene["dt"])
