@@ -36,18 +36,18 @@ mod still {
     use std::time::Duration;
 
     #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-    pub struct Still;
+    pub(super) struct Still;
 
     impl Still {
-        pub fn now() -> Self {
+        pub(super) fn now() -> Self {
             Self
         }
 
-        pub fn elapsed(self) -> Duration {
+        pub(super) fn elapsed(self) -> Duration {
             Duration::ZERO
         }
 
-        pub fn checked_add(self, _: Duration) -> Option<Self> {
+        pub(super) fn checked_add(self, _: Duration) -> Option<Self> {
             None
         }
     }

@@ -123,7 +123,7 @@ fn two_tears(budget: Option<u32>, refinement: Option<Refinement>) -> Vec<(Vec<DV
     }
     let mut step = || {
         simulation.step(10.0).unwrap();
-        let torn = simulation.drain_events().into_iter().filter_map(|event| match event.kind {
+        let torn = simulation.drain_events().filter_map(|event| match event.kind {
             EventKind::Advanced { to, .. } => Some(to),
             _ => None,
         });

@@ -29,6 +29,11 @@ impl Interrupt {
         Ok(Self(asked))
     }
 
+    /// Asks it to end, as Ctrl-C does.
+    pub(crate) fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
     pub(crate) fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

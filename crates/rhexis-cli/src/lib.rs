@@ -1,4 +1,5 @@
-//! The command line: `run`, `replay`, `plot`, `report`, `scenes`, `check`, `verify`, `stress`, `stability`, `soak`, `bench`.
+//! The command line: `run`, `sweep`, `replay`, `render`, `plot`, `report`, `scenes`, `check`, `verify`, `stress`, `stability`, `soak`,
+//! `view`, `bench`.
 //!
 //! Exit codes: 0 done, 1 refused, failed or not all written, 2 wrong usage, 130 interrupted. Errors go to standard error, results to
 //! standard output; a reader that closes standard output early ends the program quietly. Ctrl-C and SIGTERM let `run`, `verify` and
@@ -29,6 +30,8 @@ mod page;
 #[allow(clippy::disallowed_methods, reason = "plots, no part of a step")]
 mod plot;
 mod progress;
+#[allow(clippy::disallowed_methods, reason = "pictures, no part of a step")]
+mod render;
 mod replay;
 mod report;
 mod run;
@@ -39,9 +42,11 @@ mod soak;
 mod stability;
 mod stress;
 mod summary;
+mod sweep;
 mod tally;
 mod timings;
 mod verify;
+mod view;
 
 use clap::{Args, Parser, Subcommand};
 use rhexis_scene::{Document, SceneError};
@@ -61,9 +66,15 @@ enum Command {
     /// Run a scene and write report, figures, ParaView frames and pictures.
     #[command(after_help = RUN_EXAMPLES)]
     Run(RunArgs),
+    /// Run a scene over ranges, lists and random samples of its values, on all cores, into one table.
+    #[command(after_help = sweep::EXAMPLES)]
+    Sweep(sweep::SweepArgs),
     /// Repeat a recording and compare the hash of its end: exit code 0 if it is the same.
     #[command(after_help = "Examples:\n  rhexis run fig2-tear --record tear.rec\n  rhexis replay tear.rec")]
     Replay(ReplayArgs),
+    /// Draw pictures, film strips and films of a run or of a scene.
+    #[command(after_help = render::EXAMPLES)]
+    Render(render::RenderArgs),
     /// Draw curves of one run or of several.
     #[command(after_help = plot::EXAMPLES)]
     Plot(plot::PlotArgs),
@@ -88,6 +99,9 @@ enum Command {
     /// Tear, reset and restart a capsulorhexis for minutes; fails if live memory or the time of a step grows.
     #[command(after_help = SOAK_EXAMPLES)]
     Soak(SoakArgs),
+    /// Serve the page on which a scene or a mesh is torn in a browser; on the loopback address alone.
+    #[command(after_help = VIEW_EXAMPLES)]
+    View(view::ViewArgs),
     /// Measure run time against error.
     #[command(subcommand, after_help = bench::EXAMPLES)]
     Bench(bench::Bench),
@@ -151,6 +165,14 @@ Examples:
   rhexis soak
   rhexis soak --minutes 60 --json > soak.json
   rhexis soak --set bodies.0.mesh.cap.triangles=20000";
+
+const VIEW_EXAMPLES: &str = "\
+Examples:
+  rhexis view
+  rhexis view fig2-tear --set bodies.0.fibres.degrees=60
+  rhexis view surface.obj
+
+The page is built once by `bindings/web/build.sh`.";
 
 #[derive(Args)]
 struct SceneArgs {
@@ -315,7 +337,9 @@ pub fn main() -> ExitCode {
     };
     let outcome = match cli.command {
         Command::Run(args) => run::run(&args),
+        Command::Sweep(args) => sweep::sweep(&args),
         Command::Replay(args) => replay::replay(&args),
+        Command::Render(args) => render::render(&args),
         Command::Plot(args) => plot::plot(&args),
         Command::Report(args) => page::page(&args),
         Command::Scenes(args) => scenes::scenes(&args),
@@ -324,6 +348,7 @@ pub fn main() -> ExitCode {
         Command::Stress(args) => stress::stress(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Soak(args) => soak::soak(&args),
+        Command::View(args) => view::view(&args),
         Command::Bench(what) => bench::bench(&what),
     };
     match outcome {

@@ -71,6 +71,8 @@ pub(super) struct RunReport {
     pub events: EventCounts,
     /// Decisions that another run could have taken the other way.
     pub ambiguous: Vec<AmbiguousDecision>,
+    /// Of the state at the end: equal where every bit of it is.
+    pub hash: String,
     /// The systems of the step in their order.
     pub systems: Vec<SystemTime>,
     /// Everything that limits what the figures are worth; empty for a clean run.
@@ -309,6 +311,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
         },
         events: t.events,
         ambiguous: t.ambiguous.clone(),
+        hash: instance.simulation.hash().to_string(),
         systems: s.timings.systems(),
     }
 }

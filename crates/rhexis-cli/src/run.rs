@@ -59,6 +59,11 @@ struct Snapshots {
 
 /// Runs a scene and writes what it gives.
 pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
+    run_until(args, None)
+}
+
+/// The same, until that asks it to end; without one, until a signal does.
+pub(super) fn run_until(args: &RunArgs, interrupt: Option<Interrupt>) -> Result<(), Stop> {
     let mut document = document(&args.scene)?;
     if let Some(threads) = args.threads {
         document.set(&format!("run.threads={threads}"))?;
@@ -89,8 +94,10 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Stop> {
     };
     outputs::prepare(args, &folder)?;
     let hashes = inputs.hashes()?;
-    let interrupt = Interrupt::watch()?;
-    interrupt::outlive_file_limits();
+    let interrupt = match interrupt {
+        Some(interrupt) => interrupt,
+        None => Interrupt::watch().inspect(|_| interrupt::outlive_file_limits())?,
+    };
     let files = match &kept {
         Some(kept) => {
             if kept.progress.0 > steps {
@@ -346,7 +353,7 @@ fn given_up(failures: u32) -> End {
 }
 
 /// A name that is one folder on every system.
-fn file_name(name: &str) -> String {
+pub(super) fn file_name(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).take(60).collect();
     if plain.is_empty() { "scene".to_owned() } else { plain }

@@ -3,6 +3,7 @@
 use super::error::{Fault, not_negative, positive};
 use super::fibre_field::fibres;
 use super::fibre_law::{fibre_law, neo_hookean};
+use super::files::Files;
 use super::mesh_file::MeshFile;
 use super::region::Surface;
 use super::schema::{
@@ -18,7 +19,6 @@ use rhexis::components::{
 };
 use rhexis::membrane::{BodyError, Membrane};
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// What all copies of a body have in common, and what takes long: read and made once.
 pub(super) struct Sheet {
@@ -33,17 +33,17 @@ pub(super) struct Sheet {
 }
 
 /// Makes or reads the mesh, and reads the file of fibres. `key` is the body's path in the file.
-pub(super) fn sheet(spec: &BodySpec, folder: &Path, key: &str) -> Result<Sheet, Fault> {
-    let mut file = shape::mesh(&spec.mesh, &per_triangle::arrays(spec, key)?, folder, &format!("{key}.mesh"))?;
+pub(super) fn sheet(spec: &BodySpec, files: &Files, key: &str) -> Result<Sheet, Fault> {
+    let mut file = shape::mesh(&spec.mesh, &per_triangle::arrays(spec, key)?, files, &format!("{key}.mesh"))?;
     let fibres = match &spec.fibres {
         Some(FibreSpec::File(path)) => {
-            let read = mesh_file::read_fibres(&folder.join(path));
+            let read = mesh_file::fibres_of(files, path);
             Some(read.map_err(|error| shape::refused_file(&format!("{key}.fibres.file"), error))?)
         }
         _ => None,
     };
     let flattened = if spec.planar { shape::flatten(&mut file.mesh, key)? } else { 0.0 };
-    let per_triangle = per_triangle::read(spec, &file, folder, key)?;
+    let per_triangle = per_triangle::read(spec, &file, files, key)?;
     Ok(Sheet { file, fibres, per_triangle, flattened })
 }
 

@@ -4,6 +4,7 @@
 //! moved behind the end of the file, which tells whose fault an error is.
 
 use super::error::{Fault, SceneError, Span, explain, position};
+use super::files::Files;
 use super::schema::SceneFile;
 use super::{Scene, catalog, mesh_file, size};
 use rhexis::internal::source;
@@ -11,6 +12,7 @@ use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 /// The most words a dotted key may have; the schema needs seven.
@@ -31,7 +33,7 @@ pub struct Document {
     origin: String,
     /// The scene file, where the text is from one.
     file: Option<PathBuf>,
-    folder: PathBuf,
+    files: Files,
     text: String,
     overrides: Vec<(String, String)>,
 }
@@ -40,7 +42,7 @@ impl Document {
     /// A scene from text; `origin` names it in errors, files it mentions are looked for in the current directory.
     pub fn new(text: impl Into<String>, origin: impl Into<String>) -> Self {
         let (origin, text) = (origin.into(), text.into());
-        Self { origin, file: None, folder: PathBuf::new(), text, overrides: Vec::new() }
+        Self { origin, file: None, files: Files::default(), text, overrides: Vec::new() }
     }
 
     /// A scene file; files it mentions are looked for beside it.
@@ -68,7 +70,8 @@ impl Document {
         let bytes = source::read(path, MOST_BYTES).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
         let text = String::from_utf8(bytes).map_err(|e| refuse(format!("cannot be read: {e}"), hint))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        Ok(Self { origin, file: Some(path.to_owned()), folder, text, overrides: Vec::new() })
+        let files = Files { folder, ..Files::default() };
+        Ok(Self { origin, file: Some(path.to_owned()), files, text, overrides: Vec::new() })
     }
 
     /// A scene of the catalog.
@@ -93,6 +96,14 @@ impl Document {
             }
             found => found,
         }
+    }
+
+    /// Gives the content of a file that the scene names by this path: for programs without a file system, such as a page in a browser.
+    /// It goes before a file of that path.
+    #[must_use]
+    pub fn with_file(mut self, path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
+        self.files.given.insert(path.into(), Arc::new(bytes));
+        self
     }
 
     /// Replaces or adds a value: `run.dt=5`, `bodies.0.tearing.radius=1`. The value is TOML; what is none is a string.
@@ -125,9 +136,9 @@ impl Document {
         self.file.as_deref()
     }
 
-    /// Where files are looked for that the scene mentions.
-    pub(super) fn folder(&self) -> &Path {
-        &self.folder
+    /// The files that the scene mentions.
+    pub(super) fn files(&self) -> &Files {
+        &self.files
     }
 
     /// Understands the text.

@@ -106,11 +106,11 @@ impl Scene {
         let mut textures = Vec::new();
         for (i, spec) in specs.iter().enumerate() {
             let key = &format!("bodies.{i}");
-            let sheet = build::sheet(spec, self.document.folder(), key)?;
+            let sheet = build::sheet(spec, self.document.files(), key)?;
             demand.add(spec, key, sheet.file.mesh.triangles.len() as f64)?;
             demand.files(&self.file.output, run.steps)?;
             let mesh = doctor::look(spec, &sheet.file, sheet.flattened);
-            let texture = super::texture::read(spec, &sheet.file, self.document.folder(), key)?;
+            let texture = super::texture::read(spec, &sheet.file, self.document.files(), key)?;
             for name in copies::names(spec) {
                 textures.push(texture.clone());
                 let membrane = build::membrane(spec, &name, &sheet, key)?;
@@ -124,7 +124,7 @@ impl Scene {
                 meshes.push(mesh.clone());
             }
         }
-        let obstacles = obstacle::spawn(&mut simulation, &self.file.obstacles, run, self.document.folder())?;
+        let obstacles = obstacle::spawn(&mut simulation, &self.file.obstacles, run, self.document.files())?;
         cuts.extend(timed.too_late(run.steps, run.dt * run.steps as f64));
         let output = self.file.output.clone();
         Ok(Instance {

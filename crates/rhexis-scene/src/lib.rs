@@ -45,6 +45,7 @@ mod document;
 mod error;
 mod fibre_field;
 mod fibre_law;
+mod files;
 pub mod generate;
 mod grasp;
 mod held;
@@ -130,28 +131,29 @@ impl Scene {
         self.document.file()
     }
 
-    /// Files of meshes, fibres, values per triangle and textures that it reads, each once.
+    /// Files of meshes, fibres, values per triangle and textures that it reads, each once, but for those given with its text.
     pub fn data_files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         for body in &self.file.bodies {
             if let schema::MeshSpec::File(file) = &body.mesh {
-                files.push(self.document.folder().join(&file.path));
+                files.push(self.document.files().path(&file.path));
             }
             if let Some(schema::FibreSpec::File(file)) = &body.fibres {
-                files.push(self.document.folder().join(file));
+                files.push(self.document.files().path(file));
             }
-            files.extend(body.texture.iter().map(|texture| self.document.folder().join(texture)));
+            files.extend(body.texture.iter().map(|texture| self.document.files().path(texture)));
             let per_triangle = body.per_triangle.iter().flat_map(|values| values.given());
             files.extend(per_triangle.filter_map(|(_, values)| match values {
-                schema::Values::File(file) => Some(self.document.folder().join(file)),
+                schema::Values::File(file) => Some(self.document.files().path(file)),
                 _ => None,
             }));
         }
         for obstacle in &self.file.obstacles {
             if let Some(schema::MeshSpec::File(file)) = &obstacle.mesh {
-                files.push(self.document.folder().join(&file.path));
+                files.push(self.document.files().path(&file.path));
             }
         }
+        files.retain(|file| !self.document.files().given.contains_key(file));
         files.sort();
         files.dedup();
         files

@@ -1,13 +1,13 @@
 //! From `mesh = { file = … }` to a mesh where the scene wants it: read, scaled, turned and moved.
 
 use super::error::{Fault, not_negative, positive};
+use super::files::Files;
 use super::mesh_file::{self, MeshFile, Reading};
 use super::schema::{FileSpec, ReadingSpec};
 use super::shape::refused_file;
 use glam::{DMat3, DVec3};
 use rhexis::components::{Attributes, Channel};
 use rhexis::math::elementary;
-use std::path::Path;
 
 /// The arrays of its file that a body asks for.
 #[derive(Default)]
@@ -19,7 +19,7 @@ pub(super) struct Arrays {
 }
 
 /// Reads and places the mesh.
-pub(super) fn read(spec: &FileSpec, arrays: &Arrays, folder: &Path, key: &str) -> Result<MeshFile, Fault> {
+pub(super) fn read(spec: &FileSpec, arrays: &Arrays, files: &Files, key: &str) -> Result<MeshFile, Fault> {
     let ReadingSpec { scale, unit, rotate, translate, weld, repair, flip, fibres } = &spec.reading;
     let scale = match (scale, unit) {
         (Some(scale), None) => positive(format!("{key}.scale"), *scale, "")?,
@@ -36,7 +36,7 @@ pub(super) fn read(spec: &FileSpec, arrays: &Arrays, folder: &Path, key: &str) -
         fibres: arrays.fibres.clone().or_else(|| fibres.clone()),
         arrays: arrays.others.clone(),
     };
-    let read = mesh_file::read_with(&folder.join(&spec.path), &reading);
+    let read = mesh_file::mesh_of(files, &spec.path, &reading);
     let mut file = read.map_err(|error| refused_file(key, error))?;
     if scale != 1.0 {
         file.mesh.positions.iter_mut().for_each(|p| *p *= scale);

@@ -2,13 +2,13 @@
 
 use super::build::{direction, own_names};
 use super::error::{Fault, positive};
+use super::files::Files;
 use super::instance::Run;
 use super::mesh_on_file::Arrays;
 use super::schema::{MeshSpec, ObstacleSpec};
 use glam::{DMat3, DVec3};
 use rhexis::components::{Hull, Obstacle, Path, Shape, Turning};
 use rhexis::simulation::Simulation;
-use std::path::Path as FilePath;
 use std::sync::Arc;
 
 /// Puts the obstacles into the world; their names.
@@ -16,14 +16,14 @@ pub(super) fn spawn(
     simulation: &mut Simulation,
     specs: &[ObstacleSpec],
     run: Run,
-    folder: &FilePath,
+    files: &Files,
 ) -> Result<Vec<String>, Fault> {
     let name = |(i, spec): (usize, &ObstacleSpec)| spec.name.clone().unwrap_or_else(|| format!("obstacle-{i}"));
     let names: Vec<String> = specs.iter().enumerate().map(name).collect();
     own_names(names.iter().enumerate().map(|(i, name)| (format!("obstacles.{i}"), name.clone())))?;
     for (i, spec) in specs.iter().enumerate() {
         let key = format!("obstacles.{i}");
-        let obstacle = Obstacle { shape: shape(spec, folder, &key)? };
+        let obstacle = Obstacle { shape: shape(spec, files, &key)? };
         let turning = turning(spec, &obstacle.shape, run, &key)?;
         let spawned = match (&spec.path, turning) {
             (None, None) => simulation.spawn_obstacle(obstacle),
@@ -60,9 +60,9 @@ fn turning(spec: &ObstacleSpec, shape: &Shape, run: Run, key: &str) -> Result<Op
 }
 
 /// The solid within a closed mesh.
-fn hull(spec: &MeshSpec, folder: &FilePath, key: &str) -> Result<Shape, Fault> {
+fn hull(spec: &MeshSpec, files: &Files, key: &str) -> Result<Shape, Fault> {
     let key = format!("{key}.mesh");
-    let file = super::shape::mesh(spec, &Arrays::default(), folder, &key)?;
+    let file = super::shape::mesh(spec, &Arrays::default(), files, &key)?;
     let (hull, centre) = Hull::new(file.mesh.positions, file.mesh.triangles).map_err(|error| {
         let hint = "close the mesh and let it face outwards (`weld`, `repair`, `flip`), or build the obstacle from \
                     `box`, `cylinder`, `sphere`, `ellipsoid` and `capsule`";
@@ -71,7 +71,7 @@ fn hull(spec: &MeshSpec, folder: &FilePath, key: &str) -> Result<Shape, Fault> {
     Ok(Shape::Mesh { hull: Arc::new(hull), centre, axes: DMat3::IDENTITY })
 }
 
-fn shape(spec: &ObstacleSpec, folder: &FilePath, key: &str) -> Result<Shape, Fault> {
+fn shape(spec: &ObstacleSpec, files: &Files, key: &str) -> Result<Shape, Fault> {
     let ObstacleSpec { plane, sphere, ellipsoid, capsule, cuboid, cylinder, mesh, .. } = spec;
     let axes = DMat3::IDENTITY;
     match (plane, sphere, ellipsoid, capsule, cuboid, cylinder, mesh) {
@@ -99,7 +99,7 @@ fn shape(spec: &ObstacleSpec, folder: &FilePath, key: &str) -> Result<Shape, Fau
             direction(c.to.0 - c.from.0, &format!("{key}.cylinder.to"))?;
             Ok(Shape::Cylinder { ends: [c.from.0, c.to.0], radius })
         }
-        (None, None, None, None, None, None, Some(mesh)) => hull(mesh, folder, key),
+        (None, None, None, None, None, None, Some(mesh)) => hull(mesh, files, key),
         _ => {
             let hint = "give exactly one of `plane`, `sphere`, `ellipsoid`, `capsule`, `box`, `cylinder` and `mesh`";
             Err(Fault::new(key, "an obstacle has one shape", hint))

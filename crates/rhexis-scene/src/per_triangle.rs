@@ -2,6 +2,7 @@
 
 use super::build::Sheet;
 use super::error::Fault;
+use super::files::Files;
 use super::mesh_file::{self, MeshFile};
 use super::mesh_on_file::Arrays;
 use super::schema::{BodySpec, FibreSpec, MeshSpec, Numbers, RegionSpec, Strain, Values};
@@ -9,7 +10,6 @@ use super::shape::refused_file;
 use rhexis::components::{EnergyCriterion, Tearing};
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use std::path::Path;
 
 /// Values for each triangle, by rows.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,10 +81,10 @@ fn arrays_of(region: &RegionSpec, names: &mut Vec<String>) {
 ///
 /// # Errors
 /// For an array or file that is not there, or with another number of rows than triangles.
-pub(super) fn read(spec: &BodySpec, file: &MeshFile, folder: &Path, key: &str) -> Result<PerTriangle, Fault> {
+pub(super) fn read(spec: &BodySpec, file: &MeshFile, files: &Files, key: &str) -> Result<PerTriangle, Fault> {
     let mut read = PerTriangle::default();
     for (name, values) in spec.per_triangle.iter().flat_map(|spec| spec.given()) {
-        let rows = rows(values, file, folder, &format!("{key}.per_triangle.{name}"))?;
+        let rows = rows(values, file, files, &format!("{key}.per_triangle.{name}"))?;
         let place = match name {
             "thickness" => &mut read.thickness,
             "strength" => &mut read.strength,
@@ -96,7 +96,7 @@ pub(super) fn read(spec: &BodySpec, file: &MeshFile, folder: &Path, key: &str) -
     Ok(read)
 }
 
-fn rows(values: &Values, file: &MeshFile, folder: &Path, key: &str) -> Result<Rows, Fault> {
+fn rows(values: &Values, file: &MeshFile, files: &Files, key: &str) -> Result<Rows, Fault> {
     let (lists, from) = match values {
         Values::Array(name) => {
             let found = file.per_triangle(name);
@@ -105,7 +105,7 @@ fn rows(values: &Values, file: &MeshFile, folder: &Path, key: &str) -> Result<Ro
         }
         Values::List(list) => (list.iter().map(entry).collect::<Vec<_>>(), "the list".to_owned()),
         Values::File(path) => {
-            let lines = mesh_file::read_rows(&folder.join(path));
+            let lines = mesh_file::rows_of(files, path);
             let lines = lines.map_err(|error| refused_file(&format!("{key}.file"), error))?;
             (lines.into_iter().map(|(_, values)| values).collect(), format!("the file {}", path.display()))
         }

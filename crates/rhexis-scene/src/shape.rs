@@ -1,13 +1,13 @@
 //! From `mesh = …` to a triangle mesh.
 
 use super::error::Fault;
+use super::files::Files;
 use super::generate;
 use super::mesh_file::MeshFile;
 use super::mesh_on_file::{self, Arrays};
 use super::schema::{MeshSpec, Point};
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use rhexis::storage::TriangleMesh;
-use std::path::Path;
 
 /// Makes the mesh; a file is read elsewhere.
 fn generated(spec: &MeshSpec, key: &str) -> Result<TriangleMesh, Fault> {
@@ -38,12 +38,12 @@ fn generated(spec: &MeshSpec, key: &str) -> Result<TriangleMesh, Fault> {
     checked(mesh, key)
 }
 
-/// Makes or reads the mesh, with what its file says of it; `folder` is where a relative path begins. `arrays` are asked of a file.
-pub(super) fn mesh(spec: &MeshSpec, arrays: &Arrays, folder: &Path, key: &str) -> Result<MeshFile, Fault> {
+/// Makes or reads the mesh, with what its file says of it; `files` are where it is read from. `arrays` are asked of a file.
+pub(super) fn mesh(spec: &MeshSpec, arrays: &Arrays, files: &Files, key: &str) -> Result<MeshFile, Fault> {
     match spec {
         MeshSpec::File(file) => {
             let key = format!("{key}.file");
-            let file = mesh_on_file::read(file, arrays, folder, &key)?;
+            let file = mesh_on_file::read(file, arrays, files, &key)?;
             file.mesh.check().map_err(|error| split(&key, error))?;
             Ok(file)
         }

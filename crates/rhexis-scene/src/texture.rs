@@ -1,11 +1,10 @@
 //! The image that a body's texture coordinates refer to: no step reads it, glTF files carry it.
 
 use super::error::Fault;
+use super::files::Files;
 use super::mesh_file::MeshFile;
 use super::schema::BodySpec;
 use rhexis::components::Channel;
-use rhexis::internal::source;
-use std::path::Path;
 use std::sync::Arc;
 
 /// The largest image that is read \[bytes\].
@@ -15,7 +14,7 @@ const MOST_BYTES: u64 = 64 << 20;
 ///
 /// # Errors
 /// For a file that cannot be read, and for a mesh without texture coordinates.
-pub(super) fn read(spec: &BodySpec, file: &MeshFile, folder: &Path, key: &str) -> Result<Option<Arc<Vec<u8>>>, Fault> {
+pub(super) fn read(spec: &BodySpec, file: &MeshFile, files: &Files, key: &str) -> Result<Option<Arc<Vec<u8>>>, Fault> {
     let Some(path) = &spec.texture else { return Ok(None) };
     let key = format!("{key}.texture");
     let has_coordinates =
@@ -24,8 +23,8 @@ pub(super) fn read(spec: &BodySpec, file: &MeshFile, folder: &Path, key: &str) -
         let what = "the mesh has no texture coordinates at every vertex";
         return Err(Fault::new(key, what, "read an OBJ, PLY or glTF file that has them, or remove this key"));
     }
-    let bytes = source::read(&folder.join(path), MOST_BYTES).map_err(|error| {
-        let what = format!("cannot read {}: {error}", folder.join(path).display());
+    let bytes = files.read(path, MOST_BYTES).map_err(|error| {
+        let what = format!("cannot read {}: {error}", files.path(path).display());
         Fault::new(&key, what, "a relative path begins at the scene file's folder")
     })?;
     if bytes.starts_with(b"\x89PNG\r\n\x1a\n") || bytes.starts_with(b"\xff\xd8\xff") {

@@ -3,7 +3,9 @@
 mod camera;
 mod canvas;
 mod legend;
+mod pieces;
 mod scale;
+mod sheet;
 mod surface;
 mod tips;
 
@@ -14,6 +16,8 @@ use glam::{DVec2, DVec3};
 use rhexis::frame::{BodyFrame, TipFrame};
 use scale::Scale;
 use std::path::Path;
+
+pub(crate) use sheet::{Look, Sheet};
 
 type Rgba = [u8; 4];
 
@@ -41,6 +45,18 @@ pub enum View {
         azimuth: f64,
         /// How high above the xy plane \[°\], −90 to 90.
         elevation: f64,
+    },
+    /// From there, by an eye near enough that what is nearer is larger; the scale bar holds in the middle of the body.
+    Perspective {
+        /// As of [`Oblique`](Self::Oblique).
+        azimuth: f64,
+        /// As of [`Oblique`](Self::Oblique).
+        elevation: f64,
+    },
+    /// From this direction.
+    Along {
+        /// Towards the viewer; of any length.
+        direction: DVec3,
     },
 }
 
@@ -110,13 +126,14 @@ pub fn render(path: &Path, body: &BodyFrame, settings: &PictureSettings) -> Resu
     let layout = Layout::new(settings, tips::foremost(body).is_some() && settings.show_tips);
     let unit = layout.unit;
     let view = resolve(settings.view, body);
-    let seen = body.triangles.iter().flatten().map(|&v| body.positions[v as usize]);
-    let camera = Camera::fitting(view, seen, layout.main).ok_or_else(|| {
+    let seen = pieces::framing(body);
+    let camera = Camera::fitting(view, seen.iter().copied(), layout.main).ok_or_else(|| {
         OutputError::content(path, format!("body '{}' has no extent that can be shown; check its positions", body.name))
     })?;
-    let scale = Scale::new(settings.stress_range, body);
+    let scale = Scale::new(settings.stress_range, &[body]);
 
-    surface::draw(&mut canvas, &camera, body, &scale, layout.main, unit);
+    let style = surface::Style { is_confined: true, ..surface::Style::new(unit) };
+    surface::draw(&mut canvas, &camera, body, &scale, layout.main, style);
     if settings.show_fibres {
         surface::draw_fibres(&mut canvas, &camera, body, layout.main, [25, 20], unit);
     }
@@ -234,7 +251,7 @@ fn draw_tips(
         0.05 * seen
     };
     let close = camera.closeup(normal, foremost.position, area.middle(), 0.5 * pixels / half);
-    surface::draw(&mut inset, &close, body, scale, area, unit);
+    surface::draw(&mut inset, &close, body, scale, area, surface::Style::new(unit));
     if settings.show_fibres {
         surface::draw_fibres(&mut inset, &close, body, area, [9, 9], unit);
     }
@@ -267,6 +284,10 @@ fn resolve(view: View, body: &BodyFrame) -> View {
 fn describe(view: View) -> String {
     match view {
         View::Oblique { azimuth, elevation } => format!("seen from azimuth {azimuth:.0}°, elevation {elevation:.0}°"),
+        View::Perspective { azimuth, elevation } => {
+            format!("in perspective from {azimuth:.0}°, {elevation:.0}° above")
+        }
+        View::Along { .. } => "seen along its axis".to_owned(),
         _ => "seen from above".to_owned(),
     }
 }

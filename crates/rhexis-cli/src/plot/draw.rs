@@ -46,12 +46,23 @@ pub(crate) struct Panel {
     pub axes: [String; 2],
     /// The curves.
     pub curves: Vec<Curve>,
-    /// Whether each curve stands on those before it, as areas.
-    pub is_stacked: bool,
+    /// How the curves are drawn.
+    pub style: Style,
+}
+
+/// How curves are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Style {
+    /// As lines.
+    Lines,
+    /// As areas, each on those before it.
+    Areas,
+    /// As points that nothing joins.
+    Points,
 }
 
 /// Writes `<name>.svg` and `<name>.png`.
-pub(super) fn files(directory: &Path, panel: &Panel) -> Result<(), String> {
+pub(crate) fn files(directory: &Path, panel: &Panel) -> Result<(), String> {
     load_font();
     let [svg, png] = ["svg", "png"].map(|kind| directory.join(format!("{}.{kind}", panel.name)));
     draw(&SVGBackend::new(&svg, SIZE).into_drawing_area(), panel)
@@ -96,7 +107,8 @@ fn draw<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     panel: &Panel,
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-    let lines: Vec<Vec<(f64, f64)>> = if panel.is_stacked {
+    let is_stacked = panel.style == Style::Areas;
+    let lines: Vec<Vec<(f64, f64)>> = if is_stacked {
         stacked(&panel.curves)
     } else {
         panel.curves.iter().map(|curve| curve.points.clone()).collect()
@@ -104,12 +116,14 @@ fn draw<B: DrawingBackend>(
     let points = || lines.iter().flatten();
     // Zero is seen: curves are quantities from it.
     let y = range(points().map(|(_, y)| *y).chain([0.0]), 0.05);
+    // A point on the frame would be half a point.
+    let room = if panel.style == Style::Points { 0.03 } else { 0.0 };
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(area)
         .margin(16)
         .x_label_area_size(50)
         .y_label_area_size(90)
-        .build_cartesian_2d(range(points().map(|(x, _)| *x), 0.0), y)?;
+        .build_cartesian_2d(range(points().map(|(x, _)| *x), room), y)?;
     chart
         .configure_mesh()
         .x_desc(&panel.axes[0])
@@ -119,16 +133,15 @@ fn draw<B: DrawingBackend>(
         .light_line_style(BLACK.mix(0.04))
         .draw()?;
     // The topmost area first, so that those below it stay visible.
-    let order: Vec<usize> =
-        if panel.is_stacked { (0..lines.len()).rev().collect() } else { (0..lines.len()).collect() };
+    let order: Vec<usize> = if is_stacked { (0..lines.len()).rev().collect() } else { (0..lines.len()).collect() };
     for index in order {
         let (colour, name) = (COLOURS[index % COLOURS.len()], panel.curves[index].name.as_str());
         let line = lines[index].iter().copied();
         let style = colour.stroke_width(2);
-        let drawn = if panel.is_stacked {
-            chart.draw_series(AreaSeries::new(line, 0.0, colour.to_rgba()).border_style(style))?
-        } else {
-            chart.draw_series(LineSeries::new(line, style))?
+        let drawn = match panel.style {
+            Style::Areas => chart.draw_series(AreaSeries::new(line, 0.0, colour.to_rgba()).border_style(style))?,
+            Style::Lines => chart.draw_series(LineSeries::new(line, style))?,
+            Style::Points => chart.draw_series(line.map(|point| Circle::new(point, 5, colour.mix(0.7).filled())))?,
         };
         drawn.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], colour.stroke_width(4)));
     }
@@ -160,7 +173,7 @@ mod tests {
     fn a_plot_has_its_axes_and_names() {
         let curve = Curve::new("left".into(), &[0.0, 1.0], &[0.0, 2.0]);
         let axes = ["time [ms]".to_owned(), "force [N]".to_owned()];
-        let text = svg(&Panel { name: "forces".into(), axes, curves: vec![curve], is_stacked: false }).unwrap();
+        let text = svg(&Panel { name: "forces".into(), axes, curves: vec![curve], style: Style::Lines }).unwrap();
         assert!(["time [ms]", "force [N]", "left"].iter().all(|word| text.contains(word)), "{text}");
     }
 }

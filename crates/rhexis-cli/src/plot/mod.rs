@@ -3,13 +3,13 @@
 mod draw;
 mod table;
 
-pub(super) use draw::{Curve, Panel, svg};
+pub(super) use draw::{Curve, Panel, Style, files, svg};
+pub(super) use table::{Table, label};
 
 use crate::Stop;
 use crate::say::say;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use table::{Table, label};
 
 #[derive(Args)]
 pub(super) struct PlotArgs {
@@ -42,7 +42,7 @@ pub(super) fn plot(args: &PlotArgs) -> Result<(), Stop> {
     let out = args.out.clone().unwrap_or_else(|| args.runs[0].join("plots"));
     std::fs::create_dir_all(&out).map_err(|error| Stop::Failed(format!("{}: {error}", out.display())))?;
     for panel in &panels {
-        draw::files(&out, panel).map_err(Stop::Failed)?;
+        files(&out, panel).map_err(Stop::Failed)?;
     }
     let names: Vec<&str> = panels.iter().map(|panel| panel.name.as_str()).collect();
     say(&format!("{} in {} as .svg and .png", names.join(", "), out.display()))
@@ -65,15 +65,15 @@ fn asked(tables: &[Table], x: &str, y: &[String]) -> Result<Vec<Panel>, Stop> {
     let unit = first.split_once(" [").map(|(_, unit)| format!("[{unit}"));
     let y_label = if y.len() == 1 { first } else { unit.unwrap_or_default() };
     let name: String = y.join("-").chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect();
-    Ok(vec![Panel { name, axes: [label(x), y_label], curves, is_stacked: false }])
+    Ok(vec![Panel { name, axes: [label(x), y_label], curves, style: Style::Lines }])
 }
 
 /// The plots that every run has something to show in.
 fn usual(tables: &[Table], x: &str) -> Result<Vec<Panel>, Stop> {
     let mut panels = Vec::new();
-    let mut panel = |name: &str, y: &str, curves: Vec<Curve>, is_stacked: bool| {
+    let mut panel = |name: &str, y: &str, curves: Vec<Curve>, style: Style| {
         if curves.iter().any(Curve::is_there) {
-            panels.push(Panel { name: name.to_owned(), axes: [label(x), y.to_owned()], curves, is_stacked });
+            panels.push(Panel { name: name.to_owned(), axes: [label(x), y.to_owned()], curves, style });
         }
     };
     let mut forces = Vec::new();
@@ -82,7 +82,7 @@ fn usual(tables: &[Table], x: &str) -> Result<Vec<Panel>, Stop> {
             forces.push(Curve::new(named(tables, table, &name), table.column(x)?, &lengths));
         }
     }
-    panel("forces", "force [N]", forces, false);
+    panel("forces", "force [N]", forces, Style::Lines);
     let columns = |names: &[&str]| -> Result<Vec<Curve>, Stop> {
         let mut curves = Vec::new();
         for table in tables {
@@ -92,10 +92,11 @@ fn usual(tables: &[Table], x: &str) -> Result<Vec<Panel>, Stop> {
         }
         Ok(curves)
     };
-    panel("energies", "energy [mJ]", columns(&["elastic_mJ", "kinetic_mJ"])?, tables.len() == 1);
-    panel("tear-length", "tear length [mm]", columns(&["tear_length_mm"])?, false);
-    panel("criterion", "largest criterion; above 1 it tears", columns(&["max_criterion"])?, false);
-    panel("iterations", "iterations of a step", columns(&["iterations"])?, false);
+    let energies = if tables.len() == 1 { Style::Areas } else { Style::Lines };
+    panel("energies", "energy [mJ]", columns(&["elastic_mJ", "kinetic_mJ"])?, energies);
+    panel("tear-length", "tear length [mm]", columns(&["tear_length_mm"])?, Style::Lines);
+    panel("criterion", "largest criterion; above 1 it tears", columns(&["max_criterion"])?, Style::Lines);
+    panel("iterations", "iterations of a step", columns(&["iterations"])?, Style::Lines);
     Ok(panels)
 }
 

@@ -4,7 +4,7 @@ use crate::Stop;
 use std::path::Path;
 
 /// The columns of a run.
-pub(super) struct Table {
+pub(crate) struct Table {
     /// Name of the run's directory.
     pub run: String,
     names: Vec<String>,
@@ -13,7 +13,7 @@ pub(super) struct Table {
 
 impl Table {
     /// Reads the series of a run.
-    pub(super) fn read(directory: &Path) -> Result<Self, Stop> {
+    pub(crate) fn read(directory: &Path) -> Result<Self, Stop> {
         let path = directory.join("series.csv");
         let failed = |what: &dyn std::fmt::Display| {
             let help = "give the output directory of `rhexis run`";
@@ -45,7 +45,7 @@ impl Table {
     }
 
     /// The named vectors of three columns with this unit, as their lengths: forces of holds and grips.
-    pub(super) fn lengths(&self, unit: &str) -> Vec<(String, Vec<f64>)> {
+    pub(crate) fn lengths(&self, unit: &str) -> Vec<(String, Vec<f64>)> {
         let vector = |(at, name): (usize, &String)| {
             let stem = name.strip_suffix(&format!("_x_{unit}"))?;
             let axes = [at, at + 1, at + 2].map(|at| self.columns.get(at));
@@ -58,8 +58,8 @@ impl Table {
 }
 
 /// What an axis shows: a column's name with its unit in brackets.
-pub(super) fn label(column: &str) -> String {
-    const UNITS: [(&str, &str); 8] = [
+pub(crate) fn label(column: &str) -> String {
+    const UNITS: [(&str, &str); 10] = [
         ("_N_per_mm", "N/mm"),
         ("_N_mm", "N·mm"),
         ("_mJ", "mJ"),
@@ -68,6 +68,8 @@ pub(super) fn label(column: &str) -> String {
         ("_ms", "ms"),
         ("_MPa", "MPa"),
         ("_N", "N"),
+        ("_n", "N"),
+        ("_deg", "°"),
     ];
     let found = UNITS.iter().find_map(|(suffix, unit)| Some((column.strip_suffix(suffix)?, unit)));
     found.map_or(column.replace('_', " "), |(stem, unit)| format!("{} [{unit}]", stem.replace('_', " ")))

@@ -32,6 +32,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::files::Files;
 pub use defects::Defects;
 pub use draft::{Array, On};
 use draft::{Draft, Wanted};
@@ -242,7 +243,11 @@ fn format(path: &Path) -> Result<Format, MeshFileError> {
 /// Reads fibre directions for the triangles of a mesh in their order: three numbers a line, with spaces, commas or semicolons
 /// between; empty lines and what follows a `#` are skipped.
 pub fn read_fibres(path: &Path) -> Result<Vec<DVec3>, MeshFileError> {
-    bytes(path).map(encoding::unwrapped)?.and_then(fibres::parse).map_err(|fault| malformed(path, fault))
+    parse_fibres(path, bytes(path)?)
+}
+
+fn parse_fibres(name: &Path, bytes: Vec<u8>) -> Result<Vec<DVec3>, MeshFileError> {
+    encoding::unwrapped(bytes).and_then(fibres::parse).map_err(|fault| malformed(name, fault))
 }
 
 /// Reads the numbers of a text file, a row for each line that holds any, with its line; separated as in [`read_fibres`].
@@ -250,11 +255,31 @@ pub fn read_fibres(path: &Path) -> Result<Vec<DVec3>, MeshFileError> {
 /// # Errors
 /// Where the file cannot be read, or a word is no number.
 pub fn read_rows(path: &Path) -> Result<Vec<(usize, Vec<f64>)>, MeshFileError> {
+    parse_rows(path, bytes(path)?)
+}
+
+fn parse_rows(name: &Path, bytes: Vec<u8>) -> Result<Vec<(usize, Vec<f64>)>, MeshFileError> {
     let must = "give numbers, the same count on every line";
-    bytes(path)
-        .map(encoding::unwrapped)?
-        .and_then(|bytes| fibres::rows(bytes, must))
-        .map_err(|fault| malformed(path, fault))
+    let rows = encoding::unwrapped(bytes).and_then(|bytes| fibres::rows(bytes, must));
+    rows.map_err(|fault| malformed(name, fault))
+}
+
+/// The surface in a file that a scene mentions.
+pub(crate) fn mesh_of(files: &Files, path: &Path, reading: &Reading) -> Result<MeshFile, MeshFileError> {
+    match files.given(path) {
+        Some(bytes) => from_bytes_with(path, bytes, reading),
+        None => read_with(&files.path(path), reading),
+    }
+}
+
+/// The fibres in a file that a scene mentions.
+pub(crate) fn fibres_of(files: &Files, path: &Path) -> Result<Vec<DVec3>, MeshFileError> {
+    files.given(path).map_or_else(|| read_fibres(&files.path(path)), |bytes| parse_fibres(path, bytes))
+}
+
+/// The rows of numbers in a file that a scene mentions.
+pub(crate) fn rows_of(files: &Files, path: &Path) -> Result<Vec<(usize, Vec<f64>)>, MeshFileError> {
+    files.given(path).map_or_else(|| read_rows(&files.path(path)), |bytes| parse_rows(path, bytes))
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, MeshFileError> {

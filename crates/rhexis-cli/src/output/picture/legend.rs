@@ -67,7 +67,10 @@ pub(super) fn scale_bar(canvas: &mut Canvas, camera: &Camera, at: DVec2, room: f
     let size = 21.0 * unit;
     canvas.text(end + DVec2::new(16.0 * unit, 0.0), size, Anchor::Left, INK, &text);
     let after = end.x + canvas.text_width(size, &text) + 46.0 * unit;
-    canvas.text(DVec2::new(after, at.y), 19.0 * unit, Anchor::Left, PALE_INK, view);
+    // As a heading, it shrinks to its room instead of leaving it.
+    let wanted = canvas.text_width(19.0 * unit, view);
+    let fit = ((at.x + room - after) / wanted.max(1.0)).clamp(0.5, 1.0);
+    canvas.text(DVec2::new(after, at.y), 19.0 * unit * fit, Anchor::Left, PALE_INK, view);
 }
 
 /// A round number without needless zeros.

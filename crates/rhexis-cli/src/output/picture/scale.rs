@@ -21,9 +21,10 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The given range, or 0 to the 98th percentile of the largest principal stress.
-    pub(super) fn new(range: Option<[f64; 2]>, body: &BodyFrame) -> Self {
-        let mut values: Vec<f64> = body.principal_stress.iter().map(|p| p.x).filter(|v| v.is_finite()).collect();
+    /// The given range, or 0 to the 98th percentile of the largest principal stress of all the bodies.
+    pub(super) fn new(range: Option<[f64; 2]>, bodies: &[&BodyFrame]) -> Self {
+        let all = || bodies.iter().flat_map(|body| &body.principal_stress);
+        let mut values: Vec<f64> = all().map(|p| p.x).filter(|v| v.is_finite()).collect();
         values.sort_by(f64::total_cmp);
         let smallest = values.first().copied().unwrap_or(0.0);
         let largest = values.last().copied().unwrap_or(0.0);
@@ -43,7 +44,7 @@ impl Scale {
         if smallest < low - 1e-3 * (high - low) {
             notes.push(format!("smallest value: {}", short(smallest)));
         }
-        if values.len() < body.principal_stress.len() {
+        if values.len() < all().count() {
             notes.push("grey: not a number".to_owned());
         }
         Self { low, high, notes, gradient: colorgrad::preset::viridis() }

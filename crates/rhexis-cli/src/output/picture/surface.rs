@@ -27,11 +27,36 @@ pub(super) fn boundary_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
 }
 
-/// Draws what lies in `area` from back to front (painter's algorithm). `weight` is the width of a thin line \[px\].
-pub(super) fn draw(canvas: &mut Canvas, camera: &Camera, body: &BodyFrame, scale: &Scale, area: Area, weight: f64) {
+/// How a surface is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Style {
+    /// Width of a thin line \[px\].
+    pub weight: f64,
+    /// Whether edges of triangles are drawn, of bodies that are not too fine.
+    pub with_lines: bool,
+    /// Opacity of what lies turned over, 0 to 1.
+    pub turned_opacity: f64,
+    /// Whether only what lies wholly in the area is drawn, to keep what flies off from covering the rest of the picture.
+    pub is_confined: bool,
+}
+
+impl Style {
+    pub(super) fn new(weight: f64) -> Self {
+        Self { weight, with_lines: true, turned_opacity: 1.0, is_confined: false }
+    }
+}
+
+/// Draws what lies in `area` from back to front (painter's algorithm).
+pub(super) fn draw(canvas: &mut Canvas, camera: &Camera, body: &BodyFrame, scale: &Scale, area: Area, style: Style) {
+    let weight = style.weight;
     let x = |v: u32| body.positions[v as usize];
     let is_curved = !is_flat(body, camera.toward);
-    let with_edges = body.triangles.len() <= MAX_TRIANGLES_WITH_EDGES;
+    let with_edges = style.with_lines && body.triangles.len() <= MAX_TRIANGLES_WITH_EDGES;
+    let opacity = opacities(body, style.turned_opacity);
+    let is_seen = |points: &[DVec2]| match style.is_confined {
+        true => points.iter().all(|&p| area.contains_nearly(p)),
+        false => area.overlaps(points),
+    };
 
     let triangles = body
         .triangles
@@ -53,9 +78,10 @@ pub(super) fn draw(canvas: &mut Canvas, camera: &Camera, body: &BodyFrame, scale
         match piece {
             Piece::Triangle(t) => {
                 let corners = body.triangles[t].map(|v| camera.project(x(v)));
-                if area.overlaps(&corners) {
+                if is_seen(&corners) {
                     let light = if is_curved { shade(body.triangles[t].map(x), camera) } else { 1.0 };
-                    canvas.fill(&corners, lit(scale.color(body.principal_stress[t].x), light), false);
+                    let [r, g, b, _] = lit(scale.color(body.principal_stress[t].x), light);
+                    canvas.fill(&corners, [r, g, b, opacity.get(t).copied().unwrap_or(255)], false);
                     if with_edges {
                         canvas.stroke(&corners, true, edge);
                     }
@@ -63,12 +89,29 @@ pub(super) fn draw(canvas: &mut Canvas, camera: &Camera, body: &BodyFrame, scale
             }
             Piece::Boundary(ends) => {
                 let ends = ends.map(|v| camera.project(x(v)));
-                if area.overlaps(&ends) {
+                if is_seen(&ends) {
                     canvas.stroke(&ends, false, rim);
                 }
             }
         }
     }
+}
+
+/// Opacity of the triangles: less of those that lie turned over against how the body faced at rest. Empty where all are opaque.
+fn opacities(body: &BodyFrame, turned: f64) -> Vec<u8> {
+    let normal = |points: &[DVec3], corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|v| points[v as usize]);
+        (b - a).cross(c - a)
+    };
+    let facing: DVec3 = body.triangles.iter().map(|corners| normal(&body.rest_positions, corners)).sum();
+    if turned >= 1.0 || facing == DVec3::ZERO {
+        return Vec::new();
+    }
+    let pale = (255.0 * turned.max(0.0)).round() as u8;
+    let is_turned = |corners: &[u32; 3]| {
+        normal(&body.rest_positions, corners).dot(facing) * normal(&body.positions, corners).dot(facing) < 0.0
+    };
+    body.triangles.iter().map(|corners| if is_turned(corners) { pale } else { 255 }).collect()
 }
 
 /// Strokes along the fibres of the triangles seen at `columns` × `rows` points of `area`.
@@ -91,7 +134,7 @@ pub(super) fn draw_fibres(
     let mut ends = Vec::new();
     for (&p, seen) in points.iter().zip(visible(camera, body, &points)) {
         let Some(t) = seen else { continue };
-        let along = camera.project(half * body.fibres[t]) - camera.project(DVec3::ZERO);
+        let along = camera.along(half * body.fibres[t]);
         if along.is_finite() && along.length() > 1.0 {
             strokes.push([p - along, p + along]);
             ends.extend([p - along, p + along]);

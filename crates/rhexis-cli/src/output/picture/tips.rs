@@ -67,8 +67,7 @@ pub(super) fn draw(
     if !area.contains(middle) {
         return;
     }
-    let toward =
-        |d: DVec3, length: f64| middle + camera.project(d * length / camera.scale) - camera.project(DVec3::ZERO);
+    let toward = |d: DVec3, length: f64| middle + camera.along(d * length / camera.scale);
     let side = normal.any_orthonormal_vector();
     let circle = |radius: f64| -> Vec<DVec2> {
         let turn = |k: u32| f64::from(k) * TAU / 96.0;

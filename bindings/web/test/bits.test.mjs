@@ -1,0 +1,34 @@
+// The same bits as natively: every scene of the catalog against `crates/rhexis-scene/tests/golden/hashes.txt`, whose native test takes any number
+// of threads, wide and portable instructions; and the runs of `plan.json`, whose native test is `tests/bits.rs`.
+// `node --test test/bits.test.mjs` after build.sh takes the module with SIMD; RHEXIS_BITS=all takes the plain one too.
+
+import test from "node:test";
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { load } from "../dist/index.js";
+import { run } from "./plan.mjs";
+
+const flavours = process.env.RHEXIS_BITS === "all" ? ["simd", "plain"] : ["simd"];
+const golden = await readFile(new URL("../../../crates/rhexis-scene/tests/golden/hashes.txt", import.meta.url), "utf8");
+const scenes = [...golden.matchAll(/^any (\S+) (\d+) ([0-9a-f]{16})$/gm)].map(([, scene, steps, hash]) => ({ scene, steps: Number(steps), hash }));
+const plan = JSON.parse(await readFile(new URL("plan.json", import.meta.url)));
+
+const known = new Set();
+for (const flavour of flavours) {
+  const engine = await load({ simd: flavour === "simd" });
+  engine.catalog().forEach(({ name }) => known.add(name));
+  for (const entry of [...scenes, ...plan]) {
+    test(`${flavour}: ${entry.scene}${entry.hand ? " by hand" : ""}, ${entry.steps} steps`, () => {
+      assert.equal(engine.flavour, flavour);
+      const world = run(engine, entry);
+      const { hash, length_mm } = world.measures();
+      world.free();
+      assert.equal(hash, entry.hash);
+      if (entry.lengthMm !== undefined) assert.equal(length_mm, entry.lengthMm);
+    });
+  }
+}
+
+test("every scene of the catalog has its bits", () => {
+  assert.deepEqual(scenes.map(({ scene }) => scene), [...known].sort());
+});

@@ -1,0 +1,33 @@
+//! What a native build reaches by `test/plan.json`, to the bit: the package is compared with the same file by `test/bits.test.mjs`.
+//!
+//! For builds without the feature `direct` of the engine, whose factors give other bits. In the workspace other packages ask for it,
+//! hence it is run alone: `cargo test --release --package rhexis-web --test bits`. With `RHEXIS_UPDATE_GOLDEN=1` the file is written anew.
+
+mod plan;
+
+use rhexis_web::engine::Engine;
+use std::fmt::Write;
+use std::path::Path;
+
+#[test]
+fn the_plan_has_the_native_bits() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("test/plan.json");
+    let then = std::fs::read_to_string(&path).unwrap();
+    let mut entries = plan::read(&then).unwrap();
+    for entry in &mut entries {
+        let measures = entry.run(Engine::step).unwrap().measures();
+        (entry.hash, entry.length_mm) = (Some(measures.hash), Some(measures.length_mm));
+    }
+    let mut now = "[\n".to_owned();
+    for (i, entry) in entries.iter().enumerate() {
+        let end = if i + 1 < entries.len() { "," } else { "" };
+        let _ = writeln!(now, "  {}{end}", serde_json::to_string(entry).unwrap());
+    }
+    now.push_str("]\n");
+    if std::env::var_os("RHEXIS_UPDATE_GOLDEN").is_some() {
+        std::fs::write(&path, now).unwrap();
+        return;
+    }
+    // As text: numbers are written with all their digits.
+    assert_eq!(now, then, "the bits are not those of {}", path.display());
+}
