@@ -89,6 +89,7 @@ const checks = {
     if (screenshots) await page.screenshot({ path: join(screenshots, "square.png") });
     assert.match(await text(page, "r-hand"), /N$/);
     await page.mouse.up();
+    await until(page, () => !window.rhexis.state.last.place, "the hand lets go");
     await page.evaluate(() => window.rhexis.play(false));
     await until(page, () => !window.rhexis.state.isAsking && !window.rhexis.state.isStale, "the page rests");
     const measures = await call(page, "measures");
