@@ -4,8 +4,8 @@ use crate::engine::Engine;
 use hecs::Entity;
 use rhexis::components::{Body, Grips, Holds, TearLog, Tearing};
 use rhexis::event::Event;
-use rhexis::report::{GraspFigures, Outcome, TearCourse};
 use rhexis::storage::{Tips, Triangles, Vertices};
+use rhexis_scene::course::CourseReport;
 use serde::Serialize;
 
 /// The whole.
@@ -72,7 +72,7 @@ pub struct BodyFigures {
     /// Force of every grip on it, the hand's among them.
     pub grips: Vec<Force>,
     /// Course of a tear about the axis of its rim; absent for a body that cannot tear or has no rim.
-    pub course: Option<Course>,
+    pub course: Option<CourseReport>,
     /// What was torn; absent for a body that cannot tear.
     pub tear: Option<Tear>,
 }
@@ -105,91 +105,6 @@ pub struct Tear {
     pub refusals: u32,
     /// Tips alive.
     pub tips: usize,
-}
-
-/// The course of a tear about an axis, as `report.json` has it.
-#[derive(Debug, Serialize)]
-pub struct Course {
-    /// `"closed"`, `"ran_out"`, `"torn_off"` or `"unfinished"`.
-    pub outcome: &'static str,
-    /// Angle about the axis that cuts and tips have passed \[°\].
-    pub completion_deg: f64,
-    /// Mean diameter of the opening at rest \[mm\]; absent unless the tear has closed, as the next four.
-    pub diameter_mm: Option<f64>,
-    /// Mean diameter of its outline in space as it closed \[mm\].
-    pub diameter_as_it_lies_mm: Option<f64>,
-    /// Circularity of that outline.
-    pub circularity_as_it_lies: Option<f64>,
-    /// Circularity at rest.
-    pub circularity: Option<f64>,
-    /// Way from the axis to the opening's middle \[mm\].
-    pub decentration_mm: Option<f64>,
-    /// From the axis to the farthest point \[mm\].
-    pub largest_radius_mm: f64,
-    /// Jaws closed.
-    pub grasps: u32,
-    /// Time from the beginning to the tear's end \[ms\].
-    pub time_ms: f64,
-    /// Root mean square of the force at closed jaws \[N\].
-    pub force_rms_n: f64,
-    /// Its peak \[N\].
-    pub force_peak_n: f64,
-    /// One row per grasp.
-    pub force_by_grasp: Vec<Grasp>,
-}
-
-/// The force of one grasp.
-#[derive(Debug, Serialize)]
-pub struct Grasp {
-    /// End of its first step \[ms\].
-    pub from_ms: f64,
-    /// End of its last step \[ms\].
-    pub until_ms: f64,
-    /// Mean \[N\].
-    pub force_mean_n: f64,
-    /// Root mean square \[N\].
-    pub force_rms_n: f64,
-    /// Peak \[N\].
-    pub force_peak_n: f64,
-}
-
-impl Grasp {
-    fn of(grasp: &GraspFigures) -> Self {
-        Self {
-            from_ms: grasp.from,
-            until_ms: grasp.until,
-            force_mean_n: grasp.force_mean,
-            force_rms_n: grasp.force_rms,
-            force_peak_n: grasp.force_peak,
-        }
-    }
-}
-
-impl Course {
-    fn of(course: &TearCourse) -> Self {
-        let figures = course.figures();
-        let (opening, lies) = (figures.opening.as_ref(), figures.opening_as_it_lies.as_ref());
-        Self {
-            outcome: match figures.outcome {
-                Outcome::Closed => "closed",
-                Outcome::RanOut => "ran_out",
-                Outcome::TornOff => "torn_off",
-                Outcome::Unfinished => "unfinished",
-            },
-            completion_deg: figures.completion.to_degrees(),
-            diameter_mm: opening.map(|o| o.diameter),
-            diameter_as_it_lies_mm: lies.map(|o| o.diameter),
-            circularity_as_it_lies: lies.map(|o| o.circularity),
-            circularity: opening.map(|o| o.circularity),
-            decentration_mm: opening.map(|o| o.decentration),
-            largest_radius_mm: opening.map_or(figures.largest_radius, |o| o.largest_radius),
-            grasps: figures.grasps,
-            time_ms: figures.time,
-            force_rms_n: figures.force_rms,
-            force_peak_n: figures.force_peak,
-            force_by_grasp: course.grasps().iter().map(Grasp::of).collect(),
-        }
-    }
 }
 
 /// An event in words.
@@ -272,7 +187,7 @@ impl Engine {
             kinetic_mj: energies.kinetic,
             reactions,
             grips,
-            course: self.courses.iter().find(|course| course.body() == body).map(Course::of),
+            course: self.courses.iter().find(|course| course.body() == body).map(CourseReport::of),
             tear,
         }
     }

@@ -2,7 +2,6 @@
 
 use super::account::AccountReport;
 use super::caveats::caveats;
-use super::course::CourseReport;
 use super::guard::GuardTally;
 use super::progress::real_time_factor;
 use super::series::Observation;
@@ -12,6 +11,7 @@ use hecs::Entity;
 use rhexis::components::{Body, EnergyCriterion, Refined, Refinement, RingFault, TearLog, Tearing};
 use rhexis::report::{TearAccount, TearCourse};
 use rhexis::storage::{Tips, Triangles, Vertices};
+use rhexis_scene::course::CourseReport;
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{CutTold, Instance, MeshSummary, Scene, thresholds};
 use serde::Serialize;
@@ -239,8 +239,10 @@ pub(super) struct SolverFigures {
     pub most_relaxed_vertices: usize,
     /// Steps at whose end vertices were put back outside an obstacle.
     pub put_outside: Count,
-    /// Steps in which a tear could have gone on when the resumes or rounds were used up.
+    /// Steps in which a tear could have gone on when the resumes, the budget or the rounds were used up.
     pub cut_short: Count,
+    /// Steps that left refinement to the next one, the budget being used up.
+    pub refinement_put_off: Count,
     /// Steps that were given up.
     pub failed: Count,
     /// Sub-steps undone and retried in halves.
@@ -306,6 +308,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             most_relaxed_vertices: t.most_relaxed,
             put_outside: t.put_outside,
             cut_short: t.cut_short,
+            refinement_put_off: t.refinement_put_off,
             failed: t.failed,
             rolled_back: t.rolled_back,
         },

@@ -1,7 +1,7 @@
 //! What a run prints at its end.
 
 use super::account::AccountReport;
-use super::course::CourseReport;
+use super::course;
 use super::report::{End, RunReport};
 
 /// The few lines at the end.
@@ -41,7 +41,7 @@ pub(super) fn summary(report: &RunReport) -> String {
             let (rms, peak) = (1e3 * grip.rms_n, 1e3 * grip.peak_n);
             lines.push(format!("    {}: {rms:.2} mN rms, {peak:.2} mN peak{jump}", grip.name));
         }
-        lines.extend(body.course.as_ref().map(CourseReport::summary));
+        lines.extend(body.course.as_ref().map(course::lines));
         if let Some(tear) = &body.tear {
             lines.push(format!(
                 "    torn {:.3} mm in {} advances, {} tip(s) left, {} ended, {} piece(s) free",
