@@ -5,6 +5,8 @@
 //!
 //! [`Settings::budget`]: crate::settings::Settings::budget
 
+use crate::components::SolverScratch;
+
 /// Work of an evaluation: rotations, forces, contact, and the account of energy.
 pub const EVALUATION: u32 = 7;
 
@@ -30,6 +32,11 @@ pub fn of_halvings(halvings: usize, triangles: usize) -> u32 {
 /// Number of halvings that so much work allows in a body of so many triangles; one at the least.
 pub fn halvings_within(work: u32, triangles: usize) -> usize {
     (work as usize * triangles / TRIANGLES_PER_HALVING).max(1)
+}
+
+/// Whether one of the bodies has used up the budget of a step.
+pub fn is_any_used_up(world: &mut hecs::World, budget: Option<u32>) -> bool {
+    budget.is_some_and(|budget| world.query_mut::<&SolverScratch>().into_iter().any(|scratch| scratch.work >= budget))
 }
 
 fn in_iterations(passed: usize, triangles: usize) -> u32 {

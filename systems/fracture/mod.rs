@@ -51,7 +51,7 @@ pub use heading::turned_axis;
 pub use held_shut::{field_tip, lay_at_tip};
 pub use locate::distance_to_triangle;
 pub use parting::beyond_stretch;
-pub use reach::{Reach, advancing, may_go_on, unfinished};
+pub use reach::{Reach, advancing, in_turn, may_go_on, unfinished};
 pub use ring::{Contour, Ring};
 pub use shifted_disc::{MaterialForce, ShiftedDisc};
 pub use start::{NewTip, Slit};

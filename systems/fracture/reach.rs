@@ -2,9 +2,10 @@
 
 use super::tip::fan_chart;
 use crate::components::{SolverScratch, TearDecision, TearDecisions, Tearing};
-use crate::storage::{Tips, Topology, Triangles, Vertices};
-use crate::systems::StepContext;
+use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
+use crate::systems::{StepContext, work};
 use hecs::World;
+use smallvec::SmallVec;
 
 /// A sum of equal parts may miss the way by roundings.
 const ROUNDED: f64 = 1.0 - 1e-9;
@@ -65,6 +66,22 @@ fn will_tear(
     decisions.start.is_some() || decisions.parting.is_some() || asking.any(|(tip, decision)| is_acted_on(tip, decision))
 }
 
+/// The tips that have been judged, in the order of their rows; with a budget those first that have saved up most, having waited for it.
+pub fn in_turn<'a>(
+    tips: &Tips,
+    decisions: &'a [Option<TearDecision>],
+    step: &StepContext,
+) -> SmallVec<[(TipKey, &'a TearDecision); 8]> {
+    let judged = tips.keys().iter().zip(decisions).zip(&tips.allowance);
+    let judged = judged.filter_map(|((key, decision), saved)| Some((*key, decision.as_ref()?, *saved)));
+    let mut judged: SmallVec<[(TipKey, &TearDecision, f64); 8]> = judged.collect();
+    if step.budget.is_some() {
+        // Stable: equal ones stay in the order of their rows.
+        judged.sort_by(|a, b| b.2.total_cmp(&a.2));
+    }
+    judged.into_iter().map(|(key, decision, _)| (key, decision)).collect()
+}
+
 /// Marks for another solve the bodies whose tips will advance in this step. Returns their number.
 pub fn advancing(world: &mut World, step: &StepContext) -> usize {
     type Query<'a> = (
@@ -82,12 +99,11 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
 
 /// Counts the bodies whose tips may advance further in the step; none where one of them has used up its budget.
 pub fn unfinished(world: &mut World, step: &StepContext) -> usize {
-    let is_used_up = |scratch: &SolverScratch| step.is_used_up(scratch.work);
-    let count = |world: &mut World| {
-        let bodies = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
-        bodies.filter(|(decisions, _)| decisions.may_advance_further).count()
-    };
-    if world.query_mut::<&SolverScratch>().into_iter().any(is_used_up) { 0 } else { count(world) }
+    if work::is_any_used_up(world, step.budget) {
+        return 0;
+    }
+    let bodies = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
+    bodies.filter(|(decisions, _)| decisions.may_advance_further).count()
 }
 
 /// Whether a tip that has just advanced may go far enough for the nearest edge that its next advance could lead to.

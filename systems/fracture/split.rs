@@ -13,7 +13,7 @@ use crate::math::elementary;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::fracture::{
     Advance, Cutter, End, EnergyTerms, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart,
-    TipMemory, factor_of, may_go_on, mean_around, turned_axis,
+    TipMemory, factor_of, in_turn, may_go_on, mean_around, turned_axis,
 };
 use crate::systems::solver::Factor;
 use crate::systems::{StepContext, work};
@@ -163,22 +163,6 @@ struct Tearer<'a> {
     is_waiting: bool,
 }
 
-/// The tips that have been judged, in the order of their rows; with a budget those first that have saved up most, having waited for it.
-fn in_turn<'a>(
-    tips: &Tips,
-    decisions: &'a [Option<TearDecision>],
-    step: &StepContext,
-) -> SmallVec<[(TipKey, &'a TearDecision); 8]> {
-    let judged = tips.keys().iter().zip(decisions).zip(&tips.allowance);
-    let judged = judged.filter_map(|((key, decision), saved)| Some((*key, decision.as_ref()?, *saved)));
-    let mut judged: SmallVec<[(TipKey, &TearDecision, f64); 8]> = judged.collect();
-    if step.budget.is_some() {
-        // Stable: equal ones stay in the order of their rows.
-        judged.sort_by(|a, b| b.2.total_cmp(&a.2));
-    }
-    judged.into_iter().map(|(key, decision, _)| (key, decision)).collect()
-}
-
 impl Tearer<'_> {
     /// Lets a tip that would advance save its allowance up for the next step.
     fn wait(&mut self, key: TipKey, decision: &TearDecision, reach: Reach) {
@@ -186,11 +170,17 @@ impl Tearer<'_> {
         if !(decision.value > 1.0) {
             return rest(self.tips, tip, reach);
         }
-        let chart = TipChart::new(&self.mesh, self.tips.vertex[tip]);
-        let exit = chart.ok().and_then(|tip| tip.chart.exit(tip.chart.to_chart(decision.direction)));
+        let chart = TipChart::new(&self.mesh, self.tips.vertex[tip]).ok();
+        self.is_waiting |= self.may_reach(tip, chart.as_ref(), decision.direction, reach);
+    }
+
+    /// Adds this step's allowance to a tip's; tells whether it is enough for the next triangle in this direction.
+    fn may_reach(&mut self, tip: usize, chart: Option<&TipChart>, direction: DVec3, reach: Reach) -> bool {
+        let exit = chart.and_then(|tip| tip.chart.exit(tip.chart.to_chart(direction)));
         let way = exit.map_or(0.0, |exit| exit.distance);
-        self.tips.allowance[tip] = reach.allowance(self.tips.allowance[tip], way);
-        self.is_waiting |= reach.allows(self.tips.allowance[tip], way);
+        let allowance = &mut self.tips.allowance[tip];
+        *allowance = reach.allowance(*allowance, way);
+        reach.allows(*allowance, way)
     }
 
     /// Advances a tip by one triangle or edge, if its allowance is enough for it.
@@ -210,10 +200,7 @@ impl Tearer<'_> {
         }
         // Whole triangles only: a tear that stopped inside one would leave more and worse ones.
         let chart = TipChart::new(&self.mesh, vertex);
-        let exit = chart.as_ref().ok().and_then(|tip| tip.chart.exit(tip.chart.to_chart(decision.direction)));
-        let way = exit.map_or(0.0, |exit| exit.distance);
-        self.tips.allowance[tip] = reach.allowance(self.tips.allowance[tip], way);
-        if !reach.allows(self.tips.allowance[tip], way) {
+        if !self.may_reach(tip, chart.as_ref().ok(), decision.direction, reach) {
             return self.note_held_back(key, at, decision.value);
         }
         let factor = chart.as_ref().map_or(1.0, |tip| self.factor_ahead(tip, decision.direction));

@@ -6,7 +6,7 @@ use super::run::{Aside, Running};
 use crate::components::SolverScratch;
 use crate::math::elementary;
 use crate::settings::Settings;
-use crate::systems::{StepContext, contact};
+use crate::systems::{StepContext, contact, work};
 use hecs::{Entity, World};
 use smallvec::SmallVec;
 
@@ -80,7 +80,7 @@ impl Retried<'_, '_> {
     /// Two halves of what has failed. Returns the time that was done.
     fn in_halves(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         self.running.report.rolled_back += 1;
-        if halvings == 0 || is_used_up(self.world, self.settings.budget) {
+        if halvings == 0 || work::is_any_used_up(self.world, self.settings.budget) {
             self.is_fallback = true;
             return self.part(time, dt, 0);
         }
@@ -132,9 +132,4 @@ fn put_all_aside(world: &mut World, list: &mut Aside) {
     let bodies = world.query_mut::<(Entity, &SolverScratch)>().into_iter();
     let bodies: SmallVec<[Entity; 16]> = bodies.map(|(body, _)| body).collect();
     list.extend(bodies.into_iter().filter_map(|body| Some((body, world.remove_one::<SolverScratch>(body).ok()?))));
-}
-
-/// Whether a body has used up what iterations it may take in the step.
-pub(super) fn is_used_up(world: &mut World, budget: Option<u32>) -> bool {
-    budget.is_some_and(|budget| world.query_mut::<&SolverScratch>().into_iter().any(|scratch| scratch.work >= budget))
 }

@@ -32,7 +32,11 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         &format!("up to {most} vertices found their own way, for the solve's would have created energy"),
     );
     counted(t.put_outside, "vertices were put back outside an obstacle, where no solve had left them");
-    counted(t.cut_short, "a tear could have gone on when the step had used up run.resumes or run.static_advances");
+    counted(
+        t.cut_short,
+        "a tear could have gone on when the step had used up run.resumes, run.budget or run.static_advances",
+    );
+    counted(t.refinement_put_off, "refinement was left to the next step (run.budget)");
     if t.rolled_back > 0 {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));
     }
