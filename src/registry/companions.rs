@@ -46,9 +46,12 @@ impl Give for Inside<'_> {
     }
 }
 
-/// Completes an entity of a world.
+/// Completes an entity of a world, and takes off it the angles of a bending that it no longer has: solves would go on by them.
 pub(crate) fn complete_in(world: &mut World, entity: Entity) {
     complete(&mut Inside { world, entity });
+    if world.satisfies::<hecs::Without<&DihedralAngles, &Bending>>(entity) {
+        let _ = world.remove_one::<DihedralAngles>(entity);
+    }
 }
 
 /// Adds what the components of a body or an obstacle need beside them.

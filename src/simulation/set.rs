@@ -110,6 +110,7 @@ impl Simulation {
         }
         let before = self.audited_energies(entity);
         let was_there = self.world.remove_one::<C>(entity).is_ok();
+        complete_in(&mut self.world, entity);
         self.note_edited_energies(entity, before);
         self.wake_by(entity, WokenBy::Caller);
         Ok(was_there)

@@ -37,7 +37,8 @@ mod place;
 mod solved;
 
 use crate::components::{
-    Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
+    Damping, Drag, FibreLaws, Frames, FreeAxes, Grips, Increment, Planar, PreStretch, SolverScratch, Tautness,
+    fibre_law,
 };
 use crate::event::{GuardCause, GuardPlace};
 use crate::math::Orthotropic;
@@ -84,12 +85,13 @@ type Query<'a> = (
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
 
-/// Marks for another solve the bodies that the last one would let create energy. Returns their number.
+/// Marks for another solve the bodies that the last one would let create energy. Returns their number; with none, marks stay as they are.
 pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
-    let mut count = 0;
-    for scratch in world.query_mut::<&mut SolverScratch>() {
-        scratch.is_converged = scratch.to_correct.is_none();
-        count += usize::from(!scratch.is_converged);
+    let count = world.query_mut::<&SolverScratch>().into_iter().filter(|scratch| scratch.to_correct.is_some()).count();
+    if count > 0 {
+        for scratch in world.query_mut::<&mut SolverScratch>() {
+            scratch.is_converged = scratch.to_correct.is_none();
+        }
     }
     count
 }
@@ -134,8 +136,10 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let spike = if step.is_retried || step.is_correction || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
             let is_used_up = step.is_used_up(scratch.work);
-            let may_correct =
-                step.corrections > 0 && !is_used_up && scratch.allowed.is_empty() && !may_spin(planar, &scratch.free);
+            let may_correct = step.corrections > 0
+                && !is_used_up
+                && scratch.allowed.is_empty()
+                && !may_spin(planar, &scratch.free, holders.0);
             let SolverScratch { free, partials, pairs, spurious_energy, unchecked_bound, to_correct, .. } =
                 &mut *scratch;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
@@ -247,8 +251,9 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
 }
 
 /// Whether nothing holds a body, or only its plane: halves of a step keep its spin, which Newton's method brakes as backward Euler does.
-fn may_spin(planar: Option<&Planar>, free: &FreeAxes) -> bool {
-    planar.is_some() || free.iter().all(|axes| *axes == DVec3::ONE)
+fn may_spin(planar: Option<&Planar>, free: &FreeAxes, grips: Option<&Grips>) -> bool {
+    let is_gripped = |grips: &Grips| grips.pinches.iter().any(|pinch| !pinch.held.rows().is_empty());
+    planar.is_some() || free.iter().all(|axes| *axes == DVec3::ONE) && !grips.is_some_and(is_gripped)
 }
 
 /// The fraction of the increment tried after this one.

@@ -177,6 +177,29 @@ fn what_is_set_acts_as_what_was_spawned_with() {
     }
 }
 
+/// A bending that was taken off leaves nothing that a solve goes by: neither by the call nor by the world.
+#[test]
+fn what_is_taken_off_acts_no_more() {
+    let fall = |mut s: Simulation, body: hecs::Entity| {
+        s.set(body, point_loads(7, DVec3::Z * 1e-4)).unwrap();
+        (0..5).for_each(|_| assert!(!s.step(2.0).unwrap().has_failed));
+        s.hash()
+    };
+    let bent = || {
+        let (mut s, body) = drawn();
+        s.set(body, Bending { stiffness: Some(1e-2) }).unwrap();
+        (s, body)
+    };
+    let (plain, body) = drawn();
+    let plain = fall(plain, body);
+    let (mut s, body) = bent();
+    assert_eq!(s.unset::<Bending>(body), Ok(true));
+    assert_eq!(fall(s, body), plain);
+    let (mut s, body) = bent();
+    s.world_mut().remove_one::<Bending>(body).unwrap();
+    assert_eq!(fall(s, body), plain);
+}
+
 #[test]
 fn what_is_set_wrongly_changes_nothing_and_is_named() {
     let (mut s, body) = drawn();
