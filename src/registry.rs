@@ -82,6 +82,8 @@ macro_rules! components {
             saved in part {
                 topology: Topology,
                 scratch: SolverScratch,
+                result: SolveResult,
+                ledger: GuardLedger,
                 factor: Factor,
                 mixed: MixedSolver,
             }

@@ -49,11 +49,14 @@ pub use state::energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use state::energy_audit::{Equilibrium, Shares};
 pub use state::forceps::{Forceps, Grasp, Jaws, Motion, Pinch, Pose, Slip};
 pub use state::guard::{Fault, GuardFigures};
+#[doc(hidden)]
+pub use state::guard_ledger::GuardLedger;
 pub(crate) use state::increment::fraction_of;
 pub use state::increment::{Increment, Reactions, Tautness};
 pub(crate) use state::readings::Read;
 #[doc(hidden)]
 pub use state::readings::Readings;
+pub use state::solve_result::SolveResult;
 pub use state::step_forces::StepForces;
 #[doc(hidden)]
 pub use state::stops::Stops;

@@ -65,6 +65,8 @@ pub(crate) fn complete(entity: &mut impl Give) {
     entity.ensure::<Frames>();
     entity.ensure::<Forces>();
     entity.ensure::<Increment>();
+    entity.ensure::<SolveResult>();
+    entity.ensure::<GuardLedger>();
     entity.ensure::<SolverScratch>();
     entity.ensure::<Factor>();
     entity.ensure::<MixedSolver>();

@@ -4,20 +4,20 @@ mod folds;
 
 pub use folds::{Dihedral, DihedralAngles};
 
-use crate::components::{Bending, Damping, Forces, Frames, Increment, SolverScratch};
+use crate::components::{Bending, Damping, Forces, Frames, Increment, SolveResult};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::{Formula, StepContext, parallel};
 
 /// Brings the rest angles up to the mesh, finds the angles and adds their forces.
 pub fn bending(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a SolverScratch),
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a SolveResult),
         (&'a Bending, &'a mut DihedralAngles, &'a Frames, &'a mut Forces),
         Option<&'a Damping>,
     );
     parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, _, _, scratch), ..)| scratch.rows_to_solve(triangles.len()),
+        |((_, triangles, _, _, result), ..)| result.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, increment, _), (bending, folds, frames, forces), damping)| {
             folds.refresh(vertices, triangles, topology, bending);
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();

@@ -1,7 +1,7 @@
 //! How far a tip may go in a step, and whether that is far enough for its next triangle.
 
 use super::tip::fan_chart;
-use crate::components::{SolverScratch, TearDecision, TearDecisions, Tearing};
+use crate::components::{SolveResult, TearDecision, TearDecisions, Tearing};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
 use hecs::World;
@@ -68,13 +68,13 @@ fn will_tear(
 /// Marks for another solve the bodies whose tips will advance in this step. Returns their number.
 pub fn advancing(world: &mut World, step: &StepContext) -> usize {
     type Query<'a> = (
-        &'a mut SolverScratch,
+        &'a mut SolveResult,
         Option<((&'a Vertices, &'a Triangles, &'a Topology), (&'a Tearing, &'a Tips, &'a TearDecisions))>,
     );
     let mut count = 0;
-    for (scratch, tearing) in world.query_mut::<Query>() {
+    for (result, tearing) in world.query_mut::<Query>() {
         let tears = tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
-        scratch.is_converged = !tears;
+        result.is_converged = !tears;
         count += usize::from(tears);
     }
     count
@@ -82,12 +82,12 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
 
 /// Counts the bodies whose tips may advance further in the step; none where one of them has used up its budget.
 pub fn unfinished(world: &mut World, step: &StepContext) -> usize {
-    let is_used_up = |scratch: &SolverScratch| step.is_used_up(scratch.work);
+    let is_used_up = |result: &SolveResult| step.is_used_up(result.work);
     let count = |world: &mut World| {
-        let bodies = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
+        let bodies = world.query_mut::<(&TearDecisions, &SolveResult)>().into_iter();
         bodies.filter(|(decisions, _)| decisions.may_advance_further).count()
     };
-    if world.query_mut::<&SolverScratch>().into_iter().any(is_used_up) { 0 } else { count(world) }
+    if world.query_mut::<&SolveResult>().into_iter().any(is_used_up) { 0 } else { count(world) }
 }
 
 /// Whether a tip that has just advanced may go far enough for the nearest edge that its next advance could lead to.

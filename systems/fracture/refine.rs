@@ -3,7 +3,7 @@
 
 use crate::components::{
     Attributes, Changes, EdgeLoads, EnergyAudit, FibreLaws, Grips, Holds, Increment, Planar, PointLoads, PreStretch,
-    Refined, Refinement, SolverScratch, Springs, StepForces, TearDecisions, Tearing, fibre_law,
+    Refined, Refinement, SolveResult, Springs, StepForces, TearDecisions, Tearing, fibre_law,
 };
 use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
@@ -31,7 +31,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
         (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions),
-        (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>, &'a mut SolverScratch),
+        (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>, &'a mut SolveResult),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>, Option<&'a mut Changes>),
         (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a mut Attributes>),
@@ -39,7 +39,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     for (
         (vertices, triangles, topology, increment, factor),
         (refinement, refined, tearing, tips, decisions),
-        (scratch, memory, audit, solver),
+        (scratch, memory, audit, result),
         (holds, springs, grips),
         (point_loads, edge_loads, step_forces, changes),
         (planar, pre_stretch, fibres, attributes),
@@ -84,7 +84,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         if has_moved {
             let triangles = refiner.mesh.triangles.len();
             let halvings = refiner.refine(step.budget.map(|budget| work::halvings_within(budget / 2, triangles)));
-            solver.work = solver.work.saturating_add(work::of_halvings(halvings, triangles));
+            result.work = result.work.saturating_add(work::of_halvings(halvings, triangles));
         }
         // Those of the last step are of another mesh.
         if let Some(audit) = audit {

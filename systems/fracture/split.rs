@@ -6,7 +6,7 @@ mod starts;
 
 use crate::components::{
     Attributes, Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PartedBy, PointLoads, Refined,
-    SolverScratch, Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
+    SolveResult, Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
 };
 use crate::event::{Course, EventKind, TearCost};
 use crate::math::elementary;
@@ -29,7 +29,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
         (&'a Tearing, Option<&'a EnergyCriterion>, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
-        (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor, &'a mut SolverScratch),
+        (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor, &'a mut SolveResult),
         (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
         (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
         (Option<&'a mut Refined>, Option<&'a mut Changes>, Option<&'a mut Attributes>),
@@ -37,7 +37,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     for (
         (vertices, triangles, topology, increment),
         (tearing, energy, tips, decisions, log),
-        (scratch, memory, factor, solver),
+        (scratch, memory, factor, result),
         (holds, springs, grips),
         (point_loads, edge_loads, step_forces),
         (refined, changes, attributes),
@@ -87,7 +87,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         for (key, decision) in in_turn(tearer.tips, &decisions.tips, step) {
             let advances = (tearer.log.advance_count - advances_before) as usize;
             let done = work::of_advances(advances, tearer.mesh.triangles.len());
-            if advances > 0 && step.is_used_up(solver.work.saturating_add(done)) {
+            if advances > 0 && step.is_used_up(result.work.saturating_add(done)) {
                 tearer.wait(key, decision, reach);
             } else {
                 tearer.advance(key, decision, reach);
@@ -118,7 +118,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             has_advanced && (has_more || is_waiting)
         };
         let advances = (log.advance_count - advances_before) as usize;
-        solver.work = solver.work.saturating_add(work::of_advances(advances, triangles));
+        result.work = result.work.saturating_add(work::of_advances(advances, triangles));
         // The last pass of a step: those before are taken up again.
         let is_counted = is_held_back && !decisions.may_advance_further;
         log.held_back_count = log.held_back_count.saturating_add(u32::from(is_counted));

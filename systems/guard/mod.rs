@@ -37,7 +37,8 @@ mod place;
 mod solved;
 
 use crate::components::{
-    Damping, Drag, FibreLaws, Frames, FreeAxes, Increment, Planar, PreStretch, SolverScratch, Tautness, fibre_law,
+    Damping, Drag, FibreLaws, Frames, FreeAxes, GuardLedger, Increment, Planar, PreStretch, SolveResult, SolverScratch,
+    Tautness, fibre_law,
 };
 use crate::event::{GuardCause, GuardPlace};
 use crate::math::Orthotropic;
@@ -79,7 +80,8 @@ const ROUNDING: f64 = 1e-12;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Increment, &'a mut SolverScratch, Option<&'a DihedralAngles>, place::Holders<'a>),
+    (&'a mut Increment, Option<&'a DihedralAngles>, place::Holders<'a>),
+    (&'a SolveResult, &'a mut SolverScratch, &'a mut GuardLedger),
     (Option<&'a Damping>, Option<&'a Drag>),
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
@@ -87,9 +89,9 @@ type Query<'a> = (
 /// Marks for another solve the bodies that the last one would let create energy. Returns their number.
 pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
-    for scratch in world.query_mut::<&mut SolverScratch>() {
-        scratch.is_converged = scratch.to_correct.is_none();
-        count += usize::from(!scratch.is_converged);
+    for (result, scratch) in world.query_mut::<(&mut SolveResult, &SolverScratch)>() {
+        result.is_converged = scratch.to_correct.is_none();
+        count += usize::from(!result.is_converged);
     }
     count
 }
@@ -103,10 +105,11 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     let count = parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), (_, scratch, ..), ..)| scratch.rows_to_solve(triangles.len()),
+        |((_, triangles, ..), _, (result, ..), ..)| result.rows_to_solve(triangles.len()),
         |(
             (vertices, triangles, topology, frames),
-            (increment, scratch, folds, holders),
+            (increment, folds, holders),
+            (result, scratch, ledger),
             (damping, drag),
             (pre_stretch, planar, fibres),
         )| {
@@ -116,7 +119,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
                 stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
             });
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
-            let (inertia, tangent) = (step.inertia(), scratch.tangent);
+            let (inertia, tangent) = (step.inertia(), result.tangent);
             let operator = Operator {
                 vertices,
                 triangles,
@@ -132,12 +135,12 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
             let is_planar = planar.is_some();
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
-            let spike = if step.is_retried || step.is_correction || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
-            let is_used_up = step.is_used_up(scratch.work);
+            let spike = if step.is_retried || step.is_correction || ledger.relaxing > 0 { usize::MAX } else { SPIKE };
+            let is_used_up = step.is_used_up(result.work);
             let may_correct =
                 step.corrections > 0 && !is_used_up && scratch.allowed.is_empty() && !may_spin(planar, &scratch.free);
-            let SolverScratch { free, partials, pairs, spurious_energy, unchecked_bound, to_correct, .. } =
-                &mut *scratch;
+            let SolverScratch { free, partials, pairs, to_correct, .. } = &mut *scratch;
+            let GuardLedger { spurious_energy, unchecked_bound, .. } = &mut *ledger;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
             let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
             let solved = Solved {
@@ -166,7 +169,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             };
             if before + work <= most && *unchecked_bound + bound <= UNCHECKED * most {
                 *unchecked_bound += bound;
-                scratch.spurious_energy = (before + work).max(0.0);
+                ledger.spurious_energy = (before + work).max(0.0);
                 return;
             }
             let more = solved.spurious_energy(1.0, partials);
@@ -214,25 +217,25 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
                     increment.guard.correct(place.cause);
                 }
                 increment.take_fraction(&scratch.free, fraction);
-                (scratch.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
+                (ledger.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
                 return;
             }
-            scratch.creates_energy = !(sum <= most);
+            ledger.creates_energy = !(sum <= most);
             increment.creates_at = place;
-            if scratch.creates_energy {
+            if ledger.creates_energy {
                 return;
             }
-            scratch.spurious_energy = sum.max(0.0);
+            ledger.spurious_energy = sum.max(0.0);
             scratch.is_counted = true;
             if let Some(patch) = patch {
                 increment.delta.copy_from_slice(&patch.way);
                 increment.is_fraction = true;
                 increment.relaxed = increment.relaxed.max(patch.len());
-                scratch.relaxing = RELAXING;
+                ledger.relaxing = RELAXING;
                 increment.guard.relax(place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane)));
             }
             if fraction < 1.0 {
-                scratch.is_step_limited = true;
+                ledger.is_step_limited = true;
                 increment.is_fraction = true;
                 increment.limits[0] = true;
                 let place = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));

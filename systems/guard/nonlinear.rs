@@ -23,7 +23,8 @@
 use super::place::of_triangle;
 use super::{SHARE, slack_energy};
 use crate::components::{
-    Bending, Damping, FibreLaws, Forces, Frames, Increment, Planar, PreStretch, Sleeping, SolverScratch, fibre_law,
+    Bending, Damping, FibreLaws, Forces, Frames, GuardLedger, Increment, Planar, PreStretch, Sleeping, SolveResult,
+    SolverScratch, fibre_law,
 };
 use crate::event::{GuardCause, GuardPlace};
 use crate::math::{FibreLaw, Sym2};
@@ -54,16 +55,16 @@ pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
     if !is_judged(step) {
         return 0;
     }
-    type Query<'a> = (Elastic<'a>, &'a Forces, &'a Increment, &'a mut SolverScratch);
+    type Query<'a> = (Elastic<'a>, &'a Forces, &'a Increment, (&'a SolveResult, &'a mut SolverScratch));
     parallel::for_bodies::<Query>(
         world,
-        |(((_, triangles, ..), ..), .., scratch)| scratch.rows_to_solve(triangles.len()),
-        |(elastic, forces, increment, scratch)| {
+        |(((_, triangles, ..), ..), .., (result, _))| result.rows_to_solve(triangles.len()),
+        |(elastic, forces, increment, (result, scratch))| {
             let is_first = match step.formula {
                 Formula::Start => true,
-                Formula::BackwardEuler => scratch.newton_iterations == 0,
+                Formula::BackwardEuler => result.newton_iterations == 0,
                 Formula::Trapezoidal => false,
-                Formula::SecondBackwardDifference => step.is_resumed && scratch.newton_iterations == 0,
+                Formula::SecondBackwardDifference => step.is_resumed && result.newton_iterations == 0,
             };
             if is_first {
                 scratch.account.energy = Some(evaluated_energy(elastic, &mut scratch.partials));
@@ -87,14 +88,14 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a mut Forces, &'a Increment, &'a mut SolverScratch),
+        (&'a mut Forces, &'a Increment, &'a SolveResult, &'a mut SolverScratch),
         (Option<&'a DihedralAngles>, Option<&'a Damping>),
     );
     parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), (.., scratch), _)| scratch.rows_to_solve(triangles.len()),
-        |((vertices, triangles, topology, frames), (forces, increment, scratch), (folds, damping))| {
-            let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), scratch.tangent);
+        |((_, triangles, ..), (_, _, result, _), _)| result.rows_to_solve(triangles.len()),
+        |((vertices, triangles, topology, frames), (forces, increment, result, scratch), (folds, damping))| {
+            let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), result.tangent);
             let external = None;
             let operator = Operator {
                 vertices,
@@ -118,10 +119,10 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
 
 /// Adds the forces at the end of the first stage to those at its start.
 pub fn second_stage(world: &mut hecs::World, _: &StepContext) -> usize {
-    parallel::for_bodies::<(&Vertices, &mut SolverScratch)>(
+    parallel::for_bodies::<(&Vertices, &mut SolverScratch, &SolveResult)>(
         world,
-        |(vertices, scratch)| if scratch.account.energy.is_some() { vertices.len() } else { 0 },
-        |(_, scratch)| {
+        |(vertices, scratch, _)| if scratch.account.energy.is_some() { vertices.len() } else { 0 },
+        |(_, scratch, _)| {
             let SolverScratch { account, free, residual, .. } = scratch;
             parallel::for_rows(&mut account.earlier, |v, sum| *sum += account.own[v] - residual[v] * free[v]);
         },
@@ -133,14 +134,15 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     if !is_judged(step) {
         return 0;
     }
-    type Query<'a> = (Elastic<'a>, (&'a Forces, &'a mut Increment, &'a mut SolverScratch), Option<&'a Sleeping>);
+    type Solve<'a> = (&'a SolveResult, &'a mut SolverScratch, &'a mut GuardLedger);
+    type Query<'a> = (Elastic<'a>, (&'a Forces, &'a mut Increment), Solve<'a>, Option<&'a Sleeping>);
     parallel::for_bodies::<Query>(
         world,
-        |(((vertices, ..), ..), (.., scratch), sleeping)| {
-            let is_left_out = sleeping.is_some_and(Sleeping::is_asleep) || scratch.linear_residual.is_nan();
+        |(((vertices, ..), ..), _, (result, scratch, _), sleeping)| {
+            let is_left_out = sleeping.is_some_and(Sleeping::is_asleep) || result.linear_residual.is_nan();
             if is_left_out || scratch.account.energy.is_none() { 0 } else { vertices.len() }
         },
-        |(elastic, (forces, increment, scratch), _)| {
+        |(elastic, (forces, increment), (_, scratch, ledger), _)| {
             let SolverScratch { free, residual, partials, account, .. } = scratch;
             let ((vertices, triangles, _, frames), ..) = elastic;
             let Some(start) = account.energy.take() else { return };
@@ -169,17 +171,17 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
                 energy(elastic, partials)
             };
             let more = energy - start - work;
-            let before = scratch.spurious_energy;
+            let before = ledger.spurious_energy;
             if before == 0.0 && more <= 0.0 {
                 return;
             }
             let most = SHARE * (start + slack_energy(triangles, |t| frames.stiffness(triangles, t)));
             let sum = before.min(most) + more;
-            scratch.creates_energy = !(sum <= most);
-            if scratch.creates_energy {
+            ledger.creates_energy = !(sum <= most);
+            if ledger.creates_energy {
                 increment.creates_at = Some(most_stored(elastic, more));
             } else {
-                scratch.spurious_energy = sum.max(0.0);
+                ledger.spurious_energy = sum.max(0.0);
             }
         },
     )

@@ -5,7 +5,7 @@
 //! that stop leave a residual r, which does the work −x·r that no load has done. Scaled by x·b/x·A·x the answer of a guess does none,
 //! as that from zero: what then is lost of the energy is lost to the implicit step alone.
 
-use crate::components::{Forces, Increment, SolverScratch};
+use crate::components::{Forces, Increment, SolveResult, SolverScratch};
 use crate::systems::solver::Operator;
 use crate::systems::{StepContext, parallel, work};
 use glam::DVec3;
@@ -17,9 +17,9 @@ const LEAST: u32 = 4;
 const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 
 /// Iterations that a solve may take.
-pub(super) fn within_budget(step: &StepContext, scratch: &SolverScratch, iterations: u32) -> u32 {
+pub(super) fn within_budget(step: &StepContext, result: &SolveResult, iterations: u32) -> u32 {
     step.budget.map_or(iterations, |budget| {
-        iterations.min(budget.saturating_sub(scratch.work.saturating_add(work::SET_UP)).max(LEAST))
+        iterations.min(budget.saturating_sub(result.work.saturating_add(work::SET_UP)).max(LEAST))
     })
 }
 
