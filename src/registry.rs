@@ -82,6 +82,7 @@ macro_rules! components {
             saved in part {
                 topology: Topology,
                 scratch: SolverScratch,
+                passes: BendingPasses,
                 result: SolveResult,
                 ledger: GuardLedger,
                 factor: Factor,

@@ -3,7 +3,7 @@
 use super::Look;
 use crate::components::*;
 use crate::storage::{Tips, Triangles};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::fracture::{TearScratch, TipMemory};
 use crate::systems::solver::{Factor, MixedSolver};
 use hecs::{Component, Entity, EntityBuilder, World};
@@ -86,6 +86,7 @@ pub(crate) fn complete(entity: &mut impl Give) {
     }
     if entity.has::<Bending>() {
         entity.ensure::<DihedralAngles>();
+        entity.ensure::<BendingPasses>();
     }
     if entity.has::<Springs>() || entity.has::<Grips>() || entity.has::<Drag>() || entity.has::<Contact>() {
         entity.ensure::<ExternalStiffness>();

@@ -20,9 +20,11 @@ use crate::registry::Refused;
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::corotation::{evaluate, geometric_stiffness};
-use crate::systems::solver::{self, Available, Factor, MixedPreconditioner, MixedSolver, Operator, Refresh};
+use crate::systems::solver::{
+    self, Available, Factor, MixedPreconditioner, MixedSolver, Operator, ProductMemory, Refresh,
+};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
@@ -97,6 +99,7 @@ pub struct Haptics {
     mixed: MixedSolver,
     frames: Frames,
     folds: DihedralAngles,
+    passes: BendingPasses,
     external: ExternalStiffness,
     pub(super) scratch: SolverScratch,
     corner: Vec<[DVec3; 3]>,
@@ -154,8 +157,21 @@ impl Haptics {
         self.mark_free(vertices, holds, planar.is_some());
         let is_in_steps = matches!(coupling, Coupling::Springs { is_in_steps: true, .. });
         self.add_stiffness(vertices.len(), external, is_in_steps);
-        let Self { horizon, factor, mixed, frames, folds, external, scratch, corner, answers, forces, springs, .. } =
-            self;
+        let Self {
+            horizon,
+            factor,
+            mixed,
+            frames,
+            folds,
+            passes,
+            external,
+            scratch,
+            corner,
+            answers,
+            forces,
+            springs,
+            ..
+        } = self;
         let (pinned, work) = (&self.pinned, &mut self.work);
         *work = 0;
         let rate = 1.0 / *horizon;
@@ -167,8 +183,8 @@ impl Haptics {
             geometric_stiffness(frames, triangles, tangent, StepContext::RESERVE_OF_EULER);
             // The body's own angles are those of its last step, on the mesh that it had then; before the first there are none.
             if let Some((bending, _)) = bending {
-                folds.refresh(vertices, triangles, topology, bending);
-                folds.evaluate(&triangles.corners, &vertices.position, 1.0 + viscosity);
+                folds.refresh((vertices, triangles, topology), bending, passes);
+                folds.evaluate(&triangles.corners, &vertices.position, 1.0 + viscosity, passes);
                 folds.leave_out_taut(triangles, frames);
             }
             let operator = Operator {
@@ -184,6 +200,7 @@ impl Haptics {
                 tangent,
             };
             mixed.share(true);
+            let memory = &mut ProductMemory { corner, passes };
             for (axis, (u, force)) in answers.iter_mut().zip(forces.iter_mut()).enumerate() {
                 // The last answer is the first guess, where there is one for these vertices.
                 u.resize(vertices.len(), DVec3::ZERO);
@@ -198,9 +215,9 @@ impl Haptics {
                     factor: Some((factor, Refresh::Background)),
                     mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)),
                 };
-                *work += 1 + solver::solve(&operator, &LIMITS, &mut available, corner, u, scratch)?.iterations;
+                *work += 1 + solver::solve(&operator, &LIMITS, &mut available, memory, u, scratch)?.iterations;
                 force.resize(vertices.len(), DVec3::ZERO);
-                operator.apply(u, &scratch.free, corner, force, &mut scratch.partials);
+                operator.apply(u, &scratch.free, memory, force, &mut scratch.partials);
             }
             Ok::<(), solver::CgError>(())
         });

@@ -8,7 +8,7 @@ use crate::membrane::make_room;
 use crate::registry::check_rules;
 use crate::registry::{Look, components};
 use crate::storage::{Mesh, Tips, Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::fracture::{TearScratch, TipMemory};
 use crate::systems::solver::{Factor, FactorState, MixedSolver, MixedState};
 use hecs::{Component, Entity, EntityBuilder, EntityRef, World};
@@ -93,6 +93,9 @@ macro_rules! saved {
                 let mut builder = EntityBuilder::new();
                 $( if let Some(component) = self.$name { builder.add(component); } )*
                 $( if self.$flag { builder.add(<$derived>::default()); } )*
+                if self.has_folds {
+                    builder.add(BendingPasses::default());
+                }
                 if let Some(topology) = self.topology {
                     builder.add(topology);
                 }

@@ -249,7 +249,8 @@ mod tests {
                 solved.is_counted = is_counted;
                 let [with, without] = [2e-3, 0.0].map(|drag| {
                     solved.drag = drag;
-                    solved.spurious_energy(1.0, &mut Vec::new())
+                    let passes = &mut BendingPasses::default();
+                    solved.spurious_energy(1.0, &mut Sums { partials: &mut Vec::new(), passes })
                 });
                 // Rounding of the spurious energy, some hundred times what drag takes.
                 assert!((without - with - 2e-3 * way).abs() < 1e-12 * without.abs(), "{without} {with} {way}");

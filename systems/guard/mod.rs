@@ -43,13 +43,13 @@ use crate::components::{
 use crate::event::{GuardCause, GuardPlace};
 use crate::math::Orthotropic;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::solver::{Operator, reactions};
 use crate::systems::{Formula, StepContext, parallel};
 use bound::bound;
 use glam::DVec3;
 use patch::Patch;
-use solved::{Bounds, Solved};
+use solved::{Bounds, Solved, Sums};
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
 /// much smaller one would refuse steps that do no harm.
@@ -80,7 +80,7 @@ const ROUNDING: f64 = 1e-12;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Increment, Option<&'a DihedralAngles>, place::Holders<'a>),
+    (&'a mut Increment, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, place::Holders<'a>),
     (&'a SolveResult, &'a mut SolverScratch, &'a mut GuardLedger),
     (Option<&'a Damping>, Option<&'a Drag>),
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
@@ -108,7 +108,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
         |((_, triangles, ..), _, (result, ..), ..)| result.rows_to_solve(triangles.len()),
         |(
             (vertices, triangles, topology, frames),
-            (increment, folds, holders),
+            (increment, folds, passes, holders),
             (result, scratch, ledger),
             (damping, drag),
             (pre_stretch, planar, fibres),
@@ -172,7 +172,9 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
                 ledger.spurious_energy = (before + work).max(0.0);
                 return;
             }
-            let more = solved.spurious_energy(1.0, partials);
+            let mut spare = BendingPasses::default();
+            let mut sums = Sums { partials, passes: passes.unwrap_or(&mut spare) };
+            let more = solved.spurious_energy(1.0, &mut sums);
             if bound.is_finite() {
                 // What was not looked at has created as much of its bound as what is looked at now.
                 before += *unchecked_bound * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
@@ -185,32 +187,32 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
             if !(sum <= most || may_correct && is_corrected) {
-                place = Some(solved.place(work, more + work, holders, partials));
+                place = Some(solved.place(work, more + work, holders, &mut sums));
             }
             let mut patch = None;
             if !(sum <= most) {
                 let full = Operator { external: holders.1, ..solved.operator };
                 let found = Patch::found(&solved, &full, spike, (sum, most), |patch| {
                     before
-                        + patch.judged(&solved).spurious_energy(1.0, partials)
+                        + patch.judged(&solved).spurious_energy(1.0, &mut sums)
                         + work
                         + patch.unearned(&solved, &full)
                 });
                 (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
             }
             if (step.is_fallback || is_used_up && !is_corrected) && !(sum <= most) {
-                let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
-                (fraction, sum) = solved.shorten(&bounds, HALVED, partials);
+                let bounds = Bounds { before, work, unsolved: solved.unsolved(sums.partials), most };
+                (fraction, sum) = solved.shorten(&bounds, HALVED, &mut sums);
                 // What stands and would stand for ever goes as little as need be.
                 if fraction == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
-                    (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, partials);
+                    (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, &mut sums);
                 }
             }
             if may_correct && sum > most && sum.is_finite() {
                 // The first answer carries the prescribed motion, and goes all its way.
                 if is_corrected {
                     let full = Operator { external: holders.1, ..solved.operator };
-                    let found = solved.fraction(&full, partials);
+                    let found = solved.fraction(&full, &mut sums);
                     (fraction, sum) = (found.fraction, before + found.created + found.fraction * work);
                 }
                 if let Some(place) = place {

@@ -29,11 +29,11 @@ use crate::components::{
 use crate::event::{GuardCause, GuardPlace};
 use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::context::MIDDLE;
 use crate::systems::kernels::membrane;
 use crate::systems::kernels::path_work::Element;
-use crate::systems::solver::Operator;
+use crate::systems::solver::{Operator, ProductMemory};
 use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -89,12 +89,12 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
         (&'a mut Forces, &'a Increment, &'a SolveResult, &'a mut SolverScratch),
-        (Option<&'a DihedralAngles>, Option<&'a Damping>),
+        (Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, Option<&'a Damping>),
     );
     parallel::for_bodies::<Query>(
         world,
         |((_, triangles, ..), (_, _, result, _), _)| result.rows_to_solve(triangles.len()),
-        |((vertices, triangles, topology, frames), (forces, increment, result, scratch), (folds, damping))| {
+        |((vertices, triangles, topology, frames), (forces, increment, result, scratch), (folds, passes, damping))| {
             let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), result.tangent);
             let external = None;
             let operator = Operator {
@@ -111,7 +111,9 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
             };
             let SolverScratch { free, product, partials, account, .. } = scratch;
             product.resize(vertices.len(), DVec3::ZERO);
-            operator.apply(&increment.delta, free, &mut forces.corner, product, partials);
+            let mut spare = BendingPasses::default();
+            let mut memory = ProductMemory { corner: &mut forces.corner, passes: passes.unwrap_or(&mut spare) };
+            operator.apply(&increment.delta, free, &mut memory, product, partials);
             parallel::for_rows(&mut account.own, |v, own| *own -= product[v]);
         },
     )

@@ -10,6 +10,7 @@
 
 use super::solved::Solved;
 use crate::math::{ElementState, elementary};
+use crate::systems::bending::BendingPasses;
 use crate::systems::kernels::membrane;
 use crate::systems::kernels::path_work::Element;
 use crate::systems::solver::Operator;
@@ -190,7 +191,7 @@ impl Patch {
     /// The work \[mJ\] that no load has done: of the forces that the patch and what is around it miss, along the way.
     pub(super) fn unearned(&self, solved: &Solved, full: &Operator) -> f64 {
         let mut missed = vec![DVec3::ZERO; self.off.len()];
-        full.apply_sparse(&self.off, &mut missed);
+        full.apply_sparse(&self.off, &mut missed, &mut BendingPasses::default());
         missed.iter().zip(&self.way).enumerate().map(|(v, (force, way))| (solved.free[v] * *force).dot(*way)).sum()
     }
 }

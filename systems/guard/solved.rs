@@ -5,6 +5,7 @@ use super::{shorter, slack_energy};
 use crate::components::{FreeAxes, Increment, fraction_of};
 use crate::math::{ElementState, FibreLaw, Sym2};
 use crate::settings::Tangent;
+use crate::systems::bending::BendingPasses;
 use crate::systems::kernels::membrane;
 use crate::systems::parallel;
 use crate::systems::solver::Operator;
@@ -43,10 +44,16 @@ pub(super) struct Bounds {
     pub(super) most: f64,
 }
 
+/// Working memory of the sums over a body.
+pub(super) struct Sums<'a> {
+    pub(super) partials: &'a mut Vec<f64>,
+    pub(super) passes: &'a mut BendingPasses,
+}
+
 impl Solved<'_> {
     /// Largest fraction of the answer, down to `least`, whose spurious energy is below the limit, and that energy. A fraction of 0 stands
     /// whatever its energy.
-    pub(super) fn shorten(&self, bounds: &Bounds, least: f64, partials: &mut Vec<f64>) -> (f64, f64) {
+    pub(super) fn shorten(&self, bounds: &Bounds, least: f64, sums: &mut Sums<'_>) -> (f64, f64) {
         let &Bounds { before, work, unsolved, most } = bounds;
         let mut fraction = 1.0;
         loop {
@@ -54,7 +61,7 @@ impl Solved<'_> {
             if fraction < least {
                 fraction = 0.0;
             }
-            let spurious_energy = self.spurious_energy(fraction, partials);
+            let spurious_energy = self.spurious_energy(fraction, sums);
             let sum = before + spurious_energy + fraction * (work - (1.0 - fraction) * unsolved);
             if sum <= most || fraction == 0.0 {
                 return (fraction, sum);
@@ -113,26 +120,26 @@ impl Solved<'_> {
     }
 
     /// Spurious energy of this `fraction` of the answer \[mJ\].
-    pub(super) fn spurious_energy(&self, fraction: f64, partials: &mut Vec<f64>) -> f64 {
-        let sum = self.strained(fraction, partials);
-        if sum == 0.0 { 0.0 } else { sum - self.dissipated(fraction, partials) }
+    pub(super) fn spurious_energy(&self, fraction: f64, sums: &mut Sums<'_>) -> f64 {
+        let sum = self.strained(fraction, sums);
+        if sum == 0.0 { 0.0 } else { sum - self.dissipated(fraction, sums.partials) }
     }
 
     /// What membrane and bending create \[mJ\] along this `fraction` of the answer, before dissipation.
-    pub(super) fn strained(&self, fraction: f64, partials: &mut Vec<f64>) -> f64 {
+    pub(super) fn strained(&self, fraction: f64, sums: &mut Sums<'_>) -> f64 {
         let Self { operator: Operator { triangles, tangent, .. }, .. } = self;
         let is_alike = fraction == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
         let sum = if is_alike {
             let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
             if frames.is_planar() {
-                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.flat })
+                parallel::sum_chunks(&mut rows, sums.partials, &Whole { solved: self, state: &frames.flat })
             } else {
-                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.solid })
+                parallel::sum_chunks(&mut rows, sums.partials, &Whole { solved: self, state: &frames.solid })
             }
         } else {
-            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, fraction))
+            parallel::sum(triangles.len(), sums.partials, |t| self.of_triangle(t, fraction))
         };
-        sum + self.bent(fraction, partials)
+        sum + self.bent(fraction, sums)
     }
 
     /// What backward Euler and drag dissipate \[mJ\] along this `fraction` of the answer, less the work of the motion at the start of the step.

@@ -1,8 +1,8 @@
 //! Preconditioned conjugate gradients on the free axes, warm started, with scratch owned by the caller.
 
-use super::Operator;
 use super::estimate::{EnergyError, Limits};
 use super::guess::{fit, is_none, residual_without};
+use super::{Operator, ProductMemory};
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::systems::parallel;
@@ -54,7 +54,7 @@ pub enum CgError {
 pub(super) fn solve(
     operator: &Operator,
     params: &LinearParams,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
     mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
@@ -67,13 +67,13 @@ pub(super) fn solve(
     }
 
     // The reference norm is that of the residual of a zero guess.
-    let reference_sq = residual_without(operator, (x, free, residual), direction, product, partials)?;
+    let reference_sq = residual_without(operator, (x, free, residual), direction, product, (partials, memory.passes))?;
     let b = direction;
     std::mem::swap(residual, b);
     let mut residual_sq = if is_none(x, free) {
         reference_sq
     } else {
-        operator.apply(x, free, corner, product, partials);
+        operator.apply(x, free, memory, product, partials);
         let left = |v: usize, _| (b[v] - product[v]) * free[v];
         fit(x, free, residual, left, (pairs, partials)).unwrap_or(reference_sq)
     };
@@ -85,7 +85,7 @@ pub(super) fn solve(
     direction.copy_from_slice(product);
     let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);
     while !limits.allow_stop(residual_sq, &error) && iteration < limits.iterations && !is_late {
-        let curvature = operator.apply(direction, free, corner, product, partials);
+        let curvature = operator.apply(direction, free, memory, product, partials);
         if !(curvature.is_finite() && rz.is_finite()) {
             return Err(CgError::NotFinite { iteration });
         }

@@ -7,9 +7,10 @@
 
 use super::estimate::{EnergyError, Limits};
 use super::factor::NoFactor;
-use super::{Available, CgError, CgInfo, Factor, Operator, block_jacobi};
+use super::{Available, CgError, CgInfo, Factor, Operator, ProductMemory, block_jacobi};
 use crate::components::{Allowed, FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
+use crate::systems::bending::BendingPasses;
 use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 
@@ -27,14 +28,14 @@ pub(super) fn solve(
     operator: &Operator,
     params: &LinearParams,
     available: &mut Available,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     let allowed = std::mem::take(&mut scratch.allowed);
     let blocks = inverse_blocks(operator, &allowed);
     allowed.add_forces(&mut scratch.residual);
-    let result = solve_with((&allowed, &blocks), operator, params, available, corner, x, scratch);
+    let result = solve_with((&allowed, &blocks), operator, params, available, memory, x, scratch);
     scratch.allowed = allowed;
     result
 }
@@ -44,7 +45,7 @@ fn solve_with(
     operator: &Operator,
     params: &LinearParams,
     available: &mut Available,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
@@ -54,7 +55,7 @@ fn solve_with(
         let limited = LinearParams { iterations: params.iterations.min(most), ..*params };
         let precondition =
             |r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| factor.apply(r, free, z, partials);
-        iterate(guides, operator, &limited, corner, x, scratch, precondition)
+        iterate(guides, operator, &limited, memory, x, scratch, precondition)
     };
     if let Some((factor, _)) = &mut available.factor {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
@@ -84,7 +85,7 @@ fn solve_with(
     let precondition = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| {
         block_jacobi::apply(&inverse, r, z, partials)
     };
-    let info = iterate(guides, operator, &limited, corner, x, scratch, precondition);
+    let info = iterate(guides, operator, &limited, memory, x, scratch, precondition);
     scratch.inverse_block = inverse;
     info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
 }
@@ -113,9 +114,10 @@ fn inverse_blocks(operator: &Operator, allowed: &Allowed) -> Vec<DMat3> {
 fn sum_of_blocks(operator: &Operator, rows: &[u32]) -> DMat3 {
     let count = operator.vertices.len();
     let (mut moved, mut forces) = (vec![DVec3::ZERO; count], vec![DVec3::ZERO; count]);
+    let mut passes = BendingPasses::default();
     let mut column = |axis: DVec3| -> DVec3 {
         rows.iter().for_each(|&row| moved[row as usize] = axis);
-        operator.apply_sparse(&moved, &mut forces);
+        operator.apply_sparse(&moved, &mut forces, &mut passes);
         rows.iter().map(|&row| forces[row as usize]).sum()
     };
     DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
@@ -171,7 +173,7 @@ fn iterate(
     (allowed, blocks): (&Allowed, &[DMat3]),
     operator: &Operator,
     params: &LinearParams,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
     mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
@@ -182,7 +184,7 @@ fn iterate(
     [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
     parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
     allowed.take(x);
-    operator.apply(x, free, corner, product, partials);
+    operator.apply(x, free, memory, product, partials);
     parallel::for_rows(residual, |v, r| *r -= product[v]);
     project(allowed, free, residual);
     let reference_sq = parallel::sum(n, partials, |v| residual[v].length_squared());
@@ -199,7 +201,7 @@ fn iterate(
     direction.copy_from_slice(product);
     let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);
     while !limits.allow_stop(residual_sq, &error) && iteration < limits.iterations && !is_late {
-        operator.apply(direction, free, corner, product, partials);
+        operator.apply(direction, free, memory, product, partials);
         let curvature = parallel::sum(n, partials, |v| direction[v].dot(product[v]));
         if !(curvature.is_finite() && rz.is_finite()) {
             return Err(CgError::NotFinite { iteration });

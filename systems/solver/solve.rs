@@ -2,7 +2,9 @@
 
 mod near;
 
-use super::{Available, CgError, CgInfo, Factor, MixedPreconditioner, MixedSolver, Operator, Refresh, reactions};
+use super::{
+    Available, CgError, CgInfo, Factor, MixedPreconditioner, MixedSolver, Operator, ProductMemory, Refresh, reactions,
+};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch, Pressure,
     Reactions, SolveResult, SolverScratch, Tearing,
@@ -10,7 +12,7 @@ use crate::components::{
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::{StepContext, parallel, work};
 use glam::DVec3;
 use near::{motion_by_an_edge, scale_to_no_work, within_budget};
@@ -46,7 +48,7 @@ type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (&'a mut Forces, &'a mut Increment, &'a mut SolveResult, &'a mut SolverScratch),
     (&'a mut Factor, &'a mut MixedSolver),
-    (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a Damping>),
+    (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, Option<&'a Damping>),
     (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
     (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Tearing>, Option<&'a Pressure>),
 );
@@ -83,7 +85,7 @@ fn solve_body(
         (vertices, triangles, topology, frames),
         (forces, increment, result, scratch),
         (factor, mixed),
-        (external, folds, damping),
+        (external, folds, passes, damping),
         (holds, mut reactions, mut grips),
         (pre_stretch, audit, tearing, pressure),
     ): Query<'_>,
@@ -163,12 +165,20 @@ fn solve_body(
         mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
     };
     let mut rotated = None;
+    let mut spare = BendingPasses::default();
+    let mut memory = ProductMemory { corner: &mut forces.corner, passes: passes.unwrap_or(&mut spare) };
     scratch.residual_work = 0.0;
-    match solve_or_fall_back(operator, (step, &params), available, (forces, increment), (result, scratch), &mut rotated)
-    {
+    match solve_or_fall_back(
+        operator,
+        (step, &params),
+        available,
+        (&mut memory, increment),
+        (result, scratch),
+        &mut rotated,
+    ) {
         Ok(info) => {
             if is_near_enough {
-                scale_to_no_work(&operator, forces, increment, scratch);
+                scale_to_no_work(&operator, &mut memory, increment, scratch);
             }
             if is_linear_step {
                 scratch.residual_work = residual_work(increment, scratch);
@@ -339,13 +349,13 @@ fn solve_or_fall_back(
     operator: Operator,
     (step, params): (&StepContext, &LinearParams),
     mut available: Available,
-    (forces, increment): (&mut Forces, &mut Increment),
+    (memory, increment): (&mut ProductMemory<'_>, &mut Increment),
     (fallen, scratch): (&mut SolveResult, &mut SolverScratch),
     rotated: &mut Option<Frames>,
 ) -> Result<CgInfo, CgError> {
     let reserve = step.reserve();
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
-        super::solve(operator, params, &mut available, &mut forces.corner, delta, scratch)
+        super::solve(operator, params, &mut available, memory, delta, scratch)
     };
     // The masses of a dynamic step make what is semidefinite definite.
     if operator.tangent == Tangent::Rotated || operator.tangent == Tangent::Projected && !step.is_static {

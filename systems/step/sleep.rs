@@ -13,8 +13,8 @@ use crate::components::{
 use crate::event::{EventKind, WokenBy};
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
-use crate::systems::solver::{self, Available, MixedPreconditioner, MixedSolver, Operator};
+use crate::systems::bending::{BendingPasses, DihedralAngles};
+use crate::systems::solver::{self, Available, MixedPreconditioner, MixedSolver, Operator, ProductMemory};
 use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -34,10 +34,13 @@ type Drive<'a> = (
     (Option<&'a Pressure>, Option<&'a PointLoads>, Option<&'a EdgeLoads>),
 );
 
+/// Bending.
+type Bent<'a> = Option<(&'a DihedralAngles, &'a mut BendingPasses)>;
+
 /// What the solves before sleep take.
 type Body<'a> = (
     (&'a mut Vertices, &'a Triangles, &'a Topology),
-    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>),
+    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>, Bent<'a>),
     (&'a mut Increment, &'a mut MixedSolver, &'a mut SolveResult, &'a mut SolverScratch),
 );
 
@@ -186,12 +189,17 @@ fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
 
 /// The largest strain of what the body would still move; NaN where a solve does not tell.
 fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f64 {
-    let ((vertices, triangles, topology), (frames, forces, external, folds), (increment, mixed, _, scratch)) = body;
+    let ((vertices, triangles, topology), (frames, forces, external, bent), (increment, mixed, _, scratch)) = body;
     state.first_guess.clone_from(&increment.delta);
     state.left.clear();
     state.left.resize(vertices.len(), 0.0);
     scratch.residual.resize(vertices.len(), DVec3::ZERO);
     scratch.is_audited = step.asks_for_exact_residual(false);
+    let mut spare = BendingPasses::default();
+    let (folds, passes) = match bent {
+        Some((folds, passes)) => (Some(&**folds), &mut **passes),
+        None => (None, &mut spare),
+    };
     let inertia = step.inertia() / (HORIZON * HORIZON);
     let operator = Operator {
         vertices,
@@ -199,7 +207,7 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
         topology,
         frames,
         external: *external,
-        folds: *folds,
+        folds,
         inertia,
         viscosity: 0.0,
         pressure: 0.0,
@@ -216,8 +224,8 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
             scratch.residual[v] = if is_momentum { momentum } else { forces.nodal[v] };
         }
         let mut available = Available { factor: None, mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)) };
-        let answer =
-            solver::solve(&operator, &TRIAL, &mut available, &mut forces.corner, &mut increment.delta, scratch);
+        let mut memory = ProductMemory { corner: &mut forces.corner, passes: &mut *passes };
+        let answer = solver::solve(&operator, &TRIAL, &mut available, &mut memory, &mut increment.delta, scratch);
         is_converged &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);
         state.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
     }

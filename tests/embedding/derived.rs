@@ -3,7 +3,7 @@
 use crate::common::Square;
 use rhexis::components::{ExternalStiffness, Forces, Frames, SolverScratch};
 use rhexis::settings::{Preconditioner, Settings};
-use rhexis::systems::bending::DihedralAngles;
+use rhexis::systems::bending::{BendingPasses, DihedralAngles};
 use rhexis::systems::fracture::{TearScratch, TipMemory};
 
 /// Puts an empty component in the place of every derived one, where the body has it.
@@ -30,7 +30,7 @@ fn a_tear_goes_on_to_the_same_bits_without_what_is_derived() {
                 if forgets && step % 3 == 0 {
                     let body = run.body;
                     forget!(world, body, Frames, Forces, ExternalStiffness, SolverScratch);
-                    forget!(world, body, TearScratch, TipMemory, DihedralAngles);
+                    forget!(world, body, TearScratch, TipMemory, DihedralAngles, BendingPasses);
                 }
                 run.step();
                 lengths.push(run.log().length);
