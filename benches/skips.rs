@@ -80,7 +80,7 @@ fn systems_without_a_body(bencher: Bencher) {
 /// What an observer asks for when it wants to see something.
 #[divan::bench]
 fn frame(bencher: Bencher) {
-    let (mut simulation, ..) = stretched(sheet(1e3, false));
+    let (simulation, ..) = stretched(sheet(1e3, false));
     bencher.bench_local(|| simulation.frame());
 }
 

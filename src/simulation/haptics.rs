@@ -135,19 +135,20 @@ impl Haptics {
     /// For a tool that holds nothing, a spring that is none, and where the tissue's answer is not finite.
     pub fn model(
         &mut self,
-        simulation: &mut Simulation,
+        simulation: &Simulation,
         body: Entity,
         coupling: &Coupling,
     ) -> Result<HapticModel, HapticError> {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
-            (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<(&'a Bending, &'a DihedralAngles)>),
+            (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<&'a Bending>),
         );
-        simulation.admit()?;
+        simulation.judge_lent(body)?;
         // Until this one is found there is none to refresh.
         (self.last, self.body) = (None, None);
-        let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
+        let mut query = simulation.world.query_one::<Query>(body);
+        let found = query.get().map_err(|_| HapticError::NoSuchBody)?;
         let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, fibres, damping, bending)) =
             found;
         let (position, force) = match coupling {
@@ -182,7 +183,7 @@ impl Haptics {
             let tangent = Tangent::Projected;
             geometric_stiffness(frames, triangles, tangent, StepContext::RESERVE_OF_EULER);
             // The body's own angles are those of its last step, on the mesh that it had then; before the first there are none.
-            if let Some((bending, _)) = bending {
+            if let Some(bending) = bending {
                 folds.refresh((vertices, triangles, topology), bending, passes);
                 folds.evaluate(&triangles.corners, &vertices.position, 1.0 + viscosity, passes);
                 folds.leave_out_taut(triangles, frames);
@@ -227,7 +228,6 @@ impl Haptics {
         if !(stiffness.is_finite() && force.is_finite()) {
             return Err(HapticError::NoAnswer("a value that is not finite".to_owned()));
         }
-        let vertices = simulation.world.query_one_mut::<&Vertices>(body).map_err(|_| HapticError::NoSuchBody)?;
         self.note(body, vertices.keys(), coupling, stiffness);
         Ok(HapticModel { time: simulation.report.time, position, force, stiffness })
     }
@@ -367,10 +367,10 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body, or there are no pins of this name.
-    pub fn coupling_of_pins(&mut self, body: Entity, name: &str) -> Result<Coupling, HapticError> {
+    pub fn coupling_of_pins(&self, body: Entity, name: &str) -> Result<Coupling, HapticError> {
         let pins = self.pins(body, name)?;
-        let found = self.world.query_one_mut::<(&Holds, &Reactions)>(body).map_err(|_| HapticError::NoSuchBody)?;
-        let (holds, reactions) = found;
+        let mut query = self.world.query_one::<(&Holds, &Reactions)>(body);
+        let (holds, reactions) = query.get().map_err(|_| HapticError::NoSuchBody)?;
         let group = holds.groups.iter().position(|hold| hold.name == name);
         let forces = group.and_then(|group| reactions.groups.get(group));
         Ok(Coupling::Pins { pins, force: forces.map_or(DVec3::ZERO, |forces| forces.iter().sum()) })

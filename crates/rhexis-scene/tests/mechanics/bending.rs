@@ -360,7 +360,7 @@ fn swung(threads: usize, mesh: &TriangleMesh) -> (Simulation, hecs::Entity) {
 #[test]
 fn a_balance_of_energy_counts_bending_and_threads_change_no_bit() {
     let mesh = generate::jittered(LENGTH, WIDTH, 40, 16, 3).unwrap();
-    let (mut simulation, body) = swung(1, &mesh);
+    let (simulation, body) = swung(1, &mesh);
     let (other, other_body) = swung(2, &mesh);
     let same = |a: &Vertices, b: &Vertices| a.position == b.position && a.velocity == b.velocity;
     let positions = (*simulation.world().get::<&Vertices>(body).unwrap()).clone();
