@@ -25,6 +25,7 @@ mod panels;
 mod pattern;
 mod preconditioned;
 pub mod reactions;
+mod recurrence;
 #[cfg(feature = "direct")]
 mod rotation_warp;
 pub mod solve;

@@ -26,13 +26,14 @@ mod state;
 mod vertex_blocks;
 
 use super::estimate::Limits;
+use super::recurrence::Reached;
 use super::{CgError, CgInfo, Factor, Operator, ProductMemory};
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
 use adjacency::Adjacency;
-use cg::{Reached, Vectors};
+use cg::Vectors;
 use edits::Edits;
 use factored::Factored;
 use fingerprint::Fingerprint;
