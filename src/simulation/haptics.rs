@@ -189,16 +189,11 @@ impl Haptics {
                 folds.leave_out_taut(triangles, frames);
             }
             let operator = Operator {
-                vertices,
-                triangles,
-                topology,
-                frames,
                 external: Some(external),
                 folds: bending.is_some().then_some(&*folds),
                 inertia: rate * rate,
                 viscosity,
-                pressure: 0.0,
-                tangent,
+                ..Operator::membrane((vertices, triangles, topology, frames), tangent)
             };
             mixed.share(true);
             let memory = &mut ProductMemory { corner, passes };

@@ -8,7 +8,7 @@ use crate::components::{
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::DihedralAngles;
 use crate::systems::forces::corotation;
-use crate::systems::kernels::membrane;
+use crate::systems::forces::element::BodyLaw;
 use glam::DVec3;
 use hecs::Entity;
 
@@ -38,12 +38,9 @@ impl Simulation {
         let ((vertices, triangles, topology), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let fibres = fibre_law(fibres, pre_stretch);
-        let body = PreStretch::unstretched(pre_stretch);
-        let elastic = frames.states().enumerate().map(|(t, state)| {
-            let law = (frames.is_planar(), triangles.unstretched(t, body), fibres.as_ref());
-            let twice = membrane::twice_energy(&state, &triangles.stiffness[t], law);
-            0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
-        });
+        let (is_planar, unstretched) = (frames.is_planar(), PreStretch::unstretched(pre_stretch));
+        let law = BodyLaw { is_planar, unstretched, fibres: fibres.as_ref() };
+        let elastic = frames.states().enumerate().map(|(t, state)| law.stored(triangles, t, &state));
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
         let body = (vertices, triangles, topology);
         let bent = bending.map_or(0.0, |bending| DihedralAngles::energy_at(body, bending, folds, &vertices.position));

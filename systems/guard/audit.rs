@@ -23,6 +23,7 @@ use crate::math::FibreLaw;
 use crate::storage::room::copy;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::DihedralAngles;
+use crate::systems::forces::element::BodyLaw;
 use crate::systems::kernels::path_work::Element;
 use crate::systems::{StepContext, parallel};
 use carried::Carried;
@@ -54,15 +55,8 @@ impl<'a> Sheet<'a> {
     }
 
     fn element(&self, t: usize) -> Element<'_> {
-        let rest = &self.triangles.rest[t];
-        Element {
-            rest,
-            stiffness: &self.triangles.stiffness[t],
-            volume: rest.area * self.triangles.thickness[t],
-            is_planar: self.is_planar,
-            unstretched: self.triangles.unstretched(t, PreStretch::unstretched(self.pre_stretch)),
-            fibres: self.fibres.as_ref(),
-        }
+        let (is_planar, unstretched) = (self.is_planar, PreStretch::unstretched(self.pre_stretch));
+        BodyLaw { is_planar, unstretched, fibres: self.fibres.as_ref() }.element(self.triangles, t)
     }
 
     /// Energies with the vertices at these positions and velocities. `partials` is scratch.

@@ -44,6 +44,7 @@ use crate::event::{GuardCause, GuardPlace};
 use crate::math::Orthotropic;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
+use crate::systems::forces::element::BodyLaw;
 use crate::systems::solver::{Operator, reactions};
 use crate::systems::{Formula, StepContext, parallel};
 use bound::bound;
@@ -121,19 +122,14 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
             let (inertia, tangent) = (step.inertia(), result.tangent);
             let operator = Operator {
-                vertices,
-                triangles,
-                topology,
-                frames,
-                external: None,
                 folds,
                 inertia,
                 viscosity,
-                pressure: 0.0,
-                tangent,
+                ..Operator::membrane((vertices, triangles, topology, frames), tangent)
             };
-            let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
-            let is_planar = planar.is_some();
+            let fibres = fibre_law(fibres, pre_stretch);
+            let (is_planar, unstretched) = (planar.is_some(), PreStretch::unstretched(pre_stretch));
+            let law = BodyLaw { is_planar, unstretched, fibres: fibres.as_ref() };
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
             let spike = if step.is_retried || step.is_correction || ledger.relaxing > 0 { usize::MAX } else { SPIKE };
             let is_used_up = step.is_used_up(result.work);
@@ -148,9 +144,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
                 increment,
                 delta: &increment.delta,
                 free,
-                unstretched,
-                fibres: fibres.as_ref(),
-                is_planar,
+                law,
                 is_counted,
                 is_damped_before,
                 drag,

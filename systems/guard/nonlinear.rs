@@ -27,12 +27,11 @@ use crate::components::{
     SolverScratch, fibre_law,
 };
 use crate::event::{GuardCause, GuardPlace};
-use crate::math::{FibreLaw, Sym2};
+use crate::math::FibreLaw;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::context::MIDDLE;
-use crate::systems::kernels::membrane;
-use crate::systems::kernels::path_work::Element;
+use crate::systems::forces::element::BodyLaw;
 use crate::systems::solver::{Operator, ProductMemory};
 use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
@@ -96,19 +95,8 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
         |((_, triangles, ..), (_, _, result, _), _)| result.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (forces, increment, result, scratch), (folds, passes, damping))| {
             let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), result.tangent);
-            let external = None;
-            let operator = Operator {
-                vertices,
-                triangles,
-                topology,
-                frames,
-                external,
-                folds,
-                inertia: 0.0,
-                viscosity,
-                pressure: 0.0,
-                tangent,
-            };
+            let operator =
+                Operator { folds, viscosity, ..Operator::membrane((vertices, triangles, topology, frames), tangent) };
             let SolverScratch { free, product, partials, account, .. } = scratch;
             product.resize(vertices.len(), DVec3::ZERO);
             let mut spare = BendingPasses::default();
@@ -199,33 +187,25 @@ fn evaluated_energy(
     partials: &mut Vec<f64>,
 ) -> f64 {
     let fibres = fibre_law(fibres, pre_stretch);
-    let body = PreStretch::unstretched(pre_stretch);
-    let stored = parallel::sum(triangles.len(), partials, |t| {
-        let law = (planar.is_some(), triangles.unstretched(t, body), fibres.as_ref());
-        let twice = membrane::twice_energy(&frames.state(t), &triangles.stiffness[t], law);
-        0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
-    });
+    let law = law(planar, pre_stretch, fibres.as_ref());
+    let stored = parallel::sum(triangles.len(), partials, |t| law.stored(triangles, t, &frames.state(t)));
     stored + bending.map_or(0.0, |(_, folds)| folds.energy()) + motion(vertices, partials)
 }
 
-/// What a triangle stores where it is now \[mJ\].
-fn stored_now(
-    (vertices, triangles): (&Vertices, &Triangles),
-    (is_planar, unstretched, fibres): (bool, Sym2, Option<&FibreLaw>),
-    t: usize,
-) -> f64 {
-    let (rest, stiffness) = (&triangles.rest[t], &triangles.stiffness[t]);
-    let volume = rest.area * triangles.thickness[t];
-    let unstretched = triangles.unstretched(t, unstretched);
-    let element = Element { rest, stiffness, volume, is_planar, unstretched, fibres };
-    element.energy(triangles.corners[t].map(|v| vertices.position[v as usize]))
+fn law<'a>(planar: Option<&Planar>, pre_stretch: Option<&PreStretch>, fibres: Option<&'a FibreLaw>) -> BodyLaw<'a> {
+    BodyLaw { is_planar: planar.is_some(), unstretched: PreStretch::unstretched(pre_stretch), fibres }
+}
+
+/// Energy \[mJ\] that a triangle stores where it is now.
+fn stored_now((vertices, triangles): (&Vertices, &Triangles), law: BodyLaw<'_>, t: usize) -> f64 {
+    law.element(triangles, t).energy(triangles.corners[t].map(|v| vertices.position[v as usize]))
 }
 
 /// The triangle that stores most where the body is now, as the place of energy that several iterations have created.
 fn most_stored(elastic: Elastic<'_>, created: f64) -> GuardPlace {
     let ((vertices, triangles, ..), (planar, pre_stretch, fibres), _) = elastic;
     let fibres = fibre_law(fibres, pre_stretch);
-    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+    let law = law(planar, pre_stretch, fibres.as_ref());
     let stored = |t: usize| stored_now((vertices, triangles), law, t);
     let larger = |most: (usize, f64), t: usize| {
         let now = stored(t);
@@ -241,7 +221,7 @@ fn energy(
     partials: &mut Vec<f64>,
 ) -> f64 {
     let fibres = fibre_law(fibres, pre_stretch);
-    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+    let law = law(planar, pre_stretch, fibres.as_ref());
     let stored = parallel::sum(triangles.len(), partials, |t| stored_now((vertices, triangles), law, t));
     let body = (vertices, triangles, topology);
     let bent = bending

@@ -3,9 +3,10 @@
 use super::lanes::Whole;
 use super::{shorter, slack_energy};
 use crate::components::{FreeAxes, Increment, fraction_of};
-use crate::math::{ElementState, FibreLaw, Sym2};
+use crate::math::{ElementState, Sym2};
 use crate::settings::Tangent;
 use crate::systems::bending::BendingPasses;
+use crate::systems::forces::element::BodyLaw;
 use crate::systems::kernels::membrane;
 use crate::systems::parallel;
 use crate::systems::solver::Operator;
@@ -19,9 +20,7 @@ pub(super) struct Solved<'a> {
     /// The way that is judged.
     pub(super) delta: &'a [DVec3],
     pub(super) free: &'a FreeAxes,
-    pub(super) unstretched: Sym2,
-    pub(super) fibres: Option<&'a FibreLaw>,
-    pub(super) is_planar: bool,
+    pub(super) law: BodyLaw<'a>,
     /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
     pub(super) is_counted: bool,
     /// Whether there is damping, and something that an earlier solve of the step has gone.
@@ -74,8 +73,7 @@ impl Solved<'_> {
     }
 
     pub(super) fn stored(&self, t: usize, state: &ElementState) -> f64 {
-        let law = (self.is_planar, self.operator.triangles.unstretched(t, self.unstretched), self.fibres);
-        0.5 * self.volume(t) * membrane::twice_energy(state, &self.operator.triangles.stiffness[t], law)
+        self.law.stored(self.operator.triangles, t, state)
     }
 
     /// Spurious energy of a triangle \[mJ\] by this `fraction` of the answer.
@@ -87,7 +85,7 @@ impl Solved<'_> {
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = frames.state(t);
-        let (volume, end) = (self.volume(t), self.element(t).energy(x));
+        let (volume, end) = (self.volume(t), self.law.element(self.operator.triangles, t).energy(x));
         let rate = membrane::stretch_rate(&start.polar, rest, u);
         let pull = self.operator.element(t).apply(u);
         let work = volume * start.stress.contract(rate)
@@ -128,7 +126,7 @@ impl Solved<'_> {
     /// What membrane and bending create \[mJ\] along this `fraction` of the answer, before dissipation.
     pub(super) fn strained(&self, fraction: f64, sums: &mut Sums<'_>) -> f64 {
         let Self { operator: Operator { triangles, tangent, .. }, .. } = self;
-        let is_alike = fraction == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
+        let is_alike = fraction == 1.0 && self.law.fibres.is_none() && *tangent == Tangent::Rotated;
         let sum = if is_alike {
             let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
             if frames.is_planar() {

@@ -52,6 +52,27 @@ pub struct ProductMemory<'a> {
     pub passes: &'a mut BendingPasses,
 }
 
+impl<'a> Operator<'a> {
+    /// The operator of the membrane alone, without masses, damping, bending and loads.
+    pub fn membrane(
+        (vertices, triangles, topology, frames): (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+        tangent: Tangent,
+    ) -> Self {
+        Self {
+            vertices,
+            triangles,
+            topology,
+            frames,
+            external: None,
+            folds: None,
+            inertia: 0.0,
+            viscosity: 0.0,
+            pressure: 0.0,
+            tangent,
+        }
+    }
+}
+
 impl Operator<'_> {
     /// The tangent of a triangle.
     #[inline(always)]

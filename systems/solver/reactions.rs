@@ -56,16 +56,11 @@ pub fn of_part(world: &mut hecs::World, step: &StepContext) {
         let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
         let (inertia, tangent) = (step.inertia(), result.tangent);
         let operator = Operator {
-            vertices,
-            triangles,
-            topology,
-            frames,
             external,
             folds,
             inertia,
             viscosity,
-            pressure: 0.0,
-            tangent,
+            ..Operator::membrane((vertices, triangles, topology, frames), tangent)
         };
         of_linear_step(&operator, forces, increment, step, prescribers);
     }

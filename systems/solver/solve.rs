@@ -118,10 +118,6 @@ fn solve_body(
     result.newton_iterations += 1;
     result.work = result.work.saturating_add(work::EVALUATION);
     let operator = Operator {
-        vertices,
-        triangles,
-        topology,
-        frames,
         external,
         folds,
         inertia: step.inertia(),
@@ -133,7 +129,7 @@ fn solve_body(
             }
             _ => 0.0,
         },
-        tangent: result.tangent,
+        ..Operator::membrane((vertices, triangles, topology, frames), result.tangent)
     };
     if step.is_static && result.newton_iterations > 1 {
         increment.delta.fill(DVec3::ZERO);

@@ -202,16 +202,10 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
     };
     let inertia = step.inertia() / (HORIZON * HORIZON);
     let operator = Operator {
-        vertices,
-        triangles,
-        topology,
-        frames,
         external: *external,
         folds,
         inertia,
-        viscosity: 0.0,
-        pressure: 0.0,
-        tangent: Tangent::Rotated,
+        ..Operator::membrane((vertices, triangles, topology, frames), Tangent::Rotated)
     };
     // Guided vertices count as held: what moves them is in balance, or the body is not at rest.
     let allowed = std::mem::take(&mut scratch.allowed);

@@ -124,17 +124,10 @@ impl Carried<'_> {
         let Increment { displacement, .. } = self.increment;
         let gone: Vec<DVec3> = displacement.iter().zip(&audit.displacement).map(|(u, at)| *u - *at).collect();
         let operator = Operator {
-            vertices: self.vertices,
-            triangles: self.sheet.triangles,
-            topology: self.topology,
-            frames: self.frames,
             external: self.external,
             folds: self.folds,
-            // What the masses bring along is that of all that was gone.
-            inertia: 0.0,
             viscosity: self.viscosity,
-            pressure: 0.0,
-            tangent: self.result.tangent,
+            ..Operator::membrane((self.vertices, self.sheet.triangles, self.topology, self.frames), self.result.tangent)
         };
         let rotated = self.result.fell_back.then(|| operator.rotated_frames(step.reserve()));
         let operator = Operator { frames: rotated.as_ref().unwrap_or(self.frames), ..operator };

@@ -128,18 +128,7 @@ pub(super) fn operator<'a>(
     topology: &'a Topology,
     frames: &'a Frames,
 ) -> Operator<'a> {
-    Operator {
-        vertices,
-        triangles,
-        topology,
-        frames,
-        external: None,
-        folds: None,
-        inertia: 0.0,
-        viscosity: 0.0,
-        pressure: 0.0,
-        tangent: Tangent::Exact,
-    }
+    Operator::membrane((vertices, triangles, topology, frames), Tangent::Exact)
 }
 
 /// Copies of a body's tables with its frames brought up to the positions, ready for an [`operator`].

@@ -81,16 +81,10 @@ impl Torn {
 
     fn operator(&self) -> Operator<'_> {
         Operator {
-            vertices: &self.vertices,
-            triangles: &self.triangles,
-            topology: &self.topology,
-            frames: &self.frames,
             external: self.external.as_ref(),
-            folds: None,
             inertia: 1e-2,
             viscosity: 0.1,
-            pressure: 0.0,
-            tangent: self.tangent,
+            ..Operator::membrane((&self.vertices, &self.triangles, &self.topology, &self.frames), self.tangent)
         }
     }
 

@@ -98,16 +98,9 @@ impl System {
 
     fn operator(&self) -> Operator<'_> {
         Operator {
-            vertices: &self.vertices,
-            triangles: &self.triangles,
-            topology: &self.topology,
-            frames: &self.frames,
             external: self.external.as_ref(),
-            folds: None,
             inertia: self.inertia,
-            viscosity: 0.0,
-            pressure: 0.0,
-            tangent: Tangent::Rotated,
+            ..Operator::membrane((&self.vertices, &self.triangles, &self.topology, &self.frames), Tangent::Rotated)
         }
     }
 
