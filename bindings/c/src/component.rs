@@ -37,33 +37,7 @@ macro_rules! entries {
     };
 }
 
-entries! {
-    Attributes or Attributes::default();
-    Bending or Bending::default();
-    Blade;
-    Contact or Contact::default();
-    Damping;
-    Drag;
-    EdgeLoads or EdgeLoads::default();
-    EnergyCriterion;
-    Forceps;
-    Gravity;
-    Grips or Grips::default();
-    HoldGuides or HoldGuides::default();
-    HoldTurns or HoldTurns::default();
-    Holds or Holds::default();
-    HolzapfelGasserOgden or HolzapfelGasserOgden::default();
-    Obstacle;
-    ObstaclePath;
-    PointLoads or PointLoads::default();
-    PreStretch;
-    Pressure;
-    Refinement or Refinement::default();
-    Sleeping or Sleeping::default();
-    Springs;
-    StiffeningFibres;
-    Tearing or Tearing::default();
-}
+rhexis::recorded_components!(entries);
 
 fn set<C: Parameter + Serialize + DeserializeOwned>(
     simulation: &mut Simulation,

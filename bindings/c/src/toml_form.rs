@@ -1,86 +1,24 @@
 //! Components and settings as TOML: what is there, with what a text changes of it.
 
-use crate::status::{Answer, Failure, RhexisStatus, unreadable};
-use rhexis_scene::nearest;
+use crate::status::{Answer, unreadable};
+use rhexis_scene::patch;
 use serde::{Serialize, de::DeserializeOwned};
-use toml::{Table, Value};
 
 /// A value as text.
 pub(crate) fn text(what: &str, value: &impl Serialize) -> Answer<String> {
     toml::to_string(value).map_err(|error| unreadable(format!("{what}: {error}")))
 }
 
-fn table(what: &str, value: &impl Serialize) -> Answer<Table> {
-    Table::try_from(value).map_err(|error| unreadable(format!("{what}: {error}")))
-}
-
 /// A value with what a text changes of it; a key that it does not have is refused.
 pub(crate) fn patched<T: Serialize + DeserializeOwned>(what: &str, base: Option<&T>, text: &str) -> Answer<T> {
-    let mut patch: Table = toml::from_str(text).map_err(|error| unreadable(format!("{what}: {error}")))?;
-    patch.iter_mut().for_each(|(_, value)| complete(value));
-    let base = base.map_or(Ok(Table::new()), |base| table(what, base))?;
-    let read = |is_deep: bool| {
-        let mut all = base.clone();
-        merge(&mut all, &patch, is_deep);
-        T::deserialize(Value::Table(all))
-    };
-    // A table of one kind in place of one of another kind does not mix with it.
-    let value = read(true).or_else(|error| read(false).map_err(|_| error));
-    let value = value.map_err(|error| unreadable(format!("{what}: {}", error.to_string().trim_end())))?;
-    known(what, &patch, &table(what, &value)?)?;
-    Ok(value)
-}
-
-/// Values attached to rows need not say that none of them was ever removed.
-fn complete(value: &mut Value) {
-    match value {
-        Value::Table(table) => {
-            table.iter_mut().for_each(|(_, value)| complete(value));
-            if table.contains_key("rows") && table.contains_key("values") && !table.contains_key("buried") {
-                table.insert("buried".to_owned(), Value::Array(Vec::new()));
-            }
-        }
-        Value::Array(list) => list.iter_mut().for_each(complete),
-        _ => {}
-    }
-}
-
-fn merge(all: &mut Table, patch: &Table, is_deep: bool) {
-    for (key, value) in patch {
-        match (all.get_mut(key), value) {
-            (Some(Value::Table(old)), Value::Table(new)) if is_deep => merge(old, new, true),
-            _ => _ = all.insert(key.clone(), value.clone()),
-        }
-    }
-}
-
-/// Refuses keys that were not understood: those that what was read does not have.
-fn known(path: &str, patch: &Table, read: &Table) -> Answer<()> {
-    for (key, value) in patch {
-        let Some(there) = read.get(key) else {
-            let hint = nearest(key, read.keys().map(String::as_str));
-            let hint = hint.map_or(String::new(), |near| format!(": did you mean `{near}`?"));
-            return Err(Failure::new(RhexisStatus::Scene, format!("{path}: there is no key `{key}`{hint}")));
-        };
-        known_in(&format!("{path}.{key}"), value, there)?;
-    }
-    Ok(())
-}
-
-fn known_in(path: &str, given: &Value, read: &Value) -> Answer<()> {
-    match (given, read) {
-        (Value::Table(given), Value::Table(read)) => known(path, given, read),
-        (Value::Array(given), Value::Array(read)) => {
-            let mut pairs = given.iter().zip(read).enumerate();
-            pairs.try_for_each(|(i, (given, read))| known_in(&format!("{path}.{i}"), given, read))
-        }
-        _ => Ok(()),
-    }
+    let patch = toml::from_str(text).map_err(|error| unreadable(format!("{what}: {error}")))?;
+    patch::patched(what, base, patch).map_err(unreadable)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::status::RhexisStatus;
     use rhexis::components::{Gravity, Hold, Holds, Tearing};
     use rhexis::settings::Settings;
 

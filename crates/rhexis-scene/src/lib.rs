@@ -54,6 +54,7 @@ pub mod mesh_file;
 mod mesh_on_file;
 mod obstacle;
 pub mod output;
+pub mod patch;
 mod per_triangle;
 mod region;
 pub mod schema;
