@@ -118,7 +118,7 @@ fn nearest(bencher: Bencher) {
 
 #[divan::bench]
 fn debug_lines(bencher: Bencher) {
-    let (mut simulation, body) = pinched();
+    let (simulation, body) = pinched();
     let mut into = Vec::new();
     bencher.counter(ItemsCount::new(COUNT)).bench_local(|| {
         into.clear();

@@ -80,7 +80,7 @@ fn systems_without_a_body(bencher: Bencher) {
 /// What an observer asks for when it wants to see something.
 #[divan::bench]
 fn frame(bencher: Bencher) {
-    let (mut simulation, ..) = stretched(sheet(1e3, false));
+    let (simulation, ..) = stretched(sheet(1e3, false));
     bencher.bench_local(|| simulation.frame());
 }
 
@@ -120,8 +120,8 @@ fn forces(bencher: Bencher, order: &str) {
     simulation.step(1.0).expect("a time step");
     let step = StepContext::of_step(simulation.settings(), 1.0, 2.0);
     let world = simulation.world_mut();
-    for scratch in world.query_mut::<&mut rhexis::components::SolverScratch>() {
-        scratch.is_converged = false;
+    for result in world.query_mut::<&mut rhexis::components::SolveResult>() {
+        result.is_converged = false;
     }
     bencher
         .counter(ItemsCount::new(count))

@@ -42,7 +42,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut haptics = Haptics::new(1000.0);
     let coupling = simulation.coupling_of_grip(body, 0)?;
-    let first = haptics.model(&mut simulation, body, &coupling)?;
+    let first = haptics.model(&simulation, body, &coupling)?;
     let (mut sender, receiver) = haptic_feed();
     sender.send(&first);
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use hecs::World;
-use rhexis::components::{Curve, ExternalStiffness, Forces, Hold, Material, SolverScratch};
+use rhexis::components::{Curve, ExternalStiffness, Forces, Hold, Material, SolveResult};
 use rhexis::generate;
 use rhexis::math::Sym3;
 use rhexis::membrane::Membrane;
@@ -25,13 +25,13 @@ struct Magnet {
 /// Adds force and stiffness: implicit in the step, so that no strength makes it unstable.
 fn magnet(world: &mut World, _: &StepContext) -> usize {
     type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch),
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a SolveResult),
         (&'a mut Magnet, &'a mut Forces, &'a mut ExternalStiffness),
     );
     let mut count = 0;
-    for ((vertices, triangles, topology, scratch), (magnet, forces, external)) in world.query_mut::<Query>() {
+    for ((vertices, triangles, topology, result), (magnet, forces, external)) in world.query_mut::<Query>() {
         // Asleep, or solved already.
-        if scratch.is_converged {
+        if result.is_converged {
             continue;
         }
         count += 1;

@@ -1,7 +1,7 @@
 //! The registry of components: each is named once, with its kind, and all that is done with every one of them is made from that list:
 //! judging what comes in, snapshots, recordings, [`Simulation::set`](crate::simulation::Simulation::set).
 //!
-//! Its check stands in the component's own file. A new component is its own file, its system and a line here; a line that is saved or
+//! Its check stands in the component's own file. A new component is its own file, its system and a line here (two where hosts change it); a line that is saved or
 //! moved is a new version of the bytes (`snapshot::bytes::VERSION`).
 
 mod check;
@@ -82,6 +82,9 @@ macro_rules! components {
             saved in part {
                 topology: Topology,
                 scratch: SolverScratch,
+                passes: BendingPasses,
+                result: SolveResult,
+                ledger: GuardLedger,
                 factor: Factor,
                 mixed: MixedSolver,
             }
@@ -89,6 +92,41 @@ macro_rules! components {
     };
 }
 pub(crate) use components;
+
+/// Hands the recorded components to a macro by name, each with the value that a new one starts from, where it has one.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! recorded_components {
+    ($made:ident) => {
+        $made! {
+            Attributes or Attributes::default();
+            Bending or Bending::default();
+            Blade;
+            Contact or Contact::default();
+            Damping;
+            Drag;
+            EdgeLoads or EdgeLoads::default();
+            EnergyCriterion;
+            Forceps;
+            Gravity;
+            Grips or Grips::default();
+            HoldGuides or HoldGuides::default();
+            HoldTurns or HoldTurns::default();
+            Holds or Holds::default();
+            HolzapfelGasserOgden or HolzapfelGasserOgden::default();
+            Obstacle;
+            ObstaclePath;
+            PointLoads or PointLoads::default();
+            PreStretch;
+            Pressure;
+            Refinement or Refinement::default();
+            Sleeping or Sleeping::default();
+            Springs;
+            StiffeningFibres;
+            Tearing or Tearing::default();
+        }
+    };
+}
 
 /// What only components of the list are.
 pub(crate) mod sealed {

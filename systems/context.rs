@@ -5,7 +5,7 @@
 //! TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): both stages have s = (1 − 1/√2)·Δt, so that one matrix serves both. The
 //! first is the trapezoidal rule from 0 to γ·Δt, the second the backward difference formula through both and Δt.
 
-use crate::components::{Increment, SolverScratch, TearDecisions};
+use crate::components::{Increment, SolveResult, TearDecisions};
 use crate::settings::{Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
@@ -239,12 +239,17 @@ impl StepContext {
     /// [`reserve`](Self::reserve) of backward Euler.
     pub const RESERVE_OF_EULER: f64 = -0.5;
 
+    /// Whether the residual of a solve has to be exact: a balance of energies or the end of a stage counts it.
+    pub fn asks_for_exact_residual(&self, is_audited: bool) -> bool {
+        is_audited || self.formula != Formula::BackwardEuler && self.newton_iterations == 1
+    }
+
     /// The tangent of a body's next solve. The projected one comes after a rotated one; and it goes on where an exact one was
     /// indefinite.
-    pub fn tangent_of(&self, scratch: &SolverScratch) -> Tangent {
+    pub fn tangent_of(&self, result: &SolveResult) -> Tangent {
         match self.tangent {
-            Tangent::Exact if scratch.fell_back => Tangent::Projected,
-            Tangent::Projected if scratch.newton_iterations == 0 => Tangent::Rotated,
+            Tangent::Exact if result.fell_back => Tangent::Projected,
+            Tangent::Projected if result.newton_iterations == 0 => Tangent::Rotated,
             tangent => tangent,
         }
     }

@@ -5,7 +5,7 @@
 //!
 //! [`Settings::budget`]: crate::settings::Settings::budget
 
-use crate::components::SolverScratch;
+use crate::components::SolveResult;
 
 /// Work of an evaluation: rotations, forces, contact, and the account of energy.
 pub const EVALUATION: u32 = 7;
@@ -36,7 +36,7 @@ pub fn halvings_within(work: u32, triangles: usize) -> usize {
 
 /// Whether one of the bodies has used up the budget of a step.
 pub fn is_any_used_up(world: &mut hecs::World, budget: Option<u32>) -> bool {
-    budget.is_some_and(|budget| world.query_mut::<&SolverScratch>().into_iter().any(|scratch| scratch.work >= budget))
+    budget.is_some_and(|budget| world.query_mut::<&SolveResult>().into_iter().any(|result| result.work >= budget))
 }
 
 fn in_iterations(passed: usize, triangles: usize) -> u32 {

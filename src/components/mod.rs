@@ -1,6 +1,18 @@
 //! What an entity can carry. Each component is exactly one of *state* (in the tables, copied on a split, saved), *parameter*
 //! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
 //! system that would read it finds no match.
+//!
+//! What has hold of tissue has one word each:
+//!
+//! | word | what it is |
+//! |---|---|
+//! | [hold](Hold) | prescribed vertices, along a curve over time |
+//! | [pin](crate::simulation::Simulation::pin) | a hold at fixed places, put on and taken off between two steps |
+//! | [forceps](Forceps) | a tool of the world that the host moves |
+//! | [grip](Grip) | forceps by script: when they close, which way they go, when they open |
+//! | [jaws](Jaws) | how forceps or a grip hold: radius, stiffness, limit of force |
+//! | [grasp](Grasp) | one closing of jaws, and the place where they close |
+//! | [pinch](Pinch) | the tissue between closed jaws, with their force on it |
 
 mod body_error;
 pub(crate) mod check;
@@ -49,11 +61,14 @@ pub use state::energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use state::energy_audit::{Equilibrium, Shares};
 pub use state::forceps::{Forceps, Grasp, Jaws, Motion, Pinch, Pose, Slip};
 pub use state::guard::{Fault, GuardFigures};
+#[doc(hidden)]
+pub use state::guard_ledger::GuardLedger;
 pub(crate) use state::increment::fraction_of;
 pub use state::increment::{Increment, Reactions, Tautness};
 pub(crate) use state::readings::Read;
 #[doc(hidden)]
 pub use state::readings::Readings;
+pub use state::solve_result::SolveResult;
 pub use state::step_forces::StepForces;
 #[doc(hidden)]
 pub use state::stops::Stops;

@@ -3,7 +3,7 @@
 use super::Look;
 use crate::components::*;
 use crate::storage::{Tips, Triangles};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::fracture::{TearScratch, TipMemory};
 use crate::systems::solver::{Factor, MixedSolver};
 use hecs::{Component, Entity, EntityBuilder, World};
@@ -68,6 +68,8 @@ pub(crate) fn complete(entity: &mut impl Give) {
     entity.ensure::<Frames>();
     entity.ensure::<Forces>();
     entity.ensure::<Increment>();
+    entity.ensure::<SolveResult>();
+    entity.ensure::<GuardLedger>();
     entity.ensure::<SolverScratch>();
     entity.ensure::<Factor>();
     entity.ensure::<MixedSolver>();
@@ -87,6 +89,7 @@ pub(crate) fn complete(entity: &mut impl Give) {
     }
     if entity.has::<Bending>() {
         entity.ensure::<DihedralAngles>();
+        entity.ensure::<BendingPasses>();
     }
     if entity.has::<Springs>() || entity.has::<Grips>() || entity.has::<Drag>() || entity.has::<Contact>() {
         entity.ensure::<ExternalStiffness>();

@@ -210,7 +210,7 @@ impl TearCourse {
 
     /// Takes in the force at every pair of closed jaws.
     fn note_grasps(&mut self, grips: &Grips, time: f64) {
-        // Grasps by script stand first and keep their place; a handle of forceps is never as small as that.
+        // Grips stand first and keep their place; a handle of forceps is never as small as that.
         let jaws = |(row, pinch): (usize, &Pinch)| {
             (pinch.forceps.map_or(row as u64, |f| f.to_bits().get()), pinch.force.length())
         };

@@ -11,18 +11,18 @@ const FLAT: f64 = 1e-9;
 
 impl Simulation {
     /// A sentence on what keeps a body from an equilibrium, where that is plain.
-    pub(super) fn advice(&mut self, body: Entity) -> Option<String> {
+    pub(super) fn advice(&self, body: Entity) -> Option<String> {
         self.free_piece(body).or_else(|| self.slack_sheet(body))
     }
 
     /// Names a piece that nothing holds.
-    fn free_piece(&mut self, body: Entity) -> Option<String> {
+    fn free_piece(&self, body: Entity) -> Option<String> {
         type Query<'a> = (
             (&'a Body, &'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a Holds>, Option<&'a Springs>, Option<&'a Grips>, Option<&'a Contact>),
         );
-        let ((body, vertices, triangles, topology), (holds, springs, grips, contact)) =
-            self.world.query_one_mut::<Query>(body).ok()?;
+        let mut query = self.world.query_one::<Query>(body);
+        let ((body, vertices, triangles, topology), (holds, springs, grips, contact)) = query.get().ok()?;
         if contact.is_some() || grips.is_some() {
             // Obstacles and jaws may hold a piece.
             return None;
@@ -49,9 +49,10 @@ impl Simulation {
     }
 
     /// Says of a sheet without stiffness across its plane that it is one.
-    fn slack_sheet(&mut self, body: Entity) -> Option<String> {
+    fn slack_sheet(&self, body: Entity) -> Option<String> {
         type Query<'a> = (&'a Body, &'a Vertices, Option<&'a Planar>, Option<&'a Bending>, Option<&'a PreStretch>);
-        let (body, vertices, planar, bending, pre_stretch) = self.world.query_one_mut::<Query>(body).ok()?;
+        let mut query = self.world.query_one::<Query>(body);
+        let (body, vertices, planar, bending, pre_stretch) = query.get().ok()?;
         if planar.is_some() || bending.is_some() || pre_stretch.is_some() || !is_flat(&vertices.position) {
             return None;
         }

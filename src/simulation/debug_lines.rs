@@ -2,9 +2,10 @@
 
 use super::frame::RestToSpace;
 use super::{Simulation, SimulationError};
-use crate::components::{Contact, Frames, Grips, HoldTurns, Holds, Obstacle, TearDecisions};
+use crate::components::{Contact, Grips, HoldTurns, Holds, Obstacle, TearDecisions};
 use crate::math::elementary;
-use crate::storage::{Tips, Topology, Triangles, Vertices};
+use crate::storage::Tips;
+use crate::systems::fracture::{Surface, SurfaceQuery};
 use glam::DVec3;
 use hecs::Entity;
 
@@ -94,14 +95,14 @@ impl Simulation {
     /// # Errors
     /// If there is no such body.
     pub fn debug_lines(
-        &mut self,
+        &self,
         body: Entity,
         which: &DebugLines,
         into: &mut Vec<DebugLine>,
     ) -> Result<(), SimulationError> {
-        self.refresh(body)?;
+        self.admit_tables(body)?;
         type Query<'a> = (
-            (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+            SurfaceQuery<'a>,
             (
                 Option<(&'a Tips, &'a TearDecisions)>,
                 Option<&'a Contact>,
@@ -111,12 +112,13 @@ impl Simulation {
         );
         let time = self.report.time;
         let mut query = self.world.query_one::<Query>(body);
-        let ((vertices, triangles, topology, frames), (tips, contact, grips, (holds, turns))) =
-            query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let (surface, (tips, contact, grips, (holds, turns))) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
+        let surface = &Surface::of(surface);
+        let vertices = surface.vertices;
         let mut push = |kind, from, to| into.push(DebugLine { from, to, kind });
-        of_triangles(which, vertices, triangles, frames, &mut push);
+        of_triangles(which, surface, &mut push);
         if let Some((tips, decisions)) = tips.filter(|_| which.tips) {
-            of_tips(tips, decisions, (vertices, triangles, topology, frames), &mut push);
+            of_tips(tips, decisions, surface, &mut push);
         }
         if which.contacts && contact.is_some() {
             for obstacle in &mut self.world.query::<&Obstacle>() {
@@ -148,17 +150,13 @@ impl Simulation {
     }
 }
 
-fn of_triangles(
-    which: &DebugLines,
-    vertices: &Vertices,
-    triangles: &Triangles,
-    frames: &Frames,
-    push: &mut impl FnMut(DebugKind, DVec3, DVec3),
-) {
+fn of_triangles(which: &DebugLines, surface: &Surface<'_>, push: &mut impl FnMut(DebugKind, DVec3, DVec3)) {
     if !(which.frames || which.fibres || which.stress.is_some()) {
         return;
     }
-    for (t, state) in frames.states().enumerate() {
+    let Surface { vertices, triangles, .. } = surface;
+    for t in 0..triangles.len() {
+        let state = surface.state(t);
         let [a, b, c] = triangles.corners[t].map(|v| vertices.position[v as usize]);
         let (centre, size) = ((a + b + c) / 3.0, triangles.rest[t].area.sqrt());
         let (fibre, across) = (state.polar.fibre_axis, state.polar.transverse_axis);
@@ -190,15 +188,16 @@ fn of_triangles(
 fn of_tips(
     tips: &Tips,
     decisions: &TearDecisions,
-    (vertices, triangles, topology, frames): (&Vertices, &Triangles, &Topology, &Frames),
+    surface: &Surface<'_>,
     push: &mut impl FnMut(DebugKind, DVec3, DVec3),
 ) {
+    let Surface { vertices, triangles, topology, .. } = surface;
     for (tip, &vertex) in tips.vertex.iter().enumerate() {
         let at = vertices.position[vertex as usize];
         // The rotation of the tissue around the tip, by its first triangle.
         let Some(&entry) = topology.incident[vertex as usize].first() else { continue };
         let t = entry as usize / 3;
-        let turn = RestToSpace::of_triangle(vertices, triangles, frames, t);
+        let turn = RestToSpace::of_triangle(vertices, triangles, surface.state(t), t);
         let size = triangles.rest[t].area.sqrt();
         push(DebugKind::TipLast, at - turn.apply(tips.previous[tip]) * size, at);
         if let Some(decision) = decisions.tips.get(tip).copied().flatten().filter(|decision| decision.row == vertex) {

@@ -110,6 +110,8 @@ impl Simulation {
     /// Whether the energies of all bodies, and what their audits have put in, are numbers.
     fn have_finite_energies(&mut self) -> bool {
         self.bodies().into_iter().all(|body| {
+            // Whoever looks next finds the stresses of the answer.
+            let _ = self.refresh(body);
             let is_stored = self.energies(body).is_ok_and(|energies| (energies.elastic + energies.kinetic).is_finite());
             let balance = self.energy_balance(body).ok().flatten();
             is_stored && balance.is_none_or(|balance| balance.terms().iter().all(|(_, term)| term.is_finite()))

@@ -19,18 +19,16 @@ const CURVE_POINTS: usize = 180;
 
 impl Simulation {
     /// The state of all bodies now. Costs one evaluation of every stress and force and, at each tip, of the criterion.
-    pub fn frame(&mut self) -> Frame {
-        let bodies = self.bodies();
-        let shown: Vec<Entity> = bodies.into_iter().filter(|&body| self.refresh(body).is_ok()).collect();
-        let frames = shown.into_iter().filter_map(|body| self.body_frame(body)).collect();
+    pub fn frame(&self) -> Frame {
+        let frames = self.bodies().into_iter().filter_map(|body| self.body_frame(body)).collect();
         Frame { step: self.report.step, time: self.report.time, bodies: frames }
     }
 
     fn body_frame(&self, body: Entity) -> Option<BodyFrame> {
-        type Query<'a> =
-            ((&'a Body, &'a Frames, SurfaceQuery<'a>), (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>));
+        type Query<'a> = ((&'a Body, SurfaceQuery<'a>), (Option<(&'a Tearing, &'a Tips)>, Option<&'a EnergyCriterion>));
+        let frames = &self.present_frames(body).ok()?;
         let mut query = self.world.query_one::<Query>(body);
-        let ((about, frames, surface), (tearing, energy)) = query.get().ok()?;
+        let ((about, surface), (tearing, energy)) = query.get().ok()?;
         let surface = Surface::of(surface);
         let Surface { vertices, triangles, topology, .. } = surface;
         let principal = |state: ElementState| DVec2::from(state.stress.principal_values());
@@ -153,15 +151,15 @@ impl RestToSpace {
         let chart = surface.chart(decision.row);
         let sector = chart.and_then(|c| c.sector(c.to_chart(decision.direction))).unwrap_or(0);
         let t = fan.sectors.get(sector).map_or(0, |&(t, _)| t as usize);
-        Self::of_triangle(surface.vertices, surface.triangles, frames, t)
+        Self::of_triangle(surface.vertices, surface.triangles, frames.state(t), t)
     }
 
     /// The rotation of one triangle.
-    pub(super) fn of_triangle(vertices: &Vertices, triangles: &Triangles, frames: &Frames, t: usize) -> Self {
+    pub(super) fn of_triangle(vertices: &Vertices, triangles: &Triangles, state: ElementState, t: usize) -> Self {
         let x = triangles.corners[t].map(|v| vertices.rest_position[v as usize]);
         let fibre = triangles.fibre[t];
         let normal = (x[1] - x[0]).cross(x[2] - x[0]).normalize_or(DVec3::Z);
-        let polar = frames.state(t).polar;
+        let polar = state.polar;
         let (a, b) = (polar.fibre_axis, polar.transverse_axis);
         Self { rest: [fibre, normal.cross(fibre), normal], space: [a, b, a.cross(b)] }
     }

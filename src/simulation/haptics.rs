@@ -20,9 +20,11 @@ use crate::registry::Refused;
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::corotation::{evaluate, geometric_stiffness};
-use crate::systems::solver::{self, Available, Factor, MixedPreconditioner, MixedSolver, Operator, Refresh};
+use crate::systems::solver::{
+    self, Available, Factor, MixedPreconditioner, MixedSolver, Operator, ProductMemory, Refresh,
+};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
@@ -97,6 +99,7 @@ pub struct Haptics {
     mixed: MixedSolver,
     frames: Frames,
     folds: DihedralAngles,
+    passes: BendingPasses,
     external: ExternalStiffness,
     pub(super) scratch: SolverScratch,
     corner: Vec<[DVec3; 3]>,
@@ -132,19 +135,20 @@ impl Haptics {
     /// For a tool that holds nothing, a spring that is none, and where the tissue's answer is not finite.
     pub fn model(
         &mut self,
-        simulation: &mut Simulation,
+        simulation: &Simulation,
         body: Entity,
         coupling: &Coupling,
     ) -> Result<HapticModel, HapticError> {
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
-            (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<(&'a Bending, &'a DihedralAngles)>),
+            (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<&'a Bending>),
         );
-        simulation.admit()?;
+        simulation.judge_lent(body)?;
         // Until this one is found there is none to refresh.
         (self.last, self.body) = (None, None);
-        let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
+        let mut query = simulation.world.query_one::<Query>(body);
+        let found = query.get().map_err(|_| HapticError::NoSuchBody)?;
         let ((vertices, triangles, topology), (external, holds, planar), (pre_stretch, fibres, damping, bending)) =
             found;
         let (position, force) = match coupling {
@@ -154,8 +158,21 @@ impl Haptics {
         self.mark_free(vertices, holds, planar.is_some());
         let is_in_steps = matches!(coupling, Coupling::Springs { is_in_steps: true, .. });
         self.add_stiffness(vertices.len(), external, is_in_steps);
-        let Self { horizon, factor, mixed, frames, folds, external, scratch, corner, answers, forces, springs, .. } =
-            self;
+        let Self {
+            horizon,
+            factor,
+            mixed,
+            frames,
+            folds,
+            passes,
+            external,
+            scratch,
+            corner,
+            answers,
+            forces,
+            springs,
+            ..
+        } = self;
         let (pinned, work) = (&self.pinned, &mut self.work);
         *work = 0;
         let rate = 1.0 / *horizon;
@@ -166,24 +183,20 @@ impl Haptics {
             let tangent = Tangent::Projected;
             geometric_stiffness(frames, triangles, tangent, StepContext::RESERVE_OF_EULER);
             // The body's own angles are those of its last step, on the mesh that it had then; before the first there are none.
-            if let Some((bending, _)) = bending {
-                folds.refresh(vertices, triangles, topology, bending);
-                folds.evaluate(&triangles.corners, &vertices.position, 1.0 + viscosity);
+            if let Some(bending) = bending {
+                folds.refresh((vertices, triangles, topology), bending, passes);
+                folds.evaluate(&triangles.corners, &vertices.position, 1.0 + viscosity, passes);
                 folds.leave_out_taut(triangles, frames);
             }
             let operator = Operator {
-                vertices,
-                triangles,
-                topology,
-                frames,
                 external: Some(external),
                 folds: bending.is_some().then_some(&*folds),
                 inertia: rate * rate,
                 viscosity,
-                pressure: 0.0,
-                tangent,
+                ..Operator::membrane((vertices, triangles, topology, frames), tangent)
             };
             mixed.share(true);
+            let memory = &mut ProductMemory { corner, passes };
             for (axis, (u, force)) in answers.iter_mut().zip(forces.iter_mut()).enumerate() {
                 // The last answer is the first guess, where there is one for these vertices.
                 u.resize(vertices.len(), DVec3::ZERO);
@@ -198,9 +211,9 @@ impl Haptics {
                     factor: Some((factor, Refresh::Background)),
                     mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)),
                 };
-                *work += 1 + solver::solve(&operator, &LIMITS, &mut available, corner, u, scratch)?.iterations;
+                *work += 1 + solver::solve(&operator, &LIMITS, &mut available, memory, u, scratch)?.iterations;
                 force.resize(vertices.len(), DVec3::ZERO);
-                operator.apply(u, &scratch.free, corner, force, &mut scratch.partials);
+                operator.apply(u, &scratch.free, memory, force, &mut scratch.partials);
             }
             Ok::<(), solver::CgError>(())
         });
@@ -210,7 +223,6 @@ impl Haptics {
         if !(stiffness.is_finite() && force.is_finite()) {
             return Err(HapticError::NoAnswer("a value that is not finite".to_owned()));
         }
-        let vertices = simulation.world.query_one_mut::<&Vertices>(body).map_err(|_| HapticError::NoSuchBody)?;
         self.note(body, vertices.keys(), coupling, stiffness);
         Ok(HapticModel { time: simulation.report.time, position, force, stiffness })
     }
@@ -350,10 +362,10 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body, or there are no pins of this name.
-    pub fn coupling_of_pins(&mut self, body: Entity, name: &str) -> Result<Coupling, HapticError> {
+    pub fn coupling_of_pins(&self, body: Entity, name: &str) -> Result<Coupling, HapticError> {
         let pins = self.pins(body, name)?;
-        let found = self.world.query_one_mut::<(&Holds, &Reactions)>(body).map_err(|_| HapticError::NoSuchBody)?;
-        let (holds, reactions) = found;
+        let mut query = self.world.query_one::<(&Holds, &Reactions)>(body);
+        let (holds, reactions) = query.get().map_err(|_| HapticError::NoSuchBody)?;
         let group = holds.groups.iter().position(|hold| hold.name == name);
         let forces = group.and_then(|group| reactions.groups.get(group));
         Ok(Coupling::Pins { pins, force: forces.map_or(DVec3::ZERO, |forces| forces.iter().sum()) })

@@ -57,6 +57,11 @@ impl Simulation {
         Ok(())
     }
 
+    /// Judges an entity that was handed out: what reads all of it reads no others.
+    pub(super) fn judge_lent(&self, entity: Entity) -> Result<(), Refused> {
+        if self.lent.has(entity) { judge(&self.world, entity) } else { Ok(()) }
+    }
+
     /// Judges the tables of a body that was handed out: what looks at it reads no others.
     pub(super) fn admit_tables(&self, body: Entity) -> Result<(), Refused> {
         if self.lent.has(body) { judge_tables(&self.world, body) } else { Ok(()) }

@@ -8,7 +8,7 @@ use crate::components::{
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::DihedralAngles;
 use crate::systems::forces::corotation;
-use crate::systems::kernels::membrane;
+use crate::systems::forces::element::BodyLaw;
 use glam::DVec3;
 use hecs::Entity;
 
@@ -26,24 +26,21 @@ impl Simulation {
     /// assert!(simulation.energies(body)?.elastic >= 0.0);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn energies(&mut self, body: Entity) -> Result<Energies, SimulationError> {
-        self.admit()?;
-        self.refresh(body)?;
+    pub fn energies(&self, body: Entity) -> Result<Energies, SimulationError> {
+        self.judge_lent(body)?;
+        let frames = self.present_frames(body)?;
         type Query<'a> = (
-            (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+            (&'a Vertices, &'a Triangles, &'a Topology),
             (Option<&'a PreStretch>, FibreLaws<'a>),
             (Option<&'a Bending>, Option<&'a DihedralAngles>),
         );
         let mut query = self.world.query_one::<Query>(body);
-        let ((vertices, triangles, topology, frames), (pre_stretch, fibres), (bending, folds)) =
+        let ((vertices, triangles, topology), (pre_stretch, fibres), (bending, folds)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let fibres = fibre_law(fibres, pre_stretch);
-        let body = PreStretch::unstretched(pre_stretch);
-        let elastic = frames.states().enumerate().map(|(t, state)| {
-            let law = (frames.is_planar(), triangles.unstretched(t, body), fibres.as_ref());
-            let twice = membrane::twice_energy(&state, &triangles.stiffness[t], law);
-            0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
-        });
+        let (is_planar, unstretched) = (frames.is_planar(), PreStretch::unstretched(pre_stretch));
+        let law = BodyLaw { is_planar, unstretched, fibres: fibres.as_ref() };
+        let elastic = frames.states().enumerate().map(|(t, state)| law.stored(triangles, t, &state));
         let kinetic = vertices.velocity.iter().zip(&vertices.mass).map(|(v, m)| 0.5 * m * v.length_squared());
         let body = (vertices, triangles, topology);
         let bent = bending.map_or(0.0, |bending| DihedralAngles::energy_at(body, bending, folds, &vertices.position));
@@ -54,7 +51,7 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn energy_balance(&mut self, body: Entity) -> Result<Option<EnergyBalance>, SimulationError> {
+    pub fn energy_balance(&self, body: Entity) -> Result<Option<EnergyBalance>, SimulationError> {
         let energies = self.energies(body)?;
         Ok(self.world.get::<&EnergyAudit>(body).ok().map(|audit| audit.balance(energies)))
     }
@@ -104,13 +101,27 @@ impl Simulation {
     /// # Errors
     /// If there is no such body.
     pub fn refresh(&mut self, body: Entity) -> Result<(), SimulationError> {
-        type Query<'a> = (
-            (&'a Vertices, &'a Triangles, &'a mut Frames),
-            (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
-        );
+        let found = self.world.query_one_mut::<&mut Frames>(body);
+        let mut frames = found.map(std::mem::take).map_err(|_| SimulationError::NoSuchBody)?;
+        let refreshed = self.evaluate_into(body, &mut frames);
+        if let Ok(place) = self.world.query_one_mut::<&mut Frames>(body) {
+            *place = frames;
+        }
+        refreshed
+    }
+
+    /// Frames of a body at its present positions, for whoever may not write them down.
+    pub(super) fn present_frames(&self, body: Entity) -> Result<Frames, SimulationError> {
+        let mut frames = Frames::default();
+        self.evaluate_into(body, &mut frames).map(|()| frames)
+    }
+
+    fn evaluate_into(&self, body: Entity, frames: &mut Frames) -> Result<(), SimulationError> {
+        type Query<'a> = ((&'a Vertices, &'a Triangles), (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>));
         self.admit_tables(body)?;
-        let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
-        let ((vertices, triangles, frames), (planar, pre_stretch, fibres)) = found;
+        let mut query = self.world.query_one::<Query>(body);
+        let ((vertices, triangles), (planar, pre_stretch, fibres)) =
+            query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let (is_planar, fibres) = (planar.is_some(), fibre_law(fibres, pre_stretch));
         let fibres = fibres.as_ref();
         self.pool.run(|| corotation::evaluate(vertices, triangles, frames, is_planar, pre_stretch, fibres));

@@ -8,6 +8,7 @@ use crate::replay::Input;
 use crate::storage::{Attached, VertexKey, Vertices};
 use glam::DVec3;
 use hecs::Entity;
+use std::ops::Deref;
 
 /// Why vertices were not pinned, moved or let go; nothing has changed then.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -216,9 +217,11 @@ impl Simulation {
     ///
     /// # Errors
     /// For a name that no hold has, and for that of a hold that is no pin.
-    pub fn pins(&mut self, body: Entity, name: &str) -> Result<Vec<Pin>, PinError> {
-        self.admit()?;
-        let (table, hold) = pins(&mut self.world, body, name)?;
+    pub fn pins(&self, body: Entity, name: &str) -> Result<Vec<Pin>, PinError> {
+        self.judge_lent(body)?;
+        let mut query = self.world.query_one::<(&Vertices, Option<&Holds>)>(body);
+        let (table, holds) = query.get().map_err(|_| PinError::NoSuchBody)?;
+        let hold = pinned(holds.into_iter().flat_map(|holds| &holds.groups), name)?;
         let members = hold.members.rows().iter().zip(hold.members.values());
         let pin = |(&row, &offset): (&u32, &DVec3)| {
             let rest_position = table.rest_position[row as usize];
@@ -232,7 +235,12 @@ impl Simulation {
 fn pins<'a>(world: &'a mut hecs::World, body: Entity, name: &str) -> Result<(&'a Vertices, &'a mut Hold), PinError> {
     let found = world.query_one_mut::<(&Vertices, Option<&mut Holds>)>(body).map_err(|_| PinError::NoSuchBody)?;
     let (vertices, holds) = found;
-    let mut holds = holds.into_iter().flat_map(|holds| &mut holds.groups);
+    let hold = pinned(holds.into_iter().flat_map(|holds| &mut holds.groups), name)?;
+    Ok((vertices, hold))
+}
+
+/// The hold of this name, if it is one of pins.
+fn pinned<H: Deref<Target = Hold>>(mut holds: impl Iterator<Item = H>, name: &str) -> Result<H, PinError> {
     let hold = holds.find(|hold| hold.name == name).ok_or_else(|| PinError::NoSuchHold(name.to_owned()))?;
-    if hold.is_pin() { Ok((vertices, hold)) } else { Err(PinError::FollowsCurve(name.to_owned())) }
+    if hold.is_pin() { Ok(hold) } else { Err(PinError::FollowsCurve(name.to_owned())) }
 }

@@ -1,7 +1,7 @@
 //! What membrane and criterion say of a body as it stands, whether it steps or not.
 
 use super::{Simulation, SimulationError};
-use crate::components::{EnergyCriterion, Forces, Frames, TearDecision, Tearing};
+use crate::components::{EnergyCriterion, Forces, TearDecision, Tearing};
 use crate::storage::{Tips, Topology, Triangles};
 use crate::systems::forces::assembly::membrane_forces;
 use crate::systems::fracture::{EnergyTerms, Surface, SurfaceQuery, TipMemory, energy_decision, tip_decision};
@@ -41,10 +41,10 @@ impl Simulation {
     ///
     /// # Errors
     /// If there is no such body.
-    pub fn elastic_forces(&mut self, body: Entity) -> Result<Vec<DVec3>, SimulationError> {
-        self.refresh(body)?;
-        let found = self.world.query_one_mut::<(&Triangles, &Topology, &Frames)>(body);
-        let (triangles, topology, frames) = found.map_err(|_| SimulationError::NoSuchBody)?;
+    pub fn elastic_forces(&self, body: Entity) -> Result<Vec<DVec3>, SimulationError> {
+        let frames = &self.present_frames(body)?;
+        let mut query = self.world.query_one::<(&Triangles, &Topology)>(body);
+        let (triangles, topology) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let mut forces = Forces::default();
         self.pool.run(|| membrane_forces((triangles, topology), frames, |_| DVec3::ZERO, 0.0, &mut forces));
         Ok(forces.nodal)

@@ -1,7 +1,7 @@
 //! The report of a step or a static solve, and what stays of one that is undone.
 
 use super::Simulation;
-use crate::components::{Body, Increment, Refined, Sleeping, SolverScratch, TearLog};
+use crate::components::{Body, GuardLedger, Increment, Refined, Sleeping, SolveResult, TearLog};
 use crate::event::{Event, EventKind};
 use crate::report::{BodyReport, GuardFigures};
 use crate::storage::{Tips, Triangles, Vertices};
@@ -32,7 +32,7 @@ impl Simulation {
         for increment in self.world.query_mut::<&mut Increment>() {
             (increment.limits, *increment.guard, increment.relaxed) = ([false; 2], GuardFigures::default(), 0);
         }
-        self.world.query_mut::<&mut SolverScratch>().into_iter().for_each(|scratch| scratch.work = 0);
+        self.world.query_mut::<&mut SolveResult>().into_iter().for_each(|result| result.work = 0);
         self.report.has_failed = false;
     }
 
@@ -43,35 +43,35 @@ impl Simulation {
         report.bodies.clear();
         type Query<'a> = (
             (Entity, &'a Vertices, &'a Triangles, Option<&'a Tips>, &'a TearLog),
-            (&'a Increment, &'a SolverScratch, Option<&'a Sleeping>, Option<&'a Refined>),
+            (&'a Increment, &'a SolveResult, &'a GuardLedger, Option<&'a Sleeping>, Option<&'a Refined>),
         );
         let mut bodies = world.query::<Query>().with::<&Body>();
-        for ((body, vertices, triangles, tips, log), (increment, scratch, sleeping, refined)) in &mut bodies {
+        for ((body, vertices, triangles, tips, log), (increment, result, ledger, sleeping, refined)) in &mut bodies {
             report.bodies.push(BodyReport {
                 body,
                 vertex_count: vertices.len(),
                 triangle_count: triangles.len(),
                 tip_count: tips.map_or(0, Tips::len),
-                iterations: scratch.iterations,
-                work: scratch.work,
-                position_error: scratch.position_error,
-                newton_iterations: scratch.newton_iterations,
-                residual: scratch.linear_residual,
-                stress_error: scratch.stress_error,
-                is_late: scratch.is_late,
-                imbalance: scratch.imbalance,
-                is_converged: scratch.is_converged,
-                fell_back: scratch.fell_back,
+                iterations: result.iterations,
+                work: result.work,
+                position_error: result.position_error,
+                newton_iterations: result.newton_iterations,
+                residual: result.linear_residual,
+                stress_error: result.stress_error,
+                is_late: result.is_late,
+                imbalance: result.imbalance,
+                is_converged: result.is_converged,
+                fell_back: result.fell_back,
                 is_tear_cut_short: false,
                 is_refinement_put_off: refined.is_some_and(|refined| refined.is_put_off),
-                is_held_back: scratch.is_step_limited,
+                is_held_back: ledger.is_step_limited,
                 went_part_of_way: increment.limits[0],
                 is_put_outside: increment.limits[1],
                 relaxed_vertices: increment.relaxed,
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,
                 guard: *increment.guard,
-                fault: scratch.fault,
+                fault: result.fault,
                 is_asleep: sleeping.is_some_and(Sleeping::is_asleep),
             });
         }

@@ -1,10 +1,7 @@
 //! Cuts by a tool, quasi-static tearing, and the collection of events.
 
 use super::{Energies, Simulation, SimulationError, order};
-use crate::components::{
-    Attributes, Body, Changes, DecidedBy, EdgeLoads, EnergyAudit, Grips, Holds, Increment, PointLoads, Refined,
-    Springs, StepForces, TearDecisions, TearLog,
-};
+use crate::components::{Body, DecidedBy, EnergyAudit, Refined, TearDecisions, TearLog};
 use crate::event::{Course, Event, EventKind, WokenBy};
 use crate::registry::Refused;
 use crate::replay::Input;
@@ -12,8 +9,9 @@ use crate::report::Report;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::fracture::split::{add_tip, note_parted};
-use crate::systems::fracture::{CutOutcome, Cutter, Followers, NewTip, Quality, TearRefusal, TearScratch, TipMemory};
-use crate::systems::solver::Factor;
+use crate::systems::fracture::{
+    CutOutcome, Cutter, Followers, FollowersQuery, NewTip, Quality, TearRefusal, TearScratch,
+};
 use crate::systems::step::run::Running;
 use crate::systems::step::schedule::Stage;
 use glam::DVec3;
@@ -113,38 +111,17 @@ impl Simulation {
     /// Cuts without writing it down.
     pub(super) fn make_cut(&mut self, body: Entity, polyline: &[DVec3]) -> Result<Cut, CutError> {
         type Query<'a> = (
-            (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
-            (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut TipMemory>),
-            (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-            (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
-            (Option<&'a mut Refined>, Option<&'a mut Changes>, Option<&'a mut Attributes>),
+            (&'a mut Vertices, &'a mut Triangles, &'a mut Topology),
+            (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut Refined>),
+            FollowersQuery<'a>,
         );
         self.admit()?;
         self.wake_by(body, WokenBy::Cut);
         let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
-        let (
-            (vertices, triangles, topology, increment, factor),
-            (mut tips, log, scratch, memory),
-            (holds, springs, grips),
-            (point_loads, edge_loads, step_forces),
-            (refined, changes, attributes),
-        ) = found;
+        let ((vertices, triangles, topology), (mut tips, log, scratch, refined), followers) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
-        let mut followers = Followers {
-            increment,
-            factor,
-            memory,
-            holds,
-            springs,
-            grips,
-            point_loads,
-            edge_loads,
-            step_forces,
-            refined,
-            attributes,
-            changes,
-        };
+        let mut followers = Followers::of(followers, refined);
         let outcome = {
             let tip_rows = tips.as_ref().map_or(&[][..], |tips| &tips.vertex);
             let is_movable = |v: u32| followers.leave_free(v) && !tip_rows.contains(&v);

@@ -33,7 +33,7 @@ pub(super) fn judge(contents: &Contents) -> Result<Vec<Option<Topology>>, Snapsh
         None if saved.obstacle.is_none() && saved.forceps.is_none() && saved.blade.is_none() => {
             Err(of_all("an entity is neither a body nor an obstacle nor a tool"))
         }
-        None if saved.vertices.is_some() || saved.scratch.is_some() || saved.increment.is_some() => {
+        None if saved.vertices.is_some() || saved.solve.is_some() || saved.increment.is_some() => {
             Err(of_all("an obstacle or a tool has what only bodies have"))
         }
         None => {
@@ -82,7 +82,7 @@ fn check_body(saved: &Saved) -> Result<Topology, SnapshotError> {
     saved.check(&Host::new(Some(vertices), Some((triangles, &topology)))).map_err(refused)?;
     validate(vertices, triangles, &topology).map_err(broken)?;
     let (Some(_), Some(_), Some(factor), Some(_), Some(_)) =
-        (&saved.increment, &saved.scratch, &saved.factor, &saved.mixed, &saved.tear_log)
+        (&saved.increment, &saved.solve, &saved.factor, &saved.mixed, &saved.tear_log)
     else {
         return Err(wrong("a part is missing that every body has"));
     };

@@ -21,6 +21,8 @@ pub(crate) mod hash;
 #[cfg(feature = "snapshot")]
 mod migrate;
 mod saved;
+#[cfg(feature = "snapshot")]
+mod solve;
 
 #[cfg(feature = "snapshot")]
 pub(crate) use check::check_spawned;

@@ -8,7 +8,7 @@ use crate::membrane::make_room;
 use crate::registry::check_rules;
 use crate::registry::{Look, components};
 use crate::storage::{Mesh, Tips, Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::fracture::{TearScratch, TipMemory};
 use crate::systems::solver::{Factor, FactorState, MixedSolver, MixedState};
 use hecs::{Component, Entity, EntityBuilder, EntityRef, World};
@@ -44,7 +44,9 @@ macro_rules! saved {
             /// Of a body: follows from its triangles.
             #[cfg_attr(feature = "snapshot", serde(skip))]
             pub topology: Option<Topology>,
-            pub scratch: Option<SolverScratch>,
+            /// What the last solve of a body reached, and the account of its guard.
+            #[cfg_attr(feature = "snapshot", serde(with = "super::solve"))]
+            pub solve: Option<(SolveResult, GuardLedger)>,
             #[cfg_attr(feature = "snapshot", serde(with = "super::factor"))]
             pub factor: Option<FactorState>,
             pub mixed: Option<MixedState>,
@@ -62,7 +64,10 @@ macro_rules! saved {
                     $( $name: entity.get::<&$kept>().map(|component| (*component).clone()), )*
                     $( $flag: entity.has::<$derived>(), )*
                     topology: entity.get::<&Topology>().map(|topology| (*topology).clone()),
-                    scratch: entity.get::<&SolverScratch>().map(|scratch| scratch.without_vectors()),
+                    solve: entity
+                        .get::<&SolveResult>()
+                        .zip(entity.get::<&GuardLedger>())
+                        .map(|(result, ledger)| ((*result).clone(), (*ledger).clone())),
                     factor: entity.get::<&Factor>().map(|factor| factor.state()),
                     mixed: entity.get::<&MixedSolver>().zip(triangles).map(|(mixed, triangles)| mixed.state(&triangles)),
                 })
@@ -88,11 +93,14 @@ macro_rules! saved {
                 let mut builder = EntityBuilder::new();
                 $( if let Some(component) = self.$name { builder.add(component); } )*
                 $( if self.$flag { builder.add(<$derived>::default()); } )*
+                if self.has_folds {
+                    builder.add(BendingPasses::default());
+                }
                 if let Some(topology) = self.topology {
                     builder.add(topology);
                 }
-                if let Some(scratch) = self.scratch {
-                    builder.add(scratch);
+                if let Some((result, ledger)) = self.solve {
+                    builder.add(result).add(ledger).add(SolverScratch::default());
                 }
                 builder
             }

@@ -25,10 +25,9 @@ use crate::systems::kernels::bending_lanes::{self, EdgeValuesX4, RestX4, TiltX4}
 use crate::systems::kernels::lanes::DOUBLES;
 use crate::systems::parallel;
 use angles::Edges;
-use forces::Passes;
+pub use forces::BendingPasses;
 use glam::DVec3;
 pub use hinge::Dihedral;
-use std::sync::{Mutex, PoisonError};
 use taut::Part;
 
 /// What the rest data of a triangle are made of: besides, its neighbours and the factor of its law.
@@ -67,7 +66,6 @@ pub struct DihedralAngles {
     bends: Vec<bool>,
     /// 1 + β/s, with the span s of the step and the time β of strain-rate damping.
     factor: f64,
-    passes: Mutex<Passes>,
 }
 
 /// Tables of a body.
@@ -82,7 +80,12 @@ fn is_first(t: usize, e: usize, across: u32) -> bool {
 impl DihedralAngles {
     /// Brings rest data up to the mesh, where that or the material has changed. They are a function of the mesh alone: what has
     /// followed edits has the same bits as what is made anew.
-    pub fn refresh(&mut self, vertices: &Vertices, triangles: &Triangles, topology: &Topology, bending: &Bending) {
+    pub fn refresh(
+        &mut self,
+        (vertices, triangles, topology): Body<'_>,
+        bending: &Bending,
+        passes: &mut BendingPasses,
+    ) {
         let count = triangles.len();
         let scale = |t: usize| bending.scale(&triangles.stiffness[t], triangles.thickness[t]);
         let made_of = |t: usize| (triangles.rest[t], topology.neighbours[t], triangles.stiffness[t], scale(t));
@@ -143,8 +146,8 @@ impl DihedralAngles {
             self.rest[t].stiffest = self.stiffest(t, neighbours);
         }
         self.edges.list(self.rest.iter().map(|rest| (&rest.angle, rest.across)));
-        let Self { rest, made_of, groups, passes, .. } = self;
-        passes.get_mut().unwrap_or_else(PoisonError::into_inner).is_at_end = false;
+        passes.is_at_end = false;
+        let Self { rest, made_of, groups, .. } = self;
         let across = |across: u32| (across != NONE).then_some((across as usize / 3, across as usize % 3));
         let of_triangle = |t: usize| (rest[t].law, rest[t].turn, rest[t].across.map(across), made_of[t].0.area);
         groups.clear();
@@ -157,12 +160,12 @@ impl DihedralAngles {
     }
 
     /// Finds tilts and angles with the vertices at positions `x`; the step's tangent is taken there. `factor` is 1 + β/s.
-    pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64) {
+    pub fn evaluate(&mut self, corners: &[[u32; 3]], x: &[DVec3], factor: f64, passes: &mut BendingPasses) {
         self.factor = factor;
         self.part.clear();
         self.part.resize(DOUBLES * self.groups.len(), Part::Whole);
         self.find_tilts(corners, x);
-        self.find_angles(corners, x);
+        self.find_angles(corners, x, passes);
     }
 
     /// Half of what the angles around a triangle are off their rest values.
@@ -213,10 +216,11 @@ impl DihedralAngles {
         topology: &Topology,
         travel: impl Fn(usize) -> DVec3 + Sync,
         forces: &mut [DVec3],
+        passes: &mut BendingPasses,
     ) {
         let is_moving = self.factor != 1.0 && (0..forces.len()).any(|v| travel(v) != DVec3::ZERO);
         let by = if is_moving { self.factor - 1.0 } else { 0.0 };
-        self.spread((1.0, by), travel, (true, -1.0), (corners, topology), forces);
+        self.spread((1.0, by), travel, (true, -1.0), (corners, topology), (forces, passes));
     }
 
     /// Adds the product \[N\] of the tangent with u \[mm\]: of the energy, but for the change of the angles' derivatives, or of the
@@ -228,8 +232,9 @@ impl DihedralAngles {
         u: &[DVec3],
         is_exact: bool,
         out: &mut [DVec3],
+        passes: &mut BendingPasses,
     ) {
-        self.spread((0.0, self.factor), |v| u[v], (is_exact, 1.0), (corners, topology), out);
+        self.spread((0.0, self.factor), |v| u[v], (is_exact, 1.0), (corners, topology), (out, passes));
     }
 
     /// The product \[N\] at one vertex alone.

@@ -11,7 +11,8 @@ mod side;
 mod sweeps;
 
 use crate::components::{
-    Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolverScratch, Swept, TearDecisions,
+    Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolveResult, SolverScratch, Swept,
+    TearDecisions,
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -148,12 +149,12 @@ pub fn contact(world: &mut World, step: &StepContext) -> usize {
         return 0;
     }
     type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a SolverScratch, &'a Contact),
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment, &'a SolveResult, &'a Contact),
         (&'a mut Forces, &'a mut ExternalStiffness),
     );
     parallel::for_bodies::<Query>(
         world,
-        |((vertices, _, _, _, scratch, _), _)| scratch.rows_to_solve(vertices.len()),
+        |((vertices, _, _, _, result, _), _)| result.rows_to_solve(vertices.len()),
         |((vertices, triangles, topology, increment, _, contact), (forces, external))| {
             for moved in &obstacles {
                 let push = |v: usize| {
@@ -201,11 +202,11 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
-        &'a mut SolverScratch,
+        &'a mut SolveResult,
         (Option<&'a Contact>, Option<&'a TearDecisions>),
     );
-    for ((vertices, triangles, topology, increment), scratch, (contact, decisions)) in world.query_mut::<Query>() {
-        let was_solved = scratch.newton_iterations > 0 && is_in_step(vertices, increment, step, decisions);
+    for ((vertices, triangles, topology, increment), result, (contact, decisions)) in world.query_mut::<Query>() {
+        let was_solved = result.newton_iterations > 0 && is_in_step(vertices, increment, step, decisions);
         let asks = contact.is_some() && was_solved && {
             let looked_at = looked_at(&obstacles, increment);
             let is_deep = |v: usize| {
@@ -217,7 +218,7 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
                 && ((0..vertices.len()).any(is_deep)
                     || has_deep_face(&looked_at, &increment.start, (vertices, triangles)))
         };
-        scratch.is_converged = !asks;
+        result.is_converged = !asks;
         count += usize::from(asks);
     }
     count
@@ -266,7 +267,9 @@ pub fn put_outside(world: &mut World, step: &StepContext) -> usize {
         (&'a Triangles, &'a Topology, &'a mut SolverScratch),
         (Option<&'a Contact>, Option<&'a TearDecisions>),
     );
-    for ((vertices, increment), (triangles, topology, scratch), (contact, decisions)) in world.query_mut::<Query>() {
+    for ((vertices, increment), (triangles, topology, scratch), (contact, decisions)) in
+        world.query_mut::<Query>().with::<&SolveResult>()
+    {
         if contact.is_none() || !is_in_step(vertices, increment, step, decisions) {
             continue;
         }
@@ -299,7 +302,9 @@ pub fn keep_sides(world: &mut World, step: &StepContext) -> usize {
         (&'a Triangles, &'a mut SolverScratch),
         (Option<&'a Contact>, Option<&'a TearDecisions>),
     );
-    for ((vertices, increment), (triangles, scratch), (contact, decisions)) in world.query_mut::<Query>() {
+    for ((vertices, increment), (triangles, scratch), (contact, decisions)) in
+        world.query_mut::<Query>().with::<&SolveResult>()
+    {
         if contact.is_none() || !is_in_step(vertices, increment, step, decisions) {
             continue;
         }

@@ -1,6 +1,6 @@
 //! Force assembly: elastic and viscous membrane forces, gathered per vertex.
 
-use crate::components::{Damping, ExternalStiffness, Forces, Frames, Increment, SolverScratch};
+use crate::components::{Damping, ExternalStiffness, Forces, Frames, Increment, SolveResult};
 use crate::math::Sym3;
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -15,14 +15,14 @@ use glam::DVec3;
 /// Starts the nodal forces with those of the membrane, and empties the external stiffness.
 pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, &'a Increment, &'a SolverScratch),
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames, &'a Increment, &'a SolveResult),
         &'a mut Forces,
         Option<&'a mut ExternalStiffness>,
         Option<&'a Damping>,
     );
     parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, _, _, _, scratch), _, _, _)| scratch.rows_to_solve(triangles.len()),
+        |((_, triangles, _, _, _, result), _, _, _)| result.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames, increment, _), forces, external, damping)| {
             if let Some(external) = external {
                 external.block.clear();

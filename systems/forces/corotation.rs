@@ -1,6 +1,6 @@
 //! Rotation, stretch and stress of every triangle at the current positions.
 
-use crate::components::{FibreLaws, Frames, Planar, PreStretch, SolverScratch, fibre_law};
+use crate::components::{FibreLaws, Frames, Planar, PreStretch, SolveResult, fibre_law};
 use crate::math::{CoupledStiffness, Faded, FibreLaw, GeometricStiffness, Sym2};
 use crate::settings::Tangent;
 use crate::storage::{Triangles, Vertices};
@@ -14,15 +14,15 @@ use std::sync::atomic::AtomicBool;
 /// Fills [`Frames`].
 pub fn corotation(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a mut Frames, &'a SolverScratch),
+        (&'a Vertices, &'a Triangles, &'a mut Frames, &'a SolveResult),
         (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
     );
     parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, _, scratch), _)| scratch.rows_to_solve(triangles.len()),
-        |((vertices, triangles, frames, scratch), (planar, pre_stretch, fibres))| {
+        |((_, triangles, _, result), _)| result.rows_to_solve(triangles.len()),
+        |((vertices, triangles, frames, result), (planar, pre_stretch, fibres))| {
             let is_planar = planar.is_some();
-            let tangent = step.tangent_of(scratch);
+            let tangent = step.tangent_of(result);
             if step.formula != Formula::Start && tangent == Tangent::Rotated && fibres.is_none() {
                 let unstretched = PreStretch::unstretched(pre_stretch);
                 return evaluate_rotated(vertices, triangles, frames, is_planar, unstretched, step.reserve());

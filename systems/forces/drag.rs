@@ -1,6 +1,6 @@
 //! Drag of the surrounding fluid.
 
-use crate::components::{Drag, ExternalStiffness, Forces, Increment, SolverScratch};
+use crate::components::{Drag, ExternalStiffness, Forces, Increment, SolveResult};
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles};
 use crate::systems::{StepContext, parallel};
@@ -11,13 +11,13 @@ pub fn drag(world: &mut hecs::World, step: &StepContext) -> usize {
         return 0;
     }
     type Query<'a> = (
-        (&'a Triangles, &'a Topology, &'a Increment, &'a SolverScratch, &'a Drag),
+        (&'a Triangles, &'a Topology, &'a Increment, &'a SolveResult, &'a Drag),
         &'a mut Forces,
         &'a mut ExternalStiffness,
     );
     parallel::for_bodies::<Query>(
         world,
-        |((_, _, increment, scratch, _), _, _)| scratch.rows_to_solve(increment.displacement.len()),
+        |((_, _, increment, result, _), _, _)| result.rows_to_solve(increment.displacement.len()),
         |((triangles, topology, increment, _, drag), forces, external)| {
             let factor = drag.coefficient * step.rate();
             let per_vertex = |v: usize| factor * topology.vertex_area(triangles, v as u32);

@@ -5,8 +5,7 @@ mod taken;
 pub use taken::Taken;
 
 use crate::components::{
-    ExternalStiffness, Forceps, Forces, Grip, Grips, Motion, NearTip, Pinch, Pose, Sleeping, Slip, SolverScratch,
-    TearLog,
+    ExternalStiffness, Forceps, Forces, Grip, Grips, Motion, NearTip, Pinch, Pose, Sleeping, Slip, SolveResult, TearLog,
 };
 use crate::event::EventKind;
 use crate::math::{Sym3, elementary};
@@ -26,8 +25,7 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
         world.query_mut::<(Entity, &Forceps)>().into_iter().map(|(forceps, _)| forceps).collect();
     type Query<'a> =
         ((&'a Vertices, &'a Triangles, &'a Topology, Option<&'a Tips>), (&'a mut Grips, Option<&'a Sleeping>));
-    for ((vertices, triangles, topology, tips), (grips, sleeping)) in
-        world.query_mut::<Query>().with::<&SolverScratch>()
+    for ((vertices, triangles, topology, tips), (grips, sleeping)) in world.query_mut::<Query>().with::<&SolveResult>()
     {
         if sleeping.is_some_and(Sleeping::is_asleep) {
             continue;
@@ -64,11 +62,11 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
 pub fn grip(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch),
+        (&'a Vertices, &'a Triangles, &'a Topology, &'a SolveResult),
         (&'a Grips, &'a mut Forces, &'a mut ExternalStiffness),
     );
-    for ((vertices, triangles, topology, scratch), (grips, forces, external)) in world.query_mut::<Query>() {
-        if scratch.is_converged {
+    for ((vertices, triangles, topology, result), (grips, forces, external)) in world.query_mut::<Query>() {
+        if result.is_converged {
             continue;
         }
         for pinch in &grips.pinches {
@@ -90,8 +88,7 @@ pub fn feel(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut told: SmallVec<[(Entity, DVec3, DVec3, bool); 8]> = SmallVec::new();
     type Query<'a> =
         ((&'a Vertices, &'a Triangles, &'a Topology, Option<&'a Sleeping>), (&'a mut Grips, &'a mut TearLog));
-    for ((vertices, triangles, topology, sleeping), (grips, log)) in world.query_mut::<Query>().with::<&SolverScratch>()
-    {
+    for ((vertices, triangles, topology, sleeping), (grips, log)) in world.query_mut::<Query>().with::<&SolveResult>() {
         if sleeping.is_some_and(Sleeping::is_asleep) {
             continue;
         }

@@ -4,6 +4,7 @@ pub mod assembly;
 pub mod corners;
 pub mod corotation;
 pub mod drag;
+pub mod element;
 pub mod gravity;
 pub mod grip;
 pub mod hold;

@@ -1,16 +1,16 @@
 //! Follower pressure: p · A · n of every triangle, a third to each corner.
 
-use crate::components::{Forces, Pressure, SolverScratch};
+use crate::components::{Forces, Pressure, SolveResult};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::{StepContext, parallel};
 
 /// Adds the pressure's forces at the current positions. Static solves of bodies without a free rim have their load stiffness in the
 /// tangent; dynamic steps, whose masses outweigh it, leave it out.
 pub fn pressure(world: &mut hecs::World, step: &StepContext) -> usize {
-    type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a Pressure, &'a SolverScratch, &'a mut Forces);
+    type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a Pressure, &'a SolveResult, &'a mut Forces);
     parallel::for_bodies::<Query>(
         world,
-        |(vertices, _, _, _, scratch, _)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, _, _, _, result, _)| result.rows_to_solve(vertices.len()),
         |(vertices, triangles, topology, pressure, _, forces)| {
             let sixth = pressure.curve.at(step.time) / 6.0;
             parallel::for_rows(&mut forces.nodal, |v, f| {

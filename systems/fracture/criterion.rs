@@ -1,7 +1,7 @@
 //! The tear criterion at every tip and, where a body may tear by itself, at its triangles and along its boundary.
 
 use crate::components::{
-    DecidedBy, EnergyCriterion, Grips, Holds, Parting, Sleeping, SolverScratch, TearDecision, TearDecisions, TearLog,
+    DecidedBy, EnergyCriterion, Grips, Holds, Parting, Sleeping, SolveResult, TearDecision, TearDecisions, TearLog,
     TearSite, Tearing, WithheldStart,
 };
 use crate::math::elementary;
@@ -26,7 +26,7 @@ const TIP: usize = 100;
 /// Evaluates the criterion at the current positions and leaves the decisions in [`TearDecisions`]. Does not run on a body that
 /// has no tip, may not start a tear and has nothing that could part without one.
 pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
-    type Left<'a> = hecs::With<(&'a mut TearDecisions, Option<&'a Sleeping>), &'a SolverScratch>;
+    type Left<'a> = hecs::With<(&'a mut TearDecisions, Option<&'a Sleeping>), &'a SolveResult>;
     for (decisions, _) in world.query_mut::<Left>().into_iter().filter(|(_, sleeping)| !is_asleep(sleeping)) {
         decisions.forget();
     }
@@ -35,7 +35,7 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a mut Tips, &'a mut TearDecisions, &'a mut TipMemory, Option<&'a Sleeping>, &'a TearLog),
         (Option<&'a Holds>, Option<&'a Grips>, Option<&'a EnergyCriterion>),
     );
-    parallel::for_bodies::<hecs::With<Query, &SolverScratch>>(
+    parallel::for_bodies::<hecs::With<Query, &SolveResult>>(
         world,
         |((((_, triangles, _), _), tearing), (tips, decisions, _, sleeping, log), _)| {
             let is_done = is_asleep(sleeping) || step.is_done(Some(decisions));

@@ -7,6 +7,14 @@ use crate::components::{
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 use crate::systems::solver::Factor;
 
+/// Query of the components that follow edits, but for the list of what has been added to the mesh.
+pub type FollowersQuery<'a> = (
+    (&'a mut Increment, &'a mut Factor, Option<&'a mut TipMemory>),
+    (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
+    (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
+    (Option<&'a mut Attributes>, Option<&'a mut Changes>),
+);
+
 /// Those that a body carries.
 #[derive(Debug)]
 pub struct Followers<'a> {
@@ -34,6 +42,32 @@ pub struct Followers<'a> {
     pub attributes: Option<&'a mut Attributes>,
     /// The list of changes that somebody has asked for.
     pub changes: Option<&'a mut Changes>,
+}
+
+impl<'a> Followers<'a> {
+    /// Those of a body, with the list of what has been added to its mesh.
+    pub fn of(
+        (body, (holds, springs, grips), (point_loads, edge_loads, step_forces), (attributes, changes)): FollowersQuery<
+            'a,
+        >,
+        refined: Option<&'a mut Refined>,
+    ) -> Self {
+        let (increment, factor, memory) = body;
+        Self {
+            increment,
+            factor,
+            memory,
+            holds,
+            springs,
+            grips,
+            point_loads,
+            edge_loads,
+            step_forces,
+            refined,
+            attributes,
+            changes,
+        }
+    }
 }
 
 impl Followers<'_> {

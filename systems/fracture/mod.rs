@@ -45,7 +45,7 @@ pub use blade::CutOutcome;
 pub use by_triangle::{factor_of, mean_around};
 pub use edge::{EdgeAdvance, EdgePlan, plan_edge};
 pub use energy_decision::{EnergyReading, EnergyTerms, energy_decision};
-pub use followers::Followers;
+pub use followers::{Followers, FollowersQuery};
 pub use free::{Way, Ways, plan_free};
 pub use heading::turned_axis;
 pub use held_shut::{field_tip, lay_at_tip};

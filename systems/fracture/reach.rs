@@ -1,7 +1,7 @@
 //! How far a tip may go in a step, and whether that is far enough for its next triangle.
 
 use super::tip::fan_chart;
-use crate::components::{SolverScratch, TearDecision, TearDecisions, Tearing};
+use crate::components::{SolveResult, TearDecision, TearDecisions, Tearing};
 use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
 use crate::systems::{StepContext, work};
 use hecs::World;
@@ -85,13 +85,13 @@ pub fn in_turn<'a>(
 /// Marks for another solve the bodies whose tips will advance in this step. Returns their number.
 pub fn advancing(world: &mut World, step: &StepContext) -> usize {
     type Query<'a> = (
-        &'a mut SolverScratch,
+        &'a mut SolveResult,
         Option<((&'a Vertices, &'a Triangles, &'a Topology), (&'a Tearing, &'a Tips, &'a TearDecisions))>,
     );
     let mut count = 0;
-    for (scratch, tearing) in world.query_mut::<Query>() {
+    for (result, tearing) in world.query_mut::<Query>() {
         let tears = tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
-        scratch.is_converged = !tears;
+        result.is_converged = !tears;
         count += usize::from(tears);
     }
     count
@@ -102,7 +102,7 @@ pub fn unfinished(world: &mut World, step: &StepContext) -> usize {
     if work::is_any_used_up(world, step.budget) {
         return 0;
     }
-    let bodies = world.query_mut::<(&TearDecisions, &SolverScratch)>().into_iter();
+    let bodies = world.query_mut::<(&TearDecisions, &SolveResult)>().into_iter();
     bodies.filter(|(decisions, _)| decisions.may_advance_further).count()
 }
 

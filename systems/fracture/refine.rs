@@ -2,15 +2,14 @@
 //! of a mesh that is fine around every tip.
 
 use crate::components::{
-    Attributes, Changes, EdgeLoads, EnergyAudit, FibreLaws, Grips, Holds, Increment, Planar, PointLoads, PreStretch,
-    Refined, Refinement, SolverScratch, Springs, StepForces, TearDecisions, Tearing, fibre_law,
+    EnergyAudit, FibreLaws, Planar, PreStretch, Refined, Refinement, SolveResult, TearDecisions, Tearing, fibre_law,
 };
 use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
 use crate::systems::fracture::{
-    Cutter, Followers, Quality, Surface, TearScratch, ThinOut, TipMemory, distance_to_triangle, plan_thin_out, size,
+    Cutter, Followers, FollowersQuery, Quality, Surface, TearScratch, ThinOut, distance_to_triangle, plan_thin_out,
+    size,
 };
-use crate::systems::solver::Factor;
 use crate::systems::{StepContext, work};
 use glam::DVec3;
 
@@ -29,20 +28,18 @@ const FORGOTTEN: f64 = 5.0;
 pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
-        (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment, &'a mut Factor),
+        (&'a mut Vertices, &'a mut Triangles, &'a mut Topology),
         (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions),
-        (&'a mut TearScratch, &'a mut TipMemory, Option<&'a mut EnergyAudit>, &'a mut SolverScratch),
-        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>, Option<&'a mut Changes>),
-        (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a mut Attributes>),
+        (&'a mut TearScratch, Option<&'a mut EnergyAudit>, &'a mut SolveResult),
+        FollowersQuery<'a>,
+        (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
     );
     for (
-        (vertices, triangles, topology, increment, factor),
+        (vertices, triangles, topology),
         (refinement, refined, tearing, tips, decisions),
-        (scratch, memory, audit, solver),
-        (holds, springs, grips),
-        (point_loads, edge_loads, step_forces, changes),
-        (planar, pre_stretch, fibres, attributes),
+        (scratch, audit, result),
+        followers,
+        (planar, pre_stretch, fibres),
     ) in world.query_mut::<Query>()
     {
         if step.is_resumed && !decisions.may_advance_further {
@@ -58,21 +55,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         count += 1;
         let is_planar = planar.is_some();
         let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
-        let memory = Some(memory);
-        let followers = Followers {
-            increment,
-            factor,
-            memory,
-            holds,
-            springs,
-            grips,
-            point_loads,
-            edge_loads,
-            step_forces,
-            refined: None,
-            attributes,
-            changes,
-        };
+        let followers = Followers::of(followers, None);
         let mesh = Mesh { vertices, triangles, topology };
         let mut refiner =
             Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched, fibres };
@@ -84,7 +67,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         if has_moved {
             let triangles = refiner.mesh.triangles.len();
             let halvings = refiner.refine(step.budget.map(|budget| work::halvings_within(budget / 2, triangles)));
-            solver.work = solver.work.saturating_add(work::of_halvings(halvings, triangles));
+            result.work = result.work.saturating_add(work::of_halvings(halvings, triangles));
         }
         // Those of the last step are of another mesh.
         if let Some(audit) = audit {

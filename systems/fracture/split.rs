@@ -5,17 +5,15 @@ mod ends;
 mod starts;
 
 use crate::components::{
-    Attributes, Changes, DecidedBy, EdgeLoads, EnergyCriterion, Grips, Holds, Increment, PartedBy, PointLoads, Refined,
-    SolverScratch, Springs, StepForces, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
+    DecidedBy, EnergyCriterion, PartedBy, Refined, SolveResult, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
 };
 use crate::event::{Course, EventKind, TearCost};
 use crate::math::elementary;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::fracture::{
-    Advance, Cutter, End, EnergyTerms, Followers, NewTip, Quality, Reach, TearRefusal, TearScratch, TipChart,
-    TipMemory, factor_of, in_turn, may_go_on, mean_around, turned_axis,
+    Advance, Cutter, End, EnergyTerms, Followers, FollowersQuery, NewTip, Quality, Reach, TearRefusal, TearScratch,
+    TipChart, factor_of, in_turn, may_go_on, mean_around, turned_axis,
 };
-use crate::systems::solver::Factor;
 use crate::systems::{StepContext, work};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -27,20 +25,16 @@ const RESOLVED: f64 = 3.0;
 pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
-        (&'a mut Vertices, &'a mut Triangles, &'a mut Topology, &'a mut Increment),
+        (&'a mut Vertices, &'a mut Triangles, &'a mut Topology),
         (&'a Tearing, Option<&'a EnergyCriterion>, &'a mut Tips, &'a mut TearDecisions, &'a mut TearLog),
-        (&'a mut TearScratch, Option<&'a mut TipMemory>, &'a mut Factor, &'a mut SolverScratch),
-        (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
-        (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
-        (Option<&'a mut Refined>, Option<&'a mut Changes>, Option<&'a mut Attributes>),
+        (&'a mut TearScratch, &'a mut SolveResult, Option<&'a mut Refined>),
+        FollowersQuery<'a>,
     );
     for (
-        (vertices, triangles, topology, increment),
+        (vertices, triangles, topology),
         (tearing, energy, tips, decisions, log),
-        (scratch, memory, factor, solver),
-        (holds, springs, grips),
-        (point_loads, edge_loads, step_forces),
-        (refined, changes, attributes),
+        (scratch, result, refined),
+        followers,
     ) in world.query_mut::<Query>()
     {
         if step.is_done(Some(decisions)) {
@@ -60,20 +54,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         let (advances_before, starts_before) = (log.advance_count, log.start_count);
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
-            followers: Followers {
-                increment,
-                factor,
-                memory,
-                holds,
-                springs,
-                grips,
-                point_loads,
-                edge_loads,
-                step_forces,
-                refined,
-                attributes,
-                changes,
-            },
+            followers: Followers::of(followers, refined),
             tearing,
             energy,
             tips,
@@ -87,7 +68,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         for (key, decision) in in_turn(tearer.tips, &decisions.tips, step) {
             let advances = (tearer.log.advance_count - advances_before) as usize;
             let done = work::of_advances(advances, tearer.mesh.triangles.len());
-            if advances > 0 && step.is_used_up(solver.work.saturating_add(done)) {
+            if advances > 0 && step.is_used_up(result.work.saturating_add(done)) {
                 tearer.wait(key, decision, reach);
             } else {
                 tearer.advance(key, decision, reach);
@@ -118,7 +99,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             has_advanced && (has_more || is_waiting)
         };
         let advances = (log.advance_count - advances_before) as usize;
-        solver.work = solver.work.saturating_add(work::of_advances(advances, triangles));
+        result.work = result.work.saturating_add(work::of_advances(advances, triangles));
         // The last pass of a step: those before are taken up again.
         let is_counted = is_held_back && !decisions.may_advance_further;
         log.held_back_count = log.held_back_count.saturating_add(u32::from(is_counted));

@@ -8,7 +8,8 @@ use super::tip_disc::{Disc, Walk};
 use crate::components::{Bending, FibreLaws, Planar, PreStretch, fibre_law};
 use crate::math::{ElementState, FibreLaw, Sym2};
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::kernels::{fan::FanChart, membrane};
+use crate::systems::forces::element::BodyLaw;
+use crate::systems::kernels::fan::FanChart;
 use glam::{DVec2, DVec3};
 
 /// A body's surface as the average needs it.
@@ -72,6 +73,11 @@ impl<'a> Surface<'a> {
 }
 
 impl Surface<'_> {
+    /// The law of its triangles.
+    fn law(&self) -> BodyLaw<'_> {
+        BodyLaw { is_planar: self.is_planar, unstretched: self.unstretched, fibres: self.fibres.as_ref() }
+    }
+
     /// The chart of the fan around a vertex; `None` where the fan has no area.
     pub fn chart(&self, vertex: u32) -> Option<FanChart> {
         Some(fan_chart((self.vertices, self.triangles, self.topology), vertex)?.1)
@@ -84,22 +90,16 @@ impl Surface<'_> {
 
     /// The state of a triangle at the current positions.
     pub fn state(&self, triangle: usize) -> ElementState {
-        let (vertices, triangles) = (self.vertices, self.triangles);
-        let x = triangles.corners[triangle].map(|v| vertices.position[v as usize]);
-        let (rest, stiffness) = (&triangles.rest[triangle], &triangles.stiffness[triangle]);
-        let unstretched = triangles.unstretched(triangle, self.unstretched);
-        let state = membrane::state(x, rest, stiffness, self.is_planar, unstretched);
-        let linear = (state.stress, stiffness);
-        let stress = FibreLaw::stress(self.fibres.as_ref(), state.polar.stretch, unstretched, linear);
-        ElementState { stress, ..state }
+        let x = self.triangles.corners[triangle].map(|v| self.vertices.position[v as usize]);
+        self.law().element(self.triangles, triangle).state(x)
     }
 
     /// Energy stored in a triangle at a state \[mJ\].
     pub fn energy(&self, triangle: usize, state: &ElementState) -> f64 {
         let triangles = self.triangles;
-        let law = (self.is_planar, triangles.unstretched(triangle, self.unstretched), self.fibres.as_ref());
-        let twice = membrane::twice_energy(state, &triangles.stiffness[triangle], law);
-        0.5 * twice * triangles.rest[triangle].area * triangles.thickness[triangle]
+        self.law().element(triangles, triangle).density(state)
+            * triangles.rest[triangle].area
+            * triangles.thickness[triangle]
     }
 }
 

@@ -15,13 +15,15 @@ mod carried;
 
 use crate::components::{
     Bending, Damping, Drag, Energies, EnergyAudit, Equilibrium, ExternalStiffness, FibreLaws, Forces, Frames, Grips,
-    Holds, Increment, Planar, PreStretch, Reactions, Refined, SolverScratch, TearDecisions, TearLog, fibre_law,
+    Holds, Increment, Planar, PreStretch, Reactions, Refined, SolveResult, SolverScratch, TearDecisions, TearLog,
+    fibre_law,
 };
 use crate::event::EventKind;
 use crate::math::FibreLaw;
 use crate::storage::room::copy;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::DihedralAngles;
+use crate::systems::forces::element::BodyLaw;
 use crate::systems::kernels::path_work::Element;
 use crate::systems::{StepContext, parallel};
 use carried::Carried;
@@ -53,15 +55,8 @@ impl<'a> Sheet<'a> {
     }
 
     fn element(&self, t: usize) -> Element<'_> {
-        let rest = &self.triangles.rest[t];
-        Element {
-            rest,
-            stiffness: &self.triangles.stiffness[t],
-            volume: rest.area * self.triangles.thickness[t],
-            is_planar: self.is_planar,
-            unstretched: self.triangles.unstretched(t, PreStretch::unstretched(self.pre_stretch)),
-            fibres: self.fibres.as_ref(),
-        }
+        let (is_planar, unstretched) = (self.is_planar, PreStretch::unstretched(self.pre_stretch));
+        BodyLaw { is_planar, unstretched, fibres: self.fibres.as_ref() }.element(self.triangles, t)
     }
 
     /// Energies with the vertices at these positions and velocities. `partials` is scratch.
@@ -89,9 +84,10 @@ pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, Option<&'a Refined>, &'a Vertices, &'a Triangles, &'a Topology),
-        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch, &'a SolveResult),
     );
-    for ((audit, refined, vertices, triangles, topology), (strained, bending, scratch)) in world.query_mut::<Query>() {
+    for ((audit, refined, vertices, triangles, topology), (strained, bending, scratch, _)) in world.query_mut::<Query>()
+    {
         count += 1;
         audit.settle();
         if audit.initial.is_none() || refined.is_some() {
@@ -110,9 +106,9 @@ pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, &'a Refined, &'a Vertices, &'a Triangles, &'a Topology),
-        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch, &'a SolveResult),
     );
-    for ((audit, _, vertices, triangles, topology), (strained, bending, scratch)) in world.query_mut::<Query>() {
+    for ((audit, _, vertices, triangles, topology), (strained, bending, scratch, _)) in world.query_mut::<Query>() {
         count += 1;
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
         let Vertices { position, velocity, mass, .. } = vertices;
@@ -125,15 +121,15 @@ pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
 /// Keeps the forces of the membrane, before loads are added to them.
 pub fn membrane(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
-    type Query<'a> = (&'a mut EnergyAudit, &'a Vertices, &'a Forces, &'a Increment, &'a SolverScratch);
-    for (audit, vertices, forces, increment, scratch) in world.query_mut::<Query>() {
-        if scratch.is_converged {
+    type Query<'a> = (&'a mut EnergyAudit, &'a Vertices, &'a Forces, &'a Increment, &'a SolveResult);
+    for (audit, vertices, forces, increment, result) in world.query_mut::<Query>() {
+        if result.is_converged {
             continue;
         }
         count += 1;
         let room = vertices.position.capacity();
         let EnergyAudit { loads, start: [start_membrane, start_loads], displacement, equilibrium, .. } = audit;
-        if step.is_static && scratch.newton_iterations == 0 {
+        if step.is_static && result.newton_iterations == 0 {
             copy(start_membrane, &forces.nodal, room);
             start_loads.clear();
             if equilibrium.is_some_and(|e| e.time != step.time) && loads.len() == forces.nodal.len() {
@@ -149,14 +145,14 @@ pub fn membrane(world: &mut hecs::World, step: &StepContext) -> usize {
 /// Keeps the forces of the loads and, in a static solve that puts them on at once, those at its start.
 pub fn loads(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
-    for (audit, forces, scratch) in world.query_mut::<(&mut EnergyAudit, &Forces, &SolverScratch)>() {
-        if scratch.is_converged {
+    for (audit, forces, result) in world.query_mut::<(&mut EnergyAudit, &Forces, &SolveResult)>() {
+        if result.is_converged {
             continue;
         }
         count += 1;
         let EnergyAudit { loads, start: [_, start_loads], .. } = audit;
         parallel::for_rows(loads, |v, load| *load = forces.nodal[v] - *load);
-        if step.is_static && scratch.newton_iterations == 0 && start_loads.is_empty() {
+        if step.is_static && result.newton_iterations == 0 && start_loads.is_empty() {
             start_loads.clone_from(loads);
         }
     }
@@ -169,7 +165,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut EnergyAudit, &'a mut TearLog, Option<&'a TearDecisions>),
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a Forces, &'a Increment, &'a SolverScratch),
+        (&'a Forces, &'a Increment, &'a SolverScratch, &'a SolveResult),
         (Option<&'a ExternalStiffness>, Option<&'a Damping>, Option<&'a Drag>),
         (Option<(&'a Holds, &'a Reactions)>, Option<&'a Grips>),
         (Strained<'a>, Option<&'a Bending>, Option<&'a DihedralAngles>),
@@ -177,7 +173,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
     for (
         (audit, log, decisions),
         (vertices, triangles, topology, frames),
-        (forces, increment, scratch),
+        (forces, increment, scratch, result),
         (external, damping, drag),
         (held, grips),
         (strained, bending, folds),
@@ -200,6 +196,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
             forces,
             increment,
             scratch,
+            result,
             external,
             viscosity,
             drag,
@@ -211,7 +208,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
             let sums = body.sums(audit, true, |t, x, u, _| body.between_ends(t, x, u));
             let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
             audit.step = body.static_terms(audit, &sums, is_relaxation);
-            note_equilibrium(audit, log, step, scratch.is_converged);
+            note_equilibrium(audit, log, step, result.is_converged);
         } else {
             let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change));
             audit.step = body.dynamic_terms(audit, &sums, step);
@@ -226,9 +223,9 @@ pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
         (&'a mut EnergyAudit, &'a TearDecisions, &'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
-        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch),
+        (Strained<'a>, Option<&'a Bending>, &'a mut SolverScratch, &'a SolveResult),
     );
-    for ((audit, _, vertices, triangles, topology, increment), (strained, bending, scratch)) in
+    for ((audit, _, vertices, triangles, topology, increment), (strained, bending, scratch, _)) in
         world.query_mut::<Query>()
     {
         count += 1;

@@ -7,8 +7,8 @@
 //!
 //! whose first terms the energy guard's sum has already, with −p²·d·K·d in place of −½·p²·d·K·d. A is positive definite, so that a small fraction always lowers Φ.
 
-use super::solved::Solved;
-use crate::systems::solver::Operator;
+use super::solved::{Solved, Sums};
+use crate::systems::solver::{Operator, ProductMemory};
 use glam::DVec3;
 
 /// Smallest fraction.
@@ -29,18 +29,21 @@ pub(super) struct Fraction {
 impl Solved<'_> {
     /// The largest of 1, ½, ¼, … of the answer that lowers the incremental potential. `full` is the operator of the solve, with loads and
     /// all.
-    pub(super) fn fraction(&self, full: &Operator, partials: &mut Vec<f64>) -> Fraction {
+    pub(super) fn fraction(&self, full: &Operator, sums: &mut Sums<'_>) -> Fraction {
         let still = Operator { external: None, inertia: 0.0, ..*full };
         let (mut corner, mut product) = (Vec::new(), vec![DVec3::ZERO; self.delta.len()]);
-        let mut form = |operator: &Operator| operator.apply(self.delta, self.free, &mut corner, &mut product, partials);
+        let mut form = |operator: &Operator| {
+            let mut memory = ProductMemory { corner: &mut corner, passes: &mut *sums.passes };
+            operator.apply(self.delta, self.free, &mut memory, &mut product, sums.partials)
+        };
         let (whole, elastic) = (form(full), form(&still));
         let mut fraction = 1.0;
         loop {
-            let strained = self.strained(fraction, partials);
+            let strained = self.strained(fraction, sums);
             let potential =
                 strained + 0.5 * fraction * fraction * elastic - (fraction - 0.5 * fraction * fraction) * whole;
             if potential <= -PROMISED * fraction * whole || fraction <= LEAST {
-                let created = strained - self.dissipated(fraction, partials) - fraction * (1.0 - fraction) * whole;
+                let created = strained - self.dissipated(fraction, sums.partials) - fraction * (1.0 - fraction) * whole;
                 return Fraction { fraction, created };
             }
             fraction *= 0.5;

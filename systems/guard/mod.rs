@@ -37,19 +37,20 @@ mod place;
 mod solved;
 
 use crate::components::{
-    Damping, Drag, FibreLaws, Frames, FreeAxes, Grips, Increment, Planar, PreStretch, SolverScratch, Tautness,
-    fibre_law,
+    Damping, Drag, FibreLaws, Frames, FreeAxes, Grips, GuardLedger, Increment, Planar, PreStretch, SolveResult,
+    SolverScratch, Tautness, fibre_law,
 };
 use crate::event::{GuardCause, GuardPlace};
 use crate::math::Orthotropic;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
+use crate::systems::forces::element::BodyLaw;
 use crate::systems::solver::{Operator, reactions};
 use crate::systems::{Formula, StepContext, parallel};
 use bound::bound;
 use glam::DVec3;
 use patch::Patch;
-use solved::{Bounds, Solved};
+use solved::{Bounds, Solved, Sums};
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
 /// much smaller one would refuse steps that do no harm.
@@ -80,7 +81,8 @@ const ROUNDING: f64 = 1e-12;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Increment, &'a mut SolverScratch, Option<&'a DihedralAngles>, place::Holders<'a>),
+    (&'a mut Increment, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, place::Holders<'a>),
+    (&'a SolveResult, &'a mut SolverScratch, &'a mut GuardLedger),
     (Option<&'a Damping>, Option<&'a Drag>),
     (Option<&'a PreStretch>, Option<&'a Planar>, FibreLaws<'a>),
 );
@@ -89,8 +91,8 @@ type Query<'a> = (
 pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
     let count = world.query_mut::<&SolverScratch>().into_iter().filter(|scratch| scratch.to_correct.is_some()).count();
     if count > 0 {
-        for scratch in world.query_mut::<&mut SolverScratch>() {
-            scratch.is_converged = scratch.to_correct.is_none();
+        for (result, scratch) in world.query_mut::<(&mut SolveResult, &SolverScratch)>() {
+            result.is_converged = scratch.to_correct.is_none();
         }
     }
     count
@@ -105,10 +107,11 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     let count = parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), (_, scratch, ..), ..)| scratch.rows_to_solve(triangles.len()),
+        |((_, triangles, ..), _, (result, ..), ..)| result.rows_to_solve(triangles.len()),
         |(
             (vertices, triangles, topology, frames),
-            (increment, scratch, folds, holders),
+            (increment, folds, passes, holders),
+            (result, scratch, ledger),
             (damping, drag),
             (pre_stretch, planar, fibres),
         )| {
@@ -118,30 +121,25 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
                 stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
             });
             let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
-            let (inertia, tangent) = (step.inertia(), scratch.tangent);
+            let (inertia, tangent) = (step.inertia(), result.tangent);
             let operator = Operator {
-                vertices,
-                triangles,
-                topology,
-                frames,
-                external: None,
                 folds,
                 inertia,
                 viscosity,
-                pressure: 0.0,
-                tangent,
+                ..Operator::membrane((vertices, triangles, topology, frames), tangent)
             };
-            let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
-            let is_planar = planar.is_some();
+            let fibres = fibre_law(fibres, pre_stretch);
+            let (is_planar, unstretched) = (planar.is_some(), PreStretch::unstretched(pre_stretch));
+            let law = BodyLaw { is_planar, unstretched, fibres: fibres.as_ref() };
             let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
-            let spike = if step.is_retried || step.is_correction || scratch.relaxing > 0 { usize::MAX } else { SPIKE };
-            let is_used_up = step.is_used_up(scratch.work);
+            let spike = if step.is_retried || step.is_correction || ledger.relaxing > 0 { usize::MAX } else { SPIKE };
+            let is_used_up = step.is_used_up(result.work);
             let may_correct = step.corrections > 0
                 && !is_used_up
                 && scratch.allowed.is_empty()
                 && !may_spin(planar, &scratch.free, holders.0);
-            let SolverScratch { free, partials, pairs, spurious_energy, unchecked_bound, to_correct, .. } =
-                &mut *scratch;
+            let SolverScratch { free, partials, pairs, to_correct, .. } = &mut *scratch;
+            let GuardLedger { spurious_energy, unchecked_bound, .. } = &mut *ledger;
             let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
             let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
             let solved = Solved {
@@ -149,9 +147,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
                 increment,
                 delta: &increment.delta,
                 free,
-                unstretched,
-                fibres: fibres.as_ref(),
-                is_planar,
+                law,
                 is_counted,
                 is_damped_before,
                 drag,
@@ -170,10 +166,12 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             };
             if before + work <= most && *unchecked_bound + bound <= UNCHECKED * most {
                 *unchecked_bound += bound;
-                scratch.spurious_energy = (before + work).max(0.0);
+                ledger.spurious_energy = (before + work).max(0.0);
                 return;
             }
-            let more = solved.spurious_energy(1.0, partials);
+            let mut spare = BendingPasses::default();
+            let mut sums = Sums { partials, passes: passes.unwrap_or(&mut spare) };
+            let more = solved.spurious_energy(1.0, &mut sums);
             if bound.is_finite() {
                 // What was not looked at has created as much of its bound as what is looked at now.
                 before += *unchecked_bound * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
@@ -186,57 +184,57 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             // A sum that is no number is too much, and what rounding makes of nothing is nothing.
             let most = most * (1.0 + ROUNDING);
             if !(sum <= most || may_correct && is_corrected) {
-                place = Some(solved.place(work, more + work, holders, partials));
+                place = Some(solved.place(work, more + work, holders, &mut sums));
             }
             let mut patch = None;
             if !(sum <= most) {
                 let full = Operator { external: holders.1, ..solved.operator };
                 let found = Patch::found(&solved, &full, spike, (sum, most), |patch| {
                     before
-                        + patch.judged(&solved).spurious_energy(1.0, partials)
+                        + patch.judged(&solved).spurious_energy(1.0, &mut sums)
                         + work
                         + patch.unearned(&solved, &full)
                 });
                 (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
             }
             if (step.is_fallback || is_used_up && !is_corrected) && !(sum <= most) {
-                let bounds = Bounds { before, work, unsolved: solved.unsolved(partials), most };
-                (fraction, sum) = solved.shorten(&bounds, HALVED, partials);
+                let bounds = Bounds { before, work, unsolved: solved.unsolved(sums.partials), most };
+                (fraction, sum) = solved.shorten(&bounds, HALVED, &mut sums);
                 // What stands and would stand for ever goes as little as need be.
                 if fraction == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
-                    (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, partials);
+                    (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, &mut sums);
                 }
             }
             if may_correct && sum > most && sum.is_finite() {
                 // The first answer carries the prescribed motion, and goes all its way.
                 if is_corrected {
                     let full = Operator { external: holders.1, ..solved.operator };
-                    let found = solved.fraction(&full, partials);
+                    let found = solved.fraction(&full, &mut sums);
                     (fraction, sum) = (found.fraction, before + found.created + found.fraction * work);
                 }
                 if let Some(place) = place {
                     increment.guard.correct(place.cause);
                 }
                 increment.take_fraction(&scratch.free, fraction);
-                (scratch.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
+                (ledger.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
                 return;
             }
-            scratch.creates_energy = !(sum <= most);
+            ledger.creates_energy = !(sum <= most);
             increment.creates_at = place;
-            if scratch.creates_energy {
+            if ledger.creates_energy {
                 return;
             }
-            scratch.spurious_energy = sum.max(0.0);
+            ledger.spurious_energy = sum.max(0.0);
             scratch.is_counted = true;
             if let Some(patch) = patch {
                 increment.delta.copy_from_slice(&patch.way);
                 increment.is_fraction = true;
                 increment.relaxed = increment.relaxed.max(patch.len());
-                scratch.relaxing = RELAXING;
+                ledger.relaxing = RELAXING;
                 increment.guard.relax(place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane)));
             }
             if fraction < 1.0 {
-                scratch.is_step_limited = true;
+                ledger.is_step_limited = true;
                 increment.is_fraction = true;
                 increment.limits[0] = true;
                 let place = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));

@@ -23,16 +23,16 @@
 use super::place::of_triangle;
 use super::{SHARE, slack_energy};
 use crate::components::{
-    Bending, Damping, FibreLaws, Forces, Frames, Increment, Planar, PreStretch, Sleeping, SolverScratch, fibre_law,
+    Bending, Damping, FibreLaws, Forces, Frames, GuardLedger, Increment, Planar, PreStretch, Sleeping, SolveResult,
+    SolverScratch, fibre_law,
 };
 use crate::event::{GuardCause, GuardPlace};
-use crate::math::{FibreLaw, Sym2};
+use crate::math::FibreLaw;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::context::MIDDLE;
-use crate::systems::kernels::membrane;
-use crate::systems::kernels::path_work::Element;
-use crate::systems::solver::Operator;
+use crate::systems::forces::element::BodyLaw;
+use crate::systems::solver::{Operator, ProductMemory};
 use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -54,16 +54,16 @@ pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
     if !is_judged(step) {
         return 0;
     }
-    type Query<'a> = (Elastic<'a>, &'a Forces, &'a Increment, &'a mut SolverScratch);
+    type Query<'a> = (Elastic<'a>, &'a Forces, &'a Increment, (&'a SolveResult, &'a mut SolverScratch));
     parallel::for_bodies::<Query>(
         world,
-        |(((_, triangles, ..), ..), .., scratch)| scratch.rows_to_solve(triangles.len()),
-        |(elastic, forces, increment, scratch)| {
+        |(((_, triangles, ..), ..), .., (result, _))| result.rows_to_solve(triangles.len()),
+        |(elastic, forces, increment, (result, scratch))| {
             let is_first = match step.formula {
                 Formula::Start => true,
-                Formula::BackwardEuler => scratch.newton_iterations == 0,
+                Formula::BackwardEuler => result.newton_iterations == 0,
                 Formula::Trapezoidal => false,
-                Formula::SecondBackwardDifference => step.is_resumed && scratch.newton_iterations == 0,
+                Formula::SecondBackwardDifference => step.is_resumed && result.newton_iterations == 0,
             };
             if is_first {
                 scratch.account.energy = Some(evaluated_energy(elastic, &mut scratch.partials));
@@ -87,30 +87,21 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
     }
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a mut Forces, &'a Increment, &'a mut SolverScratch),
-        (Option<&'a DihedralAngles>, Option<&'a Damping>),
+        (&'a mut Forces, &'a Increment, &'a SolveResult, &'a mut SolverScratch),
+        (Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, Option<&'a Damping>),
     );
     parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), (.., scratch), _)| scratch.rows_to_solve(triangles.len()),
-        |((vertices, triangles, topology, frames), (forces, increment, scratch), (folds, damping))| {
-            let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), scratch.tangent);
-            let external = None;
-            let operator = Operator {
-                vertices,
-                triangles,
-                topology,
-                frames,
-                external,
-                folds,
-                inertia: 0.0,
-                viscosity,
-                pressure: 0.0,
-                tangent,
-            };
+        |((_, triangles, ..), (_, _, result, _), _)| result.rows_to_solve(triangles.len()),
+        |((vertices, triangles, topology, frames), (forces, increment, result, scratch), (folds, passes, damping))| {
+            let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), result.tangent);
+            let operator =
+                Operator { folds, viscosity, ..Operator::membrane((vertices, triangles, topology, frames), tangent) };
             let SolverScratch { free, product, partials, account, .. } = scratch;
             product.resize(vertices.len(), DVec3::ZERO);
-            operator.apply(&increment.delta, free, &mut forces.corner, product, partials);
+            let mut spare = BendingPasses::default();
+            let mut memory = ProductMemory { corner: &mut forces.corner, passes: passes.unwrap_or(&mut spare) };
+            operator.apply(&increment.delta, free, &mut memory, product, partials);
             parallel::for_rows(&mut account.own, |v, own| *own -= product[v]);
         },
     )
@@ -118,10 +109,10 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
 
 /// Adds the forces at the end of the first stage to those at its start.
 pub fn second_stage(world: &mut hecs::World, _: &StepContext) -> usize {
-    parallel::for_bodies::<(&Vertices, &mut SolverScratch)>(
+    parallel::for_bodies::<(&Vertices, &mut SolverScratch, &SolveResult)>(
         world,
-        |(vertices, scratch)| if scratch.account.energy.is_some() { vertices.len() } else { 0 },
-        |(_, scratch)| {
+        |(vertices, scratch, _)| if scratch.account.energy.is_some() { vertices.len() } else { 0 },
+        |(_, scratch, _)| {
             let SolverScratch { account, free, residual, .. } = scratch;
             parallel::for_rows(&mut account.earlier, |v, sum| *sum += account.own[v] - residual[v] * free[v]);
         },
@@ -133,14 +124,15 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     if !is_judged(step) {
         return 0;
     }
-    type Query<'a> = (Elastic<'a>, (&'a Forces, &'a mut Increment, &'a mut SolverScratch), Option<&'a Sleeping>);
+    type Solve<'a> = (&'a SolveResult, &'a mut SolverScratch, &'a mut GuardLedger);
+    type Query<'a> = (Elastic<'a>, (&'a Forces, &'a mut Increment), Solve<'a>, Option<&'a Sleeping>);
     parallel::for_bodies::<Query>(
         world,
-        |(((vertices, ..), ..), (.., scratch), sleeping)| {
-            let is_left_out = sleeping.is_some_and(Sleeping::is_asleep) || scratch.linear_residual.is_nan();
+        |(((vertices, ..), ..), _, (result, scratch, _), sleeping)| {
+            let is_left_out = sleeping.is_some_and(Sleeping::is_asleep) || result.linear_residual.is_nan();
             if is_left_out || scratch.account.energy.is_none() { 0 } else { vertices.len() }
         },
-        |(elastic, (forces, increment, scratch), _)| {
+        |(elastic, (forces, increment), (_, scratch, ledger), _)| {
             let SolverScratch { free, residual, partials, account, .. } = scratch;
             let ((vertices, triangles, _, frames), ..) = elastic;
             let Some(start) = account.energy.take() else { return };
@@ -169,17 +161,17 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
                 energy(elastic, partials)
             };
             let more = energy - start - work;
-            let before = scratch.spurious_energy;
+            let before = ledger.spurious_energy;
             if before == 0.0 && more <= 0.0 {
                 return;
             }
             let most = SHARE * (start + slack_energy(triangles, |t| frames.stiffness(triangles, t)));
             let sum = before.min(most) + more;
-            scratch.creates_energy = !(sum <= most);
-            if scratch.creates_energy {
+            ledger.creates_energy = !(sum <= most);
+            if ledger.creates_energy {
                 increment.creates_at = Some(most_stored(elastic, more));
             } else {
-                scratch.spurious_energy = sum.max(0.0);
+                ledger.spurious_energy = sum.max(0.0);
             }
         },
     )
@@ -195,33 +187,25 @@ fn evaluated_energy(
     partials: &mut Vec<f64>,
 ) -> f64 {
     let fibres = fibre_law(fibres, pre_stretch);
-    let body = PreStretch::unstretched(pre_stretch);
-    let stored = parallel::sum(triangles.len(), partials, |t| {
-        let law = (planar.is_some(), triangles.unstretched(t, body), fibres.as_ref());
-        let twice = membrane::twice_energy(&frames.state(t), &triangles.stiffness[t], law);
-        0.5 * triangles.rest[t].area * triangles.thickness[t] * twice
-    });
+    let law = law(planar, pre_stretch, fibres.as_ref());
+    let stored = parallel::sum(triangles.len(), partials, |t| law.stored(triangles, t, &frames.state(t)));
     stored + bending.map_or(0.0, |(_, folds)| folds.energy()) + motion(vertices, partials)
 }
 
-/// What a triangle stores where it is now \[mJ\].
-fn stored_now(
-    (vertices, triangles): (&Vertices, &Triangles),
-    (is_planar, unstretched, fibres): (bool, Sym2, Option<&FibreLaw>),
-    t: usize,
-) -> f64 {
-    let (rest, stiffness) = (&triangles.rest[t], &triangles.stiffness[t]);
-    let volume = rest.area * triangles.thickness[t];
-    let unstretched = triangles.unstretched(t, unstretched);
-    let element = Element { rest, stiffness, volume, is_planar, unstretched, fibres };
-    element.energy(triangles.corners[t].map(|v| vertices.position[v as usize]))
+fn law<'a>(planar: Option<&Planar>, pre_stretch: Option<&PreStretch>, fibres: Option<&'a FibreLaw>) -> BodyLaw<'a> {
+    BodyLaw { is_planar: planar.is_some(), unstretched: PreStretch::unstretched(pre_stretch), fibres }
+}
+
+/// Energy \[mJ\] that a triangle stores where it is now.
+fn stored_now((vertices, triangles): (&Vertices, &Triangles), law: BodyLaw<'_>, t: usize) -> f64 {
+    law.element(triangles, t).energy(triangles.corners[t].map(|v| vertices.position[v as usize]))
 }
 
 /// The triangle that stores most where the body is now, as the place of energy that several iterations have created.
 fn most_stored(elastic: Elastic<'_>, created: f64) -> GuardPlace {
     let ((vertices, triangles, ..), (planar, pre_stretch, fibres), _) = elastic;
     let fibres = fibre_law(fibres, pre_stretch);
-    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+    let law = law(planar, pre_stretch, fibres.as_ref());
     let stored = |t: usize| stored_now((vertices, triangles), law, t);
     let larger = |most: (usize, f64), t: usize| {
         let now = stored(t);
@@ -237,7 +221,7 @@ fn energy(
     partials: &mut Vec<f64>,
 ) -> f64 {
     let fibres = fibre_law(fibres, pre_stretch);
-    let law = (planar.is_some(), PreStretch::unstretched(pre_stretch), fibres.as_ref());
+    let law = law(planar, pre_stretch, fibres.as_ref());
     let stored = parallel::sum(triangles.len(), partials, |t| stored_now((vertices, triangles), law, t));
     let body = (vertices, triangles, topology);
     let bent = bending

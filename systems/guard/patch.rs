@@ -10,8 +10,8 @@
 
 use super::solved::Solved;
 use crate::math::{ElementState, elementary};
+use crate::systems::bending::BendingPasses;
 use crate::systems::kernels::membrane;
-use crate::systems::kernels::path_work::Element;
 use crate::systems::solver::Operator;
 use glam::{DMat3, DVec3};
 
@@ -154,7 +154,8 @@ impl Patch {
             other += tangent.apply(triangles.corners[t].map(|i| self.way[i as usize]))[corner];
             other -= membrane::nodal_forces(&start.polar, start.stress, rest, solved.volume(t))[corner];
             elastic += tangent.diagonal_block(corner);
-            let ElementState { polar, stress } = solved.element(t).state(self.corners(t, full));
+            let ElementState { polar, stress } =
+                solved.law.element(solved.operator.triangles, t).state(self.corners(t, full));
             pull += membrane::nodal_forces(&polar, stress, rest, solved.volume(t))[corner];
             size = size.min(rest.area.sqrt());
         }
@@ -168,7 +169,7 @@ impl Patch {
         let Some(whole) = Some(block.inverse() * force).filter(|way| way.is_finite()) else { return 0.0 };
         let stored = |patch: &Self| -> f64 {
             let around = topology.incident[v].iter().map(|&c| c as usize / 3);
-            around.map(|t| solved.element(t).energy(patch.corners(t, full))).sum()
+            around.map(|t| solved.law.element(solved.operator.triangles, t).energy(patch.corners(t, full))).sum()
         };
         let (before, way, off) = (stored(self), self.way[v], self.off[v]);
         for halving in 0..=HALVINGS {
@@ -190,18 +191,8 @@ impl Patch {
     /// The work \[mJ\] that no load has done: of the forces that the patch and what is around it miss, along the way.
     pub(super) fn unearned(&self, solved: &Solved, full: &Operator) -> f64 {
         let mut missed = vec![DVec3::ZERO; self.off.len()];
-        full.apply_sparse(&self.off, &mut missed);
+        full.apply_sparse(&self.off, &mut missed, &mut BendingPasses::default());
         missed.iter().zip(&self.way).enumerate().map(|(v, (force, way))| (solved.free[v] * *force).dot(*way)).sum()
-    }
-}
-
-impl Solved<'_> {
-    pub(super) fn element(&self, t: usize) -> Element<'_> {
-        let &Self { is_planar, unstretched, fibres, .. } = self;
-        let triangles = self.operator.triangles;
-        let unstretched = triangles.unstretched(t, unstretched);
-        let (rest, stiffness, volume) = (&triangles.rest[t], &triangles.stiffness[t], self.volume(t));
-        Element { rest, stiffness, volume, is_planar, unstretched, fibres }
     }
 }
 

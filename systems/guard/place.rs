@@ -1,6 +1,6 @@
 //! Names what creates the energy of a solve that is refused, and where. It runs where a solve is refused only.
 
-use super::solved::Solved;
+use super::solved::{Solved, Sums};
 use crate::components::{ExternalStiffness, Grips};
 use crate::event::{GuardCause, GuardPlace};
 use crate::storage::{Triangles, Vertices};
@@ -24,7 +24,7 @@ pub(crate) fn of_triangle(
 impl Solved<'_> {
     /// The largest of the terms that create energy, at the triangle that creates most; `residual` is the work of the solve's residual,
     /// `sum` all that is created \[mJ\]. Triangles are compared in their order, so that the answer is the same for any thread count.
-    pub(super) fn place(&self, residual: f64, sum: f64, holders: Holders<'_>, partials: &mut Vec<f64>) -> GuardPlace {
+    pub(super) fn place(&self, residual: f64, sum: f64, holders: Holders<'_>, sums: &mut Sums<'_>) -> GuardPlace {
         let whole = 1.0;
         let (vertices, triangles) = (self.operator.vertices, self.operator.triangles);
         let (mut membrane, mut damping, mut most, mut worst) = (0.0, 0.0, f64::NEG_INFINITY, None);
@@ -41,7 +41,7 @@ impl Solved<'_> {
                 }
             }
         }
-        let bending = self.bent(whole, partials);
+        let bending = self.bent(whole, sums);
         let masses = sum - membrane - damping - bending - residual;
         let terms = [
             (GuardCause::Membrane, membrane),

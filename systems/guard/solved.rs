@@ -3,8 +3,10 @@
 use super::lanes::Whole;
 use super::{shorter, slack_energy};
 use crate::components::{FreeAxes, Increment, fraction_of};
-use crate::math::{ElementState, FibreLaw, Sym2};
+use crate::math::{ElementState, Sym2};
 use crate::settings::Tangent;
+use crate::systems::bending::BendingPasses;
+use crate::systems::forces::element::BodyLaw;
 use crate::systems::kernels::membrane;
 use crate::systems::parallel;
 use crate::systems::solver::Operator;
@@ -18,9 +20,7 @@ pub(super) struct Solved<'a> {
     /// The way that is judged.
     pub(super) delta: &'a [DVec3],
     pub(super) free: &'a FreeAxes,
-    pub(super) unstretched: Sym2,
-    pub(super) fibres: Option<&'a FibreLaw>,
-    pub(super) is_planar: bool,
+    pub(super) law: BodyLaw<'a>,
     /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
     pub(super) is_counted: bool,
     /// Whether there is damping, and something that an earlier solve of the step has gone.
@@ -43,10 +43,16 @@ pub(super) struct Bounds {
     pub(super) most: f64,
 }
 
+/// Working memory of the sums over a body.
+pub(super) struct Sums<'a> {
+    pub(super) partials: &'a mut Vec<f64>,
+    pub(super) passes: &'a mut BendingPasses,
+}
+
 impl Solved<'_> {
     /// Largest fraction of the answer, down to `least`, whose spurious energy is below the limit, and that energy. A fraction of 0 stands
     /// whatever its energy.
-    pub(super) fn shorten(&self, bounds: &Bounds, least: f64, partials: &mut Vec<f64>) -> (f64, f64) {
+    pub(super) fn shorten(&self, bounds: &Bounds, least: f64, sums: &mut Sums<'_>) -> (f64, f64) {
         let &Bounds { before, work, unsolved, most } = bounds;
         let mut fraction = 1.0;
         loop {
@@ -54,7 +60,7 @@ impl Solved<'_> {
             if fraction < least {
                 fraction = 0.0;
             }
-            let spurious_energy = self.spurious_energy(fraction, partials);
+            let spurious_energy = self.spurious_energy(fraction, sums);
             let sum = before + spurious_energy + fraction * (work - (1.0 - fraction) * unsolved);
             if sum <= most || fraction == 0.0 {
                 return (fraction, sum);
@@ -67,8 +73,7 @@ impl Solved<'_> {
     }
 
     pub(super) fn stored(&self, t: usize, state: &ElementState) -> f64 {
-        let law = (self.is_planar, self.operator.triangles.unstretched(t, self.unstretched), self.fibres);
-        0.5 * self.volume(t) * membrane::twice_energy(state, &self.operator.triangles.stiffness[t], law)
+        self.law.stored(self.operator.triangles, t, state)
     }
 
     /// Spurious energy of a triangle \[mJ\] by this `fraction` of the answer.
@@ -80,7 +85,7 @@ impl Solved<'_> {
         let x = corners.map(|v| vertices.position[v]);
         let x = [x[0] + u[0], x[1] + u[1], x[2] + u[2]];
         let start = frames.state(t);
-        let (volume, end) = (self.volume(t), self.element(t).energy(x));
+        let (volume, end) = (self.volume(t), self.law.element(self.operator.triangles, t).energy(x));
         let rate = membrane::stretch_rate(&start.polar, rest, u);
         let pull = self.operator.element(t).apply(u);
         let work = volume * start.stress.contract(rate)
@@ -113,26 +118,26 @@ impl Solved<'_> {
     }
 
     /// Spurious energy of this `fraction` of the answer \[mJ\].
-    pub(super) fn spurious_energy(&self, fraction: f64, partials: &mut Vec<f64>) -> f64 {
-        let sum = self.strained(fraction, partials);
-        if sum == 0.0 { 0.0 } else { sum - self.dissipated(fraction, partials) }
+    pub(super) fn spurious_energy(&self, fraction: f64, sums: &mut Sums<'_>) -> f64 {
+        let sum = self.strained(fraction, sums);
+        if sum == 0.0 { 0.0 } else { sum - self.dissipated(fraction, sums.partials) }
     }
 
     /// What membrane and bending create \[mJ\] along this `fraction` of the answer, before dissipation.
-    pub(super) fn strained(&self, fraction: f64, partials: &mut Vec<f64>) -> f64 {
+    pub(super) fn strained(&self, fraction: f64, sums: &mut Sums<'_>) -> f64 {
         let Self { operator: Operator { triangles, tangent, .. }, .. } = self;
-        let is_alike = fraction == 1.0 && self.fibres.is_none() && *tangent == Tangent::Rotated;
+        let is_alike = fraction == 1.0 && self.law.fibres.is_none() && *tangent == Tangent::Rotated;
         let sum = if is_alike {
             let (frames, mut rows) = (self.operator.frames, vec![(); triangles.len()]);
             if frames.is_planar() {
-                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.flat })
+                parallel::sum_chunks(&mut rows, sums.partials, &Whole { solved: self, state: &frames.flat })
             } else {
-                parallel::sum_chunks(&mut rows, partials, &Whole { solved: self, state: &frames.solid })
+                parallel::sum_chunks(&mut rows, sums.partials, &Whole { solved: self, state: &frames.solid })
             }
         } else {
-            parallel::sum(triangles.len(), partials, |t| self.of_triangle(t, fraction))
+            parallel::sum(triangles.len(), sums.partials, |t| self.of_triangle(t, fraction))
         };
-        sum + self.bent(fraction, partials)
+        sum + self.bent(fraction, sums)
     }
 
     /// What backward Euler and drag dissipate \[mJ\] along this `fraction` of the answer, less the work of the motion at the start of the step.

@@ -1,12 +1,13 @@
 //! Preconditioned conjugate gradients on the free axes, warm started, with scratch owned by the caller.
 
-use super::Operator;
-use super::estimate::{EnergyError, Limits};
+use super::estimate::Limits;
 use super::guess::{fit, is_none, residual_without};
+use super::recurrence::{Vectors, iterate};
+use super::{Operator, ProductMemory};
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::systems::parallel;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A negative curvature up to this, over the lengths of the direction and of the operator's product with it, may be rounding: sums of
 /// ten thousand terms are good to some 1e-14 of their largest.
@@ -54,7 +55,7 @@ pub enum CgError {
 pub(super) fn solve(
     operator: &Operator,
     params: &LinearParams,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
     mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
@@ -67,52 +68,71 @@ pub(super) fn solve(
     }
 
     // The reference norm is that of the residual of a zero guess.
-    let reference_sq = residual_without(operator, (x, free, residual), direction, product, partials)?;
+    let reference_sq = residual_without(operator, (x, free, residual), direction, product, (partials, memory.passes))?;
     let b = direction;
     std::mem::swap(residual, b);
-    let mut residual_sq = if is_none(x, free) {
+    let residual_sq = if is_none(x, free) {
         reference_sq
     } else {
-        operator.apply(x, free, corner, product, partials);
+        operator.apply(x, free, memory, product, partials);
         let left = |v: usize, _| (b[v] - product[v]) * free[v];
         fit(x, free, residual, left, (pairs, partials)).unwrap_or(reference_sq)
     };
-    let direction = b;
 
     let limits = Limits::new(params, reference_sq, scales).repeating(stops);
-    // z and A·p take turns in one vector: each has been used up where the other begins.
-    let mut rz = precondition(residual, free, product, partials);
-    direction.copy_from_slice(product);
-    let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);
-    while !limits.allow_stop(residual_sq, &error) && iteration < limits.iterations && !is_late {
-        let curvature = operator.apply(direction, free, corner, product, partials);
-        if !(curvature.is_finite() && rz.is_finite()) {
-            return Err(CgError::NotFinite { iteration });
-        }
-        if curvature <= 0.0 {
-            let sizes_sq = parallel::sum(n, partials, |v| direction[v].length_squared())
-                * parallel::sum(n, partials, |v| (product[v] * free[v]).length_squared());
-            if operator.is_definite() && curvature >= -ROUNDING * sizes_sq.sqrt() {
-                break;
-            }
-            return Err(CgError::Indefinite { iteration });
-        }
-        let alpha = rz / curvature;
+    let rz = precondition(residual, free, product, partials);
+    let mut vectors = Free { operator, memory, x, free, residual, direction: b, product, partials, precondition };
+    let reached = iterate(&mut vectors, DVec2::new(residual_sq, rz), &limits)?;
+    stops.note(reached.iterations, reached.is_late);
+    Ok(reached.beside(reference_sq))
+}
+
+/// Vectors in double precision on free axes. z and A·p take turns in one: each has been used up where the other begins.
+struct Free<'a, 'b, P> {
+    operator: &'a Operator<'a>,
+    memory: &'a mut ProductMemory<'b>,
+    x: &'a mut [DVec3],
+    free: &'a FreeAxes,
+    residual: &'a mut [DVec3],
+    direction: &'a mut [DVec3],
+    product: &'a mut [DVec3],
+    partials: &'a mut Vec<f64>,
+    precondition: P,
+}
+
+impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors for Free<'_, '_, P> {
+    fn ascend(&mut self, beta: f64) {
+        turn(self.direction, self.product, beta);
+    }
+
+    fn multiply(&mut self) -> f64 {
+        self.operator.apply(self.direction, self.free, self.memory, self.product, self.partials)
+    }
+
+    fn is_at_end(&mut self, curvature: f64, _: f64) -> bool {
+        let Self { operator, free, direction, product, partials, .. } = self;
+        let n = direction.len();
+        let sizes_sq = parallel::sum(n, partials, |v| direction[v].length_squared())
+            * parallel::sum(n, partials, |v| (product[v] * free[v]).length_squared());
+        operator.is_definite() && curvature >= -ROUNDING * sizes_sq.sqrt()
+    }
+
+    fn descend(&mut self, alpha: f64) -> DVec2 {
+        let Self { x, free, residual, direction, product, partials, precondition, .. } = self;
         parallel::for_rows(x, |v, x| *x += direction[v] * alpha);
-        residual_sq = parallel::sum_rows(residual, partials, |v, r| {
+        let residual_sq = parallel::sum_rows(residual, partials, |v, r| {
             *r -= product[v] * free[v] * alpha;
             r.length_squared()
         });
-        let next = precondition(residual, free, product, partials);
-        error.advance(alpha, next);
-        let beta = next / rz;
-        rz = next;
-        parallel::for_rows(direction, |v, p| *p = product[v] + *p * beta);
-        iteration += 1;
-        is_late = limits.is_late(iteration);
+        DVec2::new(residual_sq, precondition(residual, free, product, partials))
     }
-    stops.note(iteration, is_late);
-    let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-    let is_solved = limits.allow_stop(residual_sq, &error);
-    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_solved, is_late })
+}
+
+/// The next direction, p = z + β·p.
+pub(super) fn turn(direction: &mut [DVec3], z: &[DVec3], beta: f64) {
+    if beta == 0.0 {
+        direction.copy_from_slice(z);
+    } else {
+        parallel::for_rows(direction, |v, p| *p = z[v] + *p * beta);
+    }
 }

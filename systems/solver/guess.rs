@@ -2,6 +2,7 @@
 
 use super::{CgError, Operator};
 use crate::components::FreeAxes;
+use crate::systems::bending::BendingPasses;
 use crate::systems::parallel;
 use glam::{DVec2, DVec3};
 
@@ -15,10 +16,10 @@ pub(super) fn residual_without(
     (x, free, b): (&[DVec3], &FreeAxes, &[DVec3]),
     without: &mut [DVec3],
     product: &mut [DVec3],
-    partials: &mut Vec<f64>,
+    (partials, passes): (&mut Vec<f64>, &mut BendingPasses),
 ) -> Result<f64, CgError> {
     parallel::for_rows(without, |v, p| *p = x[v] * (DVec3::ONE - free[v]));
-    operator.apply_sparse(without, product);
+    operator.apply_sparse(without, product, passes);
     let norm_sq = parallel::sum_rows(without, partials, |v, p| {
         *p = (b[v] - product[v]) * free[v];
         p.length_squared()

@@ -5,13 +5,16 @@
 //! quadratic programming problems arising in optimization"). The preconditioner is that of the free axes, for which guided vertices are held,
 //! and for every list of vertices that move alike the inverse of its own block Zᵀ·A·Z.
 
-use super::estimate::{EnergyError, Limits};
+use super::cg::turn;
+use super::estimate::Limits;
 use super::factor::NoFactor;
-use super::{Available, CgError, CgInfo, Factor, Operator, block_jacobi};
+use super::recurrence::{self, Vectors};
+use super::{Available, CgError, CgInfo, Factor, Operator, ProductMemory, block_jacobi};
 use crate::components::{Allowed, FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
+use crate::systems::bending::BendingPasses;
 use crate::systems::parallel;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// Iterations with a factor of an earlier state at the most: guided vertices, which it does not know, take some even with one of the present.
 const MOST_WITH_EARLIER_FACTOR: u32 = 60;
@@ -27,14 +30,14 @@ pub(super) fn solve(
     operator: &Operator,
     params: &LinearParams,
     available: &mut Available,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     let allowed = std::mem::take(&mut scratch.allowed);
     let blocks = inverse_blocks(operator, &allowed);
     allowed.add_forces(&mut scratch.residual);
-    let result = solve_with((&allowed, &blocks), operator, params, available, corner, x, scratch);
+    let result = solve_with((&allowed, &blocks), operator, params, available, memory, x, scratch);
     scratch.allowed = allowed;
     result
 }
@@ -44,7 +47,7 @@ fn solve_with(
     operator: &Operator,
     params: &LinearParams,
     available: &mut Available,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
@@ -54,7 +57,7 @@ fn solve_with(
         let limited = LinearParams { iterations: params.iterations.min(most), ..*params };
         let precondition =
             |r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| factor.apply(r, free, z, partials);
-        iterate(guides, operator, &limited, corner, x, scratch, precondition)
+        iterate(guides, operator, &limited, memory, x, scratch, precondition)
     };
     if let Some((factor, _)) = &mut available.factor {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
@@ -84,7 +87,7 @@ fn solve_with(
     let precondition = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| {
         block_jacobi::apply(&inverse, r, z, partials)
     };
-    let info = iterate(guides, operator, &limited, corner, x, scratch, precondition);
+    let info = iterate(guides, operator, &limited, memory, x, scratch, precondition);
     scratch.inverse_block = inverse;
     info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
 }
@@ -113,9 +116,10 @@ fn inverse_blocks(operator: &Operator, allowed: &Allowed) -> Vec<DMat3> {
 fn sum_of_blocks(operator: &Operator, rows: &[u32]) -> DMat3 {
     let count = operator.vertices.len();
     let (mut moved, mut forces) = (vec![DVec3::ZERO; count], vec![DVec3::ZERO; count]);
+    let mut passes = BendingPasses::default();
     let mut column = |axis: DVec3| -> DVec3 {
         rows.iter().for_each(|&row| moved[row as usize] = axis);
-        operator.apply_sparse(&moved, &mut forces);
+        operator.apply_sparse(&moved, &mut forces, &mut passes);
         rows.iter().map(|&row| forces[row as usize]).sum()
     };
     DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
@@ -171,10 +175,10 @@ fn iterate(
     (allowed, blocks): (&Allowed, &[DMat3]),
     operator: &Operator,
     params: &LinearParams,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
-    mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
+    precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
     let scales = [scratch.stored, scratch.motion_scale];
@@ -182,52 +186,68 @@ fn iterate(
     [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
     parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
     allowed.take(x);
-    operator.apply(x, free, corner, product, partials);
+    operator.apply(x, free, memory, product, partials);
     parallel::for_rows(residual, |v, r| *r -= product[v]);
     project(allowed, free, residual);
     let reference_sq = parallel::sum(n, partials, |v| residual[v].length_squared());
     if !reference_sq.is_finite() {
         return Err(CgError::NotFinite { iteration: 0 });
     }
-    let mut residual_sq = reference_sq;
     let limits = Limits::new(params, reference_sq, scales).repeating(stops);
-    let mut answer = |r: &[DVec3], z: &mut [DVec3], partials: &mut Vec<f64>| {
-        let of_free = precondition(r, free, z, partials);
-        of_free + precondition_guided((allowed, blocks), r, z)
-    };
-    let mut rz = answer(residual, product, partials);
-    direction.copy_from_slice(product);
-    let (mut iteration, mut error, mut is_late) = (0, EnergyError::new(rz), false);
-    while !limits.allow_stop(residual_sq, &error) && iteration < limits.iterations && !is_late {
-        operator.apply(direction, free, corner, product, partials);
-        let curvature = parallel::sum(n, partials, |v| direction[v].dot(product[v]));
-        if !(curvature.is_finite() && rz.is_finite()) {
-            return Err(CgError::NotFinite { iteration });
-        }
-        if curvature <= 0.0 {
-            // Nothing is left to be found, or the operator is not positive definite.
-            if operator.is_definite() || rz == 0.0 {
-                break;
-            }
-            return Err(CgError::Indefinite { iteration });
-        }
-        let alpha = rz / curvature;
+    let guides = (allowed, blocks);
+    let mut vectors =
+        Guided { guides, operator, memory, x, free, residual, direction, product, partials, precondition };
+    let rz = vectors.precondition();
+    let reached = recurrence::iterate(&mut vectors, DVec2::new(reference_sq, rz), &limits)?;
+    stops.note(reached.iterations, reached.is_late);
+    Ok(reached.beside(reference_sq))
+}
+
+/// Vectors on free axes and along guides.
+struct Guided<'a, 'b, P> {
+    guides: (&'a Allowed, &'a [DMat3]),
+    operator: &'a Operator<'a>,
+    memory: &'a mut ProductMemory<'b>,
+    x: &'a mut [DVec3],
+    free: &'a FreeAxes,
+    residual: &'a mut [DVec3],
+    direction: &'a mut [DVec3],
+    product: &'a mut [DVec3],
+    partials: &'a mut Vec<f64>,
+    precondition: P,
+}
+
+impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Guided<'_, '_, P> {
+    /// z = M⁻¹·r. Returns r·z.
+    fn precondition(&mut self) -> f64 {
+        let of_free = (self.precondition)(self.residual, self.free, self.product, self.partials);
+        of_free + precondition_guided(self.guides, self.residual, self.product)
+    }
+}
+
+impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors for Guided<'_, '_, P> {
+    fn ascend(&mut self, beta: f64) {
+        turn(self.direction, self.product, beta);
+    }
+
+    fn multiply(&mut self) -> f64 {
+        let Self { operator, memory, free, direction, product, partials, .. } = self;
+        operator.apply(direction, free, memory, product, partials);
+        parallel::sum(direction.len(), partials, |v| direction[v].dot(product[v]))
+    }
+
+    fn is_at_end(&mut self, _: f64, rz: f64) -> bool {
+        self.operator.is_definite() || rz == 0.0
+    }
+
+    fn descend(&mut self, alpha: f64) -> DVec2 {
+        let Self { guides: (allowed, _), x, free, residual, direction, product, partials, .. } = self;
         parallel::for_rows(x, |v, x| *x += direction[v] * alpha);
         project(allowed, free, product);
-        residual_sq = parallel::sum_rows(residual, partials, |v, r| {
+        let residual_sq = parallel::sum_rows(residual, partials, |v, r| {
             *r -= product[v] * alpha;
             r.length_squared()
         });
-        let next = answer(residual, product, partials);
-        error.advance(alpha, next);
-        let beta = next / rz;
-        rz = next;
-        parallel::for_rows(direction, |v, p| *p = product[v] + *p * beta);
-        iteration += 1;
-        is_late = limits.is_late(iteration);
+        DVec2::new(residual_sq, self.precondition())
     }
-    stops.note(iteration, is_late);
-    let relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-    let is_solved = limits.allow_stop(residual_sq, &error);
-    Ok(CgInfo { iterations: iteration, relative_residual, error_energy: error.squared(), is_solved, is_late })
 }

@@ -25,6 +25,7 @@ mod panels;
 mod pattern;
 mod preconditioned;
 pub mod reactions;
+mod recurrence;
 #[cfg(feature = "direct")]
 mod rotation_warp;
 pub mod solve;
@@ -34,7 +35,7 @@ pub use factor::{Factor, FactorState};
 pub use guided::scale as scale_allowed;
 pub use load_stiffness::{edge_loads, has_free_rim, load_block, load_product};
 pub use mixed::{ActivePreconditioner, MixedPreconditioner, MixedSolver, MixedState};
-pub use operator::Operator;
+pub use operator::{Operator, ProductMemory};
 pub use preconditioned::{Available, Refresh, solve};
 
 use crate::math::elementary::{exponent, power_of_two};

@@ -8,7 +8,7 @@ use crate::components::{ExternalStiffness, Frames, FreeAxes};
 use crate::math::{ElementState, GeometricStiffness, Orthotropic, Sym3};
 use crate::settings::Tangent;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
+use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::corners;
 use crate::systems::kernels::gather::Stored;
 use crate::systems::kernels::lanes::{DOUBLES, Lanes};
@@ -41,6 +41,36 @@ pub struct Operator<'a> {
     pub pressure: f64,
     /// Which derivative of the membrane's forces it is; `frames` holds the geometric stiffness that goes with it.
     pub tangent: Tangent,
+}
+
+/// Working memory of an operator's products.
+#[derive(Debug)]
+pub struct ProductMemory<'a> {
+    /// Forces on the corners of every triangle \[N\].
+    pub corner: &'a mut Vec<[DVec3; 3]>,
+    /// Passes of bending, where the body bends.
+    pub passes: &'a mut BendingPasses,
+}
+
+impl<'a> Operator<'a> {
+    /// The operator of the membrane alone, without masses, damping, bending and loads.
+    pub fn membrane(
+        (vertices, triangles, topology, frames): (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+        tangent: Tangent,
+    ) -> Self {
+        Self {
+            vertices,
+            triangles,
+            topology,
+            frames,
+            external: None,
+            folds: None,
+            inertia: 0.0,
+            viscosity: 0.0,
+            pressure: 0.0,
+            tangent,
+        }
+    }
 }
 
 impl Operator<'_> {
@@ -117,19 +147,19 @@ impl Operator<'_> {
         self.external.map_or(mass, |e| mass + e.block[v].to_mat())
     }
 
-    /// `out` = A·u \[N\] for u \[mm\]; returns Σ u·(A·u) over the free axes. `corner` is scratch.
+    /// `out` = A·u \[N\] for u \[mm\]; returns Σ u·(A·u) over the free axes.
     pub fn apply(
         &self,
         u: &[DVec3],
         free: &FreeAxes,
-        corner: &mut Vec<[DVec3; 3]>,
+        memory: &mut ProductMemory<'_>,
         out: &mut [DVec3],
         partials: &mut Vec<f64>,
     ) -> f64 {
         if self.frames.is_planar() {
-            self.apply_membrane(&self.frames.flat, u, corner, out);
+            self.apply_membrane(&self.frames.flat, u, memory, out);
         } else {
-            self.apply_membrane(&self.frames.solid, u, corner, out);
+            self.apply_membrane(&self.frames.solid, u, memory, out);
         }
         parallel::sum_rows(out, partials, |v, out| {
             let own = match self.external {
@@ -142,12 +172,13 @@ impl Operator<'_> {
     }
 
     /// `out` = (what triangles and folds have in A)·u \[N\], with the states of the triangles.
-    fn apply_membrane<S: Stored>(&self, state: &[S], u: &[DVec3], corner: &mut Vec<[DVec3; 3]>, out: &mut [DVec3]) {
+    fn apply_membrane<S: Stored>(&self, state: &[S], u: &[DVec3], memory: &mut ProductMemory<'_>, out: &mut [DVec3]) {
+        let ProductMemory { corner, passes } = memory;
         let (Triangles { corners, .. }, products) = (self.triangles, Products { operator: self, state, u });
         if let Some(folds) = self.folds {
             corner.resize(corners.len(), [DVec3::ZERO; 3]);
             parallel::for_chunks(corner, &products);
-            folds.add_to_corners(corners, u, self.tangent == Tangent::Exact, corner);
+            folds.add_to_corners(corners, u, self.tangent == Tangent::Exact, corner, passes);
             parallel::for_rows(out, |v, out| *out = corners::gathered(self.topology, corner, v));
         } else {
             corners::add_up((corners, self.topology), corner, out, &products, |_| ());
@@ -165,7 +196,7 @@ impl Operator<'_> {
     }
 
     /// `out` = A·u \[N\] for a u \[mm\] that is zero but at a few vertices, as prescribed motion is.
-    pub fn apply_sparse(&self, u: &[DVec3], out: &mut [DVec3]) {
+    pub fn apply_sparse(&self, u: &[DVec3], out: &mut [DVec3], passes: &mut BendingPasses) {
         out.fill(DVec3::ZERO);
         for (v, moved) in u.iter().enumerate().filter(|(_, u)| **u != DVec3::ZERO) {
             out[v] += self.vertex_block(v) * *moved;
@@ -183,7 +214,7 @@ impl Operator<'_> {
         if let Some(folds) = self.folds
             && u.iter().any(|u| *u != DVec3::ZERO)
         {
-            folds.add_product(&self.triangles.corners, self.topology, u, self.tangent == Tangent::Exact, out);
+            folds.add_product(&self.triangles.corners, self.topology, u, self.tangent == Tangent::Exact, out, passes);
         }
     }
 

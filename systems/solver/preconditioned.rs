@@ -3,7 +3,8 @@
 
 use super::factor::{Factor, NoFactor};
 use super::{
-    ActivePreconditioner, CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, block_jacobi, cg, guided,
+    ActivePreconditioner, CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, ProductMemory, block_jacobi, cg,
+    guided,
 };
 use crate::clock::Moment;
 use crate::components::{FreeAxes, SolverScratch};
@@ -53,7 +54,7 @@ pub fn solve(
     operator: &Operator,
     params: &LinearParams,
     available: &mut Available,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
@@ -61,7 +62,7 @@ pub fn solve(
         mixed.forget_operator();
     }
     if !scratch.allowed.is_empty() {
-        return guided::solve(operator, params, available, corner, x, scratch);
+        return guided::solve(operator, params, available, memory, x, scratch);
     }
     let start = Moment::now();
     let mut done = 0;
@@ -70,7 +71,7 @@ pub fn solve(
     {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
             scratch.rhs.clone_from(&scratch.residual);
-            let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, corner, x, scratch)?;
+            let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, memory, x, scratch)?;
             if info.is_solved || info.is_late {
                 return Ok(info);
             }
@@ -79,7 +80,7 @@ pub fn solve(
         }
         match factor.renew(operator, &scratch.free) {
             Ok(()) => {
-                let info = solve_with_factor(operator, params, MOST_WITH_OWN_FACTOR, factor, corner, x, scratch)?;
+                let info = solve_with_factor(operator, params, MOST_WITH_OWN_FACTOR, factor, memory, x, scratch)?;
                 return Ok(CgInfo { iterations: done + info.iterations, ..info });
             }
             Err(NoFactor::Indefinite) if !operator.is_definite() => {
@@ -95,11 +96,11 @@ pub fn solve(
         let most = factor.most(available.mixed.as_ref().map(|(_, mixed)| *mixed));
         let result = match &mut available.mixed {
             Some((mixed, _)) if operator.tangent != Tangent::Exact => {
-                mixed.solve(operator, params, ActivePreconditioner::Factor(factor, most), corner, x, scratch)
+                mixed.solve(operator, params, ActivePreconditioner::Factor(factor, most), memory, x, scratch)
             }
             _ => {
                 scratch.rhs.clone_from(&scratch.residual);
-                let result = solve_with_factor(operator, params, most, factor, corner, x, scratch);
+                let result = solve_with_factor(operator, params, most, factor, memory, x, scratch);
                 let is_done = |info: &CgInfo| info.is_solved || info.iterations >= params.iterations || info.is_late;
                 let result = result.map(|info| (info, is_done(&info)));
                 if !matches!(result, Ok((_, true))) {
@@ -122,7 +123,7 @@ pub fn solve(
     }
     let time = params.time.map(|time| time.saturating_sub(start.elapsed()));
     let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), time, ..*params };
-    let info = solve_without_factor(operator, &limited, available, corner, x, scratch)?;
+    let info = solve_without_factor(operator, &limited, available, memory, x, scratch)?;
     if let Some((factor, Refresh::Background)) = &mut available.factor
         && done == 0
     {
@@ -135,14 +136,14 @@ fn solve_without_factor(
     operator: &Operator,
     params: &LinearParams,
     available: &mut Available,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
     let mut done = 0;
     match &mut available.mixed {
         Some((mixed, MixedPreconditioner::Multigrid)) if operator.tangent == Tangent::Exact => {
-            let info = solve_with_cycles(operator, params, mixed, corner, x, scratch)?;
+            let info = solve_with_cycles(operator, params, mixed, memory, x, scratch)?;
             if info.is_solved || info.iterations >= params.iterations || info.is_late {
                 return Ok(info);
             }
@@ -155,7 +156,7 @@ fn solve_without_factor(
                 _ => params.iterations,
             };
             let limited = LinearParams { iterations: most, ..*params };
-            match mixed.solve(operator, &limited, ActivePreconditioner::Built(*kind), corner, x, scratch) {
+            match mixed.solve(operator, &limited, ActivePreconditioner::Built(*kind), memory, x, scratch) {
                 Ok((info, true)) if info.iterations < most || most == params.iterations || info.is_late => {
                     return Ok(info);
                 }
@@ -170,7 +171,7 @@ fn solve_without_factor(
                 && factor.rescue(operator, &scratch.free, done).is_ok()
             {
                 let left = LinearParams { iterations: params.iterations - done, ..*params };
-                let info = solve_with_factor(operator, &left, MOST_WITH_OWN_FACTOR, factor, corner, x, scratch)?;
+                let info = solve_with_factor(operator, &left, MOST_WITH_OWN_FACTOR, factor, memory, x, scratch)?;
                 return Ok(CgInfo { iterations: done + info.iterations, ..info });
             }
         }
@@ -182,7 +183,7 @@ fn solve_without_factor(
     let precondition = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| {
         block_jacobi::apply(&inverse, r, z, partials)
     };
-    let info = cg::solve(operator, params, corner, x, scratch, precondition);
+    let info = cg::solve(operator, params, memory, x, scratch, precondition);
     scratch.inverse_block = inverse;
     info.map(|info| CgInfo { iterations: done + info.iterations, ..info })
 }
@@ -192,7 +193,7 @@ fn solve_with_cycles(
     operator: &Operator,
     params: &LinearParams,
     mixed: &mut MixedSolver,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
@@ -203,7 +204,7 @@ fn solve_with_cycles(
         let most = mixed.most_cycles(params.tolerance);
         let limited = LinearParams { iterations: most.unwrap_or(MOST_CYCLES).min(params.iterations - done), ..*params };
         let cycle = |r: &[DVec3], _: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| mixed.cycle(r, z, partials);
-        let info = cg::solve(operator, &limited, corner, x, scratch, cycle)?;
+        let info = cg::solve(operator, &limited, memory, x, scratch, cycle)?;
         mixed.end_cycles(info.iterations, info.relative_residual, info.is_solved);
         done += info.iterations;
         if info.is_solved || most.is_none() || done >= params.iterations || info.is_late {
@@ -218,7 +219,7 @@ fn solve_with_factor(
     params: &LinearParams,
     most: u32,
     factor: &mut Factor,
-    corner: &mut Vec<[DVec3; 3]>,
+    memory: &mut ProductMemory<'_>,
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
@@ -226,5 +227,5 @@ fn solve_with_factor(
     factor.begin(operator, &scratch.free);
     let precondition =
         |r: &[DVec3], free: &FreeAxes, z: &mut [DVec3], partials: &mut Vec<f64>| factor.apply(r, free, z, partials);
-    cg::solve(operator, &params, corner, x, scratch, precondition)
+    cg::solve(operator, &params, memory, x, scratch, precondition)
 }

@@ -1,9 +1,7 @@
 //! The forces of what prescribes where vertices are: holds, and jaws that are a constraint.
 
 use super::Operator;
-use crate::components::{
-    Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Reactions, SolverScratch,
-};
+use crate::components::{Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Reactions, SolveResult};
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::StepContext;
 use crate::systems::bending::DihedralAngles;
@@ -44,30 +42,25 @@ pub fn of_linear_step(
 pub fn of_part(world: &mut hecs::World, step: &StepContext) {
     type Query<'a> = (
         (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-        (&'a Forces, &'a Increment, &'a SolverScratch),
+        (&'a Forces, &'a Increment, &'a SolveResult),
         (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a Damping>),
         Prescribers<'a>,
     );
-    for ((vertices, triangles, topology, frames), (forces, increment, scratch), about, prescribers) in
+    for ((vertices, triangles, topology, frames), (forces, increment, result), about, prescribers) in
         world.query_mut::<Query>()
     {
-        if scratch.is_converged || !increment.is_fraction {
+        if result.is_converged || !increment.is_fraction {
             continue;
         }
         let (external, folds, damping) = about;
         let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
-        let (inertia, tangent) = (step.inertia(), scratch.tangent);
+        let (inertia, tangent) = (step.inertia(), result.tangent);
         let operator = Operator {
-            vertices,
-            triangles,
-            topology,
-            frames,
             external,
             folds,
             inertia,
             viscosity,
-            pressure: 0.0,
-            tangent,
+            ..Operator::membrane((vertices, triangles, topology, frames), tangent)
         };
         of_linear_step(&operator, forces, increment, step, prescribers);
     }

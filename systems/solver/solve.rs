@@ -2,16 +2,18 @@
 
 mod near;
 
-use super::{Available, CgError, CgInfo, Factor, MixedPreconditioner, MixedSolver, Operator, Refresh, reactions};
+use super::{
+    Available, CgError, CgInfo, Factor, MixedPreconditioner, MixedSolver, Operator, ProductMemory, Refresh, reactions,
+};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch, Pressure,
-    Reactions, SolverScratch, Tearing,
+    Reactions, SolveResult, SolverScratch, Tearing,
 };
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
-use crate::systems::{Formula, StepContext, parallel, work};
+use crate::systems::bending::{BendingPasses, DihedralAngles};
+use crate::systems::{StepContext, parallel, work};
 use glam::DVec3;
 use near::{motion_by_an_edge, scale_to_no_work, within_budget};
 
@@ -44,9 +46,9 @@ const LAST_NEWTON: f64 = 0.1;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
-    (&'a mut Forces, &'a mut Increment, &'a mut SolverScratch),
+    (&'a mut Forces, &'a mut Increment, &'a mut SolveResult, &'a mut SolverScratch),
     (&'a mut Factor, &'a mut MixedSolver),
-    (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a Damping>),
+    (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, Option<&'a Damping>),
     (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
     (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Tearing>, Option<&'a Pressure>),
 );
@@ -56,23 +58,23 @@ type Query<'a> = (
 pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
     parallel::for_bodies::<Query>(
         world,
-        |((_, triangles, ..), (_, _, scratch), ..)| scratch.rows_to_solve(triangles.len()),
+        |((_, triangles, ..), (_, _, result, _), ..)| result.rows_to_solve(triangles.len()),
         |body| solve_body(body, step),
     )
 }
 
 /// Counts the bodies that need another Newton iteration.
 pub fn unconverged(world: &mut hecs::World, _: &StepContext) -> usize {
-    let is_done = |scratch: &SolverScratch| scratch.is_converged || scratch.linear_residual.is_nan();
-    world.query_mut::<&SolverScratch>().into_iter().filter(|scratch| !is_done(scratch)).count()
+    let is_done = |result: &SolveResult| result.is_converged || result.linear_residual.is_nan();
+    world.query_mut::<&SolveResult>().into_iter().filter(|result| !is_done(result)).count()
 }
 
 /// Ends the iterations of a linearly implicit solve: a body is converged that has a finite answer.
 pub fn end(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
-    for scratch in world.query_mut::<&mut SolverScratch>() {
-        count += usize::from(!scratch.is_converged);
-        scratch.is_converged = scratch.linear_residual.is_finite();
+    for result in world.query_mut::<&mut SolveResult>() {
+        count += usize::from(!result.is_converged);
+        result.is_converged = result.linear_residual.is_finite();
     }
     count
 }
@@ -81,45 +83,41 @@ pub fn end(world: &mut hecs::World, _: &StepContext) -> usize {
 fn solve_body(
     (
         (vertices, triangles, topology, frames),
-        (forces, increment, scratch),
+        (forces, increment, result, scratch),
         (factor, mixed),
-        (external, folds, damping),
+        (external, folds, passes, damping),
         (holds, mut reactions, mut grips),
         (pre_stretch, audit, tearing, pressure),
     ): Query<'_>,
     step: &StepContext,
 ) {
-    let imbalance_before = scratch.imbalance;
+    let imbalance_before = result.imbalance;
     // Before the first increment prescribed motion is still to come.
-    let has_begun = scratch.newton_iterations > 1;
+    let has_begun = result.newton_iterations > 1;
     scratch.least_imbalance = if has_begun { scratch.least_imbalance.min(imbalance_before) } else { f64::INFINITY };
     (increment.is_fraction, increment.is_put_outside) = (false, false);
-    let force_scale = imbalance(vertices, forces, increment, scratch, step);
+    let force_scale = imbalance(vertices, forces, increment, (result, scratch), step);
     // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
     if step.newton_iterations > 1 {
         let prescribers = (holds, reactions.as_deref_mut(), grips.as_deref_mut());
         reactions::record(prescribers, step.time, |v| -scratch.residual[v]);
     }
     let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, frames, external) } else { 0.0 };
-    if has_converged(increment, scratch, step, unavoidable.max(step.newton_tolerance * force_scale)) {
-        scratch.is_converged = true;
+    if has_converged(increment, (result, scratch), step, unavoidable.max(step.newton_tolerance * force_scale)) {
+        result.is_converged = true;
         return;
     }
     if step.is_static && reject_increment(increment, scratch) {
         return;
     }
     // Solved as often as it may be: what was reached has been evaluated, and the change that is still to be made is none.
-    if !step.is_static && step.newton_iterations > 1 && scratch.newton_iterations == step.newton_iterations {
+    if !step.is_static && step.newton_iterations > 1 && result.newton_iterations == step.newton_iterations {
         return;
     }
-    scratch.tangent = step.tangent_of(scratch);
-    scratch.newton_iterations += 1;
-    scratch.work = scratch.work.saturating_add(work::EVALUATION);
+    result.tangent = step.tangent_of(result);
+    result.newton_iterations += 1;
+    result.work = result.work.saturating_add(work::EVALUATION);
     let operator = Operator {
-        vertices,
-        triangles,
-        topology,
-        frames,
         external,
         folds,
         inertia: step.inertia(),
@@ -131,9 +129,9 @@ fn solve_body(
             }
             _ => 0.0,
         },
-        tangent: scratch.tangent,
+        ..Operator::membrane((vertices, triangles, topology, frames), result.tangent)
     };
-    if step.is_static && scratch.newton_iterations > 1 {
+    if step.is_static && result.newton_iterations > 1 {
         increment.delta.fill(DVec3::ZERO);
     }
     if step.is_fallback {
@@ -141,9 +139,9 @@ fn solve_body(
         let SolverScratch { free, .. } = &*scratch;
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
     }
-    let params = linear_params(step, scratch, imbalance_before, force_scale);
-    let params = LinearParams { iterations: within_budget(step, scratch, params.iterations), ..params };
-    scratch.is_audited = audit.is_some() || step.formula != Formula::BackwardEuler && step.newton_iterations == 1;
+    let params = linear_params(step, result, imbalance_before, force_scale);
+    let params = LinearParams { iterations: within_budget(step, result, params.iterations), ..params };
+    scratch.is_audited = step.asks_for_exact_residual(audit.is_some());
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
     // What is retried is solved in full: in a short part of a step nothing moves far.
     let is_near_enough =
@@ -163,36 +161,44 @@ fn solve_body(
         mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
     };
     let mut rotated = None;
+    let mut spare = BendingPasses::default();
+    let mut memory = ProductMemory { corner: &mut forces.corner, passes: passes.unwrap_or(&mut spare) };
     scratch.residual_work = 0.0;
-    match solve_or_fall_back(operator, (step, &params), available, forces, increment, scratch, &mut rotated) {
+    match solve_or_fall_back(
+        operator,
+        (step, &params),
+        available,
+        (&mut memory, increment),
+        (result, scratch),
+        &mut rotated,
+    ) {
         Ok(info) => {
             if is_near_enough {
-                scale_to_no_work(&operator, forces, increment, scratch);
+                scale_to_no_work(&operator, &mut memory, increment, scratch);
             }
             if is_linear_step {
                 scratch.residual_work = residual_work(increment, scratch);
             }
-            scratch.iterations += info.iterations;
-            scratch.work = scratch.work.saturating_add(work::SET_UP).saturating_add(info.iterations);
-            scratch.position_error =
+            result.iterations += info.iterations;
+            result.work = result.work.saturating_add(work::SET_UP).saturating_add(info.iterations);
+            result.position_error =
                 if is_near_enough { (info.error_energy / scratch.motion_scale).sqrt() } else { 0.0 };
-            scratch.linear_residual = info.relative_residual;
+            result.linear_residual = info.relative_residual;
             let stored = scratch.stored;
             let asks_for_stress = params.stress_tolerance.is_finite();
-            scratch.stress_error =
+            result.stress_error =
                 if asks_for_stress && stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
-            scratch.is_late |= info.is_late;
+            result.is_late |= info.is_late;
         }
         // No answer: what is not finite is caught after the step, which is then rolled back.
-        Err(_) => scratch.linear_residual = f64::NAN,
+        Err(_) => result.linear_residual = f64::NAN,
     }
     if step.newton_iterations == 1 {
-        let used =
-            rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: scratch.tangent, ..operator });
+        let used = rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: result.tangent, ..operator });
         reactions::of_linear_step(&used, forces, increment, step, (holds, reactions, grips));
     }
     if step.is_static {
-        start_line_search(forces, increment, scratch);
+        start_line_search(forces, increment, (result, scratch));
     }
 }
 
@@ -224,13 +230,13 @@ fn twice_stored(
     parallel::sum(frames.len(), &mut scratch.partials, energy)
 }
 
-/// Fills `scratch.residual` with f − M·(u/s² − b), sets `scratch.imbalance` to its largest free component and returns the
+/// Fills `scratch.residual` with f − M·(u/s² − b), sets its imbalance to its largest free component and returns the
 /// largest corner force, both \[N\].
 fn imbalance(
     vertices: &Vertices,
     forces: &Forces,
     increment: &Increment,
-    scratch: &mut SolverScratch,
+    (result, scratch): (&mut SolveResult, &mut SolverScratch),
     step: &StepContext,
 ) -> f64 {
     grow(&mut scratch.residual, vertices.len(), vertices.position.capacity());
@@ -244,7 +250,7 @@ fn imbalance(
     let of_vertices = scratch.residual.iter().zip(&scratch.free).map(|(r, f)| *r * *f);
     // What is no number is no small one.
     let larger = |most: f64, r: DVec3| if r.is_finite() { most.max(r.abs().max_element()) } else { f64::INFINITY };
-    scratch.imbalance = of_vertices.fold(scratch.allowed.imbalance(&scratch.residual), larger);
+    result.imbalance = of_vertices.fold(scratch.allowed.imbalance(&scratch.residual), larger);
     forces.scale
 }
 
@@ -263,30 +269,35 @@ fn rounding(vertices: &Vertices, triangles: &Triangles, frames: &Frames, externa
     8.0 * f64::EPSILON * extent * stiffness.chain(springs).fold(0.0, f64::max)
 }
 
-fn has_converged(increment: &Increment, scratch: &SolverScratch, step: &StepContext, least: f64) -> bool {
-    if step.newton_iterations == 1 || !(scratch.imbalance <= least && scratch.imbalance.is_finite()) {
+fn has_converged(
+    increment: &Increment,
+    (result, scratch): (&SolveResult, &SolverScratch),
+    step: &StepContext,
+    least: f64,
+) -> bool {
+    if step.newton_iterations == 1 || !(result.imbalance <= least && result.imbalance.is_finite()) {
         return false;
     }
     // Prescribed motion still to be made; and a dynamic step that has not been solved at all has not moved the body, which
     // would rest in place with its velocity, however small that is.
     let is_moved = |(d, f): (&DVec3, &DVec3)| *d * (DVec3::ONE - *f) != DVec3::ZERO;
-    scratch.newton_iterations > 0 || step.is_static && !increment.delta.iter().zip(&scratch.free).any(is_moved)
+    result.newton_iterations > 0 || step.is_static && !increment.delta.iter().zip(&scratch.free).any(is_moved)
 }
 
 /// How far a Newton iteration solves its linear system: only so far as the step as a whole can use, and no further than the
 /// linear model has been seen to hold, by the square of the last iteration's gain (Eisenstat, Walker 1996, choice 2).
-fn linear_params(step: &StepContext, scratch: &SolverScratch, imbalance_before: f64, force_scale: f64) -> LinearParams {
+fn linear_params(step: &StepContext, result: &SolveResult, imbalance_before: f64, force_scale: f64) -> LinearParams {
     if step.newton_iterations == 1 {
         return step.linear;
     }
     let linear = LinearParams { tolerance: FIRST_NEWTON, stress_tolerance: f64::INFINITY, ..step.linear };
-    if scratch.newton_iterations == 1 {
+    if result.newton_iterations == 1 {
         return linear;
     }
-    let needed = 0.1 * step.newton_tolerance * force_scale / scratch.imbalance.max(f64::MIN_POSITIVE);
-    let gain = scratch.imbalance / imbalance_before.max(f64::MIN_POSITIVE);
+    let needed = 0.1 * step.newton_tolerance * force_scale / result.imbalance.max(f64::MIN_POSITIVE);
+    let gain = result.imbalance / imbalance_before.max(f64::MIN_POSITIVE);
     let least = step.linear.tolerance.min(FIRST_NEWTON);
-    let share = if scratch.newton_iterations == step.newton_iterations { LAST_NEWTON } else { 1.0 };
+    let share = if result.newton_iterations == step.newton_iterations { LAST_NEWTON } else { 1.0 };
     LinearParams { tolerance: (share * needed.max(gain * gain).min(1e-3)).max(least), ..linear }
 }
 
@@ -334,14 +345,13 @@ fn solve_or_fall_back(
     operator: Operator,
     (step, params): (&StepContext, &LinearParams),
     mut available: Available,
-    forces: &mut Forces,
-    increment: &mut Increment,
-    scratch: &mut SolverScratch,
+    (memory, increment): (&mut ProductMemory<'_>, &mut Increment),
+    (fallen, scratch): (&mut SolveResult, &mut SolverScratch),
     rotated: &mut Option<Frames>,
 ) -> Result<CgInfo, CgError> {
     let reserve = step.reserve();
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
-        super::solve(operator, params, &mut available, &mut forces.corner, delta, scratch)
+        super::solve(operator, params, &mut available, memory, delta, scratch)
     };
     // The masses of a dynamic step make what is semidefinite definite.
     if operator.tangent == Tangent::Rotated || operator.tangent == Tangent::Projected && !step.is_static {
@@ -360,8 +370,8 @@ fn solve_or_fall_back(
             return result;
         }
     }
-    scratch.fell_back = true;
-    scratch.tangent = Tangent::Rotated;
+    fallen.fell_back = true;
+    fallen.tangent = Tangent::Rotated;
     scratch.residual = rhs;
     increment.delta = first_guess;
     let frames = rotated.insert(operator.rotated_frames(reserve));
@@ -376,11 +386,11 @@ fn merit(increment: &Increment, scratch: &SolverScratch) -> (f64, f64) {
 }
 
 /// Remembers the imbalance before a static increment is made. The solve has overwritten the residual: it is formed anew.
-fn start_line_search(forces: &Forces, increment: &Increment, scratch: &mut SolverScratch) {
+fn start_line_search(forces: &Forces, increment: &Increment, (result, scratch): (&SolveResult, &mut SolverScratch)) {
     parallel::for_rows(&mut scratch.residual, |v, r| *r = forces.nodal[v]);
     let (work, norm_sq) = merit(increment, scratch);
     // The first increment carries the prescribed motion: there is nothing to compare it with.
-    let is_first = scratch.newton_iterations == 1;
+    let is_first = result.newton_iterations == 1;
     scratch.line_search = (!is_first).then_some(LineSearch { work: work.abs(), norm_sq, fraction: 1.0 });
 }
 

@@ -2,7 +2,9 @@
 
 use super::run::Aside;
 use crate::components::Fault;
-use crate::components::{EnergyAudit, Forceps, Grips, Increment, Reactions, Sleeping, SolverScratch, TearDecisions};
+use crate::components::{
+    EnergyAudit, Forceps, Grips, GuardLedger, Increment, Reactions, Sleeping, SolveResult, SolverScratch, TearDecisions,
+};
 use crate::event::{GuardCause, GuardPlace};
 use crate::storage::{Tips, Vertices};
 use crate::systems::{StepContext, contact};
@@ -11,27 +13,29 @@ use hecs::{Entity, World};
 use smallvec::SmallVec;
 
 /// What is wrong with a body after a solve.
-fn fault(vertices: &Vertices, scratch: &SolverScratch) -> Option<Fault> {
-    if scratch.linear_residual.is_nan() {
+fn fault(vertices: &Vertices, (result, scratch, ledger): Solve<'_>) -> Option<Fault> {
+    if result.linear_residual.is_nan() {
         return Some(Fault::Unsolvable);
     }
     let Vertices { position, velocity, mass, .. } = vertices;
     // An energy that overflows is none; nor is a force that does.
     let is_finite = scratch.stored.is_finite()
-        && scratch.imbalance.is_finite()
+        && result.imbalance.is_finite()
         && position.iter().all(|x| x.is_finite())
         && velocity.iter().zip(mass).map(|(v, m)| m * v.length_squared()).sum::<f64>().is_finite();
     if !is_finite {
         return Some(Fault::NotFinite);
     }
-    scratch.creates_energy.then_some(Fault::CreatesEnergy)
+    ledger.creates_energy.then_some(Fault::CreatesEnergy)
 }
 
-type Judged<'a> = (&'a Vertices, &'a SolverScratch, Option<&'a Sleeping>);
+type Solve<'a> = (&'a SolveResult, &'a SolverScratch, &'a GuardLedger);
+
+type Judged<'a> = (&'a Vertices, Solve<'a>, Option<&'a Sleeping>);
 
 /// Of a body that is awake; what sleeps was sound when it fell asleep.
-fn fault_of((vertices, scratch, sleeping): Judged<'_>) -> Option<Fault> {
-    if sleeping.is_some_and(Sleeping::is_asleep) { None } else { fault(vertices, scratch) }
+fn fault_of((vertices, solve, sleeping): Judged<'_>) -> Option<Fault> {
+    if sleeping.is_some_and(Sleeping::is_asleep) { None } else { fault(vertices, solve) }
 }
 
 /// What is wrong with a body, if anything is.
@@ -56,17 +60,17 @@ pub(super) fn has_sound(world: &mut World, failed: &mut Aside) -> bool {
         return true;
     }
     for (body, fault) in unsound {
-        if let Ok(((vertices, increment, scratch, audit), read)) = world.query_one_mut::<Started>(body) {
+        if let Ok(((vertices, increment, audit), solve, read)) = world.query_one_mut::<Started>(body) {
             let place = refused_at(fault, vertices, increment);
             increment.guard.refuse(place);
-            set_back(((vertices, increment, scratch, audit), read));
+            set_back(((vertices, increment, audit), solve, read));
         }
-        if let Ok(mut scratch) = world.remove_one::<SolverScratch>(body) {
-            scratch.fault = Some(fault);
-            failed.push((body, scratch));
+        if let Ok(mut result) = world.remove_one::<SolveResult>(body) {
+            result.fault = Some(fault);
+            failed.push((body, result));
         }
     }
-    world.query_mut::<&SolverScratch>().into_iter().next().is_some()
+    world.query_mut::<&SolveResult>().into_iter().next().is_some()
 }
 
 /// Why and where a body's step is undone.
@@ -88,7 +92,8 @@ fn refused_at(fault: Fault, vertices: &Vertices, increment: &mut Increment) -> G
 }
 
 type Started<'a> = (
-    (&'a mut Vertices, &'a mut Increment, &'a mut SolverScratch, Option<&'a mut EnergyAudit>),
+    (&'a mut Vertices, &'a mut Increment, Option<&'a mut EnergyAudit>),
+    (&'a mut SolveResult, &'a mut SolverScratch, &'a mut GuardLedger),
     (Option<&'a mut Reactions>, Option<&'a mut Grips>, Option<(&'a mut Tips, &'a mut TearDecisions)>),
 );
 
@@ -100,13 +105,15 @@ pub fn restore(world: &mut World, step: &StepContext, time: f64) {
 }
 
 /// Back to the last good state, with all that can be read of it.
-fn set_back(((vertices, increment, scratch, audit), read): Started<'_>) {
+fn set_back(((vertices, increment, audit), (result, scratch, ledger), read): Started<'_>) {
     if increment.start.len() == vertices.len() {
         vertices.position.copy_from_slice(&increment.start);
         vertices.velocity.copy_from_slice(&increment.start_velocity);
     }
     increment.forget_attempt();
+    result.forget_attempt();
     scratch.forget_attempt();
+    ledger.forget_attempt();
     scratch.readings.put_back(read);
     if let Some(audit) = audit {
         audit.undo_step();

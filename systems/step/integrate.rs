@@ -2,7 +2,8 @@
 //! ([`context`](crate::systems::context)).
 
 use crate::components::{
-    Forces, Guide, HoldGuides, Holds, Increment, Planar, Read, Sleeping, SolverScratch, TearDecisions,
+    Forces, GuardLedger, Guide, HoldGuides, Holds, Increment, Planar, Read, Sleeping, SolveResult, SolverScratch,
+    TearDecisions,
 };
 use crate::storage::Vertices;
 use crate::systems::context::SECOND_STAGE;
@@ -13,27 +14,21 @@ use glam::DVec3;
 /// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear
 /// solve: the last increment scaled to this step along free axes, the prescribed displacement along the others.
 pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
-    for (scratch, sleeping, read) in world.query_mut::<(&mut SolverScratch, Option<&Sleeping>, Read)>() {
-        scratch.readings.keep(read);
-        scratch.iterations = 0;
-        scratch.is_late = false;
-        scratch.newton_iterations = 0;
-        scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
-        scratch.fell_back = false;
-        scratch.line_search = None;
-        scratch.is_step_limited = false;
-        if !step.is_retried {
-            scratch.relaxing = scratch.relaxing.saturating_sub(1);
-        }
-        (scratch.is_counted, scratch.fault, scratch.to_correct) = (false, None, None);
-        scratch.account.energy = None;
-        scratch.start_spurious_energy = [scratch.spurious_energy, scratch.unchecked_bound];
+    type Begun<'a> =
+        ((&'a mut SolveResult, &'a mut SolverScratch, &'a mut GuardLedger), Option<&'a Sleeping>, Read<'a>);
+    for ((result, scratch, ledger), sleeping, read) in world.query_mut::<Begun>() {
+        result.begin(sleeping.is_some_and(Sleeping::is_asleep));
+        scratch.begin(read);
+        ledger.begin(step.is_retried);
     }
-    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Prescription<'a>, Option<&'a Planar>);
+    type Query<'a> = (
+        (&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch),
+        (Prescription<'a>, Option<&'a Planar>),
+    );
     parallel::for_bodies::<Query>(
         world,
-        |(vertices, _, scratch, ..)| scratch.rows_to_solve(vertices.len()),
-        |(vertices, increment, scratch, prescription, planar)| {
+        |((vertices, _, result, _), _)| result.rows_to_solve(vertices.len()),
+        |((vertices, increment, _, scratch), (prescription, planar))| {
             let n = vertices.len();
             increment.start.clone_from(&vertices.position);
             increment.start_velocity.clone_from(&vertices.velocity);
@@ -52,10 +47,10 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
 /// Keeps the acceleration of every vertex at the start of a step of two stages, by the forces just evaluated there.
 pub fn start(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> =
-        (&'a Vertices, &'a Forces, &'a mut Increment, &'a SolverScratch, Option<(&'a Holds, &'a HoldGuides)>);
+        (&'a Vertices, &'a Forces, &'a mut Increment, &'a SolveResult, Option<(&'a Holds, &'a HoldGuides)>);
     parallel::for_bodies::<Query>(
         world,
-        |(vertices, _, _, scratch, _)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, _, _, result, _)| result.rows_to_solve(vertices.len()),
         |(vertices, forces, increment, _, guided)| {
             increment.start_acceleration.resize(vertices.len(), DVec3::ZERO);
             parallel::for_rows(&mut increment.start_acceleration, |v, a| *a = forces.nodal[v] / vertices.mass[v]);
@@ -73,15 +68,18 @@ pub fn start(world: &mut hecs::World, step: &StepContext) -> usize {
 
 /// Begins the second stage where the first has ended: the guess is that the body goes on as it did.
 pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
-    for (scratch, sleeping) in world.query_mut::<(&mut SolverScratch, Option<&Sleeping>)>() {
-        scratch.newton_iterations = 0;
-        scratch.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
+    for (result, sleeping) in world.query_mut::<(&mut SolveResult, Option<&Sleeping>)>() {
+        result.newton_iterations = 0;
+        result.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
     }
-    type Query<'a> = (&'a Vertices, &'a mut Increment, &'a mut SolverScratch, Prescription<'a>, Option<&'a Planar>);
+    type Query<'a> = (
+        (&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch),
+        (Prescription<'a>, Option<&'a Planar>),
+    );
     parallel::for_bodies::<Query>(
         world,
-        |(vertices, _, scratch, ..)| scratch.rows_to_solve(vertices.len()),
-        |(vertices, increment, scratch, prescription, planar)| {
+        |((vertices, _, result, _), _)| result.rows_to_solve(vertices.len()),
+        |((vertices, increment, _, scratch), (prescription, planar))| {
             increment.middle_displacement.clone_from(&increment.displacement);
             increment.middle_velocity.clone_from(&vertices.velocity);
             let Increment { displacement, delta, .. } = &mut *increment;
@@ -96,19 +94,19 @@ pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
 pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
-        (&'a Vertices, &'a mut Increment, &'a mut SolverScratch),
+        (&'a Vertices, &'a mut Increment, &'a mut SolveResult, &'a mut SolverScratch),
         (Prescription<'a>, Option<&'a Planar>, Option<&'a TearDecisions>),
     );
-    for ((vertices, increment, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
-        scratch.is_converged = step.is_done(decisions);
-        if scratch.is_converged {
+    for ((vertices, increment, result, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
+        result.is_converged = step.is_done(decisions);
+        if result.is_converged {
             continue;
         }
         count += 1;
         increment.delta.clear();
         increment.delta.resize(vertices.len(), DVec3::ZERO);
         mark_axes(vertices, increment, scratch, prescription, planar, step.time);
-        scratch.newton_iterations = 0;
+        result.newton_iterations = 0;
     }
     count
 }
@@ -116,9 +114,9 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
 /// Adds the last solve's change to the displacement of the step and updates positions and velocities. A static solve has
 /// no velocities.
 pub fn integrate(world: &mut hecs::World, step: &StepContext) -> usize {
-    parallel::for_bodies::<(&mut Vertices, &mut Increment, &SolverScratch)>(
+    parallel::for_bodies::<(&mut Vertices, &mut Increment, &SolveResult)>(
         world,
-        |(vertices, _, scratch)| scratch.rows_to_solve(vertices.len()),
+        |(vertices, _, result)| result.rows_to_solve(vertices.len()),
         |(vertices, increment, _)| {
             let Increment { displacement, delta, .. } = &mut *increment;
             parallel::for_rows(displacement, |v, u| *u += delta[v]);

@@ -3,7 +3,7 @@
 use super::faults::report_to_forceps;
 use super::phases::PHASES;
 use super::run::{Aside, Running};
-use crate::components::SolverScratch;
+use crate::components::{GuardLedger, SolveResult};
 use crate::math::elementary;
 use crate::settings::Settings;
 use crate::systems::{StepContext, contact, work};
@@ -39,9 +39,9 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     let mut done = running.list();
     put_all_aside(world, &mut done);
     let mut most = if done.is_empty() { 0.0 } else { dt };
-    for (body, scratch) in failed.drain(..) {
+    for (body, result) in failed.drain(..) {
         // As in `give_back`.
-        let _ = world.insert_one(body, scratch);
+        let _ = world.insert_one(body, result);
         let mut retried = Retried { world, settings, running, tries: 0, is_fallback: false };
         // What could not go all of its way even in the smallest part of the last step is not tried in parts again.
         let before =
@@ -51,8 +51,8 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
             None => retried.in_halves(time, dt, settings.halvings),
         };
         most = gone.max(most);
-        if let (Some(before), Ok(scratch)) = (before, world.query_one_mut::<&mut SolverScratch>(body)) {
-            scratch.fallback_shortenings = if scratch.is_step_limited { before + 1 } else { before.saturating_sub(1) };
+        if let (Some(before), Ok(ledger)) = (before, world.query_one_mut::<&mut GuardLedger>(body)) {
+            ledger.fallback_shortenings = if ledger.is_step_limited { before + 1 } else { before.saturating_sub(1) };
         }
         put_all_aside(world, &mut done);
     }
@@ -120,16 +120,16 @@ impl Retried<'_, '_> {
 /// The bodies that went only a part of their way in the last step, or a shorter one, with how often it was made shorter. That is taken
 /// off them: of one that goes all of its way at once nothing is left.
 fn step_limited(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
-    let bodies = world.query_mut::<(Entity, &mut SolverScratch)>().into_iter();
-    let step_limited = bodies.filter(|(_, scratch)| scratch.is_step_limited || scratch.fallback_shortenings > 0);
+    let bodies = world.query_mut::<(Entity, &mut GuardLedger)>().into_iter();
+    let step_limited = bodies.filter(|(_, ledger)| ledger.is_step_limited || ledger.fallback_shortenings > 0);
     let fallback_shortenings =
-        |scratch: &mut SolverScratch| std::mem::take(&mut scratch.fallback_shortenings).min(MOST_SHORTENINGS);
-    step_limited.map(|(body, scratch)| (body, fallback_shortenings(scratch))).collect()
+        |ledger: &mut GuardLedger| std::mem::take(&mut ledger.fallback_shortenings).min(MOST_SHORTENINGS);
+    step_limited.map(|(body, ledger)| (body, fallback_shortenings(ledger))).collect()
 }
 
-/// Takes what solvers remember off all bodies.
+/// Takes the result of their solves off all bodies, so that no system runs on them.
 fn put_all_aside(world: &mut World, list: &mut Aside) {
-    let bodies = world.query_mut::<(Entity, &SolverScratch)>().into_iter();
+    let bodies = world.query_mut::<(Entity, &SolveResult)>().into_iter();
     let bodies: SmallVec<[Entity; 16]> = bodies.map(|(body, _)| body).collect();
-    list.extend(bodies.into_iter().filter_map(|body| Some((body, world.remove_one::<SolverScratch>(body).ok()?))));
+    list.extend(bodies.into_iter().filter_map(|body| Some((body, world.remove_one::<SolveResult>(body).ok()?))));
 }

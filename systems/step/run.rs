@@ -3,7 +3,7 @@
 use super::faults::has_sound;
 use super::phases::{Loop, Phase};
 use super::schedule::{Schedule, Stage};
-use crate::components::SolverScratch;
+use crate::components::SolveResult;
 use crate::report::Report;
 use crate::systems::StepContext;
 use hecs::{Entity, World};
@@ -89,15 +89,15 @@ impl Running<'_> {
         self.spare.pop().unwrap_or_default()
     }
 
-    /// Gives the bodies of a list back what their solvers remember, and keeps the list.
+    /// Gives the bodies of a list back the result of their solves, and keeps the list.
     pub(super) fn give_back(&mut self, world: &mut World, mut list: Aside) {
-        for (body, scratch) in list.drain(..) {
+        for (body, result) in list.drain(..) {
             // The body is there: nothing has been despawned.
-            let _ = world.insert_one(body, scratch);
+            let _ = world.insert_one(body, result);
         }
         self.spare.push(list);
     }
 }
 
-/// Bodies that no system runs on for a while, with the memory of their solvers: without it none does.
-pub type Aside = Vec<(Entity, SolverScratch)>;
+/// Bodies that no system runs on for a while, with the result of their solves: without it none does.
+pub type Aside = Vec<(Entity, SolveResult)>;

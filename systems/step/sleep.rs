@@ -7,13 +7,14 @@
 
 use crate::components::{
     Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, HoldGuides, HoldTurns, Holds, Increment,
-    Obstacle, PointLoads, Pose, Pressure, SleepState, Sleeping, SolverScratch, TearDecisions, TearLog, Tearing,
+    Obstacle, PointLoads, Pose, Pressure, SleepState, Sleeping, SolveResult, SolverScratch, TearDecisions, TearLog,
+    Tearing,
 };
 use crate::event::{EventKind, WokenBy};
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Tips, Topology, Triangles, Vertices};
-use crate::systems::bending::DihedralAngles;
-use crate::systems::solver::{self, Available, MixedPreconditioner, MixedSolver, Operator};
+use crate::systems::bending::{BendingPasses, DihedralAngles};
+use crate::systems::solver::{self, Available, MixedPreconditioner, MixedSolver, Operator, ProductMemory};
 use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -33,11 +34,14 @@ type Drive<'a> = (
     (Option<&'a Pressure>, Option<&'a PointLoads>, Option<&'a EdgeLoads>),
 );
 
+/// Bending.
+type Bent<'a> = Option<(&'a DihedralAngles, &'a mut BendingPasses)>;
+
 /// What the solves before sleep take.
 type Body<'a> = (
     (&'a mut Vertices, &'a Triangles, &'a Topology),
-    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>),
-    (&'a mut Increment, &'a mut MixedSolver, &'a mut SolverScratch),
+    (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>, Bent<'a>),
+    (&'a mut Increment, &'a mut MixedSolver, &'a mut SolveResult, &'a mut SolverScratch),
 );
 
 type TearState<'a> = Option<(&'a Tearing, &'a Tips, &'a TearDecisions)>;
@@ -49,7 +53,7 @@ pub fn wake(world: &mut hecs::World, step: &StepContext) -> usize {
     let obstacles: Obstacles = world.query_mut::<&Obstacle>().into_iter().cloned().collect();
     let mut count = 0;
     type Query<'a> = (&'a mut Sleeping, &'a mut TearLog, Option<&'a Contact>, Drive<'a>);
-    for (sleeping, log, contact, drive) in world.query_mut::<Query>().with::<&SolverScratch>() {
+    for (sleeping, log, contact, drive) in world.query_mut::<Query>().with::<&SolveResult>() {
         if !sleeping.is_asleep() {
             continue;
         }
@@ -80,8 +84,8 @@ pub fn fall_asleep(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (Body<'a>, (&'a mut Sleeping, &'a mut TearLog), TearState<'a>, Option<&'a Contact>, Drive<'a>);
     parallel::for_bodies::<hecs::Without<Query, &EnergyAudit>>(
         world,
-        |(((_, triangles, _), _, (.., scratch)), ..)| match scratch.newton_iterations {
-            0 => scratch.rows_to_solve(triangles.len()),
+        |(((_, triangles, _), _, (_, _, result, _)), ..)| match result.newton_iterations {
+            0 => result.rows_to_solve(triangles.len()),
             _ => 0,
         },
         |(mut body, (sleeping, log), tears, contact, drive)| {
@@ -145,7 +149,7 @@ fn has_moved(obstacles: &[Obstacle], state: &SleepState) -> bool {
 
 /// Whether the body has been quiet for long enough. One that moves is found out by its first triangles.
 fn is_ready(sleeping: &mut Sleeping, body: &Body, step: &StepContext) -> bool {
-    let ((vertices, triangles, _), _, (increment, _, scratch)) = body;
+    let ((vertices, triangles, _), _, (increment, .., scratch)) = body;
     let moved = |v: usize| {
         let prescribed = increment.delta[v] * (DVec3::ONE - scratch.free[v]);
         vertices.velocity[v].length() * step.dt + prescribed.length()
@@ -185,23 +189,23 @@ fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
 
 /// The largest strain of what the body would still move; NaN where a solve does not tell.
 fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f64 {
-    let ((vertices, triangles, topology), (frames, forces, external, folds), (increment, mixed, scratch)) = body;
+    let ((vertices, triangles, topology), (frames, forces, external, bent), (increment, mixed, _, scratch)) = body;
     state.first_guess.clone_from(&increment.delta);
     state.left.clear();
     state.left.resize(vertices.len(), 0.0);
     scratch.residual.resize(vertices.len(), DVec3::ZERO);
+    scratch.is_audited = step.asks_for_exact_residual(false);
+    let mut spare = BendingPasses::default();
+    let (folds, passes) = match bent {
+        Some((folds, passes)) => (Some(&**folds), &mut **passes),
+        None => (None, &mut spare),
+    };
     let inertia = step.inertia() / (HORIZON * HORIZON);
     let operator = Operator {
-        vertices,
-        triangles,
-        topology,
-        frames,
         external: *external,
-        folds: *folds,
+        folds,
         inertia,
-        viscosity: 0.0,
-        pressure: 0.0,
-        tangent: Tangent::Rotated,
+        ..Operator::membrane((vertices, triangles, topology, frames), Tangent::Rotated)
     };
     // Guided vertices count as held: what moves them is in balance, or the body is not at rest.
     let allowed = std::mem::take(&mut scratch.allowed);
@@ -214,8 +218,8 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
             scratch.residual[v] = if is_momentum { momentum } else { forces.nodal[v] };
         }
         let mut available = Available { factor: None, mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)) };
-        let answer =
-            solver::solve(&operator, &TRIAL, &mut available, &mut forces.corner, &mut increment.delta, scratch);
+        let mut memory = ProductMemory { corner: &mut forces.corner, passes: &mut *passes };
+        let answer = solver::solve(&operator, &TRIAL, &mut available, &mut memory, &mut increment.delta, scratch);
         is_converged &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);
         state.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
     }
@@ -229,11 +233,11 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
 
 /// Brings the body to rest where it is; the step neither moves it nor, should it be undone, takes it back.
 fn lie_down(body: Body) {
-    let ((vertices, ..), _, (increment, _, scratch)) = body;
+    let ((vertices, ..), _, (increment, _, result, _)) = body;
     vertices.velocity.fill(DVec3::ZERO);
     increment.start_velocity.fill(DVec3::ZERO);
     increment.delta.fill(DVec3::ZERO);
-    scratch.is_converged = true;
+    result.is_converged = true;
 }
 
 /// A ball around points.

@@ -1,9 +1,9 @@
 //! What is derived can be thrown away at any moment: steps come to the same bits without it.
 
 use crate::common::Square;
-use rhexis::components::{ExternalStiffness, Forces, Frames};
+use rhexis::components::{ExternalStiffness, Forces, Frames, SolverScratch};
 use rhexis::settings::{Preconditioner, Settings};
-use rhexis::systems::bending::DihedralAngles;
+use rhexis::systems::bending::{BendingPasses, DihedralAngles};
 use rhexis::systems::fracture::{TearScratch, TipMemory};
 
 /// Puts an empty component in the place of every derived one, where the body has it.
@@ -29,7 +29,8 @@ fn a_tear_goes_on_to_the_same_bits_without_what_is_derived() {
                 let world = run.simulation.world_mut();
                 if forgets && step % 3 == 0 {
                     let body = run.body;
-                    forget!(world, body, Frames, Forces, ExternalStiffness, TearScratch, TipMemory, DihedralAngles);
+                    forget!(world, body, Frames, Forces, ExternalStiffness, SolverScratch);
+                    forget!(world, body, TearScratch, TipMemory, DihedralAngles, BendingPasses);
                 }
                 run.step();
                 lengths.push(run.log().length);

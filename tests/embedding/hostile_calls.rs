@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use rhexis::components::{
-    Body, Curve, Forces, Frames, Grips, Hold, Holds, Increment, Material, Reactions, SolverScratch, TearDecisions,
-    TearLog, Tearing,
+    Body, Curve, Forces, Frames, Grips, GuardLedger, Hold, Holds, Increment, Material, Reactions, SolveResult,
+    SolverScratch, TearDecisions, TearLog, Tearing,
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
@@ -221,6 +221,8 @@ fn a_body_robbed_of_a_component_is_survived() {
         without::<Forces>(step_first);
         without::<Increment>(step_first);
         without::<SolverScratch>(step_first);
+        without::<SolveResult>(step_first);
+        without::<GuardLedger>(step_first);
         without::<Holds>(step_first);
         without::<Reactions>(step_first);
         without::<Tearing>(step_first);

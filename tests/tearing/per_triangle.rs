@@ -128,8 +128,8 @@ fn one_pre_stretch_for_all_is_the_bodys_own() {
             let sheet = if way == 0 { sheet } else { sheet.with(Refinement::default()) };
             if way == 2 { sheet.with(EnergyCriterion::new(Toughness { along: 0.02, across: 0.02 })) } else { sheet }
         };
-        let (mut plain, body) = run(sheet().with(PreStretch { strain }), true, 40);
-        let (mut mapped, other) = run(sheet().pre_stretches(vec![strain; 2 * 15 * 12]), true, 40);
+        let (plain, body) = run(sheet().with(PreStretch { strain }), true, 40);
+        let (mapped, other) = run(sheet().pre_stretches(vec![strain; 2 * 15 * 12]), true, 40);
         assert!(length(&plain, body) > 1.0, "{way}");
         assert_eq!(positions(&plain, body), positions(&mapped, other), "{way}");
         assert_eq!(plain.energies(body).unwrap(), mapped.energies(other).unwrap(), "{way}");

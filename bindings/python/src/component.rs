@@ -39,7 +39,7 @@ macro_rules! entries {
     };
 }
 
-rhexis_scene::for_each_component!(entries);
+rhexis::recorded_components!(entries);
 
 fn set<C: Parameter + Serialize + DeserializeOwned>(
     simulation: &mut Simulation,

@@ -74,10 +74,10 @@ fn of_value(what: &str, value: &Bound<'_, PyAny>) -> Answer<Value> {
 /// A value as a dictionary of Python.
 pub(crate) fn to_python<'py>(py: Python<'py>, what: &str, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     // By way of TOML, so that what is given back is what can be given.
-    Ok(pythonize(py, &patch::table(what, value).map_err(unreadable)?)?)
+    Ok(pythonize(py, &patch::to_table(what, value).map_err(unreadable)?)?)
 }
 
 /// A value with what is given changes of it; a key that it does not have is refused.
-pub(crate) fn patched<T: Serialize + DeserializeOwned>(what: &str, base: Option<&T>, given: Table) -> Answer<T> {
-    patch::patched(what, base, given).map_err(unreadable)
+pub(crate) fn patched<T: Serialize + DeserializeOwned>(what: &str, base: Option<&T>, patch: Table) -> Answer<T> {
+    patch::patched(what, base, patch).map_err(unreadable)
 }

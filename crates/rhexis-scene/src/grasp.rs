@@ -9,7 +9,7 @@ use rhexis::math::elementary;
 /// An arc is run in straight pieces of at most this angle \[°\]: at the capsule's 2.6 mm radius the chord stays within 0.1 µm.
 const ARC_PIECE: f64 = 1.0;
 
-/// One grasp.
+/// One grip.
 pub(super) fn grip(spec: &GripSpec, key: &str) -> Result<Grip, Fault> {
     if spec.until <= spec.from {
         let what = format!("the release at {} ms is not after the grasp at {} ms", spec.until, spec.from);

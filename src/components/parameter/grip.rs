@@ -1,11 +1,11 @@
-//! Grasps of a body: by script, which takes hold of the tissue at one time, follows a hand path and lets go, and by forceps.
+//! Grips of a body: forceps by script, which close at one time, follow a hand path and open.
 
 use crate::components::BodyError;
 use crate::components::check::{Check, Host, MOST, at_row, finite, number};
 use crate::components::{Jaws, Pinch, Pose};
 use glam::DVec3;
 
-/// Vertices for which every grasp has room from the start: jaws are small, and close in the middle of a course.
+/// Vertices for which every grip has room from the start: jaws are small, and close in the middle of a course.
 const USUAL: usize = 64;
 
 /// A polyline through space over time, at rest before its first and after its last point.
@@ -42,7 +42,7 @@ pub struct NearTip {
     pub heading: DVec3,
 }
 
-/// One grasp by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest
+/// Forceps by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest
 /// position lies within their radius of `material_point`, on the surface that hangs together with it there, and carry it by the
 /// hand's displacement. What edits add
 /// between the held vertices is held as well. Tissue that has slipped out is not taken again.
@@ -53,7 +53,7 @@ pub struct Grip {
     pub name: String,
     /// Time of the grasp \[ms\].
     pub from: f64,
-    /// Time of the release \[ms\].
+    /// Time at which the jaws open \[ms\].
     pub until: f64,
     /// Where the tissue is taken, in the rest shape \[mm\].
     pub material_point: DVec3,
@@ -72,11 +72,11 @@ impl Grip {
     }
 }
 
-/// The grasps of a body. *Parameter* `list`; the rest follows from it and from the forceps in the world.
+/// The grips of a body. *Parameter* `list`; the rest follows from it and from the forceps in the world.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grips {
-    /// The grasps by script.
+    /// The grips.
     pub list: Vec<Grip>,
     /// What they hold, one for each in their order, then what forceps hold, in the order in which they closed.
     pub pinches: Vec<Pinch>,
@@ -85,7 +85,7 @@ pub struct Grips {
 }
 
 impl Grips {
-    /// The given grasps, none taken yet.
+    /// The given grips, with open jaws.
     pub fn new(list: Vec<Grip>) -> Self {
         let pinch = |grip: &Grip| {
             let mut pinch = Pinch { name: grip.name.clone(), jaws: grip.jaws, ..Pinch::default() };
@@ -156,7 +156,7 @@ impl Check for Grips {
         self.list.iter().try_for_each(Grip::check)?;
         let wrong = |what| Err(BodyError::Contradiction { component: "Grips", what });
         if self.pinches.len() < self.list.len() {
-            return wrong("there must be a pinch for each grasp of the list: make them with Grips::new");
+            return wrong("there must be a pinch for each grip of the list: make them with Grips::new");
         }
         if u64::from(self.grasp_count) > MOST {
             return wrong("the grasps count what no run can do: they must be at most 1073741824");

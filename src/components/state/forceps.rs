@@ -188,7 +188,7 @@ pub enum Grasp {
 pub struct Pinch {
     /// Name in events.
     pub name: String,
-    /// The forceps in the world that hold it; `None` for a grasp by script.
+    /// The forceps in the world that hold it; `None` for a grip.
     #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle::option"))]
     pub forceps: Option<Entity>,
     /// How they hold.

@@ -11,29 +11,28 @@ use crate::systems::kernels::membrane_lanes::{Vectors, arrays, doubles};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
 use glam::DVec3;
-use std::sync::PoisonError;
 
-/// What passes over the triangles leave for each other. Lists of [`EdgeValuesX4`] end with zeros, for the boundary.
+/// Numbers that passes over the triangles leave for each other. *Derived.* Lists of [`EdgeValuesX4`] end with zeros, for the boundary.
 #[derive(Debug, Default)]
-pub(super) struct Passes {
+pub struct BendingPasses {
     /// Tilts of a displacement, at last forces on corners along the normals.
-    pub rows: Vec<EdgeValuesX4>,
+    pub(super) rows: Vec<EdgeValuesX4>,
     /// Moments without any turn of the mid-edge normals, at last with all.
-    pub first: Vec<EdgeValuesX4>,
+    pub(super) first: Vec<EdgeValuesX4>,
     /// Moments of what is turned.
-    pub second: Vec<EdgeValuesX4>,
+    pub(super) second: Vec<EdgeValuesX4>,
     /// Per edge half of what its angle is off its rest value.
-    pub off: Vec<f64>,
+    pub(super) off: Vec<f64>,
     /// Whether that is at the end of the motion.
-    pub is_at_end: bool,
+    pub(super) is_at_end: bool,
     /// Of a motion: where vertices go and where they end.
-    pub motion: Vec<[DVec3; 2]>,
+    pub(super) motion: Vec<[DVec3; 2]>,
     /// Normals at its end.
-    pub ends: Vec<[DVec3; DOUBLES]>,
-    pub halves: Vec<Halves>,
+    pub(super) ends: Vec<[DVec3; DOUBLES]>,
+    pub(super) halves: Vec<Halves>,
 }
 
-impl Passes {
+impl BendingPasses {
     /// Whether the angles are those at `x`, to the last bit.
     fn ends_at(&self, x: &[DVec3]) -> bool {
         let bits = |x: DVec3| x.to_array().map(f64::to_bits);
@@ -58,9 +57,8 @@ impl DihedralAngles {
     }
 
     /// Half of what the angles are off their rest values at `x`, where the tilts have been found.
-    pub(super) fn find_angles(&mut self, corners: &[[u32; 3]], x: &[DVec3]) {
-        let Self { edges, tilt, half, passes, .. } = self;
-        let passes = passes.get_mut().unwrap_or_else(PoisonError::into_inner);
+    pub(super) fn find_angles(&mut self, corners: &[[u32; 3]], x: &[DVec3], passes: &mut BendingPasses) {
+        let Self { edges, tilt, half, .. } = self;
         // Steps mostly begin where the last one's motion has been judged to end.
         if !passes.ends_at(x) {
             edges.find(corners, |t| tilt[t / DOUBLES].normal[t % DOUBLES], |v| x[v], &mut passes.off);
@@ -79,10 +77,9 @@ impl DihedralAngles {
         u: impl Fn(usize) -> DVec3 + Sync,
         (is_exact, sign): (bool, f64),
         (corners, topology): (&[[u32; 3]], &Topology),
-        out: &mut [DVec3],
+        (out, passes): (&mut [DVec3], &mut BendingPasses),
     ) {
-        let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        self.find_forces(scales, u, is_exact, corners, &mut passes);
+        self.find_forces(scales, u, is_exact, corners, passes);
         let rows = &passes.rows;
         parallel::for_rows(out, |v, out| {
             let mut sum = DVec3::ZERO;
@@ -95,9 +92,15 @@ impl DihedralAngles {
     }
 
     /// Adds the product \[N\] to the forces on the corners of the triangles.
-    pub fn add_to_corners(&self, corners: &[[u32; 3]], u: &[DVec3], is_exact: bool, out: &mut [[DVec3; 3]]) {
-        let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        self.find_forces((0.0, self.factor), |v| u[v], is_exact, corners, &mut passes);
+    pub fn add_to_corners(
+        &self,
+        corners: &[[u32; 3]],
+        u: &[DVec3],
+        is_exact: bool,
+        out: &mut [[DVec3; 3]],
+        passes: &mut BendingPasses,
+    ) {
+        self.find_forces((0.0, self.factor), |v| u[v], is_exact, corners, passes);
         let rows = &passes.rows;
         parallel::for_rows(out, |t, out| {
             if is_exact || self.part[t] != Part::None {
@@ -116,7 +119,7 @@ impl DihedralAngles {
         u: impl Fn(usize) -> DVec3 + Sync,
         is_exact: bool,
         corners: &[[u32; 3]],
-        Passes { rows, first, second, .. }: &mut Passes,
+        BendingPasses { rows, first, second, .. }: &mut BendingPasses,
     ) {
         debug_assert_eq!(corners.len(), self.rest.len());
         let count = self.groups.len();

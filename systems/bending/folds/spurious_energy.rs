@@ -1,7 +1,7 @@
 //! Spurious energy of bending by a motion along the tangent, for the [energy guard](crate::systems::guard).
 
 use super::DihedralAngles;
-use super::forces::{Passes, Tilts, size};
+use super::forces::{BendingPasses, Tilts, size};
 use crate::systems::kernels::bending;
 use crate::systems::kernels::bending_lanes::{EdgeValuesX4, RestX4, unit_normals};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
@@ -9,7 +9,6 @@ use crate::systems::kernels::membrane_lanes::{F64x4, Vectors, arrays, dot, doubl
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
 use glam::DVec3;
-use std::sync::PoisonError;
 
 /// A triangle whose half angles are smaller \[rad\] stores next to nothing.
 const LEVEL: f64 = 1e-3;
@@ -38,10 +37,9 @@ impl DihedralAngles {
         (vertices, motion): (usize, impl Fn(usize) -> [DVec3; 2] + Sync),
         before: Option<(&[DVec3], bool)>,
         is_exact: bool,
-        partials: &mut Vec<f64>,
+        (partials, passes): (&mut Vec<f64>, &mut BendingPasses),
     ) -> f64 {
-        let mut passes = self.passes.lock().unwrap_or_else(PoisonError::into_inner);
-        let Passes { rows, second: earlier, off, is_at_end, motion: motions, ends, halves, .. } = &mut *passes;
+        let BendingPasses { rows, second: earlier, off, is_at_end, motion: motions, ends, halves, .. } = passes;
         let count = self.groups.len();
         motions.resize(vertices, Default::default());
         ends.resize(count, Default::default());

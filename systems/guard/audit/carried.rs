@@ -3,7 +3,7 @@
 use super::{Sheet, dot, kinetic};
 use crate::components::{
     Drag, Energies, EnergyAudit, EnergyBalance, ExternalStiffness, Forces, Frames, Grips, Hold, Holds, Increment,
-    Pinch, Reactions, Shares, SolverScratch,
+    Pinch, Reactions, Shares, SolveResult, SolverScratch,
 };
 use crate::math::GeometricStiffness;
 use crate::settings::Tangent;
@@ -23,6 +23,7 @@ pub(super) struct Carried<'a> {
     pub forces: &'a Forces,
     pub increment: &'a Increment,
     pub scratch: &'a SolverScratch,
+    pub result: &'a SolveResult,
     pub external: Option<&'a ExternalStiffness>,
     /// β/s of strain-rate damping.
     pub viscosity: f64,
@@ -56,7 +57,7 @@ impl Carried<'_> {
             let [work, scheme, damping, start, end] = if is_between_ends {
                 DihedralAngles::works_between_ends(body, bending, start, displacement)
             } else {
-                let is_exact = self.scratch.tangent == Tangent::Exact;
+                let is_exact = self.result.tangent == Tangent::Exact;
                 folds.works_of_step(body, bending, start, (evaluated, displacement), is_exact)
             };
             sums += Shares { work, scheme, damping, start, end };
@@ -78,7 +79,7 @@ impl Carried<'_> {
         let (stiffness, coupling) = (self.frames.stiffness(triangles, t), self.frames.coupling(t));
         let volume = rest.area * triangles.thickness[t];
         let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric_stiffness(t);
-        let is_exact = self.scratch.tangent != Tangent::Rotated;
+        let is_exact = self.result.tangent != Tangent::Rotated;
         if !is_exact {
             // The frames may hold what goes with another tangent, which was indefinite; what goes with this one stays.
             normal = normal.positive_part();
@@ -123,19 +124,12 @@ impl Carried<'_> {
         let Increment { displacement, .. } = self.increment;
         let gone: Vec<DVec3> = displacement.iter().zip(&audit.displacement).map(|(u, at)| *u - *at).collect();
         let operator = Operator {
-            vertices: self.vertices,
-            triangles: self.sheet.triangles,
-            topology: self.topology,
-            frames: self.frames,
             external: self.external,
             folds: self.folds,
-            // What the masses bring along is that of all that was gone.
-            inertia: 0.0,
             viscosity: self.viscosity,
-            pressure: 0.0,
-            tangent: self.scratch.tangent,
+            ..Operator::membrane((self.vertices, self.sheet.triangles, self.topology, self.frames), self.result.tangent)
         };
-        let rotated = self.scratch.fell_back.then(|| operator.rotated_frames(step.reserve()));
+        let rotated = self.result.fell_back.then(|| operator.rotated_frames(step.reserve()));
         let operator = Operator { frames: rotated.as_ref().unwrap_or(self.frames), ..operator };
         let force = |v: usize| {
             let momentum = step.momentum(self.increment, v) * self.vertices.mass[v];

@@ -5,7 +5,8 @@ use super::empty;
 use super::matrix::Matrix;
 use super::partition::Partition;
 use crate::systems::solver::CgError;
-use crate::systems::solver::estimate::{EnergyError, Limits};
+use crate::systems::solver::estimate::Limits;
+use crate::systems::solver::recurrence::{self, Reached, iterate};
 use glam::{DVec2, Vec4};
 
 /// The vectors, in the order of the preconditioner.
@@ -37,21 +38,6 @@ pub(super) trait Precondition {
     fn ascend(&mut self, beta: f32, vectors: &mut Vectors);
 }
 
-/// How far the iterations have come.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reached {
-    /// Iterations done.
-    pub iterations: u32,
-    /// Squared norm of the residual.
-    pub residual_sq: f64,
-    /// Squared energy norm of the error, as estimated.
-    pub energy: f64,
-    /// Whether time was up.
-    pub is_late: bool,
-    /// Whether the preconditioner is broken.
-    pub is_broken: bool,
-}
-
 /// Solves A·x = r for the `r` in `vectors`, whose `x` is zero, up to the limits.
 ///
 /// # Errors
@@ -68,28 +54,37 @@ pub(super) fn solve<P: Precondition>(
         empty(zero, n);
         zero.resize(n, Vec4::ZERO);
     }
-    let DVec2 { x: mut residual_sq, y: mut rz } = preconditioner.descend(0.0, vectors);
-    let (mut iterations, mut error, mut beta) = (0, EnergyError::new(rz), 0.0);
-    let (mut is_late, mut is_broken) = (false, false);
-    while !limits.allow_stop(residual_sq, &error) && iterations < limits.iterations && !is_late {
-        preconditioner.ascend(beta, vectors);
-        let curvature = matrix.apply(partition, &vectors.p, &mut vectors.q, &mut vectors.partials);
-        if !(curvature.is_finite() && rz.is_finite()) {
-            return Err(CgError::NotFinite { iteration: iterations });
-        }
-        if curvature <= 0.0 {
-            return Err(CgError::Indefinite { iteration: iterations });
-        }
-        let (before, alpha) = (rz, rz / curvature);
-        is_broken = alpha < P::LEAST_STEP;
-        if is_broken {
-            break;
-        }
-        DVec2 { x: residual_sq, y: rz } = preconditioner.descend(alpha as f32, vectors);
-        beta = (rz / before) as f32;
-        error.advance(alpha, rz);
-        iterations += 1;
-        is_late = limits.is_late(iterations);
+    let start = preconditioner.descend(0.0, vectors);
+    iterate(&mut Single { matrix, partition, preconditioner, vectors }, start, limits)
+}
+
+/// Vectors in single precision.
+struct Single<'a, P> {
+    matrix: &'a mut Matrix,
+    partition: &'a Partition,
+    preconditioner: &'a mut P,
+    vectors: &'a mut Vectors,
+}
+
+impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
+    fn least_step(&self) -> f64 {
+        P::LEAST_STEP
     }
-    Ok(Reached { iterations, residual_sq, energy: error.squared(), is_late, is_broken })
+
+    fn ascend(&mut self, beta: f64) {
+        self.preconditioner.ascend(beta as f32, self.vectors);
+    }
+
+    fn multiply(&mut self) -> f64 {
+        let Vectors { p, q, partials, .. } = &mut *self.vectors;
+        self.matrix.apply(self.partition, p, q, partials)
+    }
+
+    fn is_at_end(&mut self, _: f64, _: f64) -> bool {
+        false
+    }
+
+    fn descend(&mut self, alpha: f64) -> DVec2 {
+        self.preconditioner.descend(alpha as f32, self.vectors)
+    }
 }

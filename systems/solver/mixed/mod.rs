@@ -26,13 +26,14 @@ mod state;
 mod vertex_blocks;
 
 use super::estimate::Limits;
-use super::{CgError, CgInfo, Factor, Operator};
+use super::recurrence::Reached;
+use super::{CgError, CgInfo, Factor, Operator, ProductMemory};
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::parallel;
 use adjacency::Adjacency;
-use cg::{Reached, Vectors};
+use cg::Vectors;
 use edits::Edits;
 use factored::Factored;
 use fingerprint::Fingerprint;
@@ -137,13 +138,13 @@ impl MixedSolver {
         operator: &Operator,
         params: &LinearParams,
         mut active: ActivePreconditioner,
-        corner: &mut Vec<[DVec3; 3]>,
+        memory: &mut ProductMemory<'_>,
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(CgInfo, bool), CgError> {
         let is_single = is_single(params, scratch);
         let (reference_sq, mut residual_sq, is_assembled) =
-            self.first_residual(operator, is_single, corner, x, scratch)?;
+            self.first_residual(operator, is_single, memory, x, scratch)?;
         let limits = Limits::new(params, reference_sq, [scratch.stored, scratch.motion_scale]);
         let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
         let (mut is_solved, mut shift) = (true, SHIFT);
@@ -198,7 +199,7 @@ impl MixedSolver {
                 by_recursion
             } else {
                 self.add_to(x, norm);
-                self.residual(operator, corner, x, scratch)
+                self.residual(operator, memory, x, scratch)
             };
             if matches!(active, ActivePreconditioner::Built(MixedPreconditioner::Multigrid)) {
                 self.multigrid.has_served(reached.iterations, (residual_sq / before_sq).sqrt());

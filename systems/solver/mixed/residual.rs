@@ -7,7 +7,7 @@ use crate::settings::LinearParams;
 use crate::storage::room::grow;
 use crate::systems::parallel;
 use crate::systems::solver::guess::{fit, is_none, residual_without};
-use crate::systems::solver::{CgError, Operator};
+use crate::systems::solver::{CgError, Operator, ProductMemory};
 use glam::{DVec3, Vec4};
 
 /// From this tolerance on all of a solve of few iterations is in single precision: the residual that it reports is then within
@@ -27,7 +27,7 @@ impl MixedSolver {
         &mut self,
         operator: &Operator,
         is_single: bool,
-        corner: &mut Vec<[DVec3; 3]>,
+        memory: &mut ProductMemory<'_>,
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(f64, f64, bool), CgError> {
@@ -36,7 +36,8 @@ impl MixedSolver {
             grow(vector, x.len(), residual.capacity());
             vector.resize(x.len(), DVec3::ZERO);
         }
-        let reference_sq = residual_without(operator, (x, free, residual), direction, product, partials)?;
+        let reference_sq =
+            residual_without(operator, (x, free, residual), direction, product, (partials, memory.passes))?;
         let b = direction;
         std::mem::swap(residual, b);
         if is_none(x, free) {
@@ -50,7 +51,7 @@ impl MixedSolver {
             let left = |v: usize, without: DVec3| without - q[row[v] as usize].truncate().as_dvec3() * scale;
             fit(x, free, residual, left, (pairs, partials))
         } else {
-            operator.apply(x, free, corner, product, partials);
+            operator.apply(x, free, memory, product, partials);
             fit(x, free, residual, |v, _| (b[v] - product[v]) * free[v], (pairs, partials))
         };
         Ok((reference_sq, residual_sq.unwrap_or(reference_sq), is_single))
@@ -86,12 +87,12 @@ impl MixedSolver {
     pub(super) fn residual(
         &self,
         operator: &Operator,
-        corner: &mut Vec<[DVec3; 3]>,
+        memory: &mut ProductMemory<'_>,
         x: &[DVec3],
         scratch: &mut SolverScratch,
     ) -> f64 {
         let SolverScratch { free, residual, direction: b, product, partials, .. } = scratch;
-        operator.apply(x, free, corner, product, partials);
+        operator.apply(x, free, memory, product, partials);
         parallel::sum_rows(residual, partials, |v, r| {
             *r = (b[v] - product[v]) * free[v];
             r.length_squared()

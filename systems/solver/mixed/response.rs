@@ -1,11 +1,12 @@
 //! The body's response to further loads, with the single-precision operator and the preconditioner of its last solve. Nothing that later solves depend on is changed.
 
-use super::cg::{Reached, solve};
+use super::cg::solve;
 use super::factored::Factored;
 use super::fingerprint::Fingerprint;
 use super::{MixedPreconditioner, MixedSolver, size};
 use crate::systems::parallel;
 use crate::systems::solver::estimate::Limits;
+use crate::systems::solver::recurrence::Reached;
 use crate::systems::solver::{CgError, Factor};
 use glam::{DVec3, Vec4};
 

@@ -5,8 +5,8 @@
 //! that stop leave a residual r, which does the work −x·r that no load has done. Scaled by x·b/x·A·x the answer of a guess does none,
 //! as that from zero: what then is lost of the energy is lost to the implicit step alone.
 
-use crate::components::{Forces, Increment, SolverScratch};
-use crate::systems::solver::Operator;
+use crate::components::{Increment, SolveResult, SolverScratch};
+use crate::systems::solver::{Operator, ProductMemory};
 use crate::systems::{StepContext, parallel, work};
 use glam::DVec3;
 
@@ -17,9 +17,9 @@ const LEAST: u32 = 4;
 const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 
 /// Iterations that a solve may take.
-pub(super) fn within_budget(step: &StepContext, scratch: &SolverScratch, iterations: u32) -> u32 {
+pub(super) fn within_budget(step: &StepContext, result: &SolveResult, iterations: u32) -> u32 {
     step.budget.map_or(iterations, |budget| {
-        iterations.min(budget.saturating_sub(scratch.work.saturating_add(work::SET_UP)).max(LEAST))
+        iterations.min(budget.saturating_sub(result.work.saturating_add(work::SET_UP)).max(LEAST))
     })
 }
 
@@ -34,14 +34,14 @@ pub(super) fn motion_by_an_edge(operator: &Operator, scratch: &mut SolverScratch
 /// Scales the answer along free axes so that what is left of the residual does no work along it.
 pub(super) fn scale_to_no_work(
     operator: &Operator,
-    forces: &mut Forces,
+    memory: &mut ProductMemory<'_>,
     increment: &mut Increment,
     scratch: &mut SolverScratch,
 ) {
     let SolverScratch { free, residual, product, partials, .. } = scratch;
     let delta = &mut increment.delta;
     product.resize(delta.len(), DVec3::ZERO);
-    let taken = operator.apply(delta, free, &mut forces.corner, product, partials);
+    let taken = operator.apply(delta, free, memory, product, partials);
     let left = parallel::sum(delta.len(), partials, |v| residual[v].dot(delta[v] * free[v]));
     let scale = 1.0 + left / taken;
     // Beyond that the answer is next to nothing, and stays.

@@ -59,7 +59,7 @@ fn the_model_is_within_5_percent_within_a_fifth_of_a_millimetre() {
     for hand in [DVec3::new(0.6, -0.2, 0.5), DVec3::new(0.0, 0.0, 1.5), DVec3::new(-0.8, 0.4, 0.1)] {
         let (mut simulation, body) = pinched(24, hand);
         let coupling = simulation.coupling_of_grip(body, 0).unwrap();
-        let model = Haptics::new(1000.0).model(&mut simulation, body, &coupling).unwrap();
+        let model = Haptics::new(1000.0).model(&simulation, body, &coupling).unwrap();
         assert!(model.force.distance(force(&simulation, body, &coupling)) < 1e-12);
         for way in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z, DVec3::ONE.normalize()] {
             let moved = way * 0.2;
@@ -78,7 +78,7 @@ fn the_stiffness_is_that_of_small_motions_and_gives_no_energy() {
     let (mut simulation, body) = pinched(16, hand);
     let coupling = simulation.coupling_of_grip(body, 0).unwrap();
     let mut haptics = Haptics::new(1000.0);
-    let model = haptics.model(&mut simulation, body, &coupling).unwrap();
+    let model = haptics.model(&simulation, body, &coupling).unwrap();
     let s = model.stiffness;
     assert_eq!(s, s.transpose());
     for i in 0..60_i32 {
@@ -98,7 +98,7 @@ fn the_stiffness_is_that_of_small_motions_and_gives_no_energy() {
     println!("model {s}\nmeasured {measured}");
     assert!(off < 1e-4 * PINCH, "{off}");
     // Over a short time masses resist as well: stiffer in every direction.
-    let short = Haptics::new(1.0).model(&mut simulation, body, &coupling).unwrap().stiffness;
+    let short = Haptics::new(1.0).model(&simulation, body, &coupling).unwrap().stiffness;
     for axis in 0..3 {
         assert!(short.col(axis)[axis] >= s.col(axis)[axis] - 1e-9);
     }
@@ -115,7 +115,7 @@ fn pins_have_a_model_too() {
     simulation.move_pins(body, "tool", |pin| pin.place + DVec3::new(0.3, 0.1, 0.8)).unwrap();
     simulation.settle(0.0, 1e-9).unwrap();
     let coupling = simulation.coupling_of_pins(body, "tool").unwrap();
-    let model = Haptics::new(1000.0).model(&mut simulation, body, &coupling).unwrap();
+    let model = Haptics::new(1000.0).model(&simulation, body, &coupling).unwrap();
     let mut worst = 0.0_f64;
     for way in [DVec3::X, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
         let by = |simulation: &mut Simulation, d: DVec3| {
@@ -146,7 +146,7 @@ fn refreshed_models_stay_near_those_made_anew_at_a_part_of_their_cost() {
     let (mut simulation, body) = pinched(24, DVec3::ZERO);
     let mut haptics = Haptics::new(5.0);
     let coupling = simulation.coupling_of_grip(body, 0).unwrap();
-    haptics.model(&mut simulation, body, &coupling).unwrap();
+    haptics.model(&simulation, body, &coupling).unwrap();
     assert!(haptics.work() > REFRESHED, "{}", haptics.work());
     for i in 1..60 {
         let part = f64::from(i) / 60.0;
@@ -154,7 +154,7 @@ fn refreshed_models_stay_near_those_made_anew_at_a_part_of_their_cost() {
         let coupling = simulation.coupling_of_grip(body, 0).unwrap();
         let model = haptics.refresh(&mut simulation, body, &coupling).unwrap();
         assert!(haptics.work() <= REFRESHED, "{}", haptics.work());
-        let anew = Haptics::new(5.0).model(&mut simulation, body, &coupling).unwrap();
+        let anew = Haptics::new(5.0).model(&simulation, body, &coupling).unwrap();
         assert!(model.force == anew.force && model.position == anew.position);
         let off = (model.stiffness - anew.stiffness).to_cols_array().into_iter().map(f64::abs).fold(0.0, f64::max);
         // A hand feels some per cent; the refreshed one is of the operator at the start of the step, in which the tissue moves by a fiftieth
@@ -178,7 +178,7 @@ fn refreshed_models_go_on_through_cuts() {
         }
         let coupling = simulation.coupling_of_grip(body, 0).unwrap();
         let model = haptics.refresh(&mut simulation, body, &coupling).unwrap();
-        let anew = Haptics::new(5.0).model(&mut simulation, body, &coupling).unwrap();
+        let anew = Haptics::new(5.0).model(&simulation, body, &coupling).unwrap();
         let off = (model.stiffness - anew.stiffness).to_cols_array().into_iter().map(f64::abs).fold(0.0, f64::max);
         // Right after a cut it has the stiffness of before.
         assert!(off < 0.1 * PINCH, "step {i}: {} instead of {}", model.stiffness, anew.stiffness);
@@ -190,7 +190,7 @@ fn a_blend_neither_jumps_nor_gives_energy() {
     let (mut simulation, body) = pinched(16, DVec3::ZERO);
     let (mut haptics, mut blend) = (Haptics::new(5.0), HapticBlend::new(5.0));
     let coupling = simulation.coupling_of_grip(body, 0).unwrap();
-    let start = haptics.model(&mut simulation, body, &coupling).unwrap();
+    let start = haptics.model(&simulation, body, &coupling).unwrap();
     blend.hand_over(&start);
     let hand = |tick: u32| {
         // Rounds that begin and end at rest.
@@ -232,9 +232,9 @@ fn what_holds_nothing_has_no_model() {
     let mut haptics = Haptics::new(1000.0);
     assert_eq!(simulation.coupling_of_grip(body, 1), Err(HapticError::NotClosed(1)));
     let nothing = Coupling::Springs { springs: Vec::new(), is_in_steps: false };
-    assert_eq!(haptics.model(&mut simulation, body, &nothing), Err(HapticError::HoldsNothing));
+    assert_eq!(haptics.model(&simulation, body, &nothing), Err(HapticError::HoldsNothing));
     let nothing = Coupling::Pins { pins: Vec::new(), force: DVec3::X };
-    assert_eq!(haptics.model(&mut simulation, body, &nothing), Err(HapticError::HoldsNothing));
+    assert_eq!(haptics.model(&simulation, body, &nothing), Err(HapticError::HoldsNothing));
     assert!(matches!(simulation.coupling_of_pins(body, "tool"), Err(HapticError::Pins(_))));
     let Coupling::Springs { springs, .. } = simulation.coupling_of_grip(body, 0).unwrap() else { panic!() };
     let vertex = springs[0].vertex;
@@ -243,14 +243,14 @@ fn what_holds_nothing_has_no_model() {
         Coupling::Springs { springs: vec![ToolSpring { vertex, point, stiffness }], is_in_steps: false }
     };
     for bad in [0.0, -1.0, f64::NAN] {
-        assert_eq!(haptics.model(&mut simulation, body, &tool(bad)), Err(HapticError::BadSpring(vertex)));
+        assert_eq!(haptics.model(&simulation, body, &tool(bad)), Err(HapticError::BadSpring(vertex)));
     }
     // A tool of one's own that no component knows of: through a cut as well.
     let tool = tool(0.1);
-    let whole = haptics.model(&mut simulation, body, &tool).unwrap();
+    let whole = haptics.model(&simulation, body, &tool).unwrap();
     simulation.cut(body, &[DVec3::new(0.0, 10.1, 0.0), DVec3::new(8.0, 10.1, 0.0)]).unwrap();
-    let cut = haptics.model(&mut simulation, body, &tool).unwrap();
+    let cut = haptics.model(&simulation, body, &tool).unwrap();
     assert!(cut.stiffness.is_finite() && cut.stiffness != whole.stiffness);
     simulation.despawn(body).unwrap();
-    assert_eq!(haptics.model(&mut simulation, body, &tool), Err(HapticError::NoSuchBody));
+    assert_eq!(haptics.model(&simulation, body, &tool), Err(HapticError::NoSuchBody));
 }

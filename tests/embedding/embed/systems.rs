@@ -2,7 +2,7 @@
 
 use crate::common::{DT, Square, state_bits};
 use glam::DVec3;
-use rhexis::components::{ExternalStiffness, Forces, Gravity, Increment, SolverScratch};
+use rhexis::components::{ExternalStiffness, Forces, Gravity, Increment, SolveResult};
 use rhexis::event::EventKind;
 use rhexis::schedule::Place;
 use rhexis::settings::Settings;
@@ -18,8 +18,8 @@ struct Wind(DVec3);
 
 fn wind(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
-    for (vertices, wind, scratch, forces) in world.query_mut::<(&Vertices, &Wind, &SolverScratch, &mut Forces)>() {
-        if !scratch.is_converged {
+    for (vertices, wind, result, forces) in world.query_mut::<(&Vertices, &Wind, &SolveResult, &mut Forces)>() {
+        if !result.is_converged {
             count += 1;
             forces.nodal.iter_mut().zip(&vertices.mass).for_each(|(force, mass)| *force += wind.0 * *mass);
         }

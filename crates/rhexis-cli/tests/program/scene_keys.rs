@@ -189,7 +189,7 @@ fn holds_along_a_direction_and_clamps_under_a_force() {
 #[test]
 fn a_torn_surface_is_read_back_from_obj_and_ply() {
     let cut = "[[bodies.cuts]]\npolyline = [[0, 5], [6, 5]]\n";
-    let mut instance =
+    let instance =
         scene("static", "", &format!("[[bodies.holds]]\nname = 'r'\nregion = {{ all = true }}\n{cut}")).unwrap();
     let frame = instance.simulation.frame();
     let folder = tempfile::tempdir().unwrap();

@@ -6,7 +6,7 @@ use super::errors::norm_sq;
 use super::trace::nodal_stress;
 use glam::DVec3;
 use hecs::Entity;
-use rhexis::components::{Frames, Increment, SolverScratch};
+use rhexis::components::{Frames, Increment, SolveResult};
 use rhexis::math::Sym2;
 use rhexis::schedule::{STEP, Stage, System};
 use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings};
@@ -162,8 +162,8 @@ fn solve(simulation: &mut Simulation, body: Entity, dt: f64, settings: &Settings
         }
         ms
     });
-    let scratch = world.get::<&SolverScratch>(body).map_err(gone)?;
-    Ok(Solved { ms, iterations: scratch.iterations, residual: scratch.linear_residual })
+    let result = world.get::<&SolveResult>(body).map_err(gone)?;
+    Ok(Solved { ms, iterations: result.iterations, residual: result.linear_residual })
 }
 
 /// Stress at the vertices inside \[MPa\], zero on the boundary.

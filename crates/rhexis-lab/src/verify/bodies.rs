@@ -9,9 +9,10 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{LinearParams, Settings, Tangent};
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::{Attached, Topology, Triangles, Vertices};
+use rhexis::systems::bending::BendingPasses;
 use rhexis::systems::forces::assembly;
 use rhexis::systems::kernels::membrane::second_piola;
-use rhexis::systems::solver::Operator;
+use rhexis::systems::solver::{Operator, ProductMemory};
 
 /// Settings that solve every step nearly to rounding, on one thread: cases run side by side. Rounding of forces is 1e-14 N,
 /// about 2e-12 of the largest corner force where a ramp begins.
@@ -107,7 +108,8 @@ pub(super) fn linear(simulation: &mut Simulation, body: Entity) -> Result<Linear
     let displacement = increment.displacement.clone();
     let operator = operator(vertices, triangles, topology, frames);
     let mut product = vec![DVec3::ZERO; displacement.len()];
-    operator.apply(&displacement, &scratch.free, &mut Vec::new(), &mut product, &mut Vec::new());
+    let memory = &mut ProductMemory { corner: &mut Vec::new(), passes: &mut BendingPasses::default() };
+    operator.apply(&displacement, &scratch.free, memory, &mut product, &mut Vec::new());
     // On held axes this is the reaction, on free ones what the solve has left.
     let left: Vec<DVec3> = product.iter().zip(&forces.nodal).map(|(k, f)| *k - *f).collect();
     let scale = product.iter().map(|f| f.length()).fold(0.0, f64::max);
@@ -126,18 +128,7 @@ pub(super) fn operator<'a>(
     topology: &'a Topology,
     frames: &'a Frames,
 ) -> Operator<'a> {
-    Operator {
-        vertices,
-        triangles,
-        topology,
-        frames,
-        external: None,
-        folds: None,
-        inertia: 0.0,
-        viscosity: 0.0,
-        pressure: 0.0,
-        tangent: Tangent::Exact,
-    }
+    Operator::membrane((vertices, triangles, topology, frames), Tangent::Exact)
 }
 
 /// Copies of a body's tables with its frames brought up to the positions, ready for an [`operator`].

@@ -5,7 +5,8 @@ use super::bodies::{Snapshot, operator};
 use glam::DVec3;
 use rhexis::components::{FreeAxes, SolverScratch};
 use rhexis::settings::LinearParams;
-use rhexis::systems::solver::{self, Available, Factor, Refresh};
+use rhexis::systems::bending::BendingPasses;
+use rhexis::systems::solver::{self, Available, Factor, ProductMemory, Refresh};
 use std::f64::consts::TAU;
 
 /// Krylov vectors: the lowest three of a spectrum like a membrane's are then exact to 1e-10.
@@ -18,7 +19,7 @@ pub(super) fn lowest_frequencies(body: &Snapshot, free: &FreeAxes, count: usize)
     let operator = operator(&body.vertices, &body.triangles, &body.topology, &body.frames);
     let mass = &body.vertices.mass;
     let mut scratch = SolverScratch { free: free.clone(), ..SolverScratch::default() };
-    let mut corner = Vec::new();
+    let (mut corner, mut passes) = (Vec::new(), BendingPasses::default());
     let params = LinearParams::by_residual(1e-12, 20_000);
     let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).zip(mass).map(|((a, b), m)| a.dot(*b) * m).sum::<f64>();
 
@@ -37,7 +38,8 @@ pub(super) fn lowest_frequencies(body: &Snapshot, free: &FreeAxes, count: usize)
         let mut image = vec![DVec3::ZERO; last.len()];
         scratch.residual = last.iter().zip(mass).zip(free).map(|((x, m), f)| *x * *m * *f).collect();
         let mut available = Available { factor: Some((&mut factor, Refresh::Now)), mixed: None };
-        solver::solve(&operator, &params, &mut available, &mut corner, &mut image, &mut scratch)?;
+        let mut memory = ProductMemory { corner: &mut corner, passes: &mut passes };
+        solver::solve(&operator, &params, &mut available, &mut memory, &mut image, &mut scratch)?;
         diagonal.push(dot(last, &image));
         // Twice is enough (Kahan).
         for _ in 0..2 {

@@ -7,7 +7,7 @@ use rhexis::membrane::{BodyError, Membrane};
 use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Topology, TriangleMesh, Triangles, Vertices};
-use rhexis::systems::bending::DihedralAngles;
+use rhexis::systems::bending::{BendingPasses, DihedralAngles};
 use rhexis_scene::generate;
 
 const LENGTH: f64 = 10.0;
@@ -114,6 +114,7 @@ struct Cap {
     triangles: Triangles,
     topology: Topology,
     folds: DihedralAngles,
+    passes: BendingPasses,
 }
 
 const OWN: Bending = Bending { stiffness: None };
@@ -128,20 +129,26 @@ impl Cap {
         let vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
         let triangles = (*world.get::<&Triangles>(body).unwrap()).clone();
         let topology = (*world.get::<&Topology>(body).unwrap()).clone();
-        let mut folds = DihedralAngles::default();
-        folds.refresh(&vertices, &triangles, &topology, &OWN);
-        Self { vertices, triangles, topology, folds }
+        let (mut folds, mut passes) = (DihedralAngles::default(), BendingPasses::default());
+        folds.refresh((&vertices, &triangles, &topology), &OWN, &mut passes);
+        Self { vertices, triangles, topology, folds, passes }
+    }
+
+    /// Finds the angles at these positions.
+    fn evaluate(&mut self, x: &[DVec3], factor: f64) {
+        self.folds.evaluate(&self.triangles.corners, x, factor, &mut self.passes);
     }
 
     fn energy(&mut self, x: &[DVec3]) -> f64 {
-        self.folds.evaluate(&self.triangles.corners, x, 1.0);
+        self.evaluate(x, 1.0);
         self.folds.energy()
     }
 
     fn forces(&mut self, x: &[DVec3]) -> Vec<DVec3> {
-        self.folds.evaluate(&self.triangles.corners, x, 1.0);
+        self.evaluate(x, 1.0);
         let mut forces = vec![DVec3::ZERO; x.len()];
-        self.folds.add_forces(&self.triangles.corners, &self.topology, |_| DVec3::ZERO, &mut forces);
+        let Self { triangles, topology, folds, passes, .. } = self;
+        folds.add_forces(&triangles.corners, topology, |_| DVec3::ZERO, &mut forces, passes);
         forces
     }
 
@@ -178,12 +185,13 @@ fn the_force_is_the_gradient_of_the_energy() {
 fn the_tangents_are_symmetric_semidefinite_and_one_majorises_the_other() {
     let mut cap = Cap::new();
     let x = cap.noisy(0.15);
-    cap.folds.evaluate(&cap.triangles.corners, &x, 1.0);
+    cap.evaluate(&x, 1.0);
     let mut random = Random::new(11);
     let mut vector = || -> Vec<DVec3> { x.iter().map(|_| random.vector(1.0)).collect() };
-    let product = |u: &[DVec3], is_exact: bool| {
+    let mut passes = BendingPasses::default();
+    let mut product = |u: &[DVec3], is_exact: bool| {
         let mut product = vec![DVec3::ZERO; u.len()];
-        cap.folds.add_product(&cap.triangles.corners, &cap.topology, u, is_exact, &mut product);
+        cap.folds.add_product(&cap.triangles.corners, &cap.topology, u, is_exact, &mut product, &mut passes);
         product
     };
     for _ in 0..5 {
@@ -215,17 +223,17 @@ fn a_motion_leaves_over_what_energy_forces_and_tangent_say() {
     let change = cap.energy(&end) - cap.energy(&x);
     let forces = dot(&cap.forces(&x), &u);
     // With damping that holds a third as much as the folds.
-    cap.folds.evaluate(&cap.triangles.corners, &x, 1.3);
+    cap.evaluate(&x, 1.3);
     for is_exact in [false, true] {
         let mut product = vec![DVec3::ZERO; u.len()];
-        cap.folds.add_product(&cap.triangles.corners, &cap.topology, &u, is_exact, &mut product);
+        cap.folds.add_product(&cap.triangles.corners, &cap.topology, &u, is_exact, &mut product, &mut cap.passes);
         let pull = dot(&product, &u);
         let found = cap.folds.spurious_energy(
             &cap.triangles.corners,
             (u.len(), |v| [u[v], end[v]]),
             None,
             is_exact,
-            &mut Vec::new(),
+            (&mut Vec::new(), &mut cap.passes),
         );
         // Hundreds of terms of the size of the largest: rounding.
         let expected = change + forces - pull;
@@ -242,22 +250,25 @@ fn angles_at_the_end_of_a_motion_serve_only_there() {
     let mut elsewhere = end.clone();
     elsewhere[40].x += 1e-9;
     for at in [&end, &elsewhere] {
-        cap.folds.evaluate(&cap.triangles.corners, &x, 1.0);
+        cap.evaluate(&x, 1.0);
         let motion = |v: usize| [end[v] - x[v], end[v]];
-        cap.folds.spurious_energy(&cap.triangles.corners, (x.len(), motion), None, false, &mut Vec::new());
+        let memory = (&mut Vec::new(), &mut cap.passes);
+        cap.folds.spurious_energy(&cap.triangles.corners, (x.len(), motion), None, false, memory);
         // As found by one that knows of no motion, to the last bit.
         assert!(cap.forces(at) == Cap::new().forces(at));
     }
     // New rest angles, or another mesh: as if there had been none.
     cap.vertices.rest_position[40].z += 0.1;
     let stiffer = Bending { stiffness: Some(0.1) };
-    cap.folds.refresh(&cap.vertices, &cap.triangles, &cap.topology, &stiffer);
-    let mut anew = DihedralAngles::default();
-    anew.refresh(&cap.vertices, &cap.triangles, &cap.topology, &stiffer);
+    let tables = (&cap.vertices, &cap.triangles, &cap.topology);
+    cap.folds.refresh(tables, &stiffer, &mut cap.passes);
+    let (mut anew, mut fresh) = (DihedralAngles::default(), BendingPasses::default());
+    anew.refresh(tables, &stiffer, &mut fresh);
     let mut forces = [vec![DVec3::ZERO; end.len()], vec![DVec3::ZERO; end.len()]];
-    for (folds, forces) in [&mut cap.folds, &mut anew].into_iter().zip(&mut forces) {
-        folds.evaluate(&cap.triangles.corners, &end, 1.0);
-        folds.add_forces(&cap.triangles.corners, &cap.topology, |_| DVec3::ZERO, forces);
+    let both = [(&mut cap.folds, &mut cap.passes), (&mut anew, &mut fresh)];
+    for ((folds, passes), forces) in both.into_iter().zip(&mut forces) {
+        folds.evaluate(&cap.triangles.corners, &end, 1.0, passes);
+        folds.add_forces(&cap.triangles.corners, &cap.topology, |_| DVec3::ZERO, forces, passes);
     }
     assert!(largest(&forces[0]) > 0.0 && forces[0] == forces[1]);
 }
@@ -323,11 +334,12 @@ fn rest_angles_follow_tears_and_refinement_as_if_made_anew() {
         let count = simulation.world().get::<&Triangles>(body).unwrap().len();
         assert!(count > 400, "{count}");
         let world = simulation.world_mut();
-        type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a mut DihedralAngles);
-        let (vertices, triangles, topology, folds) = world.query_one_mut::<Query>(body).unwrap();
-        folds.refresh(vertices, triangles, topology, &OWN);
+        type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a mut DihedralAngles, &'a mut BendingPasses);
+        let (vertices, triangles, topology, folds, passes) = world.query_one_mut::<Query>(body).unwrap();
+        let tables = (vertices, triangles, topology);
+        folds.refresh(tables, &OWN, passes);
         let mut anew = DihedralAngles::default();
-        anew.refresh(vertices, triangles, topology, &OWN);
+        anew.refresh(tables, &OWN, passes);
         assert!(folds.has_rest_of(&anew), "after cut {cut}");
     }
 }
@@ -348,7 +360,7 @@ fn swung(threads: usize, mesh: &TriangleMesh) -> (Simulation, hecs::Entity) {
 #[test]
 fn a_balance_of_energy_counts_bending_and_threads_change_no_bit() {
     let mesh = generate::jittered(LENGTH, WIDTH, 40, 16, 3).unwrap();
-    let (mut simulation, body) = swung(1, &mesh);
+    let (simulation, body) = swung(1, &mesh);
     let (other, other_body) = swung(2, &mesh);
     let same = |a: &Vertices, b: &Vertices| a.position == b.position && a.velocity == b.velocity;
     let positions = (*simulation.world().get::<&Vertices>(body).unwrap()).clone();

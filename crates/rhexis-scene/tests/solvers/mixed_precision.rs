@@ -9,8 +9,11 @@ use rhexis::math::{ElementState, GeometricStiffness, Sym3};
 use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
+use rhexis::systems::bending::BendingPasses;
 use rhexis::systems::kernels::membrane;
-use rhexis::systems::solver::{self, Available, CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator};
+use rhexis::systems::solver::{
+    self, Available, CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, ProductMemory,
+};
 use rhexis_scene::Document;
 
 /// Preconditioners of the mixed-precision solver.
@@ -78,16 +81,10 @@ impl Torn {
 
     fn operator(&self) -> Operator<'_> {
         Operator {
-            vertices: &self.vertices,
-            triangles: &self.triangles,
-            topology: &self.topology,
-            frames: &self.frames,
             external: self.external.as_ref(),
-            folds: None,
             inertia: 1e-2,
             viscosity: 0.1,
-            pressure: 0.0,
-            tangent: self.tangent,
+            ..Operator::membrane((&self.vertices, &self.triangles, &self.topology, &self.frames), self.tangent)
         }
     }
 
@@ -108,20 +105,20 @@ impl Torn {
     ) -> (Result<CgInfo, CgError>, Vec<DVec3>) {
         let mut scratch =
             SolverScratch { free: self.free.clone(), residual: self.load.clone(), ..SolverScratch::default() };
-        let mut corner = Vec::new();
+        let mut memory = ProductMemory { corner: &mut Vec::new(), passes: &mut BendingPasses::default() };
         let mut mixed = MixedSolver::default();
         let mut available = Available { factor: None, mixed: kind.map(|kind| (&mut mixed, kind)) };
         let params = LinearParams::by_residual(tolerance, 20_000);
-        let info = solver::solve(&self.operator(), &params, &mut available, &mut corner, &mut x, &mut scratch);
+        let info = solver::solve(&self.operator(), &params, &mut available, &mut memory, &mut x, &mut scratch);
         (info, x)
     }
 
     /// |b − A·x| over what it is for the prescribed motion alone.
     fn relative_residual(&self, x: &[DVec3]) -> f64 {
         let norm = |x: &[DVec3]| {
-            let mut corner = Vec::new();
+            let mut memory = ProductMemory { corner: &mut Vec::new(), passes: &mut BendingPasses::default() };
             let mut product = vec![DVec3::ZERO; x.len()];
-            self.operator().apply(x, &self.free, &mut corner, &mut product, &mut Vec::new());
+            self.operator().apply(x, &self.free, &mut memory, &mut product, &mut Vec::new());
             let rows = self.load.iter().zip(&product).zip(&self.free);
             rows.map(|((b, p), f)| ((*b - *p) * *f).length_squared()).sum::<f64>().sqrt()
         };

@@ -10,9 +10,10 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{LinearParams, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
+use rhexis::systems::bending::BendingPasses;
 use rhexis::systems::forces::corotation;
 use rhexis::systems::kernels::membrane;
-use rhexis::systems::solver::{self, Available, MixedPreconditioner, MixedSolver, Operator};
+use rhexis::systems::solver::{self, Available, MixedPreconditioner, MixedSolver, Operator, ProductMemory};
 use rhexis_scene::Document;
 
 /// Meshes M(nx, ny) of 1,500, 15,010, 150,000 and 1,501,000 triangles.
@@ -97,16 +98,9 @@ impl System {
 
     fn operator(&self) -> Operator<'_> {
         Operator {
-            vertices: &self.vertices,
-            triangles: &self.triangles,
-            topology: &self.topology,
-            frames: &self.frames,
             external: self.external.as_ref(),
-            folds: None,
             inertia: self.inertia,
-            viscosity: 0.0,
-            pressure: 0.0,
-            tangent: Tangent::Rotated,
+            ..Operator::membrane((&self.vertices, &self.triangles, &self.topology, &self.frames), Tangent::Rotated)
         }
     }
 
@@ -114,11 +108,11 @@ impl System {
     fn iterations(&self, mixed: &mut MixedSolver, tolerance: f64) -> u32 {
         let mut scratch =
             SolverScratch { free: self.free.clone(), residual: self.load.clone(), ..SolverScratch::default() };
-        let mut corner = Vec::new();
+        let mut memory = ProductMemory { corner: &mut Vec::new(), passes: &mut BendingPasses::default() };
         let mut x = self.guess.clone();
         let mut available = Available { factor: None, mixed: Some((mixed, MixedPreconditioner::Multigrid)) };
         let params = LinearParams::by_residual(tolerance, 1000);
-        let info = solver::solve(&self.operator(), &params, &mut available, &mut corner, &mut x, &mut scratch).unwrap();
+        let info = solver::solve(&self.operator(), &params, &mut available, &mut memory, &mut x, &mut scratch).unwrap();
         assert!(info.relative_residual <= tolerance, "{}", info.relative_residual);
         info.iterations
     }

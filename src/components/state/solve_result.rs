@@ -1,0 +1,51 @@
+//! What the solves of a step report of a body.
+
+use crate::components::Fault;
+use crate::settings::Tangent;
+
+/// What the last solve of a body reached, and the work of its step. A body without one is left out of a step.
+#[derive(Clone, Debug, Default)]
+pub struct SolveResult {
+    /// Linear iterations in this step.
+    pub iterations: u32,
+    /// Newton iterations in this step, or in its last stage.
+    pub newton_iterations: u32,
+    /// Relative residual of the last linear solve.
+    pub linear_residual: f64,
+    /// Estimated error of the stress after it, relative to the stress in the body; zero where it was not asked for.
+    pub stress_error: f64,
+    /// Estimated error of positions after the last linear solve, over the mean edge; zero where it was not asked for.
+    pub position_error: f64,
+    /// Whether a linear solve of this step stopped because time was up.
+    pub is_late: bool,
+    /// Largest free nodal imbalance at the last evaluation \[N\].
+    pub imbalance: f64,
+    /// Whether this body needs no further iteration in this step.
+    pub is_converged: bool,
+    /// Whether the exact tangent was indefinite and the rotated one took its place.
+    pub fell_back: bool,
+    /// The tangent that the last linear solve used.
+    pub tangent: Tangent,
+    /// Work that this step has taken, retries and resumes included, in iterations of linear solves.
+    pub work: u32,
+    /// Why the last step of the body was given up.
+    pub fault: Option<Fault>,
+}
+
+impl SolveResult {
+    /// Number of a body's rows to work on in this iteration: all of them, or none.
+    pub fn rows_to_solve(&self, rows: usize) -> usize {
+        if self.is_converged { 0 } else { rows }
+    }
+
+    /// Begins a step; a body that sleeps is done with it.
+    pub(crate) fn begin(&mut self, is_asleep: bool) {
+        (self.iterations, self.newton_iterations, self.is_late) = (0, 0, false);
+        (self.is_converged, self.fell_back, self.fault) = (is_asleep, false, None);
+    }
+
+    /// Forgets what an attempt that is undone has come to.
+    pub(crate) fn forget_attempt(&mut self) {
+        (self.linear_residual, self.stress_error, self.imbalance) = (0.0, 0.0, 0.0);
+    }
+}
