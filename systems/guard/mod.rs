@@ -35,12 +35,12 @@ pub mod nonlinear;
 mod patch;
 mod place;
 mod solved;
+mod verdict;
 
 use crate::components::{
     Damping, Drag, FibreLaws, Frames, FreeAxes, Grips, GuardLedger, Increment, Planar, PreStretch, SolveResult,
     SolverScratch, Tautness, fibre_law,
 };
-use crate::event::{GuardCause, GuardPlace};
 use crate::math::Orthotropic;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
@@ -49,8 +49,8 @@ use crate::systems::solver::{Operator, reactions};
 use crate::systems::{Formula, StepContext, parallel};
 use bound::bound;
 use glam::DVec3;
-use patch::Patch;
-use solved::{Bounds, Solved, Sums};
+use solved::{Solved, Sums};
+use verdict::{Judged, Permitted};
 
 /// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
 /// much smaller one would refuse steps that do no harm.
@@ -108,144 +108,94 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     let count = parallel::for_bodies::<Query>(
         world,
         |((_, triangles, ..), _, (result, ..), ..)| result.rows_to_solve(triangles.len()),
-        |(
-            (vertices, triangles, topology, frames),
-            (increment, folds, passes, holders),
-            (result, scratch, ledger),
-            (damping, drag),
-            (pre_stretch, planar, fibres),
-        )| {
-            let work = scratch.residual_work;
-            let tautness = *increment.tautness.get_or_insert_with(|| Tautness {
-                slack: slack_energy(triangles, |t| &triangles.stiffness[t]),
-                stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
-            });
-            let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
-            let (inertia, tangent) = (step.inertia(), result.tangent);
-            let operator = Operator {
-                folds,
-                inertia,
-                viscosity,
-                ..Operator::membrane((vertices, triangles, topology, frames), tangent)
-            };
-            let fibres = fibre_law(fibres, pre_stretch);
-            let (is_planar, unstretched) = (planar.is_some(), PreStretch::unstretched(pre_stretch));
-            let law = BodyLaw { is_planar, unstretched, fibres: fibres.as_ref() };
-            let (is_counted, stored, rate) = (scratch.is_counted, scratch.stored, step.rate());
-            let spike = if step.is_retried || step.is_correction || ledger.relaxing > 0 { usize::MAX } else { SPIKE };
-            let is_used_up = step.is_used_up(result.work);
-            let may_correct = step.corrections > 0
-                && !is_used_up
-                && scratch.allowed.is_empty()
-                && !may_spin(planar, &scratch.free, holders.0);
-            let SolverScratch { free, partials, pairs, to_correct, .. } = &mut *scratch;
-            let GuardLedger { spurious_energy, unchecked_bound, .. } = &mut *ledger;
-            let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
-            let drag = drag.map_or(0.0, |drag| drag.coefficient * rate);
-            let solved = Solved {
-                operator,
-                increment,
-                delta: &increment.delta,
-                free,
-                law,
-                is_counted,
-                is_damped_before,
-                drag,
-                rate,
-            };
-            // What the solve before has created is in the body where this one starts, and it is to take it away.
-            let is_corrected = to_correct.is_some();
-            let most = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(stored, tautness.slack, partials));
-            // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
-            let mut before = if is_corrected { *spurious_energy } else { spurious_energy.min(most) };
-            *unchecked_bound = unchecked_bound.min(UNCHECKED * most);
-            let bound = if is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
-                f64::INFINITY
-            } else {
-                bound((increment, triangles, frames), (stored, tautness.stiffest), partials, pairs)
-            };
-            if before + work <= most && *unchecked_bound + bound <= UNCHECKED * most {
-                *unchecked_bound += bound;
-                ledger.spurious_energy = (before + work).max(0.0);
-                return;
-            }
-            let mut spare = BendingPasses::default();
-            let mut sums = Sums { partials, passes: passes.unwrap_or(&mut spare) };
-            let more = solved.spurious_energy(1.0, &mut sums);
-            if bound.is_finite() {
-                // What was not looked at has created as much of its bound as what is looked at now.
-                before += *unchecked_bound * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
-                *unchecked_bound = 0.0;
-            }
-            let limit = most;
-            let most = most - *unchecked_bound;
-            let before = if is_corrected { before } else { before.min(most) };
-            let (mut fraction, mut sum, mut place) = (1.0, before + more + work, None);
-            // A sum that is no number is too much, and what rounding makes of nothing is nothing.
-            let most = most * (1.0 + ROUNDING);
-            if !(sum <= most || may_correct && is_corrected) {
-                place = Some(solved.place(work, more + work, holders, &mut sums));
-            }
-            let mut patch = None;
-            if !(sum <= most) {
-                let full = Operator { external: holders.1, ..solved.operator };
-                let found = Patch::found(&solved, &full, spike, (sum, most), |patch| {
-                    before
-                        + patch.judged(&solved).spurious_energy(1.0, &mut sums)
-                        + work
-                        + patch.unearned(&solved, &full)
-                });
-                (patch, sum) = found.map_or((None, sum), |(patch, sum)| (Some(patch), sum));
-            }
-            if (step.is_fallback || is_used_up && !is_corrected) && !(sum <= most) {
-                let bounds = Bounds { before, work, unsolved: solved.unsolved(sums.partials), most };
-                (fraction, sum) = solved.shorten(&bounds, HALVED, &mut sums);
-                // What stands and would stand for ever goes as little as need be.
-                if fraction == 0.0 && increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
-                    (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, &mut sums);
-                }
-            }
-            if may_correct && sum > most && sum.is_finite() {
-                // The first answer carries the prescribed motion, and goes all its way.
-                if is_corrected {
-                    let full = Operator { external: holders.1, ..solved.operator };
-                    let found = solved.fraction(&full, &mut sums);
-                    (fraction, sum) = (found.fraction, before + found.created + found.fraction * work);
-                }
-                if let Some(place) = place {
-                    increment.guard.correct(place.cause);
-                }
-                increment.take_fraction(&scratch.free, fraction);
-                (ledger.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
-                return;
-            }
-            ledger.creates_energy = !(sum <= most);
-            increment.creates_at = place;
-            if ledger.creates_energy {
-                return;
-            }
-            ledger.spurious_energy = sum.max(0.0);
-            scratch.is_counted = true;
-            if let Some(patch) = patch {
-                increment.delta.copy_from_slice(&patch.way);
-                increment.is_fraction = true;
-                increment.relaxed = increment.relaxed.max(patch.len());
-                ledger.relaxing = RELAXING;
-                increment.guard.relax(place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane)));
-            }
-            if fraction < 1.0 {
-                ledger.is_step_limited = true;
-                increment.is_fraction = true;
-                increment.limits[0] = true;
-                let place = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
-                increment.guard.limit(place, increment.delta.len());
-                increment.take_fraction(&scratch.free, fraction);
-            }
-        },
+        |body| enforce_in(body, step),
     );
     // Those of bodies that did not go the whole answer's way.
     reactions::of_part(world, step);
     count
+}
+
+/// The same for one body.
+fn enforce_in(
+    (
+        (vertices, triangles, topology, frames),
+        (increment, folds, passes, holders),
+        (result, scratch, ledger),
+        (damping, drag),
+        (pre_stretch, planar, fibres),
+    ): Query<'_>,
+    step: &StepContext,
+) {
+    let tautness = *increment.tautness.get_or_insert_with(|| Tautness {
+        slack: slack_energy(triangles, |t| &triangles.stiffness[t]),
+        stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
+    });
+    let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), result.tangent);
+    let membrane = Operator::membrane((vertices, triangles, topology, frames), tangent);
+    let operator = Operator { folds, inertia: step.inertia(), viscosity, ..membrane };
+    let fibres = fibre_law(fibres, pre_stretch);
+    let (is_planar, unstretched) = (planar.is_some(), PreStretch::unstretched(pre_stretch));
+    let is_used_up = step.is_used_up(result.work);
+    let may_correct = step.corrections > 0
+        && !is_used_up
+        && scratch.allowed.is_empty()
+        && !may_spin(planar, &scratch.free, holders.0);
+    let (stored, work) = (scratch.stored, scratch.residual_work);
+    let SolverScratch { free, partials, pairs, to_correct, is_counted, .. } = &mut *scratch;
+    let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
+    let solved = Solved {
+        operator,
+        increment,
+        delta: &increment.delta,
+        free,
+        law: BodyLaw { is_planar, unstretched, fibres: fibres.as_ref() },
+        is_counted: *is_counted,
+        is_damped_before,
+        drag: drag.map_or(0.0, |drag| drag.coefficient * step.rate()),
+        rate: step.rate(),
+    };
+    // What the solve before has created is in the body where this one starts, and it is to take it away.
+    let is_corrected = to_correct.is_some();
+    let limit = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(stored, tautness.slack, partials));
+    // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
+    let mut before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
+    ledger.unchecked_bound = ledger.unchecked_bound.min(UNCHECKED * limit);
+    let bound = if is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
+        f64::INFINITY
+    } else {
+        bound((increment, triangles, frames), (stored, tautness.stiffest), partials, pairs)
+    };
+    if before + work <= limit && ledger.unchecked_bound + bound <= UNCHECKED * limit {
+        ledger.unchecked_bound += bound;
+        ledger.spurious_energy = (before + work).max(0.0);
+        return;
+    }
+    let mut spare = BendingPasses::default();
+    let mut sums = Sums { partials, passes: passes.unwrap_or(&mut spare) };
+    let more = solved.spurious_energy(1.0, &mut sums);
+    if bound.is_finite() {
+        // What was not looked at has created as much of its bound as what is looked at now.
+        before += ledger.unchecked_bound * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
+        ledger.unchecked_bound = 0.0;
+    }
+    let most = limit - ledger.unchecked_bound;
+    let judged = Judged {
+        solved: &solved,
+        holders,
+        before: if is_corrected { before } else { before.min(most) },
+        more,
+        work,
+        // What rounding makes of nothing is nothing.
+        most: most * (1.0 + ROUNDING),
+    };
+    let may = Permitted {
+        triangles: if step.is_retried || step.is_correction || ledger.relaxing > 0 { usize::MAX } else { SPIKE },
+        is_shortened: step.is_fallback || is_used_up && !is_corrected,
+        is_corrected,
+        is_solved_further: may_correct,
+    };
+    let (verdict, place) = judged.verdict(&may, &mut sums);
+    verdict.apply(place, limit, (increment, scratch, ledger));
 }
 
 /// Whether nothing holds a body, or only its plane: halves of a step keep its spin, which Newton's method brakes as backward Euler does.

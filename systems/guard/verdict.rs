@@ -1,0 +1,148 @@
+//! The verdict on a solve's answer: it is kept, gone in part, solved further or refused.
+
+use super::patch::Patch;
+use super::solved::{Bounds, Solved, Sums};
+use super::{HALVED, LEAST_FRACTION, RELAXING, place};
+use crate::components::{GuardLedger, Increment, SolverScratch};
+use crate::event::{GuardCause, GuardPlace};
+use crate::systems::solver::Operator;
+use glam::DVec3;
+
+/// What may be done about an answer that creates too much.
+pub(super) struct Permitted {
+    /// Triangles of the first patch at the most, whose vertices find their own way.
+    pub triangles: usize,
+    /// Whether the body may take a fraction of the answer.
+    pub is_shortened: bool,
+    /// Whether the answer is a further solve's.
+    pub is_corrected: bool,
+    /// Whether the body may be solved further.
+    pub is_solved_further: bool,
+}
+
+/// An answer with the energies by which it is judged \[mJ\].
+pub(super) struct Judged<'a> {
+    pub solved: &'a Solved<'a>,
+    pub holders: place::Holders<'a>,
+    /// Spurious energy of earlier solves.
+    pub before: f64,
+    /// Spurious energy of this one.
+    pub more: f64,
+    /// Work of its residual.
+    pub work: f64,
+    /// Limit of the sum.
+    pub most: f64,
+}
+
+/// What becomes of an answer, and the spurious energy \[mJ\] with it.
+pub(super) enum Verdict {
+    /// The body goes its way, or that of a patch.
+    Kept(f64, Option<Patch>),
+    /// It goes this fraction of it.
+    Limited(f64, f64),
+    /// It goes this fraction of it, and is solved further from there.
+    SolvedFurther(f64, f64),
+    /// The step is undone.
+    Refused,
+}
+
+impl Judged<'_> {
+    /// The verdict, and where the most was created if that is too much.
+    pub(super) fn verdict(&self, may: &Permitted, sums: &mut Sums<'_>) -> (Verdict, Option<GuardPlace>) {
+        let Self { solved, before, more, work, most, .. } = *self;
+        let sum = before + more + work;
+        if sum <= most {
+            return (Verdict::Kept(sum, None), None);
+        }
+        let is_known = may.is_solved_further && may.is_corrected;
+        let place = (!is_known).then(|| solved.place(work, more + work, self.holders, sums));
+        // A sum that is no number is too much.
+        let verdict = if let Some((patch, sum)) = self.patch(may.triangles, sum, sums) {
+            Verdict::Kept(sum, Some(patch))
+        } else if may.is_shortened {
+            self.shortened(sums)
+        } else if may.is_solved_further && sum.is_finite() {
+            self.solved_further(may.is_corrected, sum, sums)
+        } else {
+            Verdict::Refused
+        };
+        (verdict, place)
+    }
+
+    /// The operator of the solve, with what holds the body.
+    fn full(&self) -> Operator<'_> {
+        Operator { external: self.holders.1, ..self.solved.operator }
+    }
+
+    fn patch(&self, triangles: usize, sum: f64, sums: &mut Sums<'_>) -> Option<(Patch, f64)> {
+        let full = self.full();
+        Patch::found(self.solved, &full, triangles, (sum, self.most), |patch| {
+            self.before
+                + patch.judged(self.solved).spurious_energy(1.0, sums)
+                + self.work
+                + patch.unearned(self.solved, &full)
+        })
+    }
+
+    fn shortened(&self, sums: &mut Sums<'_>) -> Verdict {
+        let Self { solved, before, work, most, .. } = *self;
+        let bounds = Bounds { before, work, unsolved: solved.unsolved(sums.partials), most };
+        let (mut fraction, mut sum) = solved.shorten(&bounds, HALVED, sums);
+        // What stands and would stand for ever goes as little as need be.
+        if fraction == 0.0 && solved.increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
+            (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, sums);
+        }
+        if sum <= most { Verdict::Limited(sum, fraction) } else { Verdict::Refused }
+    }
+
+    fn solved_further(&self, is_corrected: bool, sum: f64, sums: &mut Sums<'_>) -> Verdict {
+        // The first answer carries the prescribed motion, and goes all its way.
+        if !is_corrected {
+            return Verdict::SolvedFurther(sum, 1.0);
+        }
+        let found = self.solved.fraction(&self.full(), sums);
+        Verdict::SolvedFurther(self.before + found.created + found.fraction * self.work, found.fraction)
+    }
+}
+
+impl Verdict {
+    /// Carries it out. `limit` is that of the spurious energy in this step \[mJ\].
+    pub(super) fn apply(
+        self,
+        place: Option<GuardPlace>,
+        limit: f64,
+        (increment, scratch, ledger): (&mut Increment, &mut SolverScratch, &mut GuardLedger),
+    ) {
+        let somewhere = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
+        if let Self::SolvedFurther(sum, fraction) = self {
+            if let Some(place) = place {
+                increment.guard.correct(place.cause);
+            }
+            increment.take_fraction(&scratch.free, fraction);
+            (ledger.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
+            return;
+        }
+        ledger.creates_energy = matches!(self, Self::Refused);
+        increment.creates_at = place;
+        if let Self::Kept(sum, _) | Self::Limited(sum, _) = self {
+            (ledger.spurious_energy, scratch.is_counted) = (sum.max(0.0), true);
+        }
+        match self {
+            Self::Kept(_, Some(patch)) => {
+                increment.delta.copy_from_slice(&patch.way);
+                increment.is_fraction = true;
+                increment.relaxed = increment.relaxed.max(patch.len());
+                ledger.relaxing = RELAXING;
+                increment.guard.relax(somewhere);
+            }
+            Self::Limited(_, fraction) => {
+                ledger.is_step_limited = true;
+                increment.is_fraction = true;
+                increment.limits[0] = true;
+                increment.guard.limit(somewhere, increment.delta.len());
+                increment.take_fraction(&scratch.free, fraction);
+            }
+            _ => {}
+        }
+    }
+}
