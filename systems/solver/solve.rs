@@ -1,13 +1,14 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
+mod line_search;
 mod near;
 
 use super::{
     Available, CgError, CgInfo, Factor, MixedPreconditioner, MixedSolver, Operator, ProductMemory, Refresh, reactions,
 };
 use crate::components::{
-    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, LineSearch, PreStretch, Pressure,
-    Reactions, SolveResult, SolverScratch, Tearing,
+    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, PreStretch, Pressure, Reactions,
+    SolveResult, SolverScratch, Tearing,
 };
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
@@ -15,10 +16,8 @@ use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::{StepContext, parallel, work};
 use glam::DVec3;
+use line_search::{reject_increment, start_line_search};
 use near::{motion_by_an_edge, scale_to_no_work, within_budget};
-
-/// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
-const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
 
 /// Up to so many free axes a static solve takes a Cholesky factor unless told otherwise: its memory and time grow faster than
 /// the mesh, and are about 0.3 GB and 2 s there.
@@ -376,35 +375,4 @@ fn solve_or_fall_back(
     increment.delta = first_guess;
     let frames = rotated.insert(operator.rotated_frames(reserve));
     solve(&Operator { frames, pressure: 0.0, tangent: Tangent::Rotated, ..operator }, &mut increment.delta, scratch)
-}
-
-/// Work of the imbalance along an increment, and the norm of the imbalance: what the line search compares.
-fn merit(increment: &Increment, scratch: &SolverScratch) -> (f64, f64) {
-    let rows = increment.delta.iter().zip(&scratch.residual).zip(&scratch.free);
-    let guided = scratch.allowed.merit(&increment.delta, &scratch.residual);
-    rows.fold(guided, |(work, norm_sq), ((d, r), f)| (work + (*d * *f).dot(*r), norm_sq + (*r * *f).length_squared()))
-}
-
-/// Remembers the imbalance before a static increment is made. The solve has overwritten the residual: it is formed anew.
-fn start_line_search(forces: &Forces, increment: &Increment, (result, scratch): (&SolveResult, &mut SolverScratch)) {
-    parallel::for_rows(&mut scratch.residual, |v, r| *r = forces.nodal[v]);
-    let (work, norm_sq) = merit(increment, scratch);
-    // The first increment carries the prescribed motion: there is nothing to compare it with.
-    let is_first = result.newton_iterations == 1;
-    scratch.line_search = (!is_first).then_some(LineSearch { work: work.abs(), norm_sq, fraction: 1.0 });
-}
-
-/// Takes half of the last increment back where it made the imbalance worse.
-fn reject_increment(increment: &mut Increment, scratch: &mut SolverScratch) -> bool {
-    let Some(search) = scratch.line_search else { return false };
-    let (work, norm_sq) = merit(increment, scratch);
-    let is_better = norm_sq <= search.norm_sq || work.abs() <= 0.9 * search.work * search.fraction;
-    if is_better || search.fraction <= LINE_SEARCH_HALVINGS {
-        return false;
-    }
-    let back = if search.fraction == 1.0 { -0.5 } else { 0.5 };
-    let SolverScratch { free, allowed, .. } = scratch;
-    super::scale_allowed((allowed, free), &mut increment.delta, back);
-    scratch.line_search = Some(LineSearch { fraction: 0.5 * search.fraction, ..search });
-    true
 }

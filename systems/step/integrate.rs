@@ -11,6 +11,10 @@ use crate::systems::forces::hold::{Prescription, mark_axes};
 use crate::systems::{StepContext, parallel};
 use glam::DVec3;
 
+/// What the free axes and the first guess of a stage are made of.
+type Stage<'a> =
+    ((&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch), (Prescription<'a>, Option<&'a Planar>));
+
 /// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear
 /// solve: the last increment scaled to this step along free axes, the prescribed displacement along the others.
 pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -21,11 +25,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
         scratch.begin(read);
         ledger.begin(step.is_retried);
     }
-    type Query<'a> = (
-        (&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch),
-        (Prescription<'a>, Option<&'a Planar>),
-    );
-    parallel::for_bodies::<Query>(
+    parallel::for_bodies::<Stage>(
         world,
         |((vertices, _, result, _), _)| result.rows_to_solve(vertices.len()),
         |((vertices, increment, _, scratch), (prescription, planar))| {
@@ -72,11 +72,7 @@ pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
         result.newton_iterations = 0;
         result.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
     }
-    type Query<'a> = (
-        (&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch),
-        (Prescription<'a>, Option<&'a Planar>),
-    );
-    parallel::for_bodies::<Query>(
+    parallel::for_bodies::<Stage>(
         world,
         |((vertices, _, result, _), _)| result.rows_to_solve(vertices.len()),
         |((vertices, increment, _, scratch), (prescription, planar))| {
