@@ -49,9 +49,9 @@ pub enum Integrator {
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preconditioner {
     /// A Cholesky factor or multigrid, by size. In static solves a factor renewed on the spot, over 200,000 free axes multigrid. In
-    /// dynamic steps up to 40,000 free axes a factor made aside on a thread of its own, taking effect a fixed number of solves
-    /// later and kept while it is better than none, edits of the mesh included, and meanwhile an incomplete one, on planar bodies
-    /// from 1,000 free axes on, 2,000 where they may tear, multigrid; over that multigrid.
+    /// dynamic steps up to 40,000 free axes a factor made aside on a thread of its own: it takes effect a fixed number of solves
+    /// later and is kept while it is better than none, edits of the mesh included. Meanwhile an incomplete one; on planar bodies
+    /// from 1,000 free axes on, 2,000 where they may tear, multigrid. Over 40,000 multigrid.
     #[default]
     Auto,
     /// The inverse of each vertex' own block: no memory and no time to set up, but hundreds of iterations per solve, more the
@@ -219,8 +219,8 @@ impl Settings {
         }
     }
 
-    /// Steps for a hand that feels them: as the default, but a step is taken up again for tears twice at the most and a body that would create
-    /// energy is not solved further and retried once in halves, so that the longest step is a few times the usual one.
+    /// Steps for a hand that feels them: as the default, but a step is taken up again for tears twice at the most. A body that would create
+    /// energy is not solved further and retried once in halves. The longest step is then a few times the usual one.
     pub fn haptic() -> Self {
         Self { resumes: 2, corrections: 0, halvings: 1, ..Self::default() }
     }

@@ -66,7 +66,7 @@ fn spawn(simulation: &mut Simulation, renderer: &mut Renderer, side: usize) -> R
         .with(tearing)
         .with(Changes::default());
     let body = simulation.spawn(sheet)?;
-    renderer.add(body, texture);
+    renderer.add(simulation, body, texture)?;
     Ok(body)
 }
 

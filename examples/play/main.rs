@@ -87,7 +87,11 @@ struct Kept {
 }
 
 impl Kept {
-    fn of(simulation: &Simulation, level: &Level, renderer: &Renderer) -> Result<Self> {
+    /// The renderer first takes in what has changed: what it keeps is then of the mesh that is saved.
+    fn of(simulation: &mut Simulation, level: &Level, renderer: &mut Renderer) -> Result<Self> {
+        for body in simulation.bodies() {
+            renderer.follow(simulation, body)?;
+        }
         let (bytes, hash) = (simulation.snapshot().to_bytes()?, simulation.hash());
         Ok(Self { bytes, hash, level: level.clone(), renderer: renderer.clone() })
     }
@@ -106,7 +110,7 @@ fn main() -> Result<()> {
     let mut renderer = Renderer::default();
     let mut level = Level::new(&mut simulation, &mut renderer)?;
     let mut mouse = Mouse::new(&mut simulation, seed)?;
-    let start = Kept::of(&simulation, &level, &renderer)?;
+    let start = Kept::of(&mut simulation, &level, &mut renderer)?;
     let mut saved: Option<Kept> = None;
     let mut clock = FixedStep::new(FRAME, 2)?;
     let mut summary = Summary::default();
@@ -118,7 +122,7 @@ fn main() -> Result<()> {
             summary.count(what);
         }
         if is_due(frame, SAVES) {
-            saved = Some(Kept::of(&simulation, &level, &renderer)?);
+            saved = Some(Kept::of(&mut simulation, &level, &mut renderer)?);
             summary.count("saved");
         }
         if let Some(kept) = saved.as_ref().filter(|_| is_due(frame, LOADS)) {
@@ -140,6 +144,7 @@ fn main() -> Result<()> {
             rolled_back += report.rolled_back;
             work += report.bodies.iter().map(|body| body.work).sum::<u32>();
             corrected += report.bodies.iter().map(|body| body.guard.corrections()).sum::<u32>();
+            report.bodies.iter().for_each(|body| summary.add_guard(&body.guard));
             if report.has_failed {
                 summary.count("step failed");
             }

@@ -50,35 +50,49 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A body with these texture coordinates, whose mesh comes with the first picture.
-    pub fn add(&mut self, body: Entity, texture: Vec<DVec2>) {
-        self.bodies.insert(body, Buffers { texture, ..Buffers::default() });
+    /// A body as it was spawned, with its texture coordinates: what is torn before the first picture is a change already.
+    pub fn add(&mut self, simulation: &mut Simulation, body: Entity, texture: Vec<DVec2>) -> Result<()> {
+        simulation.drain_changes(body, &mut self.changes)?;
+        let view = simulation.view(body)?;
+        let (indices, rest) = (view.triangles.to_vec(), view.rest_positions.to_vec());
+        self.bodies.insert(body, Buffers { indices, texture, rest, ..Buffers::default() });
+        Ok(())
     }
 
     pub fn remove(&mut self, body: Entity) {
         self.bodies.remove(&body);
     }
 
-    /// Draws a body between its last two steps. Returns how many changes of the mesh there were.
-    pub fn draw(&mut self, simulation: &mut Simulation, clock: &FixedStep, body: Entity) -> Result<usize> {
-        let Self { bodies, changes, drawn, shades } = self;
+    /// Takes in what has changed in the mesh of a body. Returns how many changes there were.
+    pub fn follow(&mut self, simulation: &mut Simulation, body: Entity) -> Result<usize> {
+        let Self { bodies, changes, .. } = self;
         let buffers = bodies.get_mut(&body).ok_or("a body that the renderer does not know")?;
         simulation.drain_changes(body, changes)?;
         changes.list.iter().for_each(|change| buffers.follow(change));
-        clock.positions(simulation, body, drawn)?;
-        let view = simulation.view(body)?;
+        // After a way back, to a mesh that was followed when it was saved.
         if changes.is_whole {
+            let view = simulation.view(body)?;
             buffers.indices.clear();
             buffers.indices.extend_from_slice(view.triangles);
             buffers.rest.clear();
             buffers.rest.extend_from_slice(view.rest_positions);
         }
+        Ok(changes.list.len())
+    }
+
+    /// Draws a body between its last two steps. Returns how many changes of the mesh there were.
+    pub fn draw(&mut self, simulation: &mut Simulation, clock: &FixedStep, body: Entity) -> Result<usize> {
+        let count = self.follow(simulation, body)?;
+        let Self { bodies, drawn, shades, .. } = self;
+        let buffers = bodies.get_mut(&body).ok_or("a body that the renderer does not know")?;
+        clock.positions(simulation, body, drawn)?;
+        let view = simulation.view(body)?;
         normals(drawn, view.triangles, shades);
         for (to, from) in [(&mut buffers.positions, drawn), (&mut buffers.normals, shades)] {
             to.clear();
             to.extend(from.iter().map(|v| v.as_vec3().to_array()));
         }
-        Ok(changes.list.len())
+        Ok(count)
     }
 
     /// Asserts that what it keeps of a body is the mesh.

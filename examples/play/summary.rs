@@ -1,5 +1,7 @@
 //! What the minutes were like.
 
+use rhexis::event::GuardCause;
+use rhexis::report::GuardFigures;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Duration;
@@ -12,6 +14,8 @@ pub struct Summary {
     works: Vec<f64>,
     rolled_back: usize,
     corrected: usize,
+    /// Attempts solved further and attempts undone, by cause.
+    attempts: [[u32; GuardCause::COUNT]; 2],
     /// Frames without an event, a change of the mesh or a step undone; those of them that allocated nothing.
     quiet: usize,
     without_allocation: usize,
@@ -21,6 +25,13 @@ pub struct Summary {
 impl Summary {
     pub fn count(&mut self, what: &'static str) {
         *self.counts.entry(what).or_default() += 1;
+    }
+
+    /// What the energy guard did to a body in a step.
+    pub fn add_guard(&mut self, figures: &GuardFigures) {
+        for (sums, counts) in self.attempts.iter_mut().zip([figures.corrected, figures.refused]) {
+            sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+        }
     }
 
     /// A frame whose steps took this time and work, and whether one was undone or solved further; with the number of their allocations if nothing
@@ -50,6 +61,15 @@ impl fmt::Display for Summary {
             f,
             "frames: {count}, {further} with steps solved further, {undone} with steps undone and tried again"
         )?;
+        for (what, counts) in ["solved further", "undone"].into_iter().zip(&self.attempts) {
+            let by_cause = GuardCause::ALL.iter().zip(counts).filter(|(_, count)| **count > 0);
+            let by_cause: Vec<String> = by_cause.map(|(cause, count)| format!("{cause} {count}")).collect();
+            writeln!(
+                f,
+                "attempts {what}, by cause: {}",
+                if by_cause.is_empty() { "none".into() } else { by_cause.join(", ") }
+            )?;
+        }
         writeln!(f, "quiet frames: {}, {} of them without an allocation", self.quiet, self.without_allocation)?;
         let counts: Vec<String> = self.counts.iter().map(|(what, count)| format!("{what} {count}")).collect();
         write!(f, "{}", counts.join(", "))

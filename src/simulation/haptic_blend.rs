@@ -3,8 +3,8 @@
 //! Each model takes the place of the last over an interval. What is felt meanwhile, (1 − s)·F₁(x) + s·F₂(x), is a model too: its
 //! stiffness is positive semidefinite as both are, and it is what the next one takes the place of. The force is therefore continuous
 //! whenever models come. Models that change while the hand moves may still give energy: a force there on the way along it, and gone on the way
-//! back. An observer keeps account of the hand's work (time-domain passivity, Hannaford, Ryu 2002), and where it would be given more
-//! than it has put in since the first model, the force along its motion is cut, so that it is given no more than half of one call's work too much. The account holds no more than tissue under this load can: F·S⁻¹·F, twice the
+//! back. An observer keeps account of the hand's work (time-domain passivity, Hannaford, Ryu 2002). Where it would be given more
+//! than it has put in since the first model, the force along its motion is cut: it is given at most half of one call's work too much. The account holds no more than tissue under this load can: F·S⁻¹·F, twice the
 //! energy of a linear spring. A spring that stiffens as any power of its length has stored less.
 
 use super::haptic_feed::HapticModel;

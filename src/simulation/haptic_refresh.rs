@@ -29,8 +29,8 @@ type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch, 
 
 impl Haptics {
     /// The model that follows the last one of the same tool on the same body, at a part of its cost: for motions within a step of the
-    /// simulation, whatever the horizon. After edits since the last solve, as at the end of a step that tears, and where that solve took nothing
-    /// or was in double precision, it has the stiffness of the last model and the present force. All is [made anew](Self::model) for another tool or other vertices, and for tools that the steps do
+    /// simulation, whatever the horizon. It has the stiffness of the last model and the present force after edits
+    /// since the last solve, as at the end of a step that tears, and where that solve took nothing or was in double precision. All is [made anew](Self::model) for another tool or other vertices, and for tools that the steps do
     /// not know or that hold by pins.
     ///
     /// # Errors

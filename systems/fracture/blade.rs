@@ -96,8 +96,8 @@ impl Cutter<'_, '_> {
         Err(refused.unwrap_or(TearRefusal::BadPolyline))
     }
 
-    /// Whether a line is cut from its last point: from the end on the boundary, else from the one nearer to the body's middle, so that
-    /// the same line given from its other end leaves the same lips, also where vertices moved on a curved surface change it.
+    /// Whether a line is cut from its last point: from the end on the boundary, else from the one nearer to the body's middle. The
+    /// same line given from its other end leaves the same lips, also where vertices moved on a curved surface change it.
     fn is_cut_backwards(&self, polyline: &[DVec3]) -> bool {
         let (Some(&first), Some(&last)) = (polyline.first(), polyline.last()) else { return false };
         let [enters, leaves] = [first, last].map(|point| !self.is_tissue(point));

@@ -16,9 +16,9 @@
 //! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2: a flap or a free piece that
 //! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
 //! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
-//! Repeated, it grows without bound. So the spurious energy is summed from step to step, and a step that takes the sum beyond
+//! Repeated, it grows without bound. So the spurious energy is summed from step to step. A step that takes the sum beyond
 //! a share of the energy in the body is [solved further](crate::settings::Settings::corrections) from where it leads, with the projected
-//! tangent and a line search; where that does not end below the share, it is refused, and
+//! tangent and a line search. Where that does not end below the share, it is refused and
 //! [retried in halves](crate::settings::Settings::halvings).
 //!
 //! Damping dissipates what it takes: W has the work of the stress that the earlier solves' way has left along the way

@@ -7,8 +7,8 @@ use super::{
     Available, CgError, CgInfo, Factor, MixedPreconditioner, MixedSolver, Operator, ProductMemory, Refresh, reactions,
 };
 use crate::components::{
-    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, PreStretch, Pressure, Reactions,
-    SolveResult, SolverScratch, Tearing,
+    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, FreeAxes, Grips, Holds, Increment, PreStretch, Pressure,
+    Reactions, SolveResult, SolverScratch, Tearing,
 };
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
@@ -140,6 +140,7 @@ fn solve_body(
     }
     let params = linear_params(step, result, imbalance_before, force_scale);
     let params = LinearParams { iterations: within_budget(step, result, params.iterations), ..params };
+    let available = available(step, (&operator, &scratch.free, tearing), (factor, mixed));
     scratch.is_audited = step.asks_for_exact_residual(audit.is_some());
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
     // What is retried is solved in full: in a short part of a step nothing moves far.
@@ -147,18 +148,6 @@ fn solve_body(
         is_linear_step && !step.is_retried && params.position_tolerance.is_finite() && scratch.allowed.is_empty();
     scratch.motion_scale = if is_near_enough { motion_by_an_edge(&operator, scratch) } else { 0.0 };
     scratch.stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
-    // Free axes of the body, by direction.
-    let is_auto = step.preconditioner == Preconditioner::Auto;
-    let axes: DVec3 = if is_auto { scratch.free.iter().sum() } else { DVec3::ZERO };
-    let axes_of_levels = match (operator.is_planar() && axes.z == 0.0, tearing) {
-        (false, _) => MOST_AXES_ASIDE,
-        (true, None) => LEAST_AXES_PLANAR,
-        (true, Some(_)) => LEAST_AXES_TORN,
-    };
-    let available = Available {
-        factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
-        mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
-    };
     let mut rotated = None;
     let mut spare = BendingPasses::default();
     let mut memory = ProductMemory { corner: &mut forces.corner, passes: passes.unwrap_or(&mut spare) };
@@ -178,16 +167,7 @@ fn solve_body(
             if is_linear_step {
                 scratch.residual_work = residual_work(increment, scratch);
             }
-            result.iterations += info.iterations;
-            result.work = result.work.saturating_add(work::SET_UP).saturating_add(info.iterations);
-            result.position_error =
-                if is_near_enough { (info.error_energy / scratch.motion_scale).sqrt() } else { 0.0 };
-            result.linear_residual = info.relative_residual;
-            let stored = scratch.stored;
-            let asks_for_stress = params.stress_tolerance.is_finite();
-            result.stress_error =
-                if asks_for_stress && stored > 0.0 { (info.error_energy / stored).sqrt() } else { 0.0 };
-            result.is_late |= info.is_late;
+            note(&info, &params, result, scratch);
         }
         // No answer: what is not finite is caught after the step, which is then rolled back.
         Err(_) => result.linear_residual = f64::NAN,
@@ -199,6 +179,38 @@ fn solve_body(
     if step.is_static {
         start_line_search(forces, increment, (result, scratch));
     }
+}
+
+/// Preconditioners for a body in this step, by its free axes.
+fn available<'a>(
+    step: &StepContext,
+    (operator, free, tearing): (&Operator, &FreeAxes, Option<&Tearing>),
+    (factor, mixed): (&'a mut Factor, &'a mut MixedSolver),
+) -> Available<'a> {
+    // By direction.
+    let is_auto = step.preconditioner == Preconditioner::Auto;
+    let axes: DVec3 = if is_auto { free.iter().sum() } else { DVec3::ZERO };
+    let axes_of_levels = match (operator.is_planar() && axes.z == 0.0, tearing) {
+        (false, _) => MOST_AXES_ASIDE,
+        (true, None) => LEAST_AXES_PLANAR,
+        (true, Some(_)) => LEAST_AXES_TORN,
+    };
+    Available {
+        factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
+        mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
+    }
+}
+
+/// Notes what a linear solve took and left.
+fn note(info: &CgInfo, params: &LinearParams, result: &mut SolveResult, scratch: &SolverScratch) {
+    let SolverScratch { motion_scale, stored, .. } = *scratch;
+    let relative = |scale: f64| if scale > 0.0 { (info.error_energy / scale).sqrt() } else { 0.0 };
+    result.iterations += info.iterations;
+    result.work = result.work.saturating_add(work::SET_UP).saturating_add(info.iterations);
+    result.position_error = relative(motion_scale);
+    result.linear_residual = info.relative_residual;
+    result.stress_error = if params.stress_tolerance.is_finite() { relative(stored) } else { 0.0 };
+    result.is_late |= info.is_late;
 }
 
 /// The work \[mJ\] that the residual r = b − A·δ of a linear solve does along the answer, −δ·r on free axes: what a solve that stops early

@@ -9,6 +9,9 @@ use std::slice::from_ref;
 /// the error at a tip may be several times that in the body as a whole.
 const DECISIVE: f64 = 0.2;
 
+/// Relative residual that a further solve of a step that would create energy goes down to at least.
+const FURTHER: f64 = 1e-6;
+
 /// Maximum contact rounds per step.
 const CONTACT_ROUNDS: u32 = 4;
 
@@ -106,6 +109,7 @@ const LINEAR: &[Phase] = &[
             corrections: step.corrections - 1 - round,
             is_correction: true,
             tangent: Tangent::Projected,
+            linear: LinearParams { tolerance: step.linear.tolerance.min(FURTHER), ..step.linear },
             ..*step
         },
         phases: &[Run(Stage::Evaluate), Run(Stage::Solve)],

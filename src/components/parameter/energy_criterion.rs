@@ -22,8 +22,8 @@ pub struct EnergyCriterion {
     /// G_c along and across the fibres \[N/mm\], both > 0.
     pub toughness: Toughness,
     /// Radius of the ring over R, above 0 and at most 100; 2 by default. A ring has no length of its own, but must lie in
-    /// the tip's field and clear of its first triangles: with 2R the loads of `rhexis verify tear-load` are met to 1.0 % at
-    /// four edges per R and 1.9 % at two and the kinks of `tear-kink` to 0.2°, with 3R no better, with R to 1.2 %, 6.4 % and 1.2°.
+    /// the tip's field and clear of its first triangles. With 2R the loads of `rhexis verify tear-load` are met to 1.0 % at four edges
+    /// per R and 1.9 % at two, the kinks of `tear-kink` to 0.2°. 3R does no better; R meets them to 1.2 %, 6.4 % and 1.2°.
     pub ring: f64,
 }
 

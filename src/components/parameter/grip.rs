@@ -43,9 +43,8 @@ pub struct NearTip {
 }
 
 /// Forceps by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest
-/// position lies within their radius of `material_point`, on the surface that hangs together with it there, and carry it by the
-/// hand's displacement. What edits add
-/// between the held vertices is held as well. Tissue that has slipped out is not taken again.
+/// position lies within their radius of `material_point`, on the surface that hangs together with it there. They carry it by the hand's
+/// displacement. What edits add between the held vertices is held as well. Tissue that has slipped out is not taken again.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grip {

@@ -56,8 +56,8 @@ pub struct EdgeLoads {
 }
 
 impl EdgeLoads {
-    /// Follows an edit: a loaded edge that was split is loaded in both halves, one whose ends were renamed by an opening is
-    /// loaded under its new ends, and of two that a collapse joins the whole is loaded if the part that stays was.
+    /// Follows an edit. A loaded edge that was split is loaded in both halves, and one whose ends an opening renamed under its new
+    /// ends. Of two that a collapse joins the whole is loaded if the part that stays was.
     pub fn follow(&mut self, record: &EditRecord) {
         for (row, parents) in record.created().filter(|_| record.has_split_boundary()) {
             let [from, to] = *parents.rows() else { continue };

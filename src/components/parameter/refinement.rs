@@ -7,8 +7,8 @@ use glam::DVec3;
 
 /// Local refinement around tear tips, in the rest shape. Needs [`Tearing`](crate::components::Tearing). *Parameter.*
 ///
-/// Before every solve, triangles that reach into the disc of R + `margin` around a tip are bisected until they are small enough,
-/// so a tip is judged only by the stress of a mesh that is fine around it. The size of a triangle is the edge of the equilateral
+/// Before every solve, triangles that reach into the disc of R + `margin` around a tip are bisected until they are small enough.
+/// So a tip is judged only by the stress of a mesh that is fine around it. The size of a triangle is the edge of the equilateral
 /// one with its area: what the reports call edges per radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]

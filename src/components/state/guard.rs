@@ -14,7 +14,7 @@ pub enum Fault {
     #[error("its positions or velocities are not finite, or so large that their energy is not")]
     NotFinite,
     /// Energy from nowhere, however little of its way the body goes.
-    #[error("it would create energy however short its way")]
+    #[error("even the smallest part of its step would create energy: take a shorter step, or add damping")]
     CreatesEnergy,
 }
 

@@ -1,5 +1,5 @@
-//! Keys as bytes: the living ones in the order of their rows, the buried ones, and those that will be given next, so that
-//! a table that is read back gives the keys that the first one would have given.
+//! Keys as bytes: the living ones in the order of their rows, the buried ones, and those that will be given next. A table that
+//! is read back gives the keys that the first one would have given.
 
 use super::super::NONE;
 use super::Rows;

@@ -1,8 +1,8 @@
 //! The order of the rows of the mixed-precision solver: reverse Cuthill–McKee, then by levels.
 //!
 //! Cuthill–McKee (1969, reversed by George 1971) keeps neighbours near each other whatever the order of the mesh, which an
-//! incomplete factor needs: with rows in colours the iterations of one without fill are half as many again. By levels, a row's level
-//! being one more than the highest among the rows before it that it has a block with, the factor stays the same number for number, but
+//! incomplete factor needs: with rows in colours the iterations of one without fill are half as many again. A row's level is one
+//! more than the highest among the rows before it that it has a block with. By levels the factor stays the same number for number, but
 //! rows that follow each other do not wait for each other. In large bodies rows of a level stand by their length, so that the processor
 //! foresees where a row ends; small ones lose by it more than they gain.
 
