@@ -68,7 +68,9 @@ pub(crate) fn drive(
 ) {
     let space = *world.space();
     let simulation = world.quietly();
-    for (entity, mut forceps, mut state, transform, name) in tools.iter_mut().sort::<Entity>() {
+    for (entity, mut forceps, mut state, transform, name) in
+        tools.iter_mut().sort_by_key::<Entity, _>(|entity| entity.index_u32())
+    {
         let Some(pose) = space.pose(transform) else {
             if !std::mem::replace(&mut state.is_lost, true) {
                 errors.write(RhexisError::of(entity, name, Cause::BadTransform));

@@ -80,7 +80,9 @@ pub(crate) fn aim(
 ) {
     let space = *world.space();
     let simulation = world.quietly();
-    for (entity, pins, mut state, transform, name) in pins.iter_mut().sort::<Entity>() {
+    for (entity, pins, mut state, transform, name) in
+        pins.iter_mut().sort_by_key::<Entity, _>(|entity| entity.index_u32())
+    {
         let Some(pose) = space.pose(transform) else {
             if !std::mem::replace(&mut state.is_lost, true) {
                 errors.write(RhexisError::of(entity, name, Cause::BadTransform));
@@ -153,7 +155,7 @@ pub(crate) fn drive(
     commands: &mut Commands,
     errors: &mut MessageWriter<RhexisError>,
 ) {
-    for (entity, _, mut state, _, name) in pins.iter_mut().sort::<Entity>() {
+    for (entity, _, mut state, _, name) in pins.iter_mut().sort_by_key::<Entity, _>(|entity| entity.index_u32()) {
         let Some(held) = state.held.as_mut().filter(|held| held.pose != held.target) else { continue };
         let (before, next) = (held.pose, held.pose.towards(&held.target, 1.0 / f64::from(left.max(1))));
         let moved = simulation.move_pins(held.body, &held.name, |pin| next.carry(before.place(pin.place)));
