@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Checks the plugin without a window: ./check.sh [--trainer]. Formatting, clippy, headless tests.
+# --trainer adds clippy of the examples with a window, for which a good part of Bevy is compiled, and which wants the headers of
+# libudev, libasound2 and libxkbcommon on Linux.
+set -euo pipefail
+cd "$(dirname "$0")"
+root=$(cd ../.. && pwd)
+read -ra cargo <<<"${RHEXIS_CARGO:-cargo}"
+export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$root/target} CARGO_INCREMENTAL=0
+
+started=$SECONDS
+took() {
+    echo "check.sh: $1 in $((SECONDS - started)) s"
+    started=$SECONDS
+}
+
+"${cargo[@]}" fmt --check
+took "formatting"
+# Clippy and tests share what is built for them: one profile, one set of features.
+"${cargo[@]}" test --locked --features gizmos
+took "headless tests"
+"${cargo[@]}" clippy --locked --features gizmos --lib --tests -- -D warnings
+took "lints"
+if [ "${1:-}" = "--trainer" ]; then
+    "${cargo[@]}" clippy --locked --features trainer --examples -- -D warnings
+    took "lints of the examples"
+fi

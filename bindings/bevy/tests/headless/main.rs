@@ -1,0 +1,11 @@
+//! The plugin in apps without window and graphics.
+
+mod bits;
+mod common;
+#[cfg(feature = "gizmos")]
+mod gizmos;
+mod life;
+mod mesh;
+mod readme;
+mod time;
+mod tools;
