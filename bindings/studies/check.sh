@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Installs the package into an environment of its own and tests it: check.sh PATH_OF_RHEXIS. Two minutes at the most.
 set -euo pipefail
-cd "$(dirname "$0")"
 program=${1:-${RHEXIS:-}}
 if [[ -z $program || ! -x $program ]]; then
     echo "name the built program: $0 target/release/rhexis" >&2
@@ -9,6 +8,7 @@ if [[ -z $program || ! -x $program ]]; then
 fi
 RHEXIS=$(cd "$(dirname "$program")" && pwd)/$(basename "$program")
 export RHEXIS
+cd "$(dirname "$0")"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python3 -m venv "$folder/venv"

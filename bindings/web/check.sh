@@ -33,7 +33,7 @@ native=(--release --locked --manifest-path "$root/Cargo.toml" --package rhexis -
 "${cargo[@]}" test "${native[@]}" --test bits
 took "the native side"
 
-npx --no-install tsc --noEmit --strict --target es2022 --module nodenext --moduleResolution nodenext --lib es2022,dom test/types.ts
+npx --no-install tsc --noEmit --strict --target es2022 --module nodenext --moduleResolution nodenext --lib es2022,dom,esnext.disposable test/types.ts
 node --test --test-reporter=spec test/bits.test.mjs test/node.test.mjs
 took "types, bits and the package"
 export RHEXIS_REPLAY=$root/target/release/examples/replay_recording

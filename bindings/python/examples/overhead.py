@@ -49,7 +49,7 @@ def repeated(call: Callable[[rhexis.World], object]) -> Callable[[rhexis.World],
 def chunks(is_first: bool) -> list[tuple[float, float]]:
     """Times of every ten steps by one call and step by step, until the scene is at its end."""
     rust, python = (rhexis.World.from_catalog("fig2-tear", {"run.threads": 1}) for _ in range(2))
-    times = []
+    times: list[tuple[float, float]] = []
     while True:
         # Each goes first every other time: the first to touch a cache pays for it.
         if (len(times) % 2 == 0) == is_first:
