@@ -139,7 +139,7 @@ def test_settings_presets_and_budget(world: rhexis.World) -> None:
     assert world.settings["linear"]["tolerance"] == 1e-6 and world.settings["resumes"] == 2
     with refused("scene"):
         world.set_settings(resume=2)
-    assert rhexis.World("game").settings["budget"] == 60
+    assert rhexis.World("game").settings["budget"] == 80
     assert rhexis.World("game", budget=7).settings["budget"] == 7
     with refused("invalid_input", "preset"):
         rhexis.World("fast")  # type: ignore[arg-type]
