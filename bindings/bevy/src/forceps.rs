@@ -175,6 +175,6 @@ pub(crate) fn on_removed(
     }
 }
 
-fn called<'a>(name: Option<&'a Name>) -> &'a str {
+fn called(name: Option<&Name>) -> &str {
     name.map_or("forceps", |name| name.as_str())
 }
