@@ -56,6 +56,9 @@ pub fn spawn(mut commands: Commands) {
     commands.spawn((Text::new(KEYS), font(12.0), dark, Node { bottom: px(10), left: px(10), ..at }));
 }
 
+/// The text of the one entity that has a component.
+type TextOf<'w, 's, C> = Single<'w, 's, &'static mut Text, With<C>>;
+
 /// Writes the measures.
 pub fn show(
     world: Res<RhexisWorld>,
@@ -64,7 +67,7 @@ pub fn show(
     (time, real): (Res<Time<Virtual>>, Res<Time<Real>>),
     mut shown: ResMut<Shown>,
     (mut events, mut errors): (MessageReader<TissueEvent>, MessageReader<RhexisError>),
-    mut texts: ParamSet<(Single<&mut Text, With<Measures>>, Single<&mut Text, With<Said>>)>,
+    mut texts: ParamSet<(TextOf<Measures>, TextOf<Said>)>,
 ) {
     use bevy_rhexis::rhexis::event::EventKind;
     for event in events.read() {
