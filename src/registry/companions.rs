@@ -51,6 +51,7 @@ pub(crate) fn complete_in(world: &mut World, entity: Entity) {
     complete(&mut Inside { world, entity });
     if world.satisfies::<hecs::Without<&DihedralAngles, &Bending>>(entity) {
         let _ = world.remove_one::<DihedralAngles>(entity);
+        let _ = world.remove_one::<BendingPasses>(entity);
     }
 }
 

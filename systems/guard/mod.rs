@@ -89,7 +89,8 @@ type Query<'a> = (
 
 /// Marks for another solve the bodies that the last one would let create energy. Returns their number; with none, marks stay as they are.
 pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
-    let count = world.query_mut::<&SolverScratch>().into_iter().filter(|scratch| scratch.to_correct.is_some()).count();
+    let bodies = world.query_mut::<(&SolveResult, &SolverScratch)>().into_iter();
+    let count = bodies.filter(|(_, scratch)| scratch.to_correct.is_some()).count();
     if count > 0 {
         for (result, scratch) in world.query_mut::<(&mut SolveResult, &SolverScratch)>() {
             result.is_converged = scratch.to_correct.is_none();

@@ -88,16 +88,16 @@ pub(super) fn solve(
 }
 
 /// Vectors in double precision on free axes. z and A·p take turns in one: each has been used up where the other begins.
-struct Free<'a, 'b, P> {
-    operator: &'a Operator<'a>,
-    memory: &'a mut ProductMemory<'b>,
-    x: &'a mut [DVec3],
-    free: &'a FreeAxes,
-    residual: &'a mut [DVec3],
-    direction: &'a mut [DVec3],
-    product: &'a mut [DVec3],
-    partials: &'a mut Vec<f64>,
-    precondition: P,
+pub(super) struct Free<'a, 'b, P> {
+    pub operator: &'a Operator<'a>,
+    pub memory: &'a mut ProductMemory<'b>,
+    pub x: &'a mut [DVec3],
+    pub free: &'a FreeAxes,
+    pub residual: &'a mut [DVec3],
+    pub direction: &'a mut [DVec3],
+    pub product: &'a mut [DVec3],
+    pub partials: &'a mut Vec<f64>,
+    pub precondition: P,
 }
 
 impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors for Free<'_, '_, P> {
@@ -129,7 +129,7 @@ impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors 
 }
 
 /// The next direction, p = z + β·p.
-pub(super) fn turn(direction: &mut [DVec3], z: &[DVec3], beta: f64) {
+fn turn(direction: &mut [DVec3], z: &[DVec3], beta: f64) {
     if beta == 0.0 {
         direction.copy_from_slice(z);
     } else {

@@ -5,7 +5,7 @@
 //! quadratic programming problems arising in optimization"). The preconditioner is that of the free axes, for which guided vertices are held,
 //! and for every list of vertices that move alike the inverse of its own block Zᵀ·A·Z.
 
-use super::cg::turn;
+use super::cg::Free;
 use super::estimate::Limits;
 use super::factor::NoFactor;
 use super::recurrence::{self, Vectors};
@@ -194,9 +194,8 @@ fn iterate(
         return Err(CgError::NotFinite { iteration: 0 });
     }
     let limits = Limits::new(params, reference_sq, scales).repeating(stops);
-    let guides = (allowed, blocks);
-    let mut vectors =
-        Guided { guides, operator, memory, x, free, residual, direction, product, partials, precondition };
+    let on_axes = Free { operator, memory, x, free, residual, direction, product, partials, precondition };
+    let mut vectors = Guided { guides: (allowed, blocks), on_axes };
     let rz = vectors.precondition();
     let reached = recurrence::iterate(&mut vectors, DVec2::new(reference_sq, rz), &limits)?;
     stops.note(reached.iterations, reached.is_late);
@@ -206,42 +205,36 @@ fn iterate(
 /// Vectors on free axes and along guides.
 struct Guided<'a, 'b, P> {
     guides: (&'a Allowed, &'a [DMat3]),
-    operator: &'a Operator<'a>,
-    memory: &'a mut ProductMemory<'b>,
-    x: &'a mut [DVec3],
-    free: &'a FreeAxes,
-    residual: &'a mut [DVec3],
-    direction: &'a mut [DVec3],
-    product: &'a mut [DVec3],
-    partials: &'a mut Vec<f64>,
-    precondition: P,
+    on_axes: Free<'a, 'b, P>,
 }
 
 impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Guided<'_, '_, P> {
     /// z = M⁻¹·r. Returns r·z.
     fn precondition(&mut self) -> f64 {
-        let of_free = (self.precondition)(self.residual, self.free, self.product, self.partials);
-        of_free + precondition_guided(self.guides, self.residual, self.product)
+        let Free { free, residual, product, partials, precondition, .. } = &mut self.on_axes;
+        let of_free = precondition(residual, free, product, partials);
+        of_free + precondition_guided(self.guides, residual, product)
     }
 }
 
 impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors for Guided<'_, '_, P> {
     fn ascend(&mut self, beta: f64) {
-        turn(self.direction, self.product, beta);
+        self.on_axes.ascend(beta);
     }
 
     fn multiply(&mut self) -> f64 {
-        let Self { operator, memory, free, direction, product, partials, .. } = self;
+        let Free { operator, memory, free, direction, product, partials, .. } = &mut self.on_axes;
         operator.apply(direction, free, memory, product, partials);
         parallel::sum(direction.len(), partials, |v| direction[v].dot(product[v]))
     }
 
     fn is_at_end(&mut self, _: f64, rz: f64) -> bool {
-        self.operator.is_definite() || rz == 0.0
+        self.on_axes.operator.is_definite() || rz == 0.0
     }
 
     fn descend(&mut self, alpha: f64) -> DVec2 {
-        let Self { guides: (allowed, _), x, free, residual, direction, product, partials, .. } = self;
+        let Self { guides: (allowed, _), on_axes } = self;
+        let Free { x, free, residual, direction, product, partials, .. } = on_axes;
         parallel::for_rows(x, |v, x| *x += direction[v] * alpha);
         project(allowed, free, product);
         let residual_sq = parallel::sum_rows(residual, partials, |v, r| {

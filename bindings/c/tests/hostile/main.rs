@@ -171,7 +171,7 @@ fn hostile_calls_are_answered() {
 
 /// `RHEXIS_CALLS` says how many; ten million without.
 #[test]
-#[ignore = "an hour: cargo test --release -p rhexis-c --test hostile -- --ignored"]
+#[ignore = "minutes: cargo test --release -p rhexis-c --test hostile -- --ignored"]
 fn ten_million_hostile_calls_are_answered() {
     let calls = std::env::var("RHEXIS_CALLS").ok().and_then(|calls| calls.parse().ok()).unwrap_or(10_000_000);
     let mut done = 0;
