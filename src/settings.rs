@@ -91,9 +91,9 @@ pub enum Precision {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearParams {
-    /// Stop where the residual has fallen to this fraction of the right-hand side, 1e-4 by default: a piece that is torn free turns and
-    /// moves at next to no energy, and only a small residual holds the error of that motion down. A body that is held
-    /// everywhere may have 0.1, and half the iterations;
+    /// Stop where the residual has fallen to this fraction of the largest right-hand side of the step's solves so far, 1e-4 by default: a
+    /// piece that is torn free turns and moves at next to no energy, and only a small residual holds the error of that motion down. A
+    /// body that is held everywhere may have 0.1, and half the iterations;
     pub tolerance: f64,
     /// and the estimated error of the stress, relative to the stress in the body as a whole, to this, 1e-3 by default: the root of
     /// the energy of the strains still missing over the stored energy. A residual tells the less of the stress the finer the mesh;

@@ -204,6 +204,7 @@ impl Haptics {
                     .zip(&scratch.free)
                     .for_each(|(u, free)| *u = if u.is_finite() { *u * *free } else { DVec3::ZERO });
                 pinned.iter().for_each(|&v| u[v] = DVec3::AXES[axis]);
+                scratch.reference_sq = 0.0;
                 scratch.residual.clear();
                 scratch.residual.resize(vertices.len(), DVec3::ZERO);
                 springs.iter().for_each(|&(v, stiffness)| scratch.residual[v][axis] += stiffness);

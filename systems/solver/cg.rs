@@ -62,29 +62,30 @@ pub(super) fn solve(
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
     let scales = [scratch.stored, scratch.motion_scale];
-    let SolverScratch { free, residual, direction, product, partials, pairs, stops, .. } = scratch;
+    let SolverScratch { free, residual, direction, product, partials, pairs, stops, reference_sq, .. } = scratch;
     for vector in [&mut *direction, product] {
         vector.resize(n, DVec3::ZERO);
     }
 
     // The reference norm is that of the residual of a zero guess.
-    let reference_sq = residual_without(operator, (x, free, residual), direction, product, (partials, memory.passes))?;
+    let without_sq = residual_without(operator, (x, free, residual), direction, product, (partials, memory.passes))?;
+    *reference_sq = reference_sq.max(without_sq);
     let b = direction;
     std::mem::swap(residual, b);
     let residual_sq = if is_none(x, free) {
-        reference_sq
+        without_sq
     } else {
         operator.apply(x, free, memory, product, partials);
         let left = |v: usize, _| (b[v] - product[v]) * free[v];
-        fit(x, free, residual, left, (pairs, partials)).unwrap_or(reference_sq)
+        fit(x, free, residual, left, (pairs, partials)).unwrap_or(without_sq)
     };
 
-    let limits = Limits::new(params, reference_sq, scales).repeating(stops);
+    let limits = Limits::new(params, *reference_sq, scales).repeating(stops);
     let rz = precondition(residual, free, product, partials);
     let mut vectors = Free { operator, memory, x, free, residual, direction: b, product, partials, precondition };
     let reached = iterate(&mut vectors, DVec2::new(residual_sq, rz), &limits)?;
     stops.note(reached.iterations, reached.is_late);
-    Ok(reached.beside(reference_sq))
+    Ok(reached.beside(*reference_sq))
 }
 
 /// Vectors in double precision on free axes. z and A·p take turns in one: each has been used up where the other begins.

@@ -182,24 +182,25 @@ fn iterate(
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
     let scales = [scratch.stored, scratch.motion_scale];
-    let SolverScratch { free, residual, direction, product, partials, stops, .. } = scratch;
+    let SolverScratch { free, residual, direction, product, partials, stops, reference_sq, .. } = scratch;
     [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
     parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
     allowed.take(x);
     operator.apply(x, free, memory, product, partials);
     parallel::for_rows(residual, |v, r| *r -= product[v]);
     project(allowed, free, residual);
-    let reference_sq = parallel::sum(n, partials, |v| residual[v].length_squared());
-    if !reference_sq.is_finite() {
+    let residual_sq = parallel::sum(n, partials, |v| residual[v].length_squared());
+    if !residual_sq.is_finite() {
         return Err(CgError::NotFinite { iteration: 0 });
     }
-    let limits = Limits::new(params, reference_sq, scales).repeating(stops);
+    *reference_sq = reference_sq.max(residual_sq);
+    let limits = Limits::new(params, *reference_sq, scales).repeating(stops);
     let on_axes = Free { operator, memory, x, free, residual, direction, product, partials, precondition };
     let mut vectors = Guided { guides: (allowed, blocks), on_axes };
     let rz = vectors.precondition();
-    let reached = recurrence::iterate(&mut vectors, DVec2::new(reference_sq, rz), &limits)?;
+    let reached = recurrence::iterate(&mut vectors, DVec2::new(residual_sq, rz), &limits)?;
     stops.note(reached.iterations, reached.is_late);
-    Ok(reached.beside(reference_sq))
+    Ok(reached.beside(*reference_sq))
 }
 
 /// Vectors on free axes and along guides.

@@ -146,6 +146,11 @@ fn solve_body(
     // What is retried is solved in full: in a short part of a step nothing moves far.
     let is_near_enough =
         is_linear_step && !step.is_retried && params.position_tolerance.is_finite() && scratch.allowed.is_empty();
+    // Solves after the step's first one mend what that has left: what they may leave is a part of the whole, not of that little. Further
+    // solves of a step that creates energy, and fallbacks, go down by themselves.
+    if !is_linear_step || step.is_correction || step.is_fallback {
+        scratch.reference_sq = 0.0;
+    }
     scratch.motion_scale = if is_near_enough { motion_by_an_edge(&operator, scratch) } else { 0.0 };
     scratch.stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
     let mut rotated = None;

@@ -217,6 +217,7 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
             let momentum = vertices.velocity[v] * (vertices.mass[v] * step.rate());
             scratch.residual[v] = if is_momentum { momentum } else { forces.nodal[v] };
         }
+        scratch.reference_sq = 0.0;
         let mut available = Available { factor: None, mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)) };
         let mut memory = ProductMemory { corner: &mut forces.corner, passes: &mut *passes };
         let answer = solver::solve(&operator, &TRIAL, &mut available, &mut memory, &mut increment.delta, scratch);

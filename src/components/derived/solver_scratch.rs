@@ -48,6 +48,8 @@ pub struct SolverScratch {
     pub stored: f64,
     /// Energy \[mJ\] of the body's motion by an edge in one step, where the solve asks for the error of positions; else zero.
     pub motion_scale: f64,
+    /// Squared norm \[N²\] of the largest right-hand side of the step's linear solves, which their residuals are measured by.
+    pub reference_sq: f64,
     /// Whether `residual` has to be exact after the solve: an energy balance counts it.
     pub is_audited: bool,
     /// Smallest imbalance \[N\] at the evaluations of this solve before the last.
@@ -67,6 +69,7 @@ impl SolverScratch {
     pub(crate) fn begin(&mut self, read: Read<'_>) {
         self.readings.keep(read);
         (self.is_counted, self.to_correct, self.line_search) = (false, None, None);
+        self.reference_sq = 0.0;
         self.account.energy = None;
     }
 

@@ -21,8 +21,8 @@ pub(super) fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool 
 }
 
 impl MixedSolver {
-    /// Forms the residual of the guess, which is [scaled](fit), and keeps b in `scratch.direction`. Returns the squared norms of the
-    /// residual of the prescribed motion alone, and of that of the guess; and whether the operator's numbers have been taken for it.
+    /// Forms the residual of the guess, which is [scaled](fit), and keeps b in `scratch.direction`. Returns the squared norms of
+    /// what residuals are measured by and of the guess's; and whether the operator's numbers have been taken for it.
     pub(super) fn first_residual(
         &mut self,
         operator: &Operator,
@@ -31,17 +31,18 @@ impl MixedSolver {
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
     ) -> Result<(f64, f64, bool), CgError> {
-        let SolverScratch { free, residual, direction, product, partials, pairs, .. } = scratch;
+        let SolverScratch { free, residual, direction, product, partials, pairs, reference_sq, .. } = scratch;
         for vector in [&mut *direction, product] {
             grow(vector, x.len(), residual.capacity());
             vector.resize(x.len(), DVec3::ZERO);
         }
-        let reference_sq =
+        let without_sq =
             residual_without(operator, (x, free, residual), direction, product, (partials, memory.passes))?;
+        *reference_sq = reference_sq.max(without_sq);
         let b = direction;
         std::mem::swap(residual, b);
         if is_none(x, free) {
-            return Ok((reference_sq, reference_sq, false));
+            return Ok((*reference_sq, without_sq, false));
         }
         let residual_sq = if is_single {
             // Of a body that moves in a plane.
@@ -54,7 +55,7 @@ impl MixedSolver {
             operator.apply(x, free, memory, product, partials);
             fit(x, free, residual, |v, _| (b[v] - product[v]) * free[v], (pairs, partials))
         };
-        Ok((reference_sq, residual_sq.unwrap_or(reference_sq), is_single))
+        Ok((*reference_sq, residual_sq.unwrap_or(without_sq), is_single))
     }
 
     /// Rounds the free part of the guess `x` to single precision and multiplies it there. Returns the scale of the product.
