@@ -209,9 +209,11 @@ impl Cutter<'_, '_> {
         self.scratch.records.truncate(start);
     }
 
-    /// The smallest rest angle \[rad\] of the triangles shaped by the records from `start` on; π where there are none.
+    /// The smallest rest angle \[rad\] of the triangles shaped by the records from `start` on that are still there; π where there are none.
     pub(super) fn smallest_touched(&self, start: usize) -> f64 {
-        self.smallest_among(self.shaped(start).flat_map(EditRecord::shaped_triangles))
+        let count = self.mesh.triangles.len() as u32;
+        let shaped = self.shaped(start).flat_map(EditRecord::shaped_triangles);
+        self.smallest_among(shaped.filter(|&row| row < count))
     }
 
     /// The records from `start` on that have changed the shape of triangles: an opening does not.

@@ -45,14 +45,15 @@ impl Cutter<'_, '_> {
         polyline: &[DVec3],
         miss: f64,
     ) -> Result<CutOutcome, TearRefusal> {
-        let quality = self.quality;
+        let (quality, start) = (self.quality, self.scratch.records.len());
         let least =
             (0..self.mesh.triangles.corners.len() as u32).map(|t| self.angle_of(t)).fold(quality.least, f64::min);
         (self.quality.least, self.quality.exact) = (POOREST, POOREST);
         let laid = self.lay(stroke, miss);
         self.quality = quality;
         let mut laid = laid?;
-        let angle = self.mend(&mut laid);
+        // What was moved out of the line's way may have left a poor triangle farther off.
+        let angle = self.mend(&mut laid).min(self.smallest_touched(start));
         if angle < least {
             return Err(TearRefusal::NoRoom { angle });
         }

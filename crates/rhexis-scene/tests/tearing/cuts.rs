@@ -2,12 +2,13 @@
 
 use super::meshes::Random;
 use glam::DVec3;
+use hecs::Entity;
 use rhexis::components::Material;
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Cut, CutError, Simulation};
-use rhexis::storage::TriangleMesh;
+use rhexis::storage::{TriangleMesh, Triangles, Vertices, measure};
 use rhexis_scene::{Instance, Scene};
 use std::f64::consts::PI;
 
@@ -103,10 +104,42 @@ fn cuts_and_blades_come_at_their_times() {
 }
 
 fn cut(mesh: &TriangleMesh, before: &[Vec<DVec3>], lines: &[Vec<DVec3>]) -> Result<Vec<Cut>, CutError> {
-    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
-    let body = simulation.spawn(Membrane::new("b", mesh.clone(), Material::isotropic(1.0, 0.3, 0.1))).unwrap();
+    let (mut simulation, body) = sheet(mesh);
     before.iter().for_each(|line| _ = simulation.cut(body, line).unwrap());
     lines.iter().map(|line| simulation.cut(body, line)).collect()
+}
+
+fn sheet(mesh: &TriangleMesh) -> (Simulation, Entity) {
+    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
+    let body = simulation.spawn(Membrane::new("b", mesh.clone(), Material::isotropic(1.0, 0.3, 0.1))).unwrap();
+    (simulation, body)
+}
+
+fn smallest_angle(simulation: &Simulation, body: Entity) -> f64 {
+    let mut tables = simulation.world().query_one::<(&Vertices, &Triangles)>(body);
+    let (vertices, triangles) = tables.get().unwrap();
+    measure::rest_angles(vertices, triangles).fold(f64::INFINITY, f64::min)
+}
+
+/// Short cuts, one after the other, on coarse meshes: what is moved out of a line's way is judged as the triangles along it are.
+#[test]
+fn no_cut_leaves_a_worse_angle_than_ten_degrees_anywhere() {
+    let mut dice = Random::new(3);
+    for mesh in [generate::grid(10.0, 10.0, 5, 4).unwrap(), generate::cap(10.0, 10.0, 60).unwrap()] {
+        let low = mesh.positions.iter().fold(DVec3::MAX, |low, p| low.min(*p));
+        let high = mesh.positions.iter().fold(DVec3::MIN, |high, p| high.max(*p));
+        for round in 0..100 {
+            let (mut simulation, body) = sheet(&mesh);
+            for _ in 0..12 {
+                let from = low + (high - low) * DVec3::new(dice.unit(), dice.unit(), dice.unit());
+                let line = [from, from + dice.vector(0.8)];
+                // Rounding of an angle that is just enough.
+                let least = smallest_angle(&simulation, body).min(10_f64.to_radians()) * (1.0 - 1e-9);
+                let cut = simulation.cut(body, &line);
+                assert!(smallest_angle(&simulation, body) >= least, "{round}: {line:?}, {cut:?}");
+            }
+        }
+    }
 }
 
 /// Largest distance \[mm\] of the points of some cuts from the lips of others.
