@@ -172,7 +172,7 @@ mod tests {
             Operator { inertia, viscosity, ..Operator::membrane((vertices, triangles, topology, frames), tangent) };
         let unstretched = Sym2::new(0.98, 1.01, 0.005);
         let (is_counted, is_damped_before, rate) = (false, false, 0.1);
-        let (free, drag) = (&scratch.free, 0.0);
+        let (free, residual, drag) = (&scratch.free, &scratch.residual, 0.0);
         let increment = &*increment;
         f(&mut Solved {
             operator,
@@ -180,6 +180,7 @@ mod tests {
             delta: &increment.delta,
             free,
             law: BodyLaw { is_planar, unstretched, fibres: None },
+            residual,
             is_counted,
             is_damped_before,
             drag,

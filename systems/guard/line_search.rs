@@ -5,9 +5,11 @@
 //!
 //! Φ(x + p·d) − Φ(x) = E(x + p·d) − E(x) + p·f·d − ½·p²·d·K·d − (p − ½·p²)·d·A·d,
 //!
-//! whose first terms the energy guard's sum has already, with −p²·d·K·d in place of −½·p²·d·K·d. A is positive definite, so that a small fraction always lowers Φ.
+//! whose first terms the energy guard's sum has already, with −p²·d·(K + D/dt)·d in place of −½·p²·d·K·d, and less what damping by earlier
+//! solves of the step does along the way. A is positive definite, so that a small fraction always lowers Φ.
 
 use super::solved::{Solved, Sums};
+use crate::systems::parallel;
 use crate::systems::solver::{Operator, ProductMemory};
 use glam::DVec3;
 
@@ -27,21 +29,23 @@ pub(super) struct Fraction {
 }
 
 impl Solved<'_> {
-    /// The largest of 1, ½, ¼, … of the answer that lowers the incremental potential. `full` is the operator of the solve, with loads and
+    /// The largest of 1, ½, … 1/64 of the answer that lowers the incremental potential; the last is taken in any case. `full` is the operator of the solve, with loads and
     /// all.
     pub(super) fn fraction(&self, full: &Operator, sums: &mut Sums<'_>) -> Fraction {
-        let still = Operator { external: None, inertia: 0.0, ..*full };
+        let resting = Operator { external: None, inertia: 0.0, ..*full };
+        let undamped = Operator { viscosity: 0.0, ..resting };
         let (mut corner, mut product) = (Vec::new(), vec![DVec3::ZERO; self.delta.len()]);
         let mut form = |operator: &Operator| {
             let mut memory = ProductMemory { corner: &mut corner, passes: &mut *sums.passes };
             operator.apply(self.delta, self.free, &mut memory, &mut product, sums.partials)
         };
-        let (whole, elastic) = (form(full), form(&still));
+        let (whole, damped, elastic) = (form(full), form(&resting), form(&undamped));
         let mut fraction = 1.0;
         loop {
             let strained = self.strained(fraction, sums);
-            let potential =
-                strained + 0.5 * fraction * fraction * elastic - (fraction - 0.5 * fraction * fraction) * whole;
+            let dissipated = parallel::sum(full.triangles.len(), sums.partials, |t| self.damped_along(t, fraction));
+            let potential = strained + dissipated + fraction * fraction * (damped - 0.5 * elastic)
+                - (fraction - 0.5 * fraction * fraction) * whole;
             if potential <= -PROMISED * fraction * whole || fraction <= LEAST {
                 let created = strained - self.dissipated(fraction, sums.partials) - fraction * (1.0 - fraction) * whole;
                 return Fraction { fraction, created };

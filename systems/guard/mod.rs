@@ -142,7 +142,7 @@ fn enforce_in(
         && scratch.allowed.is_empty()
         && !may_spin(planar, &scratch.free, holders.0);
     let (stored, work) = (scratch.stored, scratch.residual_work);
-    let SolverScratch { free, partials, pairs, to_correct, is_counted, .. } = &mut *scratch;
+    let SolverScratch { free, residual, partials, pairs, to_correct, is_counted, .. } = &mut *scratch;
     let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
     let solved = Solved {
         operator,
@@ -150,6 +150,7 @@ fn enforce_in(
         delta: &increment.delta,
         free,
         law: BodyLaw { is_planar, unstretched, fibres: fibres.as_ref() },
+        residual,
         is_counted: *is_counted,
         is_damped_before,
         drag: drag.map_or(0.0, |drag| drag.coefficient * step.rate()),

@@ -5,8 +5,8 @@
 //! nothing, and most often that is a single one: a spike at a torn edge, which hangs on by one side. Its vertices are then moved by
 //! descent on Φ itself, one after the other with all others at rest (block coordinate descent; Chen et al. 2024, *Vertex Block
 //! Descent*, ACM Trans Graph 43:116): every move lowers Φ, and so creates nothing. Bending, damping and loads stay as the solve
-//! has them, quadratic. All other vertices keep the solve's answer; what the vertices beside the patch miss by its moves counts as work
-//! that no load has done.
+//! has them, quadratic. All other vertices keep the solve's answer; what the patch leaves of the residual, its own and that of the vertices beside it,
+//! counts as work that no load has done.
 
 use super::solved::Solved;
 use crate::math::{ElementState, elementary};
@@ -145,7 +145,7 @@ impl Patch {
         let still = Operator { viscosity: 0.0, ..*full };
         let free = DMat3::from_diagonal(solved.free[v]);
         // Forces that do not follow the membrane, and what of the matrix belongs to it.
-        let mut other = -full.apply_at(v, &self.off);
+        let mut other = solved.residual[v] - full.apply_at(v, &self.off);
         let (mut elastic, mut pull, mut size) = (DMat3::ZERO, DVec3::ZERO, f64::INFINITY);
         for &c in &topology.incident[v] {
             let (t, corner) = (c as usize / 3, c as usize % 3);
@@ -188,11 +188,12 @@ impl Patch {
         full.triangles.corners[t].map(|v| full.vertices.position[v as usize] + self.way[v as usize])
     }
 
-    /// The work \[mJ\] that no load has done: of the forces that the patch and what is around it miss, along the way.
-    pub(super) fn unearned(&self, solved: &Solved, full: &Operator) -> f64 {
-        let mut missed = vec![DVec3::ZERO; self.off.len()];
-        full.apply_sparse(&self.off, &mut missed, &mut BendingPasses::default());
-        missed.iter().zip(&self.way).enumerate().map(|(v, (force, way))| (solved.free[v] * *force).dot(*way)).sum()
+    /// Work \[mJ\] of the residual that the patch leaves, r − A·off, along the way: no load has done it.
+    pub(super) fn residual_work(&self, solved: &Solved, full: &Operator) -> f64 {
+        let mut product = vec![DVec3::ZERO; self.off.len()];
+        full.apply_sparse(&self.off, &mut product, &mut BendingPasses::default());
+        let missed = product.iter().zip(solved.residual).map(|(product, residual)| *product - *residual);
+        missed.zip(&self.way).enumerate().map(|(v, (force, way))| (solved.free[v] * force).dot(*way)).sum()
     }
 }
 

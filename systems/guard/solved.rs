@@ -21,6 +21,8 @@ pub(super) struct Solved<'a> {
     pub(super) delta: &'a [DVec3],
     pub(super) free: &'a FreeAxes,
     pub(super) law: BodyLaw<'a>,
+    /// What the solve has left of its equations, b − A·δ \[N\].
+    pub(super) residual: &'a [DVec3],
     /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
     pub(super) is_counted: bool,
     /// Whether there is damping, and something that an earlier solve of the step has gone.

@@ -77,10 +77,8 @@ impl Judged<'_> {
     fn patch(&self, triangles: usize, sum: f64, sums: &mut Sums<'_>) -> Option<(Patch, f64)> {
         let full = self.full();
         Patch::found(self.solved, &full, triangles, (sum, self.most), |patch| {
-            self.before
-                + patch.judged(self.solved).spurious_energy(1.0, sums)
-                + self.work
-                + patch.unearned(self.solved, &full)
+            let more = patch.judged(self.solved).spurious_energy(1.0, sums);
+            self.before + more + patch.residual_work(self.solved, &full)
         })
     }
 
