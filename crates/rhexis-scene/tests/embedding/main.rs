@@ -2,6 +2,7 @@
 
 mod determinism;
 mod examples;
+mod hands;
 mod snapshot;
 
 #[path = "../../../../tests/common/mod.rs"]
