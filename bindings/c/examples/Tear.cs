@@ -72,7 +72,12 @@ public static class Tear
             Run(arguments[0], arguments[1]);
             return 0;
         }
-        catch (Exception error) when (error is RhexisException || error is IOException || error is DllNotFoundException)
+        catch (DllNotFoundException)
+        {
+            Console.Error.WriteLine("librhexis_c is not found: name its directory in LD_LIBRARY_PATH, on Windows in PATH");
+            return 1;
+        }
+        catch (Exception error) when (error is RhexisException || error is IOException)
         {
             Console.Error.WriteLine(error.Message);
             return 1;

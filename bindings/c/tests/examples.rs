@@ -97,3 +97,24 @@ fn a_missing_scene_is_told() {
         assert!(!output.status.success() && said.starts_with(begin) && said.contains("bad.toml:2:1"), "{said}");
     }
 }
+
+/// The one from arrays, with what it takes from its host around it.
+#[test]
+fn the_example_of_the_readme_compiles() {
+    if !cfg!(unix) || !is_there("cc", "the example of the readme") {
+        return;
+    }
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let (_, rest) = readme.split_once("```c\n#include <rhexis.h>\n").unwrap();
+    let (example, _) = rest.split_once("```").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("readme.c");
+    let given = "const double *positions, const uint32_t *triangles, size_t vertex_count, size_t triangle_count,\n\
+                 const uint64_t *keys, size_t key_count, RhexisPose pose_of_hand";
+    let text = format!("#include <rhexis.h>\nvoid host({given});\nvoid host({given}) {{\n{example}}}\n");
+    std::fs::write(&source, text).unwrap();
+    // A host would look at what calls answer, and draw what it is shown.
+    let mut command = Command::new("cc");
+    command.args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-fsyntax-only", "-I"]);
+    succeed("the example of the readme", command.arg(root().join("include")).arg(source));
+}
