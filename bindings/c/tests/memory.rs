@@ -1,4 +1,4 @@
-//! Worlds that come and go leave no memory behind; and what a step through C costs.
+//! Worlds that come and go leave no memory behind; and the steps by which `overhead.sh` tells what a step through C costs.
 
 #![allow(unsafe_code, reason = "pointers are handed over as C does")]
 
@@ -10,7 +10,8 @@ use rhexis_c::saved::*;
 use rhexis_c::shown::*;
 use rhexis_c::types::*;
 use rhexis_c::world::*;
-use rhexis_scene::Scene;
+use rhexis_scene::{Document, Scene};
+use std::ffi::CString;
 
 /// Resident memory of this process \[bytes\], where the system tells it.
 fn resident() -> Option<u64> {
@@ -55,48 +56,45 @@ fn a_hundred_thousand_worlds_leave_no_memory_behind() {
     leaves_nothing(100_000);
 }
 
-/// Processor time of `fig2-tear` (1,500 triangles) through C over that through Rust, step by step in turn.
+/// As many steps as `overhead.sh` asks for.
+fn counted_steps() -> u32 {
+    std::env::var("RHEXIS_STEPS").unwrap().parse().unwrap()
+}
+
+/// 1,500 triangles on one thread: what is counted does not depend on the machine's load.
+fn counted_scene() -> String {
+    let mut document = Document::named("fig2-tear").unwrap();
+    document.set("run.threads=1").unwrap();
+    document.text().to_owned()
+}
+
 #[test]
-#[ignore = "tells a time: cargo test --release -p rhexis-c --test memory -- --ignored --nocapture overhead"]
-fn overhead_of_a_step() {
-    let (mut rust_time, mut c_time, mut steps) = (0.0, 0.0, 0);
-    let timed = |total: &mut f64, work: &mut dyn FnMut()| {
-        let start = cpu_time::ProcessTime::now();
-        work();
-        *total += start.elapsed().as_secs_f64();
-    };
-    for round in 0..4 {
-        let mut rust = Scene::named("fig2-tear").unwrap().instantiate().unwrap();
-        let mut c = RhexisWorld::default();
-        ok(rhexis_world_from_catalog(text(c"fig2-tear"), out(&mut c)));
-        let mut bodies = [RhexisEntity::default()];
-        ok(rhexis_bodies(c, buffer(&mut bodies), 1, out(&mut 0)));
-        let mut positions = RhexisViewF64 { data: std::ptr::null(), count: 0 };
-        let mut indices = RhexisViewU32 { data: std::ptr::null(), count: 0 };
-        while !rust.is_finished() {
-            let mut in_rust = || {
-                rust.advance().unwrap();
-                let view = rust.simulation.view(rust.bodies[0]).unwrap();
-                std::hint::black_box((view.positions, view.triangles));
-            };
-            let mut in_c = || {
-                ok(rhexis_advance(c, Out::NULL));
-                ok(rhexis_positions(c, bodies[0], out(&mut positions)));
-                ok(rhexis_indices(c, bodies[0], out(&mut indices)));
-            };
-            // Each goes first every other round: the first to touch a cache pays for it.
-            if round % 2 == 0 {
-                timed(&mut rust_time, &mut in_rust);
-                timed(&mut c_time, &mut in_c);
-            } else {
-                timed(&mut c_time, &mut in_c);
-                timed(&mut rust_time, &mut in_rust);
-            }
-            steps += 1;
-        }
-        assert_eq!(hash(c), rust.simulation.hash().0);
-        ok(rhexis_world_destroy(c));
+#[ignore = "counted by bindings/c/overhead.sh"]
+fn counted_in_rust() {
+    let mut rust = Scene::parse(&counted_scene(), "scene").unwrap().instantiate().unwrap();
+    for _ in 0..counted_steps() {
+        rust.advance().unwrap();
+        let view = rust.simulation.view(rust.bodies[0]).unwrap();
+        std::hint::black_box((view.positions, view.triangles));
     }
-    let [rust, c] = [rust_time, c_time].map(|time| time / f64::from(steps) * 1e6);
-    println!("{steps} steps: {rust:.1} µs in Rust, {c:.1} µs through C, ratio {:.4}", c / rust);
+    println!("hash {}", rust.simulation.hash());
+}
+
+#[test]
+#[ignore = "counted by bindings/c/overhead.sh"]
+fn counted_through_c() {
+    let (scene, mut world) = (CString::new(counted_scene()).unwrap(), RhexisWorld::default());
+    ok(rhexis_world_from_scene(text(&scene), text(c"scene"), out(&mut world)));
+    let mut bodies = [RhexisEntity::default()];
+    ok(rhexis_bodies(world, buffer(&mut bodies), 1, out(&mut 0)));
+    let mut report = RhexisReport::default();
+    let mut positions = RhexisViewF64 { data: std::ptr::null(), count: 0 };
+    let mut indices = RhexisViewU32 { data: std::ptr::null(), count: 0 };
+    for _ in 0..counted_steps() {
+        ok(rhexis_advance(world, out(&mut report)));
+        ok(rhexis_positions(world, bodies[0], out(&mut positions)));
+        ok(rhexis_indices(world, bodies[0], out(&mut indices)));
+        std::hint::black_box((&positions, &indices));
+    }
+    println!("hash {:016x}", hash(world));
 }

@@ -1,38 +1,19 @@
 //! What other tools read: the pkg-config file, the CMake package, the declarations for C#; and what this crate promises of its own sources.
 
+mod build;
+use build::*;
+
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
 
 fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap()
 }
 
-fn libraries() -> PathBuf {
-    std::env::current_exe().unwrap().parent().unwrap().to_owned()
-}
-
-fn is_there(tool: &str) -> bool {
-    let found = Command::new(tool).arg("--version").output().is_ok_and(|output| output.status.success());
-    if !found {
-        println!("{tool} is not there");
-    }
-    found
-}
-
-fn succeed(command: &mut Command) -> String {
-    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
-    assert!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
 fn install(prefix: &Path) {
-    succeed(Command::new("sh").arg(root().join("install.sh")).arg(prefix).arg(libraries()));
+    succeed("install.sh", Command::new("sh").arg(root().join("install.sh")).arg(prefix).arg(libraries()));
 }
 
 const PROGRAM: &str = "#include <rhexis.h>\nint main(void) { return rhexis_check_abi(RHEXIS_ABI_VERSION, 0); }\n";
@@ -45,27 +26,29 @@ fn pkg_config_builds_a_program() {
     let folder = tempfile::tempdir().unwrap();
     let prefix = folder.path().join("prefix");
     install(&prefix);
-    if !is_there("pkg-config") || !is_there("cc") {
+    if !is_there("pkg-config", "the pkg-config file") || !is_there("cc", "the pkg-config file") {
         return;
     }
     let ask = |what: &[&str]| {
-        let said = succeed(
-            Command::new("pkg-config").env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig")).args(what).arg("rhexis"),
-        );
-        said.split_whitespace().map(str::to_owned).collect::<Vec<_>>()
+        let path = prefix.join("lib/pkgconfig");
+        let mut command = Command::new("pkg-config");
+        said("pkg-config", command.env("PKG_CONFIG_PATH", path).args(what).arg("rhexis"))
+            .split_whitespace()
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
     };
     assert_eq!(ask(&["--modversion"]), [env!("CARGO_PKG_VERSION")]);
     let (source, program) = (folder.path().join("check.c"), folder.path().join("check"));
     fs::write(&source, PROGRAM).unwrap();
     let mut build = Command::new("cc");
     build.arg(&source).args(ask(&["--cflags", "--libs"])).arg(format!("-Wl,-rpath,{}", prefix.join("lib").display()));
-    succeed(build.arg("-o").arg(&program));
-    succeed(&mut Command::new(program));
+    succeed("cc", build.arg("-o").arg(&program));
+    succeed("check", &mut Command::new(program));
 }
 
 #[test]
 fn cmake_builds_a_program() {
-    if !cfg!(unix) || !is_there("cmake") {
+    if !cfg!(unix) || !is_there("cmake", "the CMake package") {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -82,10 +65,10 @@ fn cmake_builds_a_program() {
     );
     fs::write(source.join("CMakeLists.txt"), lists).unwrap();
     let prefix = format!("-DCMAKE_PREFIX_PATH={}", prefix.display());
-    succeed(Command::new("cmake").arg("-S").arg(&source).arg("-B").arg(&build).arg(prefix));
-    succeed(Command::new("cmake").arg("--build").arg(&build));
-    succeed(&mut Command::new(build.join("shared")));
-    succeed(&mut Command::new(build.join("static")));
+    succeed("cmake", Command::new("cmake").arg("-S").arg(&source).arg("-B").arg(&build).arg(prefix));
+    succeed("cmake", Command::new("cmake").arg("--build").arg(&build));
+    succeed("shared", &mut Command::new(build.join("shared")));
+    succeed("static", &mut Command::new(build.join("static")));
 }
 
 /// Every placeholder of the templates is filled by the script.
@@ -183,7 +166,8 @@ fn argument_in_cs(c: &str, is_buffer: bool) -> String {
     }
     match (c.strip_prefix("const ").and_then(|rest| rest.strip_suffix(" *")), c.strip_suffix(" *")) {
         (Some(read), _) if number(read).is_some() => format!("{}[]", plain(read)),
-        (Some(read), _) => format!("in {read}"),
+        // Mono passes `in` by value.
+        (Some(read), _) => format!("ref {read}"),
         (None, Some(written)) if is_buffer => format!("[Out] {}[]", plain(written)),
         (None, Some(written)) => format!("out {}", plain(written)),
         (None, None) => plain(c),

@@ -530,7 +530,7 @@ namespace Rhexis
         /// Puts a body into the world; the arrays are copied. Give it components by `rhexis_set`: it tears with "Tearing".
         /// </summary>
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
-        public static extern RhexisStatus rhexis_body_create(RhexisWorld world, in RhexisBodyDesc desc, out RhexisEntity body);
+        public static extern RhexisStatus rhexis_body_create(RhexisWorld world, ref RhexisBodyDesc desc, out RhexisEntity body);
 
         /// <summary>
         /// Puts an obstacle into the world, a shape in TOML such as "shape = { Sphere = { centre = [0, 0, -5], radius = 4 } }". Bodies with
@@ -650,7 +650,7 @@ namespace Rhexis
 
         /// <summary>Force of the tool on the tissue [N] by one model, with the tool at a position [mm].</summary>
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
-        public static extern RhexisStatus rhexis_haptic_force_at(in RhexisHapticModel model, RhexisVec3 position, out RhexisVec3 force);
+        public static extern RhexisStatus rhexis_haptic_force_at(ref RhexisHapticModel model, RhexisVec3 position, out RhexisVec3 force);
 
         /// <summary>Holds vertices where they are now, under a name; those already held under it stay held.</summary>
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
@@ -870,8 +870,8 @@ namespace Rhexis
         public static extern RhexisStatus rhexis_forceps_create(
             RhexisWorld world,
             [MarshalAs(UnmanagedType.LPUTF8Str)] string name,
-            in RhexisJaws jaws,
-            in RhexisPose pose,
+            ref RhexisJaws jaws,
+            ref RhexisPose pose,
             out RhexisEntity forceps);
 
         /// <summary>Closes forceps on a body. `held` gets the number of vertices that they hold, and may be NULL.</summary>
@@ -880,12 +880,12 @@ namespace Rhexis
             RhexisWorld world,
             RhexisEntity forceps,
             RhexisEntity body,
-            in RhexisGrasp grasp,
+            ref RhexisGrasp grasp,
             out UIntPtr held);
 
         /// <summary>Moves forceps to a pose, evenly within a time [ms]: that of the step or frame about to be simulated.</summary>
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
-        public static extern RhexisStatus rhexis_forceps_move(RhexisWorld world, RhexisEntity forceps, in RhexisPose pose, double within);
+        public static extern RhexisStatus rhexis_forceps_move(RhexisWorld world, RhexisEntity forceps, ref RhexisPose pose, double within);
 
         /// <summary>Opens forceps: they let go.</summary>
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
@@ -966,7 +966,7 @@ namespace Rhexis
 
         /// <summary>Makes an empty world at time zero. `settings` may be NULL for the defaults.</summary>
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
-        public static extern RhexisStatus rhexis_world_create(in RhexisSettings settings, out RhexisWorld world);
+        public static extern RhexisStatus rhexis_world_create(ref RhexisSettings settings, out RhexisWorld world);
 
         /// <summary>
         /// Makes a world from a scene's text, TOML as `rhexis scenes --show NAME` prints it. `origin` names the text in errors and may be

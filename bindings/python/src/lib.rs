@@ -1,7 +1,7 @@
 //! The Python interface of the membrane-tearing engine `rhexis`: the module `rhexis._rhexis`.
 //!
 //! A world is behind a lock that no call waits for; its steps run without the interpreter's lock. Arrays that Python gets are copies of its
-//! own. No panic crosses the boundary. `README.md` beside the sources has the rules.
+//! own, or lent by the rules of `lent`. No panic crosses the boundary. `README.md` beside the sources has the rules.
 
 #![deny(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]
@@ -13,6 +13,7 @@ mod course;
 mod entity;
 mod error;
 mod events;
+mod lent;
 mod library;
 mod pins;
 mod report;

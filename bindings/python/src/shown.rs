@@ -1,8 +1,9 @@
-//! What bodies look like: arrays that are copies of Python's own.
+//! What bodies look like: arrays that are copies of Python's own, or lent where that is asked for.
 
 use crate::arrays::{of_points, of_points_f32, table};
 use crate::entity::BodyRef;
 use crate::error::{Answer, Failure, Kind, refused};
+use crate::lent::Column;
 use crate::world::World;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -14,11 +15,21 @@ use slotmap::Key;
 use std::ops::Range;
 
 impl World {
-    fn show<R>(&self, body: Option<BodyRef>, look: impl FnOnce(&BodyView<'_>) -> Answer<R>) -> PyResult<R> {
-        self.look_mut(|state| {
-            let body = state.body(body.as_ref())?;
-            let view = state.simulation_mut().view(body).map_err(refused)?;
-            Ok(look(&view)?)
+    fn copied<R>(&self, body: Option<BodyRef>, look: impl FnOnce(&BodyView<'_>) -> Answer<R>) -> PyResult<R> {
+        self.show(body, |_, view, _| Ok(look(view)?))
+    }
+
+    /// Points of a body: Python's own, or read-only where the engine has them.
+    fn points<'py>(
+        &self,
+        py: Python<'py>,
+        (body, copy): (Option<BodyRef>, bool),
+        column: Column,
+        of: for<'a> fn(&BodyView<'a>) -> &'a [DVec3],
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.show(body, |body, view, loans| match copy {
+            true => Ok(of_points(py, of(view))?),
+            false => loans.points(py, body, column, of(view)),
         })
     }
 }
@@ -30,15 +41,20 @@ fn ranges<'py>(py: Python<'py>, ranges: &[Range<u32>]) -> Answer<Bound<'py, PyAr
 #[pymethods]
 impl World {
     /// Positions \[mm\], shape (n, 3).
-    #[pyo3(signature = (body = None))]
-    fn positions<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.show(body, |view| of_points(py, view.positions))
+    #[pyo3(signature = (body = None, *, copy = true))]
+    fn positions<'py>(
+        &self,
+        py: Python<'py>,
+        body: Option<BodyRef>,
+        copy: bool,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.points(py, (body, copy), Column::Positions, |view| view.positions)
     }
 
     /// Positions \[mm\] in single precision.
     #[pyo3(signature = (body = None))]
     fn positions_f32<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        self.show(body, |view| of_points_f32(py, view.positions))
+        self.copied(body, |view| of_points_f32(py, view.positions))
     }
 
     /// Positions at a time `behind` \[ms\] before now, on straight lines from where the last step began.
@@ -49,7 +65,7 @@ impl World {
         behind: f64,
         body: Option<BodyRef>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.show(body, |view| {
+        self.copied(body, |view| {
             if !behind.is_finite() {
                 return Err(Failure::input(format!("a time of {behind} ms: it must be finite")));
             }
@@ -60,21 +76,31 @@ impl World {
     }
 
     /// Positions of the rest shape \[mm\].
-    #[pyo3(signature = (body = None))]
-    fn rest_positions<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.show(body, |view| of_points(py, view.rest_positions))
+    #[pyo3(signature = (body = None, *, copy = true))]
+    fn rest_positions<'py>(
+        &self,
+        py: Python<'py>,
+        body: Option<BodyRef>,
+        copy: bool,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.points(py, (body, copy), Column::RestPositions, |view| view.rest_positions)
     }
 
     /// Velocities \[mm/ms\].
-    #[pyo3(signature = (body = None))]
-    fn velocities<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.show(body, |view| of_points(py, view.velocities))
+    #[pyo3(signature = (body = None, *, copy = true))]
+    fn velocities<'py>(
+        &self,
+        py: Python<'py>,
+        body: Option<BodyRef>,
+        copy: bool,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.points(py, (body, copy), Column::Velocities, |view| view.velocities)
     }
 
     /// Unit normals by vertex.
     #[pyo3(signature = (body = None))]
     fn normals<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.show(body, |view| {
+        self.copied(body, |view| {
             let mut normals = Vec::new();
             view.normals(&mut normals);
             of_points(py, &normals)
@@ -84,7 +110,7 @@ impl World {
     /// Unit normals by vertex in single precision.
     #[pyo3(signature = (body = None))]
     fn normals_f32<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        self.show(body, |view| {
+        self.copied(body, |view| {
             let mut normals = Vec::new();
             view.normals(&mut normals);
             of_points_f32(py, &normals)
@@ -92,15 +118,18 @@ impl World {
     }
 
     /// Corners of the triangles, shape (m, 3).
-    #[pyo3(signature = (body = None))]
-    fn indices<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        self.show(body, |view| table(py, 3, view.triangles.as_flattened().to_vec()))
+    #[pyo3(signature = (body = None, *, copy = true))]
+    fn indices<'py>(&self, py: Python<'py>, body: Option<BodyRef>, copy: bool) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        self.show(body, |body, view, loans| match copy {
+            true => Ok(table(py, 3, view.triangles.as_flattened().to_vec())?),
+            false => loans.corners(py, body, view),
+        })
     }
 
     /// Keys of the vertices: they name a vertex as long as it lives.
     #[pyo3(signature = (body = None))]
     fn vertex_keys<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray1<u64>>> {
-        self.show(body, |view| {
+        self.copied(body, |view| {
             Ok(PyArray1::from_vec(py, view.vertex_keys.iter().map(|key| key.data().as_ffi()).collect()))
         })
     }
@@ -108,7 +137,7 @@ impl World {
     /// Keys of the triangles.
     #[pyo3(signature = (body = None))]
     fn triangle_keys<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray1<u64>>> {
-        self.show(body, |view| {
+        self.copied(body, |view| {
             Ok(PyArray1::from_vec(py, view.triangle_keys.iter().map(|key| key.data().as_ffi()).collect()))
         })
     }
@@ -116,7 +145,7 @@ impl World {
     /// Numbers of the host's own per vertex, shape (n, stride), of a body with the component Attributes.
     #[pyo3(signature = (body = None))]
     fn attributes<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.show(body, |view| {
+        self.copied(body, |view| {
             let none = || Failure::new(Kind::NotFound, "the body has no component Attributes: give it one by set");
             let attributes = view.attributes.ok_or_else(none)?;
             table(py, attributes.stride, attributes.values.clone())

@@ -3,6 +3,7 @@
 use crate::component;
 use crate::entity::{BodyRef, Entity};
 use crate::error::{Answer, Failure, Kind, guarded, refused, unreadable};
+use crate::lent::Loans;
 use crate::report::Report;
 use crate::saved::Snapshot;
 use crate::toml_form::{given, patched};
@@ -13,7 +14,7 @@ use rhexis::event::Event;
 use rhexis::hecs;
 use rhexis::report::TearCourse;
 use rhexis::settings::Settings;
-use rhexis::simulation::Simulation;
+use rhexis::simulation::{BodyView, Simulation};
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{Document, Instance};
 use std::path::PathBuf;
@@ -26,33 +27,61 @@ pub(crate) enum Run {
     Scene(Box<Instance>),
 }
 
+impl Run {
+    fn simulation(&self) -> &Simulation {
+        match self {
+            Self::Bare(simulation) => simulation,
+            Self::Scene(instance) => &instance.simulation,
+        }
+    }
+
+    fn simulation_mut(&mut self) -> &mut Simulation {
+        match self {
+            Self::Bare(simulation) => simulation,
+            Self::Scene(instance) => &mut instance.simulation,
+        }
+    }
+}
+
 /// A world behind its lock.
 pub(crate) struct State {
     number: u64,
     pub(crate) run: Run,
     pub(crate) events: Vec<Event>,
     pub(crate) courses: Vec<TearCourse>,
+    loans: Loans,
+}
+
+impl Drop for State {
+    fn drop(&mut self) {
+        self.hand_over();
+    }
 }
 
 impl State {
     pub(crate) fn simulation(&self) -> &Simulation {
-        match &self.run {
-            Run::Bare(simulation) => simulation,
-            Run::Scene(instance) => &instance.simulation,
-        }
+        self.run.simulation()
     }
 
     pub(crate) fn simulation_mut(&mut self) -> &mut Simulation {
-        match &mut self.run {
-            Run::Bare(simulation) => simulation,
-            Run::Scene(instance) => &mut instance.simulation,
+        self.run.simulation_mut()
+    }
+
+    fn hand_over(&mut self) {
+        self.loans.hand_over(self.run.simulation().world());
+    }
+
+    fn scene(&self) -> Answer<&Instance> {
+        match &self.run {
+            Run::Scene(instance) => Ok(instance),
+            Run::Bare(_) => Err(no_scene()),
         }
     }
 
-    fn scene(&mut self) -> Answer<&mut Instance> {
+    fn scene_mut(&mut self) -> Answer<&mut Instance> {
         match &mut self.run {
             Run::Scene(instance) => Ok(instance),
-            Run::Bare(_) => Err(Failure::input("the world is not from a scene: call step with a time step")),
+            Run::Bare(_) => Err(no_scene()),
         }
     }
 
@@ -135,6 +164,10 @@ impl State {
     }
 }
 
+fn no_scene() -> Failure {
+    Failure::input("the world is not from a scene: call step with a time step")
+}
+
 /// World of the simulation: bodies, obstacles and tools, and their time.
 #[pyclass(frozen, module = "rhexis")]
 pub(crate) struct World {
@@ -145,7 +178,8 @@ impl World {
     pub(crate) fn keep(run: Run) -> Self {
         static NUMBER: AtomicU64 = AtomicU64::new(1);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        Self { state: Mutex::new(State { number, run, events: Vec::new(), courses: Vec::new() }) }
+        let (events, courses, loans) = (Vec::new(), Vec::new(), Loans::default());
+        Self { state: Mutex::new(State { number, run, events, courses, loans }) }
     }
 
     fn lock(&self) -> Answer<MutexGuard<'_, State>> {
@@ -158,6 +192,13 @@ impl World {
         })
     }
 
+    /// The world to be changed: what arrays show of it is theirs first.
+    fn changed(&self) -> Answer<MutexGuard<'_, State>> {
+        let mut state = self.lock()?;
+        state.hand_over();
+        Ok(state)
+    }
+
     /// Works on the world without the interpreter's lock.
     pub(crate) fn with<R: Send, E: From<Failure> + Send>(
         &self,
@@ -167,7 +208,7 @@ impl World {
     where
         PyErr: From<E>,
     {
-        Ok(py.detach(|| guarded(|| work(&mut *self.lock()?)))?)
+        Ok(py.detach(|| guarded(|| work(&mut *self.changed()?)))?)
     }
 
     /// Looks at the world and makes objects of Python of it.
@@ -177,7 +218,22 @@ impl World {
 
     /// As `look`, where the engine brings something up to date first.
     pub(crate) fn look_mut<R>(&self, work: impl FnOnce(&mut State) -> PyResult<R>) -> PyResult<R> {
-        guarded(|| work(&mut *self.lock()?))
+        guarded(|| work(&mut *self.changed()?))
+    }
+
+    /// Looks at the arrays of a body, and lends them.
+    pub(crate) fn show<R>(
+        &self,
+        body: Option<BodyRef>,
+        look: impl FnOnce(hecs::Entity, &BodyView<'_>, &mut Loans) -> PyResult<R>,
+    ) -> PyResult<R> {
+        guarded(|| {
+            let mut state = self.lock()?;
+            let body = state.body(body.as_ref())?;
+            let State { run, loans, .. } = &mut *state;
+            let view = run.simulation_mut().view(body).map_err(refused)?;
+            look(body, &view, loans)
+        })
     }
 }
 
@@ -268,7 +324,7 @@ impl World {
     fn advance(&self, py: Python<'_>, count: u32) -> PyResult<Report> {
         self.with(py, |state| {
             state.repeat(count, |state| {
-                let instance = state.scene()?;
+                let instance = state.scene_mut()?;
                 let report = Report::from(instance.advance().map_err(refused)?);
                 Ok((report, instance.is_finished()))
             })
@@ -278,13 +334,13 @@ impl World {
     /// Whether a scene is at its end.
     #[getter]
     fn is_finished(&self) -> PyResult<bool> {
-        self.look_mut(|state| Ok(state.scene()?.is_finished()))
+        self.look(|state| Ok(state.scene()?.is_finished()))
     }
 
     /// How a scene is run: mode, time step \[ms\], steps at the most, steps done.
     #[getter]
     fn scene<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.look_mut(|state| {
+        self.look(|state| {
             let instance = state.scene()?;
             let told = PyDict::new(py);
             let mode = if instance.run.mode == Mode::Static { "static" } else { "dynamic" };

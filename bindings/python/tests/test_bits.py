@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
-import os
 import platform
 from pathlib import Path
 
@@ -15,7 +13,6 @@ import rhexis
 
 ROOT = Path(__file__).resolve().parents[3]
 GOLDEN = ROOT / "crates" / "rhexis-scene" / "tests" / "golden" / "hashes.txt"
-LIBRARY = os.environ.get("RHEXIS_C_LIBRARY")
 
 
 def column() -> str:
@@ -80,98 +77,25 @@ def test_tools_do_what_a_replay_in_rust_does(world: rhexis.World) -> None:
         rhexis.Recording.from_bytes(b"none")
 
 
-class _Vector(ctypes.Structure):
-    _fields_ = [(axis, ctypes.c_double) for axis in "xyz"]
+SCRIPT = ROOT / "bindings" / "c" / "tests" / "script"
 
 
-class _Pose(ctypes.Structure):
-    _fields_ = [("position", _Vector), ("orientation", ctypes.c_double * 4)]
-
-
-class _Jaws(ctypes.Structure):
-    _fields_ = [(name, ctypes.c_double) for name in ("radius", "stiffness", "force_limit")] + [("slides", ctypes.c_uint8)]
-
-
-class _View(ctypes.Structure):
-    _fields_ = [("data", ctypes.POINTER(ctypes.c_uint64)), ("count", ctypes.c_size_t)]
-
-
-class _Grasp(ctypes.Structure):
-    _fields_ = [
-        ("kind", ctypes.c_uint32),
-        ("reach", ctypes.c_double),
-        ("point", _Vector),
-        ("direction", _Vector),
-        ("vertices", ctypes.c_void_p),
-        ("vertex_count", ctypes.c_size_t),
-    ]
-
-
-SCENE = """
-[scene]
-name = "sheet"
-[run]
-dt = 5
-steps = 20
-[[bodies]]
-name = "sheet"
-mesh = { grid = { width = 6, height = 6, nx = 6, ny = 6 } }
-material = { young_fibre = 10, young_transverse = 1, poisson_major = 0.3, thickness = 0.1 }
-fibres = { degrees = 0 }
-tearing = { strength_fibre = 0.05, strength_transverse = 0.01, radius = 1.5 }
-gravity = [0, 0, -9.81e-3]
-"""
-
-
-def test_a_scene_and_its_tools_have_the_hash_of_c() -> None:
-    if LIBRARY is None:
-        pytest.skip("set RHEXIS_C_LIBRARY to librhexis_c.so of `cargo build --release -p rhexis-c`, with the features of this build")
-    c = ctypes.CDLL(LIBRARY)
-    c.rhexis_last_error_message.restype = ctypes.c_char_p
-
-    def ok(status: int) -> None:
-        assert status == 0, c.rhexis_last_error_message()
-
-    ok(c.rhexis_check_abi(_abi_version(), ctypes.c_uint64(0)))
-    world, body, forceps = ctypes.c_uint64(), ctypes.c_uint64(), ctypes.c_uint64()
-    ok(c.rhexis_world_from_scene(SCENE.encode(), b"sheet", ctypes.byref(world)))
-    ok(c.rhexis_find_body(world, b"sheet", ctypes.byref(body)))
-    keys, pinned = _View(), (ctypes.c_uint64 * 3)()
-    ok(c.rhexis_vertex_keys(world, body, ctypes.byref(keys)))
-    pinned[:] = [keys.data[row] for row in (0, 7, 14)]
-    ok(c.rhexis_pin(world, body, b"left", pinned, ctypes.c_size_t(3)))
-    line = (ctypes.c_double * 6)(3, 0, 0, 3, 2, 0)
-    ok(c.rhexis_cut(world, body, line, ctypes.c_size_t(2), None))
-    jaws, pose, grasp = _Jaws(), _Pose(), _Grasp()
-    ok(c.rhexis_jaws_init(ctypes.byref(jaws)))
-    ok(c.rhexis_pose_init(ctypes.byref(pose)))
-    ok(c.rhexis_grasp_init(ctypes.byref(grasp)))
-    jaws.stiffness, pose.position = 0.2, _Vector(5, 1, 0.3)
-    ok(c.rhexis_forceps_create(world, None, ctypes.byref(jaws), ctypes.byref(pose), ctypes.byref(forceps)))
-    ok(c.rhexis_forceps_close(world, forceps, body, ctypes.byref(grasp), None))
-
-    mine = rhexis.World.from_scene(SCENE, "sheet")
-    mine.pin("left", mine.vertex_keys()[[0, 7, 14]])
-    mine.cut([[3, 0, 0], [3, 2, 0]])
-    own = mine.spawn_forceps("forceps", [5, 1, 0.3], stiffness=0.2)
-    mine.close_forceps(own)
-    for step in range(1, 21):
-        to = [5 + 0.05 * step, 1, 0.3 + 0.05 * step]
-        pose.position = _Vector(*to)
-        ok(c.rhexis_forceps_move(world, forceps, ctypes.byref(pose), ctypes.c_double(5.0)))
-        ok(c.rhexis_advance(world, None))
-        mine.move_forceps(own, to, within=5.0)
-        mine.advance()
-        value = ctypes.c_uint64()
-        ok(c.rhexis_hash(world, ctypes.byref(value)))
-        assert mine.hash() == value.value, f"step {step}"
-    ok(c.rhexis_world_destroy(world))
-
-
-def _abi_version() -> int:
-    header = (ROOT / "bindings" / "c" / "include" / "rhexis.h").read_text(encoding="utf-8")
-    line = next(line for line in header.splitlines() if line.startswith("#define RHEXIS_ABI_VERSION"))
-    return int(line.split()[2].rstrip("u"), 0)
+def test_a_script_has_the_hash_of_rust_c_and_cs() -> None:
+    """The tests of `bindings/c` hold the other languages to this hash, which no set of features changes."""
+    world = rhexis.World.from_file(SCRIPT / "sheet.toml")
+    world.pin("left", world.vertex_keys()[[0, 7, 14]])
+    world.cut([[3, 0, 0], [3, 2, 0]])
+    forceps = world.spawn_forceps("forceps", [5, 1, 0.3], stiffness=0.2)
+    world.close_forceps(forceps)
+    step, events = 0, []
+    while not world.is_finished:
+        step += 1
+        world.move_forceps(forceps, [5 + 0.05 * step, 1, 0.3 + 0.05 * step], within=5.0)
+        world.shift_pins("left", [-0.01, 0, 0])
+        world.advance()
+        events += world.events()
+    advances = sum(event["kind"] == "advanced" for event in events)
+    assert f"{world.hash():016x} {advances}" == (SCRIPT / "hash.txt").read_text(encoding="utf-8").strip()
 
 
 def test_any_number_of_threads_gives_the_same_bits() -> None:

@@ -22,12 +22,16 @@ def resident() -> int:
 def come_and_go() -> None:
     world = rhexis.World(threads=1)
     world.spawn(*grid(8), components={"Tearing": {}})
+    world.snapshot()
+    world.report()
     for _ in range(3):
         world.step(5.0)
         world.positions()
         world.normals_f32()
-    world.snapshot()
-    world.report()
+        world.velocities(copy=False)
+    lent = world.positions(copy=False)
+    del world
+    lent.sum()
 
 
 def test_worlds_leave_no_memory_behind() -> None:

@@ -12,6 +12,6 @@ def test_the_examples_of_the_readme_run() -> None:
     blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
     # The environment's is what test_gym.py plays.
     blocks = [block for block in blocks if "rhexis.gym" not in block]
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     for block in blocks:
         exec(compile(block, str(README), "exec"), {})

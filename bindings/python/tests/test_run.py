@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import builtins
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -112,3 +114,29 @@ def test_verification_is_there_or_says_how_to_have_it() -> None:
             with pytest.raises(rhexis.Error, match="--features verify") as caught:
                 call()
             assert caught.value.kind == "unavailable"
+
+
+@pytest.mark.parametrize(
+    ("module", "use"),
+    [
+        ("meshio", "rhexis.to_meshio(rhexis.World.from_catalog('fig2-tear'))"),
+        ("pyvista", "rhexis.to_pyvista(rhexis.World.from_catalog('fig2-tear'))"),
+        ("gymnasium", "import rhexis.gym"),
+    ],
+)
+def test_a_missing_extra_is_named_with_its_remedy(module: str, use: str) -> None:
+    code = f"import sys; sys.modules[{module!r}] = None\nimport rhexis\n{use}"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert ended.returncode == 1 and f"pip install {module}" in ended.stderr.splitlines()[-1]
+
+
+def test_the_example_writes_the_torn_sheet(tmp_path: Path) -> None:
+    example = Path(__file__).resolve().parents[1] / "examples" / "tear.py"
+    sheet = tmp_path / "torn.obj"
+    subprocess.run([sys.executable, str(example), "fig2-tear", str(sheet)], check=True, capture_output=True)
+    run = rhexis.run_scene("fig2-tear")
+    lines = sheet.read_text(encoding="ascii").splitlines()
+    points = np.array([line.split()[1:] for line in lines if line.startswith("v ")], dtype=float)
+    rows = np.array([line.split()[1:] for line in lines if line.startswith("f ")], dtype=int)
+    np.testing.assert_array_equal(points, run.world.positions())
+    np.testing.assert_array_equal(rows - 1, run.world.indices())

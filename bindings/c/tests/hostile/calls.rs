@@ -59,10 +59,10 @@ impl Hostile {
     pub(crate) fn step(&mut self, world: RhexisWorld, dt: f64) {
         let mut report = RhexisReport::default();
         let report_out = self.out(&mut report);
-        match self.random.below(12) {
+        match self.random.below(40) {
             0 => _ = self.judge("settle", rhexis_settle(world, dt, 1e-6, report_out)),
-            1 => _ = self.judge("advance", rhexis_advance(world, report_out)),
-            2 => _ = self.judge("is_finished", rhexis_is_finished(world, out(&mut 0))),
+            1..=3 => _ = self.judge("advance", rhexis_advance(world, report_out)),
+            4..=6 => _ = self.judge("is_finished", rhexis_is_finished(world, out(&mut 0))),
             _ => _ = self.judge("step", rhexis_step(world, dt, report_out)),
         }
     }
@@ -172,6 +172,9 @@ impl Hostile {
                 self.judge("changes", rhexis_changes(world, body, out(&mut changes)))
             }
         };
+        if self.crowd.is_some() {
+            return;
+        }
         // What is lent is finite, and rows are those of vertices.
         assert!(seen(doubles.data, doubles.count).iter().all(|number| number.is_finite()));
         let _ = seen(singles.data, singles.count);

@@ -15,7 +15,7 @@ impl Hostile {
             2 => _ = self.judge("restore", rhexis_restore(world, known)),
             3 => {
                 let mut bytes = RhexisViewU8 { data: std::ptr::null(), count: 0 };
-                if self.judge("snapshot_bytes", rhexis_snapshot_bytes(known, out(&mut bytes))) {
+                if self.judge("snapshot_bytes", rhexis_snapshot_bytes(known, out(&mut bytes))) && self.crowd.is_none() {
                     let mut bytes = seen(bytes.data, bytes.count);
                     if self.random.chance(2) {
                         let at = self.random.below(bytes.len());
@@ -37,7 +37,7 @@ impl Hostile {
                 }
             }
         }
-        if self.pool.snapshots.len() > 4 {
+        while self.pool.snapshots.len() > 4 {
             self.judge("snapshot_destroy", rhexis_snapshot_destroy(self.pool.snapshots[0]));
             self.pool.snapshots.remove(0);
         }
@@ -59,7 +59,7 @@ impl Hostile {
                 self.judge("recording_bytes", rhexis_recording_bytes(known, out(&mut bytes)));
             }
         }
-        if self.pool.recordings.len() > 3 {
+        while self.pool.recordings.len() > 3 {
             self.judge("recording_destroy", rhexis_recording_destroy(self.pool.recordings[0]));
             self.pool.recordings.remove(0);
         }
@@ -91,11 +91,11 @@ impl Hostile {
             6 => _ = self.judge("receiver_force", rhexis_receiver_force(receiver, number, place, out(&mut force))),
             _ => _ = self.judge("force_at", rhexis_haptic_force_at(input(&model), place, out(&mut force))),
         }
-        if self.pool.haptics.len() > 2 {
+        while self.pool.haptics.len() > 2 {
             self.judge("haptics_destroy", rhexis_haptics_destroy(self.pool.haptics[0]));
             self.pool.haptics.remove(0);
         }
-        if self.pool.receivers.len() > 2 {
+        while self.pool.receivers.len() > 2 {
             self.judge("receiver_destroy", rhexis_receiver_destroy(self.pool.receivers[0]));
             self.pool.receivers.remove(0);
         }

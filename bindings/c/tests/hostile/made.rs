@@ -12,14 +12,22 @@ impl Hostile {
         if self.judge("world_create", rhexis_world_create(settings, world_out)) && world.bits != 0 {
             self.pool.worlds.push(world);
         }
-        // No more than a few at a time.
-        if self.pool.worlds.len() > 4 {
-            let oldest = self.pool.worlds[0];
-            self.pool.worlds.remove(0);
-            // Some of its entities stay known, as stale ones do.
-            let Self { random, pool, .. } = self;
-            pool.entities.retain(|(world, _)| *world != oldest || random.chance(8));
-            self.judge("world_destroy", rhexis_world_destroy(oldest));
+        self.thin_worlds();
+    }
+
+    /// No more than a few at a time.
+    pub(crate) fn thin_worlds(&mut self) {
+        if self.pool.worlds.len() <= 4 {
+            return;
+        }
+        let oldest = self.pool.worlds.remove(0);
+        // Some of its entities stay known, as stale ones do.
+        let Self { random, pool, .. } = self;
+        pool.entities.retain(|(world, _)| *world != oldest || random.chance(8));
+        let answer = rhexis_world_destroy(oldest);
+        self.judge("world_destroy", answer);
+        if answer == RhexisStatus::Busy {
+            self.pool.worlds.push(oldest);
         }
     }
 
@@ -58,8 +66,14 @@ impl Hostile {
         if self.judge("body_create", rhexis_body_create(world, desc, body_out)) {
             self.note(world, body);
             let mut keys = RhexisViewU64 { data: std::ptr::null(), count: 0 };
-            ok(rhexis_vertex_keys(world, body, out(&mut keys)));
-            self.pool.keys = seen(keys.data, keys.count);
+            let answer = rhexis_vertex_keys(world, body, out(&mut keys));
+            if self.crowd.is_none() {
+                ok(answer);
+                self.pool.keys = seen(keys.data, keys.count);
+            } else if self.judge("vertex_keys", answer) {
+                // As slotmap gives them to the vertices of a body that is new.
+                self.pool.keys = (1..=keys.count as u64).map(|row| (1 << 32) | row).collect();
+            }
         }
     }
 

@@ -41,9 +41,11 @@ use rhexis_c::types::*;
 use rhexis_c::world::*;
 use std::collections::BTreeMap;
 use std::ffi::CStr;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// What calls have given out, dead or alive.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Pool {
     worlds: Vec<RhexisWorld>,
     /// Each with its world.
@@ -76,16 +78,21 @@ const COMPONENTS: [(&CStr, &CStr); 16] = [
     (c"PreStretch", c"strain = { xx = 0.01, yy = 0.01, xy = 0 }"),
 ];
 
+/// Pools of threads that call the same objects.
+type Crowd = Arc<[Mutex<Pool>]>;
+
 struct Hostile {
     random: Random,
     pool: Pool,
+    /// The pools of all threads, where there are several: what is lent may change under this one, and is not looked at.
+    crowd: Option<Crowd>,
     /// Answers by call and status.
     told: BTreeMap<(&'static str, i32), u64>,
 }
 
 impl Hostile {
     fn new(seed: u64) -> Self {
-        Self { random: Random(seed | 1), pool: Pool::default(), told: BTreeMap::new() }
+        Self { random: Random(seed | 1), pool: Pool::default(), crowd: None, told: BTreeMap::new() }
     }
 
     fn text(&mut self) -> Text {
@@ -131,18 +138,43 @@ impl Hostile {
     fn judge(&mut self, name: &'static str, status: RhexisStatus) -> bool {
         *self.told.entry((name, status as i32)).or_default() += 1;
         let said = message();
-        assert!(
-            !matches!(status, RhexisStatus::Panic | RhexisStatus::Poisoned | RhexisStatus::Busy),
-            "{name}: {status:?}: {said}"
-        );
+        let has_failed = match status {
+            RhexisStatus::Panic | RhexisStatus::Poisoned => true,
+            RhexisStatus::Busy => self.crowd.is_none(),
+            _ => false,
+        };
+        assert!(!has_failed, "{name}: {status:?}: {said}");
         assert!(status == RhexisStatus::Ok || !said.is_empty(), "{name}: {status:?} without a message");
         status == RhexisStatus::Ok
     }
 
+    /// Learns of some objects of another thread, and shows it those of this one.
+    fn mingle(&mut self, crowd: &Crowd) {
+        let (from, to) = (self.random.below(crowd.len()), self.random.below(crowd.len()));
+        crowd[to].lock().unwrap().clone_from(&self.pool);
+        let other = crowd[from].lock().unwrap().clone();
+        if let Some(&world) = other.worlds.last().filter(|world| !self.pool.worlds.contains(world)) {
+            self.pool.worlds.push(world);
+            other.entities.iter().filter(|(of, _)| *of == world).for_each(|(_, entity)| self.note(world, *entity));
+            self.thin_worlds();
+        }
+        self.pool.snapshots.extend(other.snapshots.last());
+        self.pool.recordings.extend(other.recordings.last());
+        self.pool.haptics.extend(other.haptics.last());
+        self.pool.receivers.extend(other.receivers.last());
+    }
+
     fn run(&mut self, calls: u64) {
-        (0..calls).for_each(|_| self.call());
+        for _ in 0..calls {
+            if let Some(crowd) = self.crowd.clone().filter(|_| self.random.chance(50)) {
+                self.mingle(&crowd);
+            }
+            self.call();
+        }
         for world in std::mem::take(&mut self.pool.worlds) {
-            rhexis_world_destroy(world);
+            while rhexis_world_destroy(world) == RhexisStatus::Busy {
+                std::thread::yield_now();
+            }
         }
     }
 }
@@ -151,6 +183,25 @@ fn run(seed: u64, calls: u64) -> BTreeMap<(&'static str, i32), u64> {
     let mut hostile = Hostile::new(seed);
     hostile.run(calls);
     hostile.told
+}
+
+/// The answers of several threads that each make so many calls, on objects of one another.
+fn run_crowd(seed: u64, threads: u64, calls: u64) -> BTreeMap<(&'static str, i32), u64> {
+    let crowd: Crowd = (0..threads).map(|_| Mutex::default()).collect();
+    let begin = |thread: u64| {
+        let crowd = Some(Arc::clone(&crowd));
+        std::thread::spawn(move || {
+            let mut hostile = Hostile { crowd, ..Hostile::new(seed.wrapping_mul(2 * thread + 3)) };
+            hostile.run(calls);
+            hostile.told
+        })
+    };
+    let threads: Vec<_> = (0..threads).map(begin).collect();
+    let mut all = BTreeMap::new();
+    for (what, count) in threads.into_iter().flat_map(|thread| thread.join().unwrap()) {
+        *all.entry(what).or_default() += count;
+    }
+    all
 }
 
 #[test]
@@ -169,19 +220,39 @@ fn hostile_calls_are_answered() {
     assert_eq!(run(0x5eed, 2_000), run(0x5eed, 2_000));
 }
 
-/// `RHEXIS_CALLS` says how many; ten million without.
+/// Threads that step, change and destroy the worlds of one another: those that meet are told that it is busy.
+#[test]
+fn hostile_calls_of_several_threads_are_answered() {
+    let told = run_crowd(0x5eed, 4, 3_000);
+    let answered = |status: RhexisStatus| told.iter().filter(|((_, told), _)| *told == status as i32).count();
+    for status in [RhexisStatus::Ok, RhexisStatus::Busy, RhexisStatus::InvalidHandle] {
+        assert!(answered(status) > 5, "{status:?}: {told:?}");
+    }
+}
+
+/// Calls of one round, a tenth of them by four threads that share their objects.
+const ROUND: u64 = 100_000;
+
+/// `RHEXIS_CALLS` says how many, in rounds; ten million without.
 #[test]
 #[ignore = "minutes: cargo test --release -p rhexis-c --test hostile -- --ignored"]
 fn ten_million_hostile_calls_are_answered() {
-    let calls = std::env::var("RHEXIS_CALLS").ok().and_then(|calls| calls.parse().ok()).unwrap_or(10_000_000);
-    let mut done = 0;
-    for seed in 1.. {
-        let count = u64::min(50_000, calls - done);
-        run(seed * 0x9e37_79b9, count);
-        done += count;
-        println!("{done} calls");
-        if done == calls {
-            break;
+    let calls = std::env::var("RHEXIS_CALLS").map_or(10_000_000, |calls| calls.parse::<u64>().unwrap());
+    let (rounds, next, done) = (calls.div_ceil(ROUND), AtomicU64::new(1), AtomicU64::new(0));
+    let work = || {
+        loop {
+            let round = next.fetch_add(1, Ordering::Relaxed);
+            if round > rounds {
+                return;
+            }
+            let seed = round * 0x9e37_79b9;
+            let answers = [run(seed, ROUND / 10 * 9), run_crowd(seed, 4, ROUND / 40)];
+            let made: u64 = answers.iter().flat_map(BTreeMap::values).sum();
+            println!("round {round}: {} calls so far", done.fetch_add(made, Ordering::Relaxed) + made);
         }
-    }
+    };
+    std::thread::scope(|scope| {
+        (0..std::thread::available_parallelism().map_or(1, usize::from)).for_each(|_| _ = scope.spawn(work));
+    });
+    assert!(done.into_inner() >= calls);
 }

@@ -32,7 +32,10 @@ def _arrays(world: World, body: Entity | str | None) -> tuple[dict[str, NDArray[
 
 def to_meshio(world: World, body: Entity | str | None = None) -> meshio.Mesh:
     """Mesh of meshio of a body as it lies: its fields by vertex and by triangle, lengths in mm, stresses in MPa."""
-    import meshio
+    try:
+        import meshio
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError("to_meshio needs meshio: pip install meshio") from error
 
     points, cells = _arrays(world, body)
     triangles = [("triangle", world.indices(body).astype(np.int64))]
@@ -63,7 +66,10 @@ def from_meshio(mesh: meshio.Mesh) -> tuple[NDArray[np.float64], NDArray[np.uint
 
 def to_pyvista(world: World, body: Entity | str | None = None) -> pyvista.PolyData:
     """Surface of PyVista of a body as it lies, with the arrays of `to_meshio`."""
-    import pyvista
+    try:
+        import pyvista
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError("to_pyvista needs PyVista: pip install pyvista") from error
 
     triangles = world.indices(body)
     faces = np.column_stack([np.full(len(triangles), 3, dtype=np.int64), triangles])

@@ -1,6 +1,9 @@
 """The capsulorhexis as a Gymnasium environment: `gymnasium.make("rhexis/Capsulorhexis-v0")`, after `import rhexis.gym`."""
 
-import gymnasium
+try:
+    import gymnasium
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError("rhexis.gym needs Gymnasium: pip install gymnasium") from error
 
 from .env import ENV_ID, MAX_FRAMES, Capsulorhexis
 from .policies import Expert, RandomPolicy, play
