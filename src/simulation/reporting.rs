@@ -60,7 +60,7 @@ impl Simulation {
                 stress_error: result.stress_error,
                 is_late: result.is_late,
                 imbalance: result.imbalance,
-                is_converged: result.is_converged,
+                is_converged: result.has_converged,
                 fell_back: result.fell_back,
                 is_tear_cut_short: false,
                 is_refinement_put_off: refined.is_some_and(|refined| refined.is_put_off),

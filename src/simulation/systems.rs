@@ -23,7 +23,7 @@ impl Simulation {
     /// short against the masses it acts on.
     ///
     /// A system that adds forces leaves out the bodies whose
-    /// [`SolveResult::is_converged`](crate::components::SolveResult) says that they are done or asleep; a force
+    /// [`SolveResult::is_done`](crate::components::SolveResult) says that they are done or asleep; a force
     /// that changes while a body sleeps does not wake it. It may run several times in a step: once per Newton
     /// iteration, per stage, and each time a step is taken up again or halved. While a body whose step has failed is
     /// retried by itself the others have no [`SolveResult`](crate::components::SolveResult), so that a query for it

@@ -218,7 +218,7 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
                 && ((0..vertices.len()).any(is_deep)
                     || has_deep_face(&looked_at, &increment.start, (vertices, triangles)))
         };
-        result.is_converged = !asks;
+        result.is_done = !asks;
         count += usize::from(asks);
     }
     count

@@ -66,7 +66,7 @@ pub fn grip(world: &mut hecs::World, step: &StepContext) -> usize {
         (&'a Grips, &'a mut Forces, &'a mut ExternalStiffness),
     );
     for ((vertices, triangles, topology, result), (grips, forces, external)) in world.query_mut::<Query>() {
-        if result.is_converged {
+        if result.is_done {
             continue;
         }
         for pinch in &grips.pinches {

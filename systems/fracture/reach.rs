@@ -91,7 +91,7 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
     let mut count = 0;
     for (result, tearing) in world.query_mut::<Query>() {
         let tears = tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
-        result.is_converged = !tears;
+        result.is_done = !tears;
         count += usize::from(tears);
     }
     count

@@ -123,7 +123,7 @@ pub fn membrane(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (&'a mut EnergyAudit, &'a Vertices, &'a Forces, &'a Increment, &'a SolveResult);
     for (audit, vertices, forces, increment, result) in world.query_mut::<Query>() {
-        if result.is_converged {
+        if result.is_done {
             continue;
         }
         count += 1;
@@ -146,7 +146,7 @@ pub fn membrane(world: &mut hecs::World, step: &StepContext) -> usize {
 pub fn loads(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     for (audit, forces, result) in world.query_mut::<(&mut EnergyAudit, &Forces, &SolveResult)>() {
-        if result.is_converged {
+        if result.is_done {
             continue;
         }
         count += 1;
@@ -208,7 +208,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
             let sums = body.sums(audit, true, |t, x, u, _| body.between_ends(t, x, u));
             let is_relaxation = audit.equilibrium.is_some_and(|last| last.time == step.time);
             audit.step = body.static_terms(audit, &sums, is_relaxation);
-            note_equilibrium(audit, log, step, result.is_converged);
+            note_equilibrium(audit, log, step, result.has_converged);
         } else {
             let sums = body.sums(audit, false, |t, _, u, change| body.linearised(t, u, change));
             audit.step = body.dynamic_terms(audit, &sums, step);
@@ -240,11 +240,11 @@ pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
 
 /// Remembers an equilibrium. Where tears have advanced since the last one and nothing else has moved on, tells what they have
 /// released: the fall of the elastic energy and the work of the loads.
-fn note_equilibrium(audit: &mut EnergyAudit, log: &mut TearLog, step: &StepContext, is_converged: bool) {
+fn note_equilibrium(audit: &mut EnergyAudit, log: &mut TearLog, step: &StepContext, has_converged: bool) {
     let now = Equilibrium { time: step.time, elastic: audit.ends[1].elastic, torn: log.length };
-    if let Some(last) = audit.equilibrium.filter(|last| is_converged && last.time == now.time && last.torn < now.torn) {
+    if let Some(last) = audit.equilibrium.filter(|last| has_converged && last.time == now.time && last.torn < now.torn) {
         let energy = last.elastic - now.elastic + audit.step.work_of_loads;
         log.pending.push(EventKind::Released { energy, length: now.torn - last.torn });
     }
-    audit.equilibrium = is_converged.then_some(now);
+    audit.equilibrium = has_converged.then_some(now);
 }

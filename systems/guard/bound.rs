@@ -11,7 +11,7 @@ use glam::DVec2;
 /// what it creates has a bound.
 const FAR: f64 = 0.1;
 
-/// No less \[mJ\] than what the triangles create, none where one may go [far](FAR).
+/// Upper bound \[mJ\] of the spurious energy of the triangles; infinite where the gradient of one changes by more than [`FAR`].
 ///
 /// Of a stretch the tangent leaves out no more than a²/t, with the change a of the triangle's gradient and t twice its [mean
 /// stretch](uncrushed): Σ V·(|T|·a²/t + (a²/t)·C·(a²/t)) is bounded by the stored energy and Schwarz's inequality.

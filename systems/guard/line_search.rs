@@ -32,14 +32,14 @@ impl Solved<'_> {
     /// The largest of 1, ½, … 1/64 of the answer that lowers the incremental potential; the last is taken in any case. `full` is the operator of the solve, with loads and
     /// all.
     pub(super) fn fraction(&self, full: &Operator, sums: &mut Sums<'_>) -> Fraction {
-        let resting = Operator { external: None, inertia: 0.0, ..*full };
-        let undamped = Operator { viscosity: 0.0, ..resting };
+        let without_masses = Operator { external: None, inertia: 0.0, ..*full };
+        let undamped = Operator { viscosity: 0.0, ..without_masses };
         let (mut corner, mut product) = (Vec::new(), vec![DVec3::ZERO; self.delta.len()]);
         let mut form = |operator: &Operator| {
             let mut memory = ProductMemory { corner: &mut corner, passes: &mut *sums.passes };
             operator.apply(self.delta, self.free, &mut memory, &mut product, sums.partials)
         };
-        let (whole, damped, elastic) = (form(full), form(&resting), form(&undamped));
+        let (whole, damped, elastic) = (form(full), form(&without_masses), form(&undamped));
         let mut fraction = 1.0;
         loop {
             let strained = self.strained(fraction, sums);

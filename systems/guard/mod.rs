@@ -16,13 +16,17 @@
 //! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2: a flap or a free piece that
 //! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
 //! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
-//! Repeated, it grows without bound. So the spurious energy is summed from step to step. A step that takes the sum beyond
-//! a share of the energy in the body is [solved further](crate::settings::Settings::corrections) from where it leads, with the projected
-//! tangent and a line search. Where that does not end below the share, it is refused and
-//! [retried in halves](crate::settings::Settings::halvings).
+//! Repeated, it grows without bound. So the spurious energy is summed from step to step, down to zero. A solve that takes the sum beyond
+//! a share of the energy in the body meets these remedies, in this order:
 //!
-//! Damping dissipates what it takes: W has the work of the stress that the earlier solves' way has left along the way
-//! of this one. So does drag, whose work along the way is no load's.
+//! 1. a [patch]: vertices of the triangles that create the most descend on the incremental potential itself;
+//! 2. in a fallback sub-step, or where the budget is used up, the largest fraction of the increment that stays below the limit;
+//! 3. a [further solve](crate::settings::Settings::corrections) with the projected tangent and a [line search](line_search), where settings
+//!    allow it;
+//! 4. refusal: the step is undone and [retried in halves](crate::settings::Settings::halvings).
+//!
+//! Damping counts as external work: the stress that earlier solves of the step have left works along the displacement of this one, so that
+//! what it dissipates cancels spurious energy. So does drag.
 //!
 //! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
 
@@ -93,14 +97,15 @@ pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
     let count = bodies.filter(|(_, scratch)| scratch.to_correct.is_some()).count();
     if count > 0 {
         for (result, scratch) in world.query_mut::<(&mut SolveResult, &SolverScratch)>() {
-            result.is_converged = scratch.to_correct.is_none();
+            result.is_done = scratch.to_correct.is_none();
         }
     }
     count
 }
 
-/// The energy guard: adds the spurious energy of the last solve to the sum and marks the bodies above the limit. In a fallback sub-step such
-/// a body takes the fraction of its increment along free axes that stays below the limit. Without motion it keeps no more than it stores.
+/// The energy guard: adds the spurious energy of the last solve to the sum, and mends or marks the bodies above the limit. In a fallback
+/// sub-step such a body takes the largest fraction of its increment along free axes that stays below it, and is refused where even zero
+/// exceeds it.
 pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     // What several solves have come to is judged at their end.
     if step.is_static || step.newton_iterations > 1 || step.formula != Formula::BackwardEuler {
@@ -141,7 +146,7 @@ fn enforce_in(
         && !is_used_up
         && scratch.allowed.is_empty()
         && !may_spin(planar, &scratch.free, holders.0);
-    let (stored, work) = (scratch.stored, scratch.residual_work);
+    let (twice_stored, work) = (scratch.twice_stored, scratch.residual_work);
     let SolverScratch { free, residual, partials, pairs, to_correct, is_counted, .. } = &mut *scratch;
     let is_damped_before = viscosity > 0.0 && increment.displacement.iter().any(|u| *u != DVec3::ZERO);
     let solved = Solved {
@@ -158,14 +163,14 @@ fn enforce_in(
     };
     // What the solve before has created is in the body where this one starts, and it is to take it away.
     let is_corrected = to_correct.is_some();
-    let limit = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(stored, tautness.slack, partials));
+    let limit = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(twice_stored, tautness.slack, partials));
     // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
     let mut before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
     ledger.unchecked_bound = ledger.unchecked_bound.min(UNCHECKED * limit);
     let bound = if is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
         f64::INFINITY
     } else {
-        bound((increment, triangles, frames), (stored, tautness.stiffest), partials, pairs)
+        bound((increment, triangles, frames), (twice_stored, tautness.stiffest), partials, pairs)
     };
     if before + work <= limit && ledger.unchecked_bound + bound <= UNCHECKED * limit {
         ledger.unchecked_bound += bound;
@@ -176,7 +181,7 @@ fn enforce_in(
     let mut sums = Sums { partials, passes: passes.unwrap_or(&mut spare) };
     let more = solved.spurious_energy(1.0, &mut sums);
     if bound.is_finite() {
-        // What was not looked at has created as much of its bound as what is looked at now.
+        // Unchecked bounds enter the sum in the ratio of the present full sum to its own bound.
         before += ledger.unchecked_bound * if more > 0.0 { (more / bound).min(1.0) } else { 0.0 };
         ledger.unchecked_bound = 0.0;
     }

@@ -31,10 +31,13 @@ const ROUNDS: u32 = 4;
 /// A vertex keeps the solve's way that jaws, springs or its own mass hold by so many times what the membrane does.
 const LED: f64 = 10.0;
 
-/// The most vertices of a patch, as a part of those of the body: what more vertices do is no fault of a place. Of a small body a larger part is
-/// a place still.
+/// Size limit of a patch, as a part of the vertices: what more of them do is the whole body's fault.
 const MOST: f64 = 0.05;
+
+/// The same in small bodies, up to [`FEW`] vertices.
 const MOST_OF_FEW: f64 = 0.15;
+
+/// Vertices of a patch that count as few.
 const FEW: f64 = 24.0;
 
 /// The part of an excess that triangles of a given number have to make up for.
@@ -142,14 +145,14 @@ impl Patch {
     /// Moves a vertex; returns by how much, over the size of its triangles.
     fn descend_at(&mut self, v: usize, solved: &Solved, full: &Operator) -> f64 {
         let Operator { triangles, topology, frames, .. } = *full;
-        let still = Operator { viscosity: 0.0, ..*full };
+        let undamped = Operator { viscosity: 0.0, ..*full };
         let free = DMat3::from_diagonal(solved.free[v]);
         // Forces that do not follow the membrane, and what of the matrix belongs to it.
         let mut other = solved.residual[v] - full.apply_at(v, &self.off);
         let (mut elastic, mut pull, mut size) = (DMat3::ZERO, DVec3::ZERO, f64::INFINITY);
         for &c in &topology.incident[v] {
             let (t, corner) = (c as usize / 3, c as usize % 3);
-            let (tangent, rest) = (still.element(t), &triangles.rest[t]);
+            let (tangent, rest) = (undamped.element(t), &triangles.rest[t]);
             let start = frames.state(t);
             other += tangent.apply(triangles.corners[t].map(|i| self.way[i as usize]))[corner];
             other -= membrane::nodal_forces(&start.polar, start.stress, rest, solved.volume(t))[corner];

@@ -52,8 +52,8 @@ pub(super) struct Sums<'a> {
 }
 
 impl Solved<'_> {
-    /// Largest fraction of the answer, down to `least`, whose spurious energy is below the limit, and that energy. A fraction of 0 stands
-    /// whatever its energy.
+    /// Largest fraction of the answer, down to `least` or else zero, whose spurious energy is below the limit, with that energy. The
+    /// caller compares that of zero with the limit.
     pub(super) fn shorten(&self, bounds: &Bounds, least: f64, sums: &mut Sums<'_>) -> (f64, f64) {
         let &Bounds { before, work, unsolved, most } = bounds;
         let mut fraction = 1.0;
@@ -176,7 +176,7 @@ impl Solved<'_> {
         if sum.is_finite() { sum } else { 0.0 }
     }
 
-    /// What is in the body where the solve starts: stored, twice of which may be known, as motion, and what is `slack` \[mJ\].
+    /// Energy of the body where the solve starts \[mJ\]: stored, half of `twice_stored`, of bending and of motion, and the `slack` allowance.
     pub(super) fn energy(&self, twice_stored: f64, slack: f64, partials: &mut Vec<f64>) -> f64 {
         let Operator { vertices, triangles, frames, .. } = self.operator;
         let motion = |v: usize| 0.5 * vertices.mass[v] * vertices.velocity[v].length_squared();

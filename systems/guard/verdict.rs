@@ -86,7 +86,7 @@ impl Judged<'_> {
         let Self { solved, before, work, most, .. } = *self;
         let bounds = Bounds { before, work, unsolved: solved.unsolved(sums.partials), most };
         let (mut fraction, mut sum) = solved.shorten(&bounds, HALVED, sums);
-        // What stands and would stand for ever goes as little as need be.
+        // A body at rest: smaller fractions are tried, lest it rest for ever.
         if fraction == 0.0 && solved.increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
             (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, sums);
         }

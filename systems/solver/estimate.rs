@@ -46,9 +46,9 @@ const PROGRESS: f64 = 1.0;
 const AIM: f64 = 0.95;
 
 impl Limits {
-    /// The limits of a solve that begins now. `reference_sq` is the squared norm of its right-hand side \[N²\], `stored` twice the
+    /// The limits of a solve that begins now. `reference_sq` is the squared norm \[N²\] that residuals are measured by, `twice_stored` twice the
     /// energy in the body \[mJ\] and `motion` that of moving it by an edge in the step.
-    pub(super) fn new(params: &LinearParams, reference_sq: f64, [stored, motion]: [f64; 2]) -> Self {
+    pub(super) fn new(params: &LinearParams, reference_sq: f64, [twice_stored, motion]: [f64; 2]) -> Self {
         Self {
             near: if params.position_tolerance.is_finite() {
                 params.position_tolerance * params.position_tolerance * motion
@@ -57,7 +57,7 @@ impl Limits {
             },
             residual_sq: params.tolerance * params.tolerance * reference_sq,
             energy: if params.stress_tolerance.is_finite() {
-                params.stress_tolerance * params.stress_tolerance * stored
+                params.stress_tolerance * params.stress_tolerance * twice_stored
             } else {
                 f64::INFINITY
             },

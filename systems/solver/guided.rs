@@ -61,13 +61,13 @@ fn solve_with(
     };
     if let Some((factor, _)) = &mut available.factor {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
-            scratch.rhs.clone_from(&scratch.residual);
+            scratch.rhs_backup.clone_from(&scratch.residual);
             let info = with_factor(factor, MOST_WITH_EARLIER_FACTOR, x, scratch)?;
             if info.is_solved || info.is_late {
                 return Ok(info);
             }
             done = info.iterations;
-            scratch.residual.copy_from_slice(&scratch.rhs);
+            scratch.residual.copy_from_slice(&scratch.rhs_backup);
         }
         match factor.renew(operator, &scratch.free) {
             Ok(()) => {
@@ -181,7 +181,7 @@ fn iterate(
     precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
-    let scales = [scratch.stored, scratch.motion_scale];
+    let scales = [scratch.twice_stored, scratch.motion_scale];
     let SolverScratch { free, residual, direction, product, partials, stops, reference_sq, .. } = scratch;
     [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
     parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);

@@ -13,11 +13,11 @@ use glam::DVec3;
 
 /// Iterations after which a factor of an earlier state is replaced by one of the present: a new one costs about as much as
 /// seven iterations with it at 24,000 triangles, and more on larger bodies.
-const MOST_WITH_EARLIER_FACTOR: u32 = 10;
+const MOST_WITH_OLD_CHOLESKY: u32 = 10;
 
 /// Iterations with a factor of the present state at the most. One or two do where the operator is regular; where it is not,
 /// rounding sets the limit, and more iterations come no nearer.
-const MOST_WITH_OWN_FACTOR: u32 = 50;
+const MOST_WITH_FRESH_CHOLESKY: u32 = 50;
 
 /// Iterations without a factor in a dynamic solve, at the most and with so many vertices at the most, after which one is made on the
 /// spot where there may be one: stiff fibres, slivers and long steps leave operators for which an incomplete factor in single
@@ -49,7 +49,7 @@ pub struct Available<'a> {
 /// Solves A·x = b by conjugate gradients.
 ///
 /// # Errors
-/// See [`CgError`]; `x` is then unchanged along free axes up to the iterations done.
+/// See [`CgError`]; `x` may then have been scaled and moved along free axes: keep a copy to start again.
 pub fn solve(
     operator: &Operator,
     params: &LinearParams,
@@ -70,17 +70,17 @@ pub fn solve(
         && (*how == Refresh::Now || factor.is_rescued())
     {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
-            scratch.rhs.clone_from(&scratch.residual);
-            let info = solve_with_factor(operator, params, MOST_WITH_EARLIER_FACTOR, factor, memory, x, scratch)?;
+            scratch.rhs_backup.clone_from(&scratch.residual);
+            let info = solve_with_factor(operator, params, MOST_WITH_OLD_CHOLESKY, factor, memory, x, scratch)?;
             if info.is_solved || info.is_late {
                 return Ok(info);
             }
             done = info.iterations;
-            scratch.residual.copy_from_slice(&scratch.rhs);
+            scratch.residual.copy_from_slice(&scratch.rhs_backup);
         }
         match factor.renew(operator, &scratch.free) {
             Ok(()) => {
-                let info = solve_with_factor(operator, params, MOST_WITH_OWN_FACTOR, factor, memory, x, scratch)?;
+                let info = solve_with_factor(operator, params, MOST_WITH_FRESH_CHOLESKY, factor, memory, x, scratch)?;
                 return Ok(CgInfo { iterations: done + info.iterations, ..info });
             }
             Err(NoFactor::Indefinite) if !operator.is_definite() => {
@@ -99,12 +99,12 @@ pub fn solve(
                 mixed.solve(operator, params, ActivePreconditioner::Factor(factor, most), memory, x, scratch)
             }
             _ => {
-                scratch.rhs.clone_from(&scratch.residual);
+                scratch.rhs_backup.clone_from(&scratch.residual);
                 let result = solve_with_factor(operator, params, most, factor, memory, x, scratch);
                 let is_done = |info: &CgInfo| info.is_solved || info.iterations >= params.iterations || info.is_late;
                 let result = result.map(|info| (info, is_done(&info)));
                 if !matches!(result, Ok((_, true))) {
-                    scratch.residual.copy_from_slice(&scratch.rhs);
+                    scratch.residual.copy_from_slice(&scratch.rhs_backup);
                 }
                 result
             }
@@ -148,7 +148,7 @@ fn solve_without_factor(
                 return Ok(info);
             }
             done = info.iterations;
-            scratch.residual.copy_from_slice(&scratch.rhs);
+            scratch.residual.copy_from_slice(&scratch.rhs_backup);
         }
         Some((mixed, kind)) if operator.tangent != Tangent::Exact => {
             let most = match available.factor {
@@ -171,7 +171,7 @@ fn solve_without_factor(
                 && factor.rescue(operator, &scratch.free, done).is_ok()
             {
                 let left = LinearParams { iterations: params.iterations - done, ..*params };
-                let info = solve_with_factor(operator, &left, MOST_WITH_OWN_FACTOR, factor, memory, x, scratch)?;
+                let info = solve_with_factor(operator, &left, MOST_WITH_FRESH_CHOLESKY, factor, memory, x, scratch)?;
                 return Ok(CgInfo { iterations: done + info.iterations, ..info });
             }
         }
@@ -197,7 +197,7 @@ fn solve_with_cycles(
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
-    scratch.rhs.clone_from(&scratch.residual);
+    scratch.rhs_backup.clone_from(&scratch.residual);
     mixed.begin_cycles(operator, &scratch.free);
     let mut done = 0;
     loop {
@@ -210,7 +210,7 @@ fn solve_with_cycles(
         if info.is_solved || most.is_none() || done >= params.iterations || info.is_late {
             return Ok(CgInfo { iterations: done, ..info });
         }
-        scratch.residual.copy_from_slice(&scratch.rhs);
+        scratch.residual.copy_from_slice(&scratch.rhs_backup);
     }
 }
 

@@ -37,7 +37,7 @@ const LEAST_AXES_PLANAR: f64 = 1e3;
 /// others. With 1e3 the slowest of `rhexis bench targets "haptic 1.5k, tearing"` took 2.6 ms, with an incomplete factor it takes 1.2.
 const LEAST_AXES_TORN: f64 = 2e3;
 
-/// Relative residual of the first linear solve of a Newton iteration: the second starts from the error of the linearisation.
+/// Relative residual of the linear solve of the first Newton iteration; later ones follow Eisenstat and Walker.
 const FIRST_NEWTON: f64 = 1e-4;
 
 /// The last iteration that there may be is solved so much further: no other mends what it leaves, which would turn a free body.
@@ -64,7 +64,7 @@ pub fn solve(world: &mut hecs::World, step: &StepContext) -> usize {
 
 /// Counts the bodies that need another Newton iteration.
 pub fn unconverged(world: &mut hecs::World, _: &StepContext) -> usize {
-    let is_done = |result: &SolveResult| result.is_converged || result.linear_residual.is_nan();
+    let is_done = |result: &SolveResult| result.is_done || result.linear_residual.is_nan();
     world.query_mut::<&SolveResult>().into_iter().filter(|result| !is_done(result)).count()
 }
 
@@ -72,8 +72,9 @@ pub fn unconverged(world: &mut hecs::World, _: &StepContext) -> usize {
 pub fn end(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     for result in world.query_mut::<&mut SolveResult>() {
-        count += usize::from(!result.is_converged);
-        result.is_converged = result.linear_residual.is_finite();
+        count += usize::from(!result.is_done);
+        result.is_done = result.linear_residual.is_finite();
+        result.has_converged = result.is_done;
     }
     count
 }
@@ -103,7 +104,7 @@ fn solve_body(
     }
     let unavoidable = if step.newton_iterations > 1 { rounding(vertices, triangles, frames, external) } else { 0.0 };
     if has_converged(increment, (result, scratch), step, unavoidable.max(step.newton_tolerance * force_scale)) {
-        result.is_converged = true;
+        (result.is_done, result.has_converged) = (true, true);
         return;
     }
     if step.is_static && reject_increment(increment, scratch) {
@@ -134,7 +135,7 @@ fn solve_body(
         increment.delta.fill(DVec3::ZERO);
     }
     if step.is_fallback {
-        // Iterations from nothing do no work with what they leave of the residual.
+        // From a zero guess the residual of conjugate gradients does no work along the answer (Galerkin orthogonality).
         let SolverScratch { free, .. } = &*scratch;
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
     }
@@ -143,16 +144,16 @@ fn solve_body(
     let available = available(step, (&operator, &scratch.free, tearing), (factor, mixed));
     scratch.is_audited = step.asks_for_exact_residual(audit.is_some());
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
-    // What is retried is solved in full: in a short part of a step nothing moves far.
-    let is_near_enough =
+    // The position tolerance is ignored in retries: in a short sub-step every motion is small against an edge.
+    let uses_position_tolerance =
         is_linear_step && !step.is_retried && params.position_tolerance.is_finite() && scratch.allowed.is_empty();
-    // Solves after the step's first one mend what that has left: what they may leave is a part of the whole, not of that little. Further
-    // solves of a step that creates energy, and fallbacks, go down by themselves.
+    // The norm that residuals are measured by: the largest right-hand side of the step. Newton's iterations, further solves of the energy
+    // guard and fallbacks use their own.
     if !is_linear_step || step.is_correction || step.is_fallback {
         scratch.reference_sq = 0.0;
     }
-    scratch.motion_scale = if is_near_enough { motion_by_an_edge(&operator, scratch) } else { 0.0 };
-    scratch.stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
+    scratch.motion_scale = if uses_position_tolerance { motion_by_an_edge(&operator, scratch) } else { 0.0 };
+    scratch.twice_stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
     let mut rotated = None;
     let mut spare = BendingPasses::default();
     let mut memory = ProductMemory { corner: &mut forces.corner, passes: passes.unwrap_or(&mut spare) };
@@ -166,7 +167,7 @@ fn solve_body(
         &mut rotated,
     ) {
         Ok(info) => {
-            if is_near_enough {
+            if uses_position_tolerance {
                 scale_to_no_work(&operator, &mut memory, increment, scratch);
             }
             if is_linear_step {
@@ -208,13 +209,13 @@ fn available<'a>(
 
 /// Notes what a linear solve took and left.
 fn note(info: &CgInfo, params: &LinearParams, result: &mut SolveResult, scratch: &SolverScratch) {
-    let SolverScratch { motion_scale, stored, .. } = *scratch;
+    let SolverScratch { motion_scale, twice_stored, .. } = *scratch;
     let relative = |scale: f64| if scale > 0.0 { (info.error_energy / scale).sqrt() } else { 0.0 };
     result.iterations += info.iterations;
     result.work = result.work.saturating_add(work::SET_UP).saturating_add(info.iterations);
     result.position_error = relative(motion_scale);
     result.linear_residual = info.relative_residual;
-    result.stress_error = if params.stress_tolerance.is_finite() { relative(stored) } else { 0.0 };
+    result.stress_error = if params.stress_tolerance.is_finite() { relative(twice_stored) } else { 0.0 };
     result.is_late |= info.is_late;
 }
 
@@ -246,8 +247,8 @@ fn twice_stored(
     parallel::sum(frames.len(), &mut scratch.partials, energy)
 }
 
-/// Fills `scratch.residual` with f − M·(u/s² − b), sets its imbalance to its largest free component and returns the
-/// largest corner force, both \[N\].
+/// Fills `scratch.residual` with the residual of the momentum equation f − M·(u/s² − b) \[N\], and `result.imbalance` with its largest free
+/// component. Returns the largest corner force \[N\].
 fn imbalance(
     vertices: &Vertices,
     forces: &Forces,

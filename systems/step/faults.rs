@@ -19,7 +19,7 @@ fn fault(vertices: &Vertices, (result, scratch, ledger): Solve<'_>) -> Option<Fa
     }
     let Vertices { position, velocity, mass, .. } = vertices;
     // An energy that overflows is none; nor is a force that does.
-    let is_finite = scratch.stored.is_finite()
+    let is_finite = scratch.twice_stored.is_finite()
         && result.imbalance.is_finite()
         && position.iter().all(|x| x.is_finite())
         && velocity.iter().zip(mass).map(|(v, m)| m * v.length_squared()).sum::<f64>().is_finite();
@@ -51,8 +51,8 @@ pub fn is_finite(world: &mut World) -> bool {
         .all(|body| !matches!(fault_of(body), Some(Fault::Unsolvable | Fault::NotFinite)))
 }
 
-/// Sets the bodies back, and puts them aside, that a solve has left in no sound state. Whether there are others to go on with.
-pub(super) fn has_sound(world: &mut World, failed: &mut Aside) -> bool {
+/// Rolls back the bodies that a solve has left in no sound state, and excludes them. Returns whether there are others to go on with.
+pub(super) fn roll_back_unsound(world: &mut World, failed: &mut Aside) -> bool {
     let unsound = world.query_mut::<(Entity, Judged)>().into_iter();
     let unsound: SmallVec<[(Entity, Fault); 1]> =
         unsound.filter_map(|(body, judged)| Some((body, fault_of(judged)?))).collect();

@@ -70,7 +70,8 @@ pub fn start(world: &mut hecs::World, step: &StepContext) -> usize {
 pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
     for (result, sleeping) in world.query_mut::<(&mut SolveResult, Option<&Sleeping>)>() {
         result.newton_iterations = 0;
-        result.is_converged = sleeping.is_some_and(Sleeping::is_asleep);
+        let is_asleep = sleeping.is_some_and(Sleeping::is_asleep);
+        (result.is_done, result.has_converged) = (is_asleep, is_asleep);
     }
     parallel::for_bodies::<Stage>(
         world,
@@ -94,15 +95,15 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
         (Prescription<'a>, Option<&'a Planar>, Option<&'a TearDecisions>),
     );
     for ((vertices, increment, result, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
-        result.is_converged = step.is_done(decisions);
-        if result.is_converged {
+        result.is_done = step.is_done(decisions);
+        if result.is_done {
             continue;
         }
         count += 1;
         increment.delta.clear();
         increment.delta.resize(vertices.len(), DVec3::ZERO);
         mark_axes(vertices, increment, scratch, prescription, planar, step.time);
-        result.newton_iterations = 0;
+        (result.newton_iterations, result.has_converged) = (0, false);
     }
     count
 }

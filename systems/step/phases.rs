@@ -31,28 +31,29 @@ pub enum Phase {
     With(fn(&StepContext) -> StepContext, &'static [Phase]),
     /// Rounds while a stage counts bodies that need one.
     While(Loop),
-    /// The same, but for a first round that is made anyway.
-    Until(Loop),
+    /// The same after a first round that is made anyway.
+    AtLeastOnce(Loop),
 }
 
 /// Rounds of phases.
 pub struct Loop {
     /// The stage whose systems count the bodies that need another round.
     pub needed: Stage,
-    /// Rounds at the most.
+    /// Maximum number of repetitions; [`AtLeastOnce`](Phase::AtLeastOnce) makes one round more.
     pub most: fn(&StepContext) -> u32,
     /// The context of a round, by the number of rounds before.
     pub context: fn(&StepContext, u32) -> StepContext,
     /// What is repeated.
     pub phases: &'static [Phase],
-    /// What is done instead where the rounds are used up and another one is needed; asked for only where there is something.
+    /// Phases run where the repetitions are used up and bodies still need one; if there are none, need is not counted again.
     pub used_up: &'static [Phase],
 }
 
-use Phase::{Check, CheckCallers, Group, Run, Until, When, While, With};
+use Phase::{Check, CheckCallers, Group, Run, AtLeastOnce, When, While, With};
 
-/// A dynamic step: solved, decided, torn, and redone from its start while tears may advance further in it.
-pub const PHASES: &[Phase] = &[Until(Loop {
+/// A dynamic step: solved, decided, torn, and resumed while tears may advance further in it: the same equations and start, continued from
+/// the displacement reached, on the torn mesh.
+pub const PHASES: &[Phase] = &[AtLeastOnce(Loop {
     needed: Stage::Unfinished,
     most: |step| step.resumes,
     context: |step, round| StepContext { is_resumed: round > 0, ..*step },
@@ -66,7 +67,7 @@ pub const PHASES: &[Phase] = &[Until(Loop {
         When(is_linear, from_ref(&CONTACT)),
         Run(Stage::Sides),
         Run(Stage::Decide),
-        When(is_linear, from_ref(&CORRECTOR)),
+        When(is_linear, from_ref(&TIP_SOLVE)),
         Run(Stage::Account),
         Run(Stage::Tear),
         CheckCallers,
@@ -90,7 +91,7 @@ const FIRST_STAGE: &[Phase] = &[
 const SOLVE: &[Phase] = &[When(is_linear, LINEAR), When(|step| !is_linear(step), from_ref(&NEWTON))];
 
 /// Newton's iteration. The last one of a dynamic step only evaluates what the ones before have reached.
-const NEWTON: Phase = Until(Loop {
+const NEWTON: Phase = AtLeastOnce(Loop {
     needed: Stage::Unconverged,
     most: |step| step.newton_iterations,
     context: |step, _| *step,
@@ -130,7 +131,7 @@ const CONTACT: Phase = While(Loop {
 /// A second solve of the bodies whose tips will advance in this step. One linear solve leaves the linearisation error of the whole step, or
 /// of an advance that springs open, on which the path would depend (`fig2-tear`: 0.83 mm between dt = 10 and 5 ms; 0.03 mm with the
 /// second solve).
-const CORRECTOR: Phase = While(Loop {
+const TIP_SOLVE: Phase = While(Loop {
     needed: Stage::Advancing,
     most: |_| 1,
     context: |step, _| {

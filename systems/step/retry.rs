@@ -10,25 +10,25 @@ use crate::systems::{StepContext, contact, work};
 use hecs::{Entity, World};
 use smallvec::SmallVec;
 
-/// Parts of a step that are tried at the most for each level of halving: each takes two where it fails once. What is left is then
-/// taken as dissipative as can be.
+/// Attempts per level of halving, after which the rest of the step is taken by fallback sub-steps.
 const TRIES: u32 = 3;
 
-/// Factor by which the fallback sub-step is shortened of a body that was step-limited in the last step already: in a long one soft directions, held
-/// by inertia alone, go so far that next to nothing of the way may be gone, of stiff ones neither, and crumpled tissue would stay so.
+/// Factor by which the fallback sub-step of a body that was step-limited in the last step already shrinks in time: in a long one soft modes,
+/// held by inertia alone, overshoot until almost no fraction is admissible, and crumpled tissue would stay so.
 const SHORTER: f64 = 8.0;
 
-/// So often at the most it is made shorter: to 3 µs of 100 ms.
+/// Maximum number of times that it shrinks: to 3 µs of 100 ms.
 const MOST_SHORTENINGS: u32 = 5;
 
 /// One dynamic step of all bodies. One that it leaves in no sound state is retried by itself, [in halves](Settings::halvings), and the
-/// others keep the step that they have taken. Returns the time \[ms\] that was done: all of `dt`, or less where no body has done all of it.
+/// others keep the step that they have taken. Returns the time \[ms\] that the farthest body has done; one that
+/// failed midway stays where its last good part ended.
 pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, running: &mut Running) -> f64 {
     let step = StepContext::of_step(settings, dt, time + dt);
     let mut failed = running.list();
-    let step_limited = step_limited(world);
+    let step_limited = take_step_limited(world);
     running.step(world, &step, PHASES, &mut failed);
-    if running.schedule.has_refused() {
+    if running.schedule.has_invalid_caller_data() {
         running.give_back(world, failed);
         return 0.0;
     }
@@ -89,7 +89,7 @@ impl Retried<'_, '_> {
         if first < half { first } else { half + self.part(time + half, half, halvings - 1) }
     }
 
-    /// A fallback sub-step at the end of the step, before which the body stands. Returns the time that was done.
+    /// A fallback sub-step over the last part of the step, until which the body rests. Returns the time that was done.
     fn at_its_end(&mut self, time: f64, dt: f64, fallback_shortenings: u32) -> f64 {
         self.running.report.rolled_back += 1;
         self.is_fallback = true;
@@ -107,7 +107,7 @@ impl Retried<'_, '_> {
         self.running.step(self.world, &step, PHASES, &mut failed);
         let is_sound = failed.is_empty();
         self.running.give_back(self.world, failed);
-        if self.running.schedule.has_refused() {
+        if self.running.schedule.has_invalid_caller_data() {
             return 0.0;
         }
         if is_sound {
@@ -119,7 +119,7 @@ impl Retried<'_, '_> {
 
 /// The bodies that went only a part of their way in the last step, or a shorter one, with how often it was made shorter. That is taken
 /// off them: of one that goes all of its way at once nothing is left.
-fn step_limited(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
+fn take_step_limited(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
     let bodies = world.query_mut::<(Entity, &mut GuardLedger)>().into_iter();
     let step_limited = bodies.filter(|(_, ledger)| ledger.is_step_limited || ledger.fallback_shortenings > 0);
     let fallback_shortenings =

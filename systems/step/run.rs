@@ -1,6 +1,6 @@
 //! Runs the phases of a step.
 
-use super::faults::has_sound;
+use super::faults::roll_back_unsound;
 use super::phases::{Loop, Phase};
 use super::schedule::{Schedule, Stage};
 use crate::components::SolveResult;
@@ -27,7 +27,7 @@ impl Running<'_> {
 
     /// Runs a step. Bodies that a solve leaves in no sound state are set back and put aside into `failed`.
     pub fn step(&mut self, world: &mut World, step: &StepContext, phases: &[Phase], failed: &mut Aside) {
-        // Where it broke off, no body was left to go on with.
+        // Where it ended early, no sound body was left or a caller wrote invalid data.
         let _ = self.phases(world, step, phases, failed);
     }
 
@@ -47,7 +47,7 @@ impl Running<'_> {
                 Phase::When(asks, phases) if asks(step) => self.phases(world, step, phases, failed)?,
                 Phase::With(context, phases) => self.phases(world, &context(step), phases, failed)?,
                 Phase::While(rounds) => self.rounds(world, step, (rounds, 0), failed)?,
-                Phase::Until(rounds) => {
+                Phase::AtLeastOnce(rounds) => {
                     self.phases(world, &(rounds.context)(step, 0), rounds.phases, failed)?;
                     self.rounds(world, step, (rounds, 1), failed)?;
                 }
@@ -78,9 +78,9 @@ impl Running<'_> {
         ControlFlow::Continue(())
     }
 
-    /// Breaks off where no body is left to go on with.
+    /// Ends the step where no sound body is left or a caller's system has written invalid data.
     fn check(&self, world: &mut World, failed: &mut Aside) -> ControlFlow<()> {
-        let may_go_on = !self.schedule.has_refused() && has_sound(world, failed);
+        let may_go_on = !self.schedule.has_invalid_caller_data() && roll_back_unsound(world, failed);
         if may_go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 

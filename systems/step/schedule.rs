@@ -14,33 +14,33 @@ use hecs::World;
 pub enum Stage {
     /// Once, before anything moves.
     Begin,
-    /// Each time the step is redone after tears have advanced.
+    /// Each time the step is resumed after tears have advanced.
     Resume,
-    /// Forces and their derivatives: in every Newton iteration, and once at the start of a step of two stages.
+    /// Forces and tangent: before every solve, and once at the start of a step of two stages.
     Evaluate,
     /// Once, on the forces at the start of a step of two stages.
     Start,
     /// Once, between the two stages of a step.
     SecondStage,
-    /// In every Newton iteration, on what was evaluated.
+    /// The linear solve on what was evaluated, its energy guard and time integration.
     Solve,
-    /// After a solve of several iterations: counts the bodies that need another one.
+    /// After a solve of several iterations: selects and counts the bodies that need another one.
     Unconverged,
-    /// After the one solve of a linearly implicit step: counts the bodies that would create energy and are solved further.
+    /// After the one solve of a linearly implicit step: selects and counts the bodies that would create energy and are solved further; all others are passed by.
     Uncorrected,
     /// Ends the iterations of a linearly implicit solve.
     Solved,
-    /// Once, where several Newton iterations, or the two stages of a step, have ended.
+    /// Energy check of Newton's and of two-stage steps, once per pass; linearly implicit solves are checked in [`Solve`](Self::Solve).
     Judge,
-    /// Counts the bodies of which a solve has carried a vertex deep into an obstacle, or through it.
+    /// Selects and counts the bodies of which a solve has carried a vertex deep into an obstacle, or through it.
     Penetrating,
     /// Where the rounds of contact are used up and a vertex is still deep in an obstacle.
     Outside,
-    /// After each accepted solve.
+    /// Clamp against tunnelling: after contact in each pass, and after the solve for the tips.
     Sides,
     /// The criterion on the state that the iterations have reached; once more after a solve for the tips.
     Decide,
-    /// Counts the bodies whose tips will advance in this step.
+    /// Selects and counts the bodies whose tips will advance in this step.
     Advancing,
     /// Each time the iterations have ended for good.
     Account,
@@ -65,7 +65,7 @@ const fn system(name: &'static str, stage: Stage, run: fn(&mut World, &StepConte
     System { name, stage, run }
 }
 
-/// All systems in the order in which they run.
+/// All systems by stage: the order holds within a stage, [`PHASES`](super::phases::PHASES) orders the stages.
 pub const STEP: &[System] = &[
     system("obstacles", Stage::Begin, systems::contact::move_obstacles),
     system("sleep: wake", Stage::Begin, systems::step::sleep::wake),

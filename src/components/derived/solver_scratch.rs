@@ -22,11 +22,11 @@ pub struct SolverScratch {
     pub free: FreeAxes,
     /// Motions of guided vertices, which have no free axes for them.
     pub allowed: Box<Allowed>,
-    /// Residual \[N\].
+    /// Right-hand side b \[N\] before a solve, its residual b − A·δ after it.
     pub residual: Vec<DVec3>,
     /// Right-hand side \[N\] of a solve in double precision that may have to begin anew.
-    pub rhs: Vec<DVec3>,
-    /// Search direction \[mm\].
+    pub rhs_backup: Vec<DVec3>,
+    /// Search direction \[mm\]; after a solve in mixed precision its right-hand side \[N\].
     pub direction: Vec<DVec3>,
     /// Operator times direction \[N\], and in turn the preconditioned residual \[mm\].
     pub product: Vec<DVec3>,
@@ -45,7 +45,7 @@ pub struct SolverScratch {
     /// What can be read of the last step, to be put back if this one is undone.
     pub readings: Box<Readings>,
     /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
-    pub stored: f64,
+    pub twice_stored: f64,
     /// Energy \[mJ\] of the body's motion by an edge in one step, where the solve asks for the error of positions; else zero.
     pub motion_scale: f64,
     /// Squared norm \[N²\] of the largest right-hand side of the step's linear solves, which their residuals are measured by.
@@ -75,7 +75,7 @@ impl SolverScratch {
 
     /// Forgets what an attempt that is undone has come to.
     pub(crate) fn forget_attempt(&mut self) {
-        (self.stored, self.to_correct, self.line_search) = (0.0, None, None);
+        (self.twice_stored, self.to_correct, self.line_search) = (0.0, None, None);
     }
 }
 

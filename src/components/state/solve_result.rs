@@ -20,8 +20,10 @@ pub struct SolveResult {
     pub is_late: bool,
     /// Largest free nodal imbalance at the last evaluation \[N\].
     pub imbalance: f64,
-    /// Whether this body needs no further iteration in this step.
-    pub is_converged: bool,
+    /// Whether the systems pass the body by: it is done with this part of the step, waits for others, or sleeps.
+    pub is_done: bool,
+    /// Whether Newton's iteration has reached its tolerance; of a linearly implicit step, whether the solve has an answer.
+    pub has_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
     pub fell_back: bool,
     /// The tangent that the last linear solve used.
@@ -35,13 +37,13 @@ pub struct SolveResult {
 impl SolveResult {
     /// Number of a body's rows to work on in this iteration: all of them, or none.
     pub fn rows_to_solve(&self, rows: usize) -> usize {
-        if self.is_converged { 0 } else { rows }
+        if self.is_done { 0 } else { rows }
     }
 
     /// Begins a step; a body that sleeps is done with it.
     pub(crate) fn begin(&mut self, is_asleep: bool) {
         (self.iterations, self.newton_iterations, self.is_late) = (0, 0, false);
-        (self.is_converged, self.fell_back, self.fault) = (is_asleep, false, None);
+        (self.is_done, self.has_converged, self.fell_back, self.fault) = (is_asleep, is_asleep, false, None);
     }
 
     /// Forgets what an attempt that is undone has come to.

@@ -145,7 +145,7 @@ impl MixedSolver {
         let is_single = is_single(params, scratch);
         let (reference_sq, mut residual_sq, is_assembled) =
             self.first_residual(operator, is_single, memory, x, scratch)?;
-        let limits = Limits::new(params, reference_sq, [scratch.stored, scratch.motion_scale]);
+        let limits = Limits::new(params, reference_sq, [scratch.twice_stored, scratch.motion_scale]);
         let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
         let (mut is_solved, mut shift) = (true, SHIFT);
         if !limits.are_met_at_end(residual_sq, info.error_energy) {

@@ -127,7 +127,7 @@ impl Schedule {
     }
 
     /// Whether one of them has written what is refused: no system runs any more until it was taken.
-    pub(crate) fn has_refused(&self) -> bool {
+    pub(crate) fn has_invalid_caller_data(&self) -> bool {
         self.refused.is_some()
     }
 
