@@ -36,6 +36,6 @@ took "the native side"
 npx --no-install tsc --noEmit --strict --target es2022 --module nodenext --moduleResolution nodenext --lib es2022,dom,esnext.disposable test/types.ts
 node --test --test-reporter=spec test/bits.test.mjs test/node.test.mjs
 took "types, bits and the package"
-export RHEXIS_REPLAY=$root/target/release/examples/replay_recording
+export RHEXIS_REPLAY=${CARGO_TARGET_DIR:-$root/target}/release/examples/replay_recording
 node test/browser.mjs "$@"
 took "the page"

@@ -1,5 +1,6 @@
 // The page in headless Chromium: loads, is dragged, torn, undone, worked by keys; its figures are the engine's, its hash the native one.
 // `node test/browser.mjs [SCREENSHOTS]` after build.sh. RHEXIS_CHROMIUM is the browser, RHEXIS_REPLAY the example replay_recording, where it is built.
+// With RHEXIS_CLOSE=FILE a scripted hand closes the capsulorhexis as well, in some minutes, and its recording is kept in FILE.
 
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
@@ -10,6 +11,7 @@ import { join } from "node:path";
 import { chromium } from "playwright-core";
 import { serve } from "../serve.mjs";
 import { contrasts } from "./contrast.mjs";
+import { close } from "./rhexis.mjs";
 
 const executablePath = process.env.RHEXIS_CHROMIUM
   ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((path) => existsSync(path));
@@ -59,6 +61,19 @@ async function drag(page, from, to, pause) {
   await page.waitForTimeout(pause);
 }
 
+/** Opens a recording on the page, which repeats it to the hash of its end. */
+async function repeat(page, name, buffer, hash, timeout) {
+  await page.locator("#file").setInputFiles({ name, mimeType: "application/octet-stream", buffer });
+  await page.waitForFunction((hash) => document.getElementById("status").textContent.includes(`same hash ${hash}`), hash, { timeout })
+    .catch(() => assert.fail("the page repeats the recording"));
+}
+
+/** Repeats a recording by the native engine. */
+function repeatNatively(file, hash) {
+  const said = execFileSync(process.env.RHEXIS_REPLAY, [file], { encoding: "utf8" });
+  assert.ok(said.includes(hash), said);
+}
+
 async function until(page, holds, what, timeout = 60_000) {
   await page.waitForFunction(holds, null, { timeout }).catch(() => assert.fail(what));
 }
@@ -98,14 +113,11 @@ const checks = {
     console.log(`  torn to ${measures.length_mm.toFixed(3)} mm, step ${await text(page, "r-step")}, ${measures.steps} steps`);
     // What the hand did in the browser, repeated by the page and by the native program to the same hash.
     const bytes = Buffer.from(await page.evaluate(async () => Array.from(await window.rhexis.call("endRecording"))));
-    await page.locator("#file").setInputFiles({ name: "drag.rec", mimeType: "application/octet-stream", buffer: bytes });
-    await page.waitForFunction((hash) => document.getElementById("status").textContent.includes(`same hash ${hash}`), measures.hash, { timeout: 60_000 })
-      .catch(() => assert.fail("the page repeats the recording"));
+    await repeat(page, "drag.rec", bytes, measures.hash, 60_000);
     if (process.env.RHEXIS_REPLAY) {
       const file = join(profile, "drag.rec");
       await writeFile(file, bytes);
-      const said = execFileSync(process.env.RHEXIS_REPLAY, [file], { encoding: "utf8" });
-      assert.ok(said.includes(measures.hash), said);
+      repeatNatively(file, measures.hash);
     }
     await page.getByRole("button", { name: "Undo" }).click();
     await until(page, () => document.getElementById("r-length").textContent === "3.000 mm", "undo goes back");
@@ -218,6 +230,29 @@ const checks = {
     await page.close();
   },
 };
+
+/** The page's calls, led by a hand to the tear's end: kept, and repeated by the page and natively. */
+async function closeTear() {
+  const page = await open("?scene=capsule-coarse");
+  await page.evaluate(() => window.rhexis.play(false));
+  await until(page, () => !window.rhexis.state.isAsking, "the page rests");
+  await call(page, "reset");
+  await call(page, "record");
+  const course = await close((name, argument) => call(page, name, argument));
+  assert.equal(course.outcome, "closed");
+  await page.evaluate(() => { window.rhexis.state.isStale = true; });
+  await until(page, () => document.getElementById("c-outcome").textContent === "closed", "the page shows the end");
+  if (screenshots) await page.screenshot({ path: join(screenshots, "closed.png") });
+  const hash = await call(page, "hash");
+  const bytes = Buffer.from(await page.evaluate(async () => Array.from(await window.rhexis.call("endRecording"))));
+  await writeFile(process.env.RHEXIS_CLOSE, bytes);
+  const [diameter, kilobytes] = [course.diameter_mm.toFixed(2), (bytes.length / 1000).toFixed(0)];
+  console.log(`  closed at ${diameter} mm in ${course.grasps} grasps, hash ${hash}, ${kilobytes} kB`);
+  if (process.env.RHEXIS_REPLAY) repeatNatively(process.env.RHEXIS_CLOSE, hash);
+  await repeat(page, "closed.rec", bytes, hash, 600_000);
+  await page.close();
+}
+if (process.env.RHEXIS_CLOSE) checks["a hand closes the capsulorhexis"] = closeTear;
 
 let failed = 0;
 for (const [name, check] of Object.entries(checks)) {

@@ -37,8 +37,13 @@ export async function close(call) {
   const course = async () => (await call("measures")).bodies[0].course;
   // The tear begins on the circle, the puncture inside of it.
   let tip = (await tips()).sort((a, b) => radius(b) - radius(a))[0];
+  const follow = async () => {
+    tip = (await tips()).sort((a, b) => away(a, tip) - away(b, tip))[0] ?? tip;
+  };
   for (let i = 0; i < GRASPS; i++) {
     await call("steps", PAUSE);
+    // The tip has sprung back since the flap was let go.
+    await follow();
     const place = await grasp(call, tip);
     for (let step = 1; step <= LIFT + ARC; step++) {
       const [up, round] = [Math.min(step / LIFT, 1), Math.max(step - LIFT, 0) / ARC];
@@ -46,7 +51,7 @@ export async function close(call) {
       await call("steps", 1);
       if (step % 10) continue;
       if ((await course()).outcome !== "unfinished") return course();
-      tip = (await tips()).sort((a, b) => away(a, tip) - away(b, tip))[0] ?? tip;
+      await follow();
     }
     await call("letGo");
   }

@@ -5,6 +5,10 @@
 
 mod plan;
 
+use rhexis::event::Event;
+use rhexis::replay::Recording;
+use rhexis::report::{Outcome, TearCourse};
+use rhexis::simulation::Simulation;
 use rhexis_web::engine::Engine;
 use std::fmt::Write;
 use std::path::Path;
@@ -30,4 +34,23 @@ fn the_plan_has_the_native_bits() {
     }
     // As text: numbers are written with all their digits.
     assert_eq!(now, then, "the bits are not those of {}", path.display());
+}
+
+/// A capsulorhexis that the hand of `test/rhexis.mjs` has closed on the page in headless Chromium. Where the bits of the engine have changed it is
+/// closed anew: `RHEXIS_CHECK=closes RHEXIS_CLOSE=test/closed.rec node test/browser.mjs` in `bindings/web`.
+#[test]
+fn a_tear_closed_in_the_browser_has_the_native_bits() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("test/closed.rec");
+    let recording = Recording::load(path).unwrap();
+    let start = Simulation::from_snapshot(recording.start()).unwrap();
+    let mut course = TearCourse::new(start.world(), start.bodies()[0], start.time()).unwrap();
+    assert_eq!(course.figures().outcome, Outcome::Unfinished);
+    // To the hash of the recording's end, or this is an error.
+    let mut simulation = recording.replay().unwrap();
+    let events: Vec<Event> = simulation.drain_events().collect();
+    course.note(simulation.world(), simulation.time(), &events);
+    let figures = course.figures();
+    assert_eq!(figures.outcome, Outcome::Closed);
+    let diameter = figures.opening.unwrap().diameter;
+    assert!((4.8..5.5).contains(&diameter), "{diameter} mm");
 }

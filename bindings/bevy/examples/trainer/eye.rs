@@ -1,9 +1,7 @@
 //! What is seen: the capsule on its lens, the iris around it, forceps, light, and the circle to be torn along.
 
-use crate::Capsule;
 use crate::screen::Shown;
 use bevy::prelude::*;
-use bevy_rhexis::rhexis::components::{Jaws, Slip};
 use bevy_rhexis::{Forceps, Tissue};
 use std::f32::consts::TAU;
 
@@ -11,16 +9,13 @@ use std::f32::consts::TAU;
 const LENS: f32 = 10.0;
 /// Radius of the circle to be torn along [mm].
 const CIRCLE: f32 = 2.625;
-/// Where the forceps take tissue [mm].
-const REACH: f64 = 0.4;
-
 /// One of the two jaws, by its side.
 #[derive(Component)]
 pub struct Jaw(f32);
 
 pub fn spawn(
     mut commands: Commands,
-    capsule: Res<Capsule>,
+    (capsule, hand): (Single<Entity, With<Tissue>>, Single<Entity, With<Forceps>>),
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
@@ -33,7 +28,7 @@ pub fn spawn(
         cull_mode: None,
         ..default()
     };
-    commands.spawn((Name::new("capsule"), Tissue::of_body(capsule.body), MeshMaterial3d(materials.add(membrane))));
+    commands.entity(*capsule).insert(MeshMaterial3d(materials.add(membrane)));
     // Light that comes back from the eye's ground glows through the lens.
     let lens = StandardMaterial {
         base_color: Color::srgb(0.55, 0.16, 0.06),
@@ -52,7 +47,6 @@ pub fn spawn(
     let at = Transform::from_xyz(0.0, 0.0, -0.95);
     commands.spawn((Mesh3d(meshes.add(ring)), MeshMaterial3d(materials.add(iris)), at));
 
-    let jaws = Jaws { radius: 0.2, stiffness: Some(0.2), force_limit: None, slip: Slip::LetGo };
     let steel = StandardMaterial {
         base_color: Color::srgb(0.75, 0.77, 0.8),
         perceptual_roughness: 0.3,
@@ -61,7 +55,7 @@ pub fn spawn(
     };
     let (steel, arm) =
         (materials.add(steel), meshes.add(ConicalFrustum { radius_top: 0.16, radius_bottom: 0.03, height: 6.0 }));
-    commands.spawn((Name::new("hand"), Forceps::new(jaws, REACH), Visibility::default())).with_children(|hand| {
+    commands.entity(*hand).insert(Visibility::default()).with_children(|hand| {
         for side in [-1.0, 1.0] {
             hand.spawn((Jaw(side), Mesh3d(arm.clone()), MeshMaterial3d(steel.clone()), Transform::default()));
         }

@@ -1,9 +1,9 @@
 //! A capsulorhexis to be torn by hand: the lens capsule is drawn by forceps that follow mouse or gamepad.
 //! `cargo run --release --features trainer --example trainer`; with `-- --script DIR` a scripted hand plays, and pictures are taken.
 
-mod course;
 mod eye;
-mod hand;
+mod mouse;
+mod play;
 mod screen;
 mod script;
 
@@ -11,22 +11,9 @@ use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::{PresentMode, WindowResolution};
 use bevy::winit::WinitSettings;
-use bevy_rhexis::rhexis::hecs;
-use bevy_rhexis::rhexis::snapshot::Snapshot;
-use bevy_rhexis::{RhexisPlugin, RhexisSystems, RhexisWorld};
-use rhexis_scene::Document;
+use bevy_rhexis::RhexisSystems;
 use std::path::PathBuf;
 use std::time::Duration;
-
-/// The most steps in a frame: what takes longer goes in slow motion.
-const MOST_STEPS: u32 = 3;
-
-/// The capsule's body, and its state before the first touch.
-#[derive(Resource)]
-struct Capsule {
-    body: hecs::Entity,
-    start: Snapshot,
-}
 
 fn main() -> AppExit {
     let mut arguments = std::env::args().skip(1);
@@ -38,13 +25,6 @@ fn main() -> AppExit {
             return AppExit::from_code(2);
         }
     };
-    let (world, capsule) = match scene() {
-        Ok(made) => made,
-        Err(error) => {
-            eprintln!("trainer: {error}");
-            return AppExit::error();
-        }
-    };
     let mut app = App::new();
     let window = Window {
         title: "Rhexis: tear a round opening into the lens capsule".to_owned(),
@@ -53,38 +33,25 @@ fn main() -> AppExit {
         ..default()
     };
     app.add_plugins(DefaultPlugins.set(WindowPlugin { primary_window: Some(window), ..default() }));
-    let course = course::Course::new(&world, capsule.body);
-    app.insert_resource(world).insert_resource(capsule).insert_resource(course).add_plugins(RhexisPlugin::default());
-    app.init_resource::<hand::Hand>();
-    app.add_systems(Startup, (eye::spawn, screen::spawn));
-    app.add_systems(Update, (screen::keys, screen::view, eye::circle));
-    app.add_systems(PostUpdate, (course::note, screen::show).chain().after(RhexisSystems::Show));
+    if let Err(error) = play::play(&mut app) {
+        eprintln!("trainer: {error}");
+        return AppExit::error();
+    }
+    app.add_systems(Startup, screen::spawn).add_systems(PostStartup, eye::spawn);
+    app.add_systems(Update, (screen::keys, screen::view, eye::circle).after(play::back::keys));
+    app.add_systems(PostUpdate, screen::show.after(play::course::note).after(RhexisSystems::Show));
     match pictures {
         Some(directory) => {
-            // A step in each frame, however long the picture takes.
+            // A step in each frame, however long its drawing takes.
             app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(10)));
             app.insert_resource(WinitSettings::continuous());
-            app.insert_resource(script::Script::new(directory));
-            app.add_systems(Update, (script::play, hand::follow).chain().before(screen::keys));
+            app.insert_resource(script::Script::new(directory)).init_resource::<play::closing::Closing>();
+            app.add_systems(Update, (play::closing::lead, script::play).chain().before(play::hand::follow));
+            app.add_systems(Last, script::hasten);
         }
         None => {
-            app.add_systems(Update, (hand::mouse, hand::gamepad, hand::follow).chain().before(screen::keys));
+            app.add_systems(Update, (mouse::lead, play::hand::gamepad).chain().before(play::hand::follow));
         }
     }
     app.run()
-}
-
-/// The capsule of the catalog, coarse enough to keep pace with a hand, without the motions of its own.
-fn scene() -> Result<(RhexisWorld, Capsule), Box<dyn std::error::Error>> {
-    let mut document = Document::named("capsulorhexis")?;
-    for change in ["bodies.0.mesh.cap.triangles=1500", "bodies.0.refinement.budget=3", "bodies.0.grips=[]"] {
-        document.set(change)?;
-    }
-    let instance = document.scene()?.instantiate()?;
-    let body = *instance.bodies.first().ok_or("the scene has no body")?;
-    let mut simulation = instance.simulation;
-    let start = simulation.snapshot();
-    simulation.record();
-    let world = RhexisWorld::new(simulation, instance.run.dt, MOST_STEPS)?;
-    Ok((world, Capsule { body, start }))
 }

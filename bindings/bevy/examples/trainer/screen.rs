@@ -1,11 +1,10 @@
 //! Measures and keys on the screen, and what the keys do.
 
-use crate::Capsule;
-use crate::course::Course;
-use crate::hand::Hand;
+use crate::play::course::Course;
+use crate::play::{Capsule, Said};
 use bevy::prelude::*;
 use bevy_rhexis::rhexis::replay::Recording;
-use bevy_rhexis::{Forceps, ForcepsState, RhexisError, RhexisGizmos, RhexisWorld, TissueEvent};
+use bevy_rhexis::{ForcepsState, RhexisError, RhexisGizmos, RhexisWorld, TissueEvent};
 
 /// Where a recording goes.
 pub const RECORDING: &str = "trainer.recording";
@@ -13,28 +12,17 @@ pub const RECORDING: &str = "trainer.recording";
 const KEYS: &str = "drag: grip and tear   wheel: lift   arrows: turn the view   Space: pause   R: anew   Z: back a grasp\n\
                     F fibres   S stress   T tips   M material force   C circle   L: keep the recording   Esc: quit";
 
-/// What is drawn beside the tissue, from where, and what was said last.
+/// What is drawn beside the tissue, and from where.
 #[derive(Resource)]
 pub struct Shown {
     pub has_circle: bool,
     /// Angle about the eye's axis, and above its plane [rad].
     view: Vec2,
-    said: String,
-}
-
-impl Shown {
-    pub fn say(&mut self, words: impl Into<String>) {
-        self.said = words.into();
-    }
 }
 
 impl Default for Shown {
     fn default() -> Self {
-        Self {
-            has_circle: true,
-            view: Vec2::new(0.0, 1.05),
-            said: "Grip the flap beside the tip, and draw it round.".to_owned(),
-        }
+        Self { has_circle: true, view: Vec2::new(0.0, 1.05) }
     }
 }
 
@@ -44,7 +32,7 @@ pub struct Measures;
 
 /// The text of what was said last.
 #[derive(Component)]
-pub struct Said;
+pub struct LastSaid;
 
 pub fn spawn(mut commands: Commands) {
     commands.init_resource::<Shown>();
@@ -52,7 +40,7 @@ pub fn spawn(mut commands: Commands) {
     let dark = BackgroundColor(Color::srgba(0.0, 0.0, 0.0, 0.55));
     let at = Node { position_type: PositionType::Absolute, padding: UiRect::all(px(8)), ..default() };
     commands.spawn((Measures, Text::default(), font(14.0), dark, Node { top: px(10), left: px(10), ..at.clone() }));
-    commands.spawn((Said, Text::default(), font(16.0), dark, Node { top: px(10), right: px(10), ..at.clone() }));
+    commands.spawn((LastSaid, Text::default(), font(16.0), dark, Node { top: px(10), right: px(10), ..at.clone() }));
     commands.spawn((Text::new(KEYS), font(12.0), dark, Node { bottom: px(10), left: px(10), ..at }));
 }
 
@@ -65,21 +53,21 @@ pub fn show(
     (capsule, course): (Res<Capsule>, Res<Course>),
     hand: Single<&ForcepsState>,
     (time, real): (Res<Time<Virtual>>, Res<Time<Real>>),
-    mut shown: ResMut<Shown>,
+    mut said: ResMut<Said>,
     (mut events, mut errors): (MessageReader<TissueEvent>, MessageReader<RhexisError>),
-    mut texts: ParamSet<(TextOf<Measures>, TextOf<Said>)>,
+    mut texts: ParamSet<(TextOf<Measures>, TextOf<LastSaid>)>,
 ) {
     use bevy_rhexis::rhexis::event::EventKind;
     for event in events.read() {
         match &event.event.kind {
-            EventKind::PieceFreed { .. } => shown.say("A piece has come free."),
-            EventKind::Slipped { is_open: true, .. } => shown.say("The jaws have slipped."),
-            EventKind::Ended { .. } => shown.say("A tear has ended."),
-            EventKind::StepFailed { .. } => shown.say("A step was undone; the last good state stands."),
+            EventKind::PieceFreed { .. } => said.0 = "A piece has come free.".to_owned(),
+            EventKind::Slipped { is_open: true, .. } => said.0 = "The jaws have slipped.".to_owned(),
+            EventKind::Ended { .. } => said.0 = "A tear has ended.".to_owned(),
+            EventKind::StepFailed { .. } => said.0 = "A step was undone; the last good state stands.".to_owned(),
             _ => {}
         }
     }
-    errors.read().for_each(|error| shown.say(error.to_string()));
+    errors.read().for_each(|error| said.0 = error.to_string());
     let triangles = world.simulation().report().bodies.iter().map(|body| body.triangle_count).sum::<usize>();
     let state = if time.is_paused() { ", paused" } else { "" };
     let measures = format!(
@@ -93,48 +81,24 @@ pub fn show(
         world.clock().lost() * 1e-3,
     );
     texts.p0().0 = measures;
-    texts.p1().0.clone_from(&shown.said);
+    texts.p1().0.clone_from(&said.0);
 }
 
 /// What the keys do.
 pub fn keys(
     keys: Res<ButtonInput<KeyCode>>,
-    pads: Query<&Gamepad>,
-    (mut world, capsule): (ResMut<RhexisWorld>, Res<Capsule>),
-    (mut course, mut hand, mut shown): (ResMut<Course>, ResMut<Hand>, ResMut<Shown>),
+    (mut world, mut said, mut shown): (ResMut<RhexisWorld>, ResMut<Said>, ResMut<Shown>),
     (mut gizmos, mut time): (ResMut<RhexisGizmos>, ResMut<Time<Virtual>>),
-    mut forceps: Single<&mut Forceps>,
     mut exit: MessageWriter<AppExit>,
 ) {
-    let is_anew = keys.just_pressed(KeyCode::KeyR) || pads.iter().any(|pad| pad.just_pressed(GamepadButton::Start));
-    let is_back = keys.just_pressed(KeyCode::KeyZ) || pads.iter().any(|pad| pad.just_pressed(GamepadButton::East));
-    if is_anew || is_back {
-        (hand.is_closed, forceps.is_closed) = (false, false);
-    }
-    if is_anew {
-        match world.simulation_mut().restore(&capsule.start) {
-            Ok(()) => {
-                world.simulation_mut().record();
-                *course = Course::new(&world, capsule.body);
-                shown.say("Anew.");
-            }
-            Err(error) => shown.say(error.to_string()),
-        }
-    } else if is_back {
-        shown.say(if course.undo(&mut world) {
-            "Back before the last grasp."
-        } else {
-            "There is no grasp to take back."
-        });
-    }
     if keys.just_pressed(KeyCode::Space) {
         if time.is_paused() { time.unpause() } else { time.pause() }
     }
     if keys.just_pressed(KeyCode::KeyL) {
-        shown.say(match keep(&mut world) {
+        said.0 = match keep(&mut world) {
             Ok((_, bytes)) => format!("{RECORDING}: {} kB; recorded anew from here.", bytes / 1000),
             Err(error) => error,
-        });
+        };
     }
     gizmos.fibres ^= keys.just_pressed(KeyCode::KeyF);
     gizmos.tips ^= keys.just_pressed(KeyCode::KeyT);

@@ -6,6 +6,7 @@ use bevy_rhexis::rhexis::components::{Changes, Grasp, Pose};
 use bevy_rhexis::rhexis::prelude::*;
 use bevy_rhexis::rhexis::replay::Recording;
 use bevy_rhexis::*;
+use rhexis_scene::Document;
 
 const FRAMES: u32 = 80;
 const GRIP: [f32; 3] = [11.0, 19.5, 0.25];
@@ -97,4 +98,23 @@ fn the_same_hash_through_bevy_as_by_the_engines_calls_and_from_the_recording() {
     let again = Recording::from_bytes(&bytes).unwrap().replay().unwrap();
     assert_eq!(again.hash().to_string(), plain);
     println!("{advances} advances, hash {plain}, recording of {} bytes", bytes.len());
+}
+
+/// The scene that `bindings/web/test/plan.json` begins with, and what native and WebAssembly builds reach by it.
+#[test]
+fn a_scene_of_the_catalog_has_the_hash_that_it_has_in_rust_and_in_the_browser() {
+    let plan = include_str!("../../../web/test/plan.json");
+    let entry = plan.lines().find(|line| line.contains("\"fig2-tear\",\"steps\":500,\"hash\"")).unwrap();
+    let (_, hash) = entry.split_once("\"hash\":\"").unwrap();
+    let instance = Document::named("fig2-tear").unwrap().scene().unwrap().instantiate().unwrap();
+    assert_eq!(instance.run.dt, DT);
+    let mut app = app();
+    app.insert_resource(RhexisWorld::new(instance.simulation, DT, 1).unwrap().interpolated(false));
+    let tissue = app.world_mut().spawn(Tissue::of_body(instance.bodies[0])).id();
+    // The first frame takes no time.
+    (0..=500).for_each(|_| app.update());
+    assert_shows(&mut app, tissue);
+    let world = engine(&mut app);
+    assert!((world.simulation().time() - 500.0 * DT).abs() < 1e-6, "{} ms", world.simulation().time());
+    assert_eq!(world.simulation().hash().to_string(), hash[..16]);
 }

@@ -9,3 +9,4 @@ mod mesh;
 mod readme;
 mod time;
 mod tools;
+mod trainer;

@@ -1,8 +1,7 @@
-//! The hand: mouse and gamepad say where the forceps go, and when they close.
+//! The hand: where the forceps go, and when they close; led by a gamepad, or by what calls it.
 
-use crate::Capsule;
-use crate::course::Course;
-use bevy::input::mouse::AccumulatedMouseScroll;
+use super::Capsule;
+use super::course::Course;
 use bevy::prelude::*;
 use bevy_rhexis::rhexis::glam::DVec3;
 use bevy_rhexis::{Forceps, RhexisWorld};
@@ -14,7 +13,7 @@ const STICK: f32 = 3.0;
 /// From this part of its way on a stick counts.
 const DEAD: f32 = 0.15;
 /// How high the flap is lifted at first, and at the most [mm].
-const LIFT: (f32, f32) = (0.5, 1.5);
+pub const LIFT: (f32, f32) = (0.5, 1.5);
 
 /// Where the hand wants the forceps.
 #[derive(Resource)]
@@ -25,15 +24,15 @@ pub struct Hand {
     pub is_closed: bool,
     /// How high above its grip what they hold is drawn [mm].
     pub lift: f32,
-    grip: Vec3,
+    /// Where they have closed [mm].
+    pub grip: Vec3,
     is_drawing: bool,
-    cursor: Option<Vec2>,
 }
 
 impl Default for Hand {
     fn default() -> Self {
         let start = Vec3::new(2.2, 1.0, 0.0);
-        Self { target: start, is_closed: false, lift: LIFT.0, grip: start, is_drawing: false, cursor: None }
+        Self { target: start, is_closed: false, lift: LIFT.0, grip: start, is_drawing: false }
     }
 }
 
@@ -50,41 +49,6 @@ pub fn met(world: &RhexisWorld, capsule: &Capsule, origin: Vec3, way: Vec3) -> O
     let [origin, way] = [origin, way].map(|v| DVec3::from_array(v.to_array().map(f64::from)));
     let hit = world.simulation().cast_ray(capsule.body, origin, way, 1e3)?;
     Some(Vec3::from_array(hit.position.as_vec3().to_array()))
-}
-
-/// Press to grip, drag to tear, release to let go; the wheel lifts.
-pub fn mouse(
-    mut hand: ResMut<Hand>,
-    mut course: ResMut<Course>,
-    (world, capsule): (Res<RhexisWorld>, Res<Capsule>),
-    (buttons, wheel): (Res<ButtonInput<MouseButton>>, Res<AccumulatedMouseScroll>),
-    window: Single<&Window>,
-    camera: Single<(&Camera, &GlobalTransform)>,
-) {
-    let (camera, eye) = *camera;
-    hand.lift = (hand.lift + 0.1 * wheel.delta.y.signum() * f32::from(wheel.delta.y != 0.0)).clamp(0.0, LIFT.1);
-    if buttons.just_released(MouseButton::Left) {
-        hand.is_closed = false;
-    }
-    let cursor = window.cursor_position();
-    let Some(ray) = cursor.and_then(|cursor| camera.viewport_to_world(eye, cursor).ok()) else { return };
-    let has_moved = hand.cursor != cursor || wheel.delta.y != 0.0 || buttons.get_just_pressed().next().is_some();
-    hand.cursor = cursor;
-    if !has_moved {
-        return;
-    }
-    if hand.is_closed {
-        let plane = InfinitePlane3d::new(Vec3::Z);
-        let height = Vec3::Z * (hand.grip.z + hand.lift);
-        if let Some(target) = ray.plane_intersection_point(height, plane) {
-            hand.target = target;
-        }
-    } else if let Some(place) = met(&world, &capsule, ray.origin, *ray.direction) {
-        hand.target = place;
-        if buttons.just_pressed(MouseButton::Left) {
-            hand.close(place, &mut course, &world);
-        }
-    }
 }
 
 /// The left stick moves, the right one lifts, the right trigger or the lower button grips.
