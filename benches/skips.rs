@@ -121,7 +121,7 @@ fn forces(bencher: Bencher, order: &str) {
     let step = StepContext::of_step(simulation.settings(), 1.0, 2.0);
     let world = simulation.world_mut();
     for result in world.query_mut::<&mut rhexis::components::SolveResult>() {
-        result.is_converged = false;
+        result.is_done = false;
     }
     bencher
         .counter(ItemsCount::new(count))

@@ -242,7 +242,8 @@ pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
 /// released: the fall of the elastic energy and the work of the loads.
 fn note_equilibrium(audit: &mut EnergyAudit, log: &mut TearLog, step: &StepContext, has_converged: bool) {
     let now = Equilibrium { time: step.time, elastic: audit.ends[1].elastic, torn: log.length };
-    if let Some(last) = audit.equilibrium.filter(|last| has_converged && last.time == now.time && last.torn < now.torn) {
+    if let Some(last) = audit.equilibrium.filter(|last| has_converged && last.time == now.time && last.torn < now.torn)
+    {
         let energy = last.elastic - now.elastic + audit.step.work_of_loads;
         log.pending.push(EventKind::Released { energy, length: now.torn - last.torn });
     }

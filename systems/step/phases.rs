@@ -49,7 +49,7 @@ pub struct Loop {
     pub used_up: &'static [Phase],
 }
 
-use Phase::{Check, CheckCallers, Group, Run, AtLeastOnce, When, While, With};
+use Phase::{AtLeastOnce, Check, CheckCallers, Group, Run, When, While, With};
 
 /// A dynamic step: solved, decided, torn, and resumed while tears may advance further in it: the same equations and start, continued from
 /// the displacement reached, on the torn mesh.
