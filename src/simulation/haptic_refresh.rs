@@ -54,7 +54,7 @@ impl Haptics {
         let (position, force) = self.take_springs(vertices, springs)?;
         let mut stiffness = last;
         self.work = 0;
-        if mixed.has_operator_of(&triangles.corners) && scratch.free.len() == vertices.len() {
+        if mixed.has_operator_of(triangles, topology) && scratch.free.len() == vertices.len() {
             self.follow(vertices, triangles, topology);
             let improved = simulation.pool.run(|| self.improve(scratch, (mixed, factor), last));
             match improved {

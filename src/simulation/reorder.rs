@@ -7,7 +7,6 @@ use crate::components::{
 };
 use crate::replay::Input;
 use crate::storage::{Mesh, Order, Tips, Topology, Triangles, Vertices, reorder, sort};
-use crate::systems::fracture::TipMemory;
 use crate::systems::solver::Factor;
 use hecs::Entity;
 
@@ -35,12 +34,7 @@ impl Simulation {
                 Option<&'a mut StepForces>,
                 Option<&'a mut Changes>,
             ),
-            (
-                Option<&'a mut Tips>,
-                Option<&'a mut TearDecisions>,
-                Option<&'a mut TipMemory>,
-                Option<&'a mut Attributes>,
-            ),
+            (Option<&'a mut Tips>, Option<&'a mut TearDecisions>, Option<&'a mut Attributes>),
         );
         self.note(|| Input::Reorder(body));
         self.admit()?;
@@ -50,7 +44,7 @@ impl Simulation {
             (increment, frames, factor, audit),
             (holds, reactions, springs, grips),
             (point_loads, edge_loads, step_forces, changes),
-            (tips, decisions, memory, attributes),
+            (tips, decisions, attributes),
         ) = found;
         let mut mesh = Mesh { vertices, triangles, topology };
         let order = Order::along_curve(&mesh);
@@ -64,9 +58,6 @@ impl Simulation {
         order.sort_triangles(&mut frames.in_plane);
         order.sort_triangles(&mut frames.stiffened);
         *factor = Factor::default();
-        if let Some(memory) = memory {
-            *memory = TipMemory::default();
-        }
         if let Some(attributes) = attributes {
             attributes.sort(&order);
         }

@@ -10,6 +10,7 @@ impl Follow for Topology {
         self.incident.resize(record.vertex_count(), Incidence::new());
         self.neighbours.resize(record.triangle_count(), [NONE; 3]);
         self.put_in(&tables.triangles.corners, record.triangles_after());
+        self.log.apply(record, self.neighbours.capacity());
     }
 
     fn undo(&mut self, record: &EditRecord, tables: Tables<'_>) {
@@ -17,6 +18,7 @@ impl Follow for Topology {
         self.incident.resize(record.first_vertex as usize, Incidence::new());
         self.neighbours.resize(record.first_triangle as usize, [NONE; 3]);
         self.put_in(&tables.triangles.corners, record.triangles_before());
+        self.log.undo(record, self.neighbours.capacity());
     }
 }
 

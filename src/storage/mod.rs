@@ -4,7 +4,8 @@
 //! key (stable for as long as the part lives), *where it is now* is a `u32` row. Public calls take keys, kernels rows.
 //!
 //! The mesh changes by edits only: an `Edit` is a value; `apply` refuses it or does it whole and gives the
-//! `EditRecord` by which derived data `Follow` and `undo` goes back; [`validate`] names the first broken invariant.
+//! `EditRecord` by which derived data `Follow` and `undo` goes back; the topology's `EditLog` tells which triangles
+//! have changed since a moment; [`validate`] names the first broken invariant.
 //!
 //! Rows stay dense: where an edit removes one, the last row of the table moves into its place, and the record holds what was
 //! removed and who moved. Whoever keeps rows has to follow; a key names the same part before and after. The keys of what was
@@ -14,6 +15,7 @@ mod apply;
 mod attached;
 mod draft;
 mod edit;
+mod edit_log;
 mod follow_topology;
 #[cfg(feature = "snapshot")]
 pub(crate) mod handle;
@@ -37,6 +39,7 @@ pub use apply::{Mesh, apply, undo};
 pub use attached::{Attached, Attachment};
 #[doc(hidden)]
 pub use edit::{Edit, Refusal};
+pub(crate) use edit_log::{EditLog, Revision};
 pub use mesh::TriangleMesh;
 pub use mesh_error::MeshError;
 #[doc(hidden)]

@@ -74,6 +74,7 @@ pub fn reorder(mesh: &mut Mesh<'_>, order: &Order) {
         around.sort_unstable();
     }
     topology.incident = incident;
+    topology.log.renew();
     for vertex in 0..mesh.vertices.len() {
         mesh.vertices.mass[vertex] = measure::lumped_mass(mesh.triangles, mesh.topology, vertex as u32);
     }

@@ -4,7 +4,7 @@
 //! directed edge (u, v) and the other (v, u); the triangles around a vertex stand in ascending order. A list patched by
 //! edits is therefore equal to a rebuilt one, entry by entry, and a sum gathered along it has the same bits.
 
-use super::{Broken, NONE, Triangles};
+use super::{Broken, EditLog, NONE, Triangles};
 use smallvec::SmallVec;
 
 /// The triangles around one vertex: entries 3·triangle + corner, ascending. Ten fit without a heap allocation: a tear
@@ -12,13 +12,27 @@ use smallvec::SmallVec;
 pub type Incidence = SmallVec<[u32; 10]>;
 
 /// Neighbours and incidence of a body's triangles. Edge `e` of a triangle runs from corner `e` to corner `(e + 1) % 3`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+///
+/// The topology also holds the log of the edits, on which derived data rely. Whoever writes corners in another way gives the body a
+/// [new](Topology::new) topology.
+#[derive(Clone, Debug, Default)]
 pub struct Topology {
     /// Per triangle and edge the triangle on the other side, or [`NONE`] at the boundary.
     pub neighbours: Vec<[u32; 3]>,
     /// Per vertex the corners that lie on it.
     pub incident: Vec<Incidence>,
+    /// Edits so far.
+    pub(crate) log: EditLog,
 }
+
+/// A topology that has followed edits equals one found anew: the logs are not compared.
+impl PartialEq for Topology {
+    fn eq(&self, other: &Self) -> bool {
+        self.neighbours == other.neighbours && self.incident == other.incident
+    }
+}
+
+impl Eq for Topology {}
 
 /// The triangles around a vertex in counter-clockwise order, as (triangle, corner of the vertex in it).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -67,7 +81,7 @@ impl Topology {
             neighbours[(a.3 / 3) as usize][(a.3 % 3) as usize] = b.3 / 3;
             neighbours[(b.3 / 3) as usize][(b.3 % 3) as usize] = a.3 / 3;
         }
-        let topology = Self { neighbours, incident };
+        let topology = Self { neighbours, incident, log: EditLog::default() };
         topology.check_fans()?;
         Ok(topology)
     }

@@ -1,6 +1,5 @@
 //! Components that refer to vertices and follow what edits do to them.
 
-use super::TipMemory;
 use crate::components::{
     Attributes, Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, StepForces,
 };
@@ -9,7 +8,7 @@ use crate::systems::solver::Factor;
 
 /// Query of the components that follow edits, but for the list of what has been added to the mesh.
 pub type FollowersQuery<'a> = (
-    (&'a mut Increment, &'a mut Factor, Option<&'a mut TipMemory>),
+    (&'a mut Increment, &'a mut Factor),
     (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
     (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
     (Option<&'a mut Attributes>, Option<&'a mut Changes>),
@@ -22,8 +21,6 @@ pub struct Followers<'a> {
     pub increment: &'a mut Increment,
     /// Its factor.
     pub factor: &'a mut Factor,
-    /// What the criterion keeps of the surroundings of tips.
-    pub memory: Option<&'a mut TipMemory>,
     /// Prescribed vertices.
     pub holds: Option<&'a mut Holds>,
     /// Springs to ground.
@@ -52,11 +49,10 @@ impl<'a> Followers<'a> {
         >,
         refined: Option<&'a mut Refined>,
     ) -> Self {
-        let (increment, factor, memory) = body;
+        let (increment, factor) = body;
         Self {
             increment,
             factor,
-            memory,
             holds,
             springs,
             grips,
@@ -108,9 +104,6 @@ impl Followers<'_> {
             self.factor.follow(record);
             if let Some(tips) = &mut tips {
                 tips.follow(record);
-            }
-            if let Some(memory) = &mut self.memory {
-                memory.follow(record);
             }
             if let Some(holds) = &mut self.holds {
                 for members in holds.groups.iter_mut().map(|group| &mut group.members) {

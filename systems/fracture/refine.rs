@@ -7,8 +7,8 @@ use crate::components::{
 use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
 use crate::systems::fracture::{
-    Cutter, Followers, FollowersQuery, Quality, Surface, TearScratch, ThinOut, distance_to_triangle, plan_thin_out,
-    size,
+    Cutter, Followers, FollowersQuery, Quality, Surface, TearScratch, ThinOut, TipMemory, Walk, distance_to_triangle,
+    plan_thin_out, size,
 };
 use crate::systems::{StepContext, work};
 use glam::DVec3;
@@ -30,14 +30,14 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
     type Query<'a> = (
         (&'a mut Vertices, &'a mut Triangles, &'a mut Topology),
         (&'a Refinement, &'a mut Refined, &'a Tearing, &'a mut Tips, &'a mut TearDecisions),
-        (&'a mut TearScratch, Option<&'a mut EnergyAudit>, &'a mut SolveResult),
+        (&'a mut TearScratch, Option<&'a mut TipMemory>, Option<&'a mut EnergyAudit>, &'a mut SolveResult),
         FollowersQuery<'a>,
         (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
     );
     for (
         (vertices, triangles, topology),
         (refinement, refined, tearing, tips, decisions),
-        (scratch, audit, result),
+        (scratch, memory, audit, result),
         followers,
         (planar, pre_stretch, fibres),
     ) in world.query_mut::<Query>()
@@ -56,9 +56,21 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
         let is_planar = planar.is_some();
         let (unstretched, fibres) = (PreStretch::unstretched(pre_stretch), fibre_law(fibres, pre_stretch));
         let followers = Followers::of(followers, None);
+        let walk = memory.map(|memory| &mut memory.walk);
         let mesh = Mesh { vertices, triangles, topology };
-        let mut refiner =
-            Refiner { mesh, followers, refinement, refined, tearing, tips, scratch, is_planar, unstretched, fibres };
+        let mut refiner = Refiner {
+            mesh,
+            followers,
+            refinement,
+            refined,
+            tearing,
+            tips,
+            scratch,
+            walk,
+            is_planar,
+            unstretched,
+            fibres,
+        };
         if is_behind {
             // Those of the last step tell of rows that others take now.
             decisions.forget();
@@ -101,6 +113,7 @@ struct Refiner<'a> {
     tearing: &'a Tearing,
     tips: &'a mut Tips,
     scratch: &'a mut TearScratch,
+    walk: Option<&'a mut Walk>,
     is_planar: bool,
     unstretched: Sym2,
     fibres: Option<FibreLaw>,
@@ -150,7 +163,7 @@ impl Refiner<'_> {
     /// neighbour, so it never looks across a crack.
     fn find_large(&mut self, edge: f64, reach: f64) {
         self.refined.queue.clear();
-        let Some(walk) = self.followers.memory.as_mut().map(|memory| &mut memory.walk) else { return };
+        let Some(walk) = &mut self.walk else { return };
         for &vertex in &self.tips.vertex {
             let tip = self.mesh.vertices.rest_position[vertex as usize];
             walk.begin(self.mesh.triangles.len());

@@ -5,7 +5,7 @@
 use super::Surface;
 use crate::components::{PartedBy, Parting, TearSite};
 use crate::math::elementary;
-use crate::storage::NONE;
+use crate::storage::{NONE, Revision};
 use crate::systems::kernels::failure::{self, Strength};
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
@@ -27,8 +27,8 @@ const LEAN: f64 = 2.0 / 3.0;
 /// *Derived.* The strands of a body.
 #[derive(Clone, Debug, Default)]
 pub struct Strands {
-    /// The edits after which, and the radius \[mm\] for which they have been found.
-    found_for: Option<(u32, f64)>,
+    /// When, and for which radius \[mm\], they were found.
+    found_for: Option<(Revision, f64)>,
     ways: Vec<Way>,
     /// The triangles of all ways, each with the way's direction in its frame (fibre, transverse).
     crossed: Vec<(u32, DVec2)>,
@@ -55,12 +55,13 @@ struct Inwards {
 }
 
 impl Strands {
-    /// Finds the strands narrower than `radius` \[mm\] of a body after so many edits, unless they are known.
-    pub fn find(&mut self, surface: &Surface, edits: u32, radius: f64) {
-        if self.found_for == Some((edits, radius)) {
+    /// Finds the strands narrower than `radius` \[mm\], unless they are known.
+    pub fn find(&mut self, surface: &Surface, radius: f64) {
+        let wanted = Some((surface.topology.log.now(), radius));
+        if self.found_for == wanted {
             return;
         }
-        self.found_for = Some((edits, radius));
+        self.found_for = wanted;
         self.ways.clear();
         self.crossed.clear();
         let rest = &surface.vertices.rest_position;

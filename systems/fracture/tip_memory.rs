@@ -7,11 +7,11 @@ use super::shifted_disc::{MaterialForce, ShiftedDisc};
 use super::strands::Strands;
 use super::tip_disc::{Disc, Walk};
 use super::tip_stress::{DiscAverage, Surface};
-use crate::storage::EditRecord;
+use crate::storage::{EditLog, Revision};
 use crate::systems::kernels::failure::{Search, Strength};
 use crate::systems::kernels::fan::FanChart;
 
-/// *Derived.* The criterion's memory of one body. Whoever replaces the body's tables replaces it by the default.
+/// *Derived.* The criterion's memory of one body, whose topology's log of edits tells what still holds.
 #[derive(Clone, Debug, Default)]
 pub struct TipMemory {
     search: Option<Box<Search>>,
@@ -23,9 +23,6 @@ pub struct TipMemory {
     shifted: Vec<Kept<ShiftedDisc>>,
     /// Of a body that has torn.
     strands: Option<Box<Strands>>,
-    /// Number of edits so far, and per triangle the last one that has touched it.
-    edits: u32,
-    touched: Vec<u32>,
     /// For discs that are not kept.
     pub passing: Disc,
     /// Buffers.
@@ -37,8 +34,8 @@ pub struct TipMemory {
 struct TipPlace {
     vertex: u32,
     radius: f64,
-    /// [`TipMemory::edits`] when this was last found up to date.
-    edits: u32,
+    /// When this was last found up to date.
+    checked: Revision,
     chart: FanChart,
     disc: Disc,
 }
@@ -48,29 +45,26 @@ struct TipPlace {
 struct Kept<T> {
     vertex: Option<u32>,
     radius: f64,
-    /// [`TipMemory::edits`] when this was last found up to date.
-    edits: u32,
+    /// When this was last found up to date.
+    checked: Revision,
     laid: T,
 }
 
-/// The edits of a body so far, and per triangle the last one that has touched it.
-type Edits<'a> = (u32, &'a [u32]);
-
 /// What depends on some triangles alone.
 trait Laid: Default {
-    /// Whether one of them is such.
-    fn has(&self, is_such: impl Fn(u32) -> bool) -> bool;
+    /// Their rows.
+    fn rows(&self) -> impl Iterator<Item = u32>;
 }
 
 impl Laid for Ring {
-    fn has(&self, is_such: impl Fn(u32) -> bool) -> bool {
-        self.triangles().any(is_such)
+    fn rows(&self) -> impl Iterator<Item = u32> {
+        self.triangles()
     }
 }
 
 impl Laid for ShiftedDisc {
-    fn has(&self, is_such: impl Fn(u32) -> bool) -> bool {
-        self.triangles().any(is_such)
+    fn rows(&self) -> impl Iterator<Item = u32> {
+        self.triangles()
     }
 }
 
@@ -84,11 +78,10 @@ impl<T: Laid> Kept<T> {
     }
 
     /// Whether it has to be laid out anew; it counts as up to date from now on.
-    fn is_due(&mut self, vertex: u32, radius: f64, (edits, touched): Edits) -> bool {
+    fn is_due(&mut self, vertex: u32, radius: f64, log: &EditLog) -> bool {
         let is_known = self.vertex == Some(vertex) && self.radius == radius;
-        let is_touched = |t: u32| touched.get(t as usize).is_none_or(|&edit| edit > self.edits);
-        let is_due = !is_known || (self.edits != edits && self.laid.has(is_touched));
-        (self.vertex, self.radius, self.edits) = (Some(vertex), radius, edits);
+        let is_due = !is_known || log.have_changed(self.laid.rows(), self.checked);
+        (self.vertex, self.radius, self.checked) = (Some(vertex), radius, log.now());
         is_due
     }
 }
@@ -103,7 +96,7 @@ impl TipMemory {
     /// The strands of a body narrower than a radius \[mm\].
     pub fn strands(&mut self, surface: &Surface, radius: f64) -> &Strands {
         let strands = self.strands.get_or_insert_default();
-        strands.find(surface, self.edits, radius);
+        strands.find(surface, radius);
         strands
     }
 
@@ -133,7 +126,7 @@ impl TipMemory {
         Kept::at(&mut self.shifted, tip).laid.make_room();
         let place = self.places[tip].as_ref()?;
         let kept = Kept::at(&mut self.rings, tip);
-        if kept.is_due(vertex, ring_radius, (self.edits, &self.touched)) {
+        if kept.is_due(vertex, ring_radius, &surface.topology.log) {
             // About the point at which the disc lies, so that both see one field.
             let at = field_centre(surface, (vertex, radius), &place.chart).0;
             let start = triangles_around(surface, vertex);
@@ -157,7 +150,7 @@ impl TipMemory {
         let place = self.places[tip].as_ref()?;
         let radius = ShiftedDisc::radius(wanted, radius / place.disc.edges_per_radius);
         let kept = Kept::at(&mut self.shifted, tip);
-        if kept.is_due(vertex, radius, (self.edits, &self.touched)) || !kept.laid.bends_as(surface) {
+        if kept.is_due(vertex, radius, &surface.topology.log) || !kept.laid.bends_as(surface) {
             let start = triangles_around(surface, vertex);
             kept.laid.lay(surface, (vertex, place.chart.axes(), radius), start, &mut self.walk);
         }
@@ -170,43 +163,25 @@ impl TipMemory {
         if self.places.len() <= tip {
             self.places.resize_with(tip + 1, || None);
         }
-        if !self.is_up_to_date(tip, vertex, radius) {
+        let log = &surface.topology.log;
+        if !self.is_up_to_date(tip, vertex, radius, log) {
             let mut disc = self.places[tip].take().map_or_else(Disc::default, |place| place.disc);
             let chart = surface.chart(vertex)?;
             lay_at_tip(&mut disc, surface, (vertex, radius), &chart, &mut self.walk);
-            self.places[tip] = Some(TipPlace { vertex, radius, edits: self.edits, chart, disc });
+            self.places[tip] = Some(TipPlace { vertex, radius, checked: log.now(), chart, disc });
         }
         Some(())
     }
 
-    fn is_up_to_date(&mut self, tip: usize, vertex: u32, radius: f64) -> bool {
+    fn is_up_to_date(&mut self, tip: usize, vertex: u32, radius: f64, log: &EditLog) -> bool {
         let Some(place) = &mut self.places[tip] else { return false };
-        let (edits, touched) = (place.edits, &self.touched);
-        let is_touched = |t: u32| touched.get(t as usize).is_none_or(|&edit| edit > edits);
         if place.vertex != vertex || place.radius != radius {
             return false;
         }
-        if edits != self.edits && place.disc.triangles().any(is_touched) {
+        if log.have_changed(place.disc.triangles(), place.checked) {
             return false;
         }
-        place.edits = self.edits;
+        place.checked = log.now();
         true
-    }
-
-    /// Follows an edit.
-    pub fn follow(&mut self, record: &EditRecord) {
-        if self.edits == u32::MAX {
-            (self.edits, self.places, self.rings, self.shifted) = (0, Vec::new(), Vec::new(), Vec::new());
-            self.strands = None;
-            self.touched.fill(0);
-        }
-        self.edits += 1;
-        self.touched.resize(record.first_triangle as usize, 0);
-        let removed = record.removed.iter().flat_map(|removed| &removed.triangles).map(|triangle| triangle.row);
-        let changed = record.changed_triangles.iter().flat_map(|changed| [changed.row_before, changed.row]);
-        for row in changed.chain(removed) {
-            self.touched[row as usize] = self.edits;
-        }
-        self.touched.resize(record.triangle_count(), self.edits);
     }
 }

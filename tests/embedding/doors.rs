@@ -324,11 +324,7 @@ fn what_was_written_past_the_calls_is_refused_at_the_next_step() {
     let first = s.world().get::<&Triangles>(body).unwrap().corners[0][0];
     written(&["triangle 0 refers to vertex 99"], corners(MISSING), corners(first));
     let topology = (*s.world().get::<&Topology>(body).unwrap()).clone();
-    written(
-        &["Topology", "another mesh"],
-        insert(Topology { neighbours: Vec::new(), incident: Vec::new() }),
-        insert(topology),
-    );
+    written(&["Topology", "another mesh"], insert(Topology::default()), insert(topology));
 }
 
 #[test]

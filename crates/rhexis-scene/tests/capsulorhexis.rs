@@ -1,6 +1,6 @@
-//! The lead scene runs to its end: the tear follows the circle, closes on itself and frees the disc, on a mesh that is refined
-//! around its tips and coarsened behind them; drawn outwards it runs out to the rim; and whatever the hand does, one of the two
-//! happens. The ignored tests make the tables of `docs/capsulorhexis.md`.
+//! The lead scene runs to its end. The tear follows the circle, closes on itself and frees the disc, on a mesh that is
+//! refined around its tips and coarsened behind them. Drawn outwards it runs out to the rim. Whatever the hand does, one of
+//! the two happens. The ignored tests make the tables of `docs/capsulorhexis.md`.
 
 use glam::DVec3;
 use rhexis::components::{Bending, EnergyCriterion, Grips, PreStretch, Refined, TearDecisions, TearLog, Tearing};

@@ -1,11 +1,11 @@
-//! What edits have changed in the triangles since the last solve, found by comparing corners, whatever has happened in between: those
-//! before stand in the partition, as rows.
+//! What edits have changed in the triangles since the last solve: of those that the log of edits names, the corners are compared.
+//! Those before stand in the partition, as rows.
 
 use super::adjacency::neighbours;
 use super::empty;
 use super::order::Order;
 use super::partition::Partition;
-use crate::storage::Topology;
+use crate::storage::{EditLog, Revision, Topology};
 
 /// All is found anew where more than one in so many triangles has changed since the last solve,
 const MOST: usize = 16;
@@ -13,6 +13,19 @@ const MOST: usize = 16;
 /// or one in so many since all was found anew the last time. Rows out of order cost iterations: on the lens capsule as it tears none
 /// with this limit, an eighth more without it.
 const MOST_IN_ALL: usize = 8;
+
+/// The triangles that have other corners than at an earlier moment, of those before that there still are; ascending. `vertex` has the
+/// vertices of the rows.
+pub(super) fn changed(
+    partition: &Partition,
+    corners: &[[u32; 3]],
+    (log, since): (&EditLog, Revision),
+    vertex: &[u32],
+) -> impl Iterator<Item = u32> {
+    let kept = 0..partition.triangle_count().min(corners.len()) as u32;
+    let differs = move |&t: &u32| partition.rows(t).map(|row| vertex[row as usize]) != corners[t as usize];
+    kept.filter(move |&t| log.has_changed(t, since)).filter(differs)
+}
 
 /// The triangles that have changed and the rows that they concern. Scratch.
 #[derive(Debug, Default)]
@@ -35,13 +48,13 @@ impl Edits {
         self.count_before > 0
     }
 
-    /// Compares the corners and brings `order` up to date. `false`, with the order as it was, where so much has changed that all is
+    /// Compares the corners with those of an earlier moment and brings `order` up to date. `false`, with the order as it was, where so much has changed that all is
     /// to be found anew.
     pub(super) fn find(
         &mut self,
         partition: &Partition,
         corners: &[[u32; 3]],
-        topology: &Topology,
+        (topology, since): (&Topology, Revision),
         order: &mut Order,
     ) -> bool {
         let Self { triangles, count_before, is_touched, moved, touched } = self;
@@ -53,8 +66,7 @@ impl Edits {
         }
         let vertices = |rows: [u32; 3]| rows.map(|row| order.vertex[row as usize]);
         empty(triangles, most + 1);
-        let all = (0..).zip(partition.all_rows().zip(corners));
-        let changed = all.filter(|(_, (old, new))| vertices(*old) != **new).map(|(t, _)| t);
+        let changed = changed(partition, corners, (&topology.log, since), &order.vertex);
         triangles.extend(changed.chain(before as u32..corners.len() as u32).take(most + 1));
         let changed = order.changed + triangles.len();
         if triangles.len() > most || changed > corners.len() / MOST_IN_ALL {
@@ -150,7 +162,7 @@ mod tests {
                 edit(&mut corners, &mut made, t, step % 5 > 2);
             }
             topology = Topology::new(vertex_count(&corners), &corners).unwrap();
-            if edits.find(&partition, &corners, &topology, &mut order) {
+            if edits.find(&partition, &corners, (&topology, Revision::default()), &mut order) {
                 partition.rebuild(&corners, &order.row);
                 let stays = |row: usize| !edits.is_touched[row];
                 pattern.follow(&partition, (&order.vertex, &order.row), &corners, &topology, &edits, stays);
@@ -186,8 +198,9 @@ mod tests {
         partition.rebuild(&corners, &order.row);
         let turned: Vec<[u32; 3]> = corners.iter().map(|&[a, b, c]| [b, c, a]).collect();
         let rows = order.row.clone();
-        assert!(!Edits::default().find(&partition, &turned, &topology, &mut order));
-        assert!(!Edits::default().find(&Partition::default(), &corners, &topology, &mut order));
+        let since = (&topology, Revision::default());
+        assert!(!Edits::default().find(&partition, &turned, since, &mut order));
+        assert!(!Edits::default().find(&Partition::default(), &corners, since, &mut order));
         assert_eq!(order.row, rows);
     }
 }

@@ -11,7 +11,6 @@ mod cycle;
 mod dissection;
 mod edits;
 mod factored;
-mod fingerprint;
 mod folding;
 mod incomplete;
 mod jacobi;
@@ -30,13 +29,12 @@ use super::recurrence::Reached;
 use super::{CgError, CgInfo, Factor, Operator, ProductMemory};
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
-use crate::storage::{Topology, Triangles, Vertices};
+use crate::storage::{Revision, Topology, Triangles, Vertices};
 use crate::systems::parallel;
 use adjacency::Adjacency;
 use cg::Vectors;
 use edits::Edits;
 use factored::Factored;
-use fingerprint::Fingerprint;
 use glam::{DVec3, Vec4};
 use incomplete::Incomplete;
 use jacobi::Jacobi;
@@ -99,8 +97,8 @@ impl ActivePreconditioner<'_> {
 /// they stay. *Derived.*
 #[derive(Debug, Default)]
 pub struct MixedSolver {
-    /// Of the corners of the triangles that the rest is of.
-    fingerprint: Fingerprint,
+    /// Moment in the triangles' history of which the rest is.
+    followed: Revision,
     adjacency: Adjacency,
     // Many lists each: behind pointers, lest the world keeps room for them wherever it has room for bodies.
     order: Box<Order>,
@@ -300,18 +298,29 @@ impl MixedSolver {
         shift
     }
 
+    /// Whether what depends on the triangles is of these: no edit since has left others.
+    fn is_of(&self, corners: &[[u32; 3]], topology: &Topology) -> bool {
+        let Self { partition, order, followed, .. } = self;
+        let is_sized = partition.triangle_count() == corners.len() && order.vertex.len() == topology.incident.len();
+        let mut changed = edits::changed(partition, corners, (&topology.log, *followed), &order.vertex);
+        is_sized && (*followed == topology.log.now() || changed.next().is_none())
+    }
+
     /// Brings what depends on the triangles up to date where they have changed: a tear changes few of them. An order that is found anew
     /// is dissected if it `is_cut`.
     fn follow(&mut self, mesh: (&Vertices, &Triangles, &Topology), is_cut: bool) {
         let (_, Triangles { corners, .. }, topology) = mesh;
-        let fingerprint = Fingerprint::of(corners);
-        if self.fingerprint == fingerprint {
+        let (is_of, now) = (self.is_of(corners, topology), topology.log.now());
+        let since = std::mem::replace(&mut self.followed, now);
+        if is_of {
             return;
         }
-        (self.fingerprint, self.ready) = (fingerprint, None);
+        // Another number of triangles without an edit: all are compared.
+        let since = if since == now { Revision::default() } else { since };
+        self.ready = None;
         self.put_away_neighbours();
         let Self { order, partition, edits, multigrid, .. } = self;
-        let mut is_found = edits.find(partition, corners, topology, order);
+        let mut is_found = edits.find(partition, corners, (topology, since), order);
         if is_found {
             partition.rebuild(corners, &order.row);
             is_found = multigrid.follow(partition, order, mesh, edits);

@@ -2,8 +2,8 @@
 
 use super::cg::solve;
 use super::factored::Factored;
-use super::fingerprint::Fingerprint;
 use super::{MixedPreconditioner, MixedSolver, size};
+use crate::storage::{Topology, Triangles};
 use crate::systems::parallel;
 use crate::systems::solver::estimate::Limits;
 use crate::systems::solver::recurrence::Reached;
@@ -21,8 +21,8 @@ pub(super) enum LastPreconditioner {
 
 impl MixedSolver {
     /// Whether the last solve of the step has left an operator of these triangles, for [`product`](Self::product) and [`correct`](Self::correct).
-    pub fn has_operator_of(&self, corners: &[[u32; 3]]) -> bool {
-        self.ready.is_some() && self.fingerprint == Fingerprint::of(corners)
+    pub fn has_operator_of(&self, triangles: &Triangles, topology: &Topology) -> bool {
+        self.ready.is_some() && self.is_of(&triangles.corners, topology)
     }
 
     /// Leaves no operator to be used: the next solve is of another.

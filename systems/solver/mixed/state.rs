@@ -2,10 +2,9 @@
 //! where they are, the order of its rows and the triangles that it was found for. The rest follows.
 
 use super::dissection::Dissection;
-use super::fingerprint::Fingerprint;
 use super::multigrid::{Multigrid, MultigridState};
 use super::{MixedSolver, Order, partition};
-use crate::storage::{Topology, Triangles, Vertices};
+use crate::storage::{Revision, Topology, Triangles, Vertices};
 
 /// Saved state of a mixed-precision solver.
 #[derive(Clone, Debug, Default)]
@@ -22,12 +21,14 @@ pub struct MixedState {
 impl MixedSolver {
     /// What a snapshot keeps, of a body with these triangles.
     pub fn state(&self, triangles: &Triangles) -> MixedState {
+        let corners = self.corners();
+        let is_current = corners == triangles.corners;
         MixedState {
-            corners: self.corners(),
+            corners,
             vertex: self.order.vertex.clone(),
             changed: self.order.changed as u32,
             dissection: self.order.dissection,
-            multigrid: self.multigrid.state(self.fingerprint == Fingerprint::of(&triangles.corners)),
+            multigrid: self.multigrid.state(is_current),
         }
     }
 
@@ -39,10 +40,11 @@ impl MixedSolver {
     /// The solver of a state, which goes on as the one did that it was kept of; `None` where it is not of this mesh.
     pub fn of_state(state: &MixedState, mesh: (&Vertices, &Triangles, &Topology)) -> Option<Self> {
         let MixedState { corners, vertex, changed, dissection, multigrid } = state;
-        let mut solver = Self { fingerprint: Fingerprint::of(corners), ..Self::default() };
+        let is_current = *corners == mesh.1.corners;
+        let followed = if is_current { mesh.2.log.now() } else { Revision::default() };
+        let mut solver = Self { followed, ..Self::default() };
         *solver.order = Order::of_vertices(vertex, *changed as usize, *dissection)?;
         let is_in_order = corners.iter().flatten().all(|&v| (v as usize) < vertex.len());
-        let is_current = *corners == mesh.1.corners;
         if !is_in_order || is_current && vertex.len() != mesh.2.incident.len() {
             return None;
         }

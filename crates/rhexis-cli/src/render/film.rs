@@ -151,7 +151,7 @@ fn total(own: &[(usize, Bucket)]) -> Bucket {
     })
 }
 
-/// The channel that varies most in a box, and by how much: its range, weighed by the root of the number of pixels, so that neither
+/// The channel that varies most in a box, and by how much: its range, weighed by the root of the number of pixels. So neither
 /// large even areas nor single odd pixels take all colours.
 fn spread(own: &[(usize, Bucket)]) -> (usize, f64) {
     let count = (total(own).count as f64).sqrt();

@@ -1,9 +1,9 @@
 //! Benchmarks at equal error: what a setting costs and what it buys, measured on the scenes of the catalog.
 //!
 //! A time by itself says little: a solver that stops early is fast and wrong. Every table here has the time of a step and the
-//! error that the run has come to, accumulated over its steps against the same run solved tightly, beside each other. Times are
-//! processor time of the stepping thread, so that other programs disturb them less; every table begins with the speed of the
-//! machine, measured in the same run, by which times of two machines are compared.
+//! error that the run has come to, accumulated over its steps against the same run solved tightly, beside each other. Times
+//! are processor time of the stepping thread, so that other programs disturb them less. Every table begins with the speed of
+//! the machine, measured in the same run: by it times of two machines are compared.
 
 mod clock;
 mod compare;

@@ -1,9 +1,9 @@
 //! Stress: hostile random tools on random scenes, and what must hold after every step.
 //!
-//! A case is made from a seed and its number alone, so that any can be repeated: a scene of sheets, caps, closed
-//! surfaces or slivers of random tissue, loads and settings, and at every step, of 0.01 to 100 ms, perhaps something
-//! hostile. It ends with its last step or with the first invariant that is broken. What a case has done up to a failure
-//! is a [`Recording`]; of that a short one is made that fails the same way.
+//! A case is made from a seed and its number alone, so that any can be repeated. It is a scene of sheets, caps, closed
+//! surfaces or slivers with random tissue, loads and settings. Steps take 0.01 to 100 ms, and something hostile may happen at
+//! each. It ends with its last step or with the first invariant that is broken. What a case has done up to a failure is a
+//! [`Recording`]; of that a short one is made that fails the same way.
 
 mod dice;
 mod invariants;

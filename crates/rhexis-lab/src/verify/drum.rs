@@ -44,8 +44,8 @@ fn taut(mesh: TriangleMesh, tension: [f64; 2]) -> Result<Membrane, VerifyError> 
     Ok(Membrane::new("sheet", mesh, material).fibres(Fibres::at_degrees(0.0)).with(PreStretch { strain }))
 }
 
-/// A strip of `n` cells along x, one cell wide, all diagonals alike: every inner vertex has three triangles, so a
-/// deflection that does not vary across the strip sees exactly the chain of elements that the file lists.
+/// A strip of `n` cells along x, one cell wide, all diagonals alike. Every inner vertex has three triangles, so a deflection
+/// that does not vary across the strip sees exactly the chain of elements that the file lists.
 fn strip(length: f64, n: usize) -> TriangleMesh {
     let step = length / n as f64;
     let width = 2.0;

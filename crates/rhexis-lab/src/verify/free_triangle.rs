@@ -1,5 +1,5 @@
-//! One anisotropic triangle in free flight: the force is the gradient of an energy and exerts no torque, so an exact flow
-//! keeps energy and angular momentum; and the engine's own step converges to that flow with first order.
+//! One anisotropic triangle in free flight. The force is the gradient of an energy and exerts no torque, so an exact flow
+//! keeps energy and angular momentum. The engine's own step converges to that flow with first order.
 
 use super::bodies::{self, Snapshot};
 use super::reference::{Json, file};

@@ -122,13 +122,14 @@ impl Hierarchy {
 #[cfg(test)]
 mod tests {
     use super::super::super::adjacency::Adjacency;
+    use super::super::super::edits::changed;
     use super::super::level::FREE;
     use super::*;
     use crate::components::Material;
     use crate::membrane::Membrane;
     use crate::settings::Settings;
     use crate::simulation::Simulation;
-    use crate::storage::TriangleMesh;
+    use crate::storage::{Revision, TriangleMesh};
     use glam::{DVec3, Vec4};
 
     const CELLS: [u32; 2] = [120, 100];
@@ -161,9 +162,10 @@ mod tests {
     fn levels_that_follow_are_those_of_their_choices_found_anew() {
         let (mut order, mut partition, mut edits) = (Order::default(), Partition::default(), Edits::default());
         let (mut hierarchy, mut adjacency) = (Hierarchy::default(), Adjacency::default());
-        let (mut followed, mut nodes) = (0, Vec::new());
+        let (mut followed, mut nodes, mut since) = (0, Vec::new(), Revision::default());
         cuts(|mesh| {
             let (_, Triangles { corners, .. }, topology) = mesh;
+            let log = &topology.log;
             if !adjacency.is_found() {
                 adjacency.rebuild(corners, topology);
                 order.rebuild(corners, &adjacency, 0);
@@ -173,7 +175,9 @@ mod tests {
             } else {
                 let choices = hierarchy.choices();
                 let mut pending = Hierarchy::of_choices(&choices, order.vertex.len()).unwrap();
-                assert!(edits.find(&partition, corners, topology, &mut order));
+                let list = |since| changed(&partition, corners, (log, since), &order.vertex).collect::<Vec<_>>();
+                assert_eq!(list(since), list(Revision::default()), "by the log, and by all corners");
+                assert!(edits.find(&partition, corners, (topology, since), &mut order));
                 partition.rebuild(corners, &order.row);
                 assert!(hierarchy.follow(&partition, &order, mesh, Some(&edits)));
                 // From the choices before the edits, and from those after them.
@@ -185,6 +189,7 @@ mod tests {
                 followed += 1;
             }
             nodes.push(hierarchy.transfers[0].coarsening.row.len());
+            since = log.now();
         });
         assert_eq!(followed, 11);
         // The cut passes some hundred vertices by, on either side of which every second or third is a node.

@@ -1,8 +1,8 @@
 //! The kink of slanted centre cracks: where the criterion turns, against what it says of the analytic field averaged over
 //! the same disc, the stress parallel to the crack included.
 //!
-//! In a wide plate under the tension σ at the angle β to the crack, K_I = σ√(πa)·sin²β, K_II = σ√(πa)·sin β·cos β, and the
-//! stress parallel to the crack exceeds its singular part by T = σ(cos²β − sin²β), a tenth of σ√(a/R) and more.
+//! In a wide plate under the tension σ at the angle β to the crack, K_I = σ√(πa)·sin²β, K_II = σ√(πa)·sin β·cos β. The stress
+//! parallel to the crack exceeds its singular part by T = σ(cos²β − sin²β), a tenth of σ√(a/R) and more.
 
 use super::super::reference::{csv, file};
 use super::super::{Artifacts, Axes, Line, Row, Rows, VerifyError, largest};

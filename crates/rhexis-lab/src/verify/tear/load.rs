@@ -268,8 +268,8 @@ fn plate(file: &Json, row: usize, parts: f64) -> Result<Sheet, VerifyError> {
 }
 
 /// Half of the square is cut. Fibres across the crack carry its opening to the grips, so that the tip's own field does not
-/// reach far: averaged over a tenth of the crack the stress exceeds it by 10 %, over a fiftieth by 1.5 %, over a hundredth
-/// by 0.5 % (structured meshes with four edges per R), whence the small disc.
+/// reach far. Averaged over a tenth of the crack the stress exceeds it by 10 %, over a fiftieth by 1.5 %, over a hundredth by
+/// 0.5 % (structured meshes with four edges per R). Hence the small disc.
 fn square(file: &Json, case: usize) -> Result<Sheet, VerifyError> {
     let at = format!("/fixed_grips/cases/{case}");
     let number = |key: &str| file.number(&format!("{at}/table/4/{key}"));

@@ -13,11 +13,11 @@ const FOCI: [DVec2; 2] = [DVec2::new(-20.0, 0.0), DVec2::new(20.0, 0.0)];
 /// Directions are taken over so much of the path \[mm\]: a little more than the averaging radius.
 const CHORD: f64 = 2.0;
 /// The pull reaches the tip along two bands, one from each point. If both carry the same, the stresses along and across the
-/// bisector of their angle φ are as cos²(φ/2) to sin²(φ/2): equal at 90°, where the largest principal stress loses its direction and
-/// every asymmetry of the bands, which have a width in tissue that stretches, turns it far. The theory knows energies only and
-/// a sheet that does not stretch, so the criterion leaves it the farther the narrower the angle: measured 1.7° at 144°, 2.9° at
-/// 131°, 3.6° at 127°, 5.9° at 103°. At half the strength, and so of the stretch, it is 1.0° to 1.3° from 144° to 135° instead
-/// of 1.7° to 2.7°. Judged is the angle down to this \[°\]; what lies below is noted.
+/// bisector of their angle φ are as cos²(φ/2) to sin²(φ/2). They are equal at 90°, where the largest principal stress loses
+/// its direction and every asymmetry of the bands, which have a width in tissue that stretches, turns it far. The theory
+/// knows energies only and a sheet that does not stretch, so the criterion leaves it the farther the narrower the angle.
+/// Measured: 1.7° at 144°, 2.9° at 131°, 3.6° at 127°, 5.9° at 103°. At half the strength, and so of the stretch, it is 1.0°
+/// to 1.3° from 144° to 135° instead of 1.7° to 2.7°. Judged is the angle down to this \[°\]; what lies below is noted.
 const WIDE: f64 = 135.0;
 /// The run ends here \[°\].
 const NARROWEST: f64 = 95.0;
@@ -29,8 +29,8 @@ pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     rows.finish()
 }
 
-/// Ibarra, Roman, Melo 2016: a sheet that folds freely and does not stretch is straight from one pulling point over the tip to
-/// the other, so the work of the pull per length torn is its force times the gradient of r_A + r_B: the tear follows it.
+/// Ibarra, Roman, Melo 2016: a sheet that folds freely and does not stretch is straight from one pulling point over the tip
+/// to the other. So the work of the pull per length torn is its force times the gradient of r_A + r_B: the tear follows it.
 fn two_points(rows: &mut Rows, out: &Artifacts) -> Result<(), VerifyError> {
     let mut square = Square::scene("two-points", &[])?;
     let angle = |p: DVec2| (FOCI[0] - p).angle_to(FOCI[1] - p).abs().to_degrees();

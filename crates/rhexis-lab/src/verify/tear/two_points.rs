@@ -1,8 +1,9 @@
 //! The pull that tears a sheet between two points: F·(λ + 1)/2·(cos α₁ + cos α₂) = G_c·h, with α between the tear backwards and the way
 //! from its tip to either point (Ibarra, Roman, Melo 2016); the tear follows a hyperbola.
 //!
-//! The form has a sheet that folds freely until both ways are one straight line. Triangles without a crease along that line do not, and hold
-//! the tear shut the more the nearer both pulls are to opposite: judged is the path where the bands meet at 135° or more, the pull is told.
+//! The form has a sheet that folds freely until both ways are one straight line. Triangles without a crease along that line
+//! do not, and hold the tear shut the more the nearer both pulls are to opposite. The path is judged where the bands meet at
+//! 135° or more; the pull is told.
 
 use super::super::{Artifacts, Line, Row, Rows, VerifyError, largest};
 use super::square::{Square, length};

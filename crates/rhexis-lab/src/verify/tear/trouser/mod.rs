@@ -1,8 +1,9 @@
 //! Trouser tears: two legs drawn apart across the sheet tear it at F·(λ + 1)/2·(cos ψ₁ + cos ψ₂) = G_c·h (Rivlin, Thomas 1953),
 //! whatever the averaging radius, the stiffness, the toughness, the mesh and the step.
 //!
-//! Their form 2F·λ − 2·w·h·W(λ) = G_c·h has legs of one stretch. Here the tension runs in bands beside the tear; by the engine's law, which
-//! is linear in λ − 1, a band stores ½F·(λ − 1) per length, so that the force and the stretch between grip and tip say all.
+//! Their form 2F·λ − 2·w·h·W(λ) = G_c·h has legs of one stretch. Here the tension runs in bands beside the tear. By the
+//! engine's law, which is linear in λ − 1, a band stores ½F·(λ − 1) per length, so that the force and the stretch between
+//! grip and tip say all.
 
 mod sheet;
 mod theory;

@@ -44,9 +44,9 @@ impl Trouser {
         (self.direction(ahead, first) - first).abs() > 1_f64.to_radians()
     }
 
-    /// The direction from a place aside of and ahead of the end of the cut, for a tear that has come in the direction `psi`: the last
-    /// directions ψᵢ are those of the shortest ways within the legs from grip to tip. On the side from which the tear turns away that
-    /// leads round the end of the cut and along its lip, on the other it is straight.
+    /// The direction from a place aside of and ahead of the end of the cut, for a tear that has come in the direction `psi`.
+    /// The last directions ψᵢ are those of the shortest ways within the legs from grip to tip. On the side from which the
+    /// tear turns away that leads round the end of the cut and along its lip, on the other it is straight.
     pub(super) fn direction(&self, at: DVec2, psi: f64) -> f64 {
         self.best([psi, straight(at)])
     }
