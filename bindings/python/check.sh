@@ -27,7 +27,7 @@ told() {
 venv=$CARGO_TARGET_DIR/python-venv
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --upgrade "maturin>=1.7,<2" \
-    "numpy>=1.24" "gymnasium>=1.0" "ipykernel>=6" "matplotlib>=3.7" "meshio>=5" "mypy>=1.10" "nbclient>=0.9" "nbformat>=5" \
+    "numpy>=1.24" "cma>=4" "gymnasium>=1.0" "ipykernel>=6" "matplotlib>=3.7" "meshio>=5" "mypy>=1.10" "nbclient>=0.9" "nbformat>=5" \
     "pytest>=8" "tqdm>=4" || missing "pip cannot install what is needed: is the package index reachable?"
 told "environment"
 

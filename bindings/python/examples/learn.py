@@ -1,8 +1,9 @@
 """A small agent learns to draw the flap: `python examples/learn.py [--out FILE.png]`, some minutes on two cores.
 
 The task is the first 3 s of a grasp: the flap is between the jaws, the sum of rewards is mostly how far the tear goes round.
-The policy is linear in a few numbers of the observation, squashed; the cross-entropy method (Rubinstein 1999; de Boer et al. 2005)
-samples its weights from a normal distribution and moves that to the best fifth. Seeds are fixed: the curve is the same every time.
+The policy is linear in a few numbers of the observation, squashed; its weights are sought by CMA-ES (Hansen and Ostermeier 2001) of the
+package `cma`: 27 numbers and episodes of a third of a second want no gradients and no network, and `cma` needs NumPy alone.
+Seeds are fixed: the curve is the same every time.
 """
 
 from __future__ import annotations
@@ -11,13 +12,16 @@ import argparse
 import multiprocessing
 from typing import Any
 
+import cma
 import numpy as np
 from numpy.typing import NDArray
 
 from rhexis.gym import Capsulorhexis, Expert, RandomPolicy, play
 
 FRAMES = 30
-POPULATION, ELITE, GENERATIONS = 20, 4, 12
+POPULATION, GENERATIONS = 20, 12
+SPREAD = 0.7
+"""Standard deviation of the weights at the start."""
 SEEN = [1, 2, 3, 5, 6, 12, 13, 14]
 """Rows of the observation: height, angle ahead of the tip, way to the tip, force."""
 SHAPE = (3, len(SEEN) + 1)
@@ -62,18 +66,18 @@ def of_expert(_: int) -> float:
     return _score(Expert(env()))
 
 
-def learn(pool: Any) -> tuple[list[list[float]], _Array]:
+def learn(pool: Any, generations: int) -> tuple[list[list[float]], _Array]:
     """Scores of every generation, and the mean weights at the end."""
-    rng = np.random.default_rng(1)
-    mean, spread = np.zeros(SHAPE).ravel(), np.full(np.prod(SHAPE), 0.7)
-    scores = []
-    for generation in range(GENERATIONS):
-        weights = mean + spread * rng.standard_normal((POPULATION, mean.size))
+    options = {"seed": 1, "popsize": POPULATION, "verbose": -9}
+    strategy = cma.CMAEvolutionStrategy(np.zeros(np.prod(SHAPE)), SPREAD, options)
+    scores: list[list[float]] = []
+    for generation in range(generations):
+        weights = strategy.ask()
         scores.append(pool.map(score, weights, chunksize=1))
-        best = weights[np.argsort(scores[-1])[-ELITE:]]
-        # Some of the old spread is kept, or the distribution collapses on the first lucky sample.
-        mean, spread = best.mean(axis=0), 0.7 * best.std(axis=0) + 0.3 * spread
-        print(f"generation {generation + 1}: mean {np.mean(scores[-1]):.3f}, best {np.max(scores[-1]):.3f}")
+        # It minimises.
+        strategy.tell(weights, [-reward for reward in scores[-1]])
+        print(f"generation {generation + 1}: mean {np.mean(scores[-1]):.3f}, best {np.max(scores[-1]):.3f}", flush=True)
+    mean: _Array = strategy.mean
     return scores, mean
 
 
@@ -101,11 +105,12 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     arguments.add_argument("--out", default="learning.png")
     arguments.add_argument("--processes", type=int, default=2)
+    arguments.add_argument("--generations", type=int, default=GENERATIONS)
     given = arguments.parse_args()
     with multiprocessing.Pool(given.processes) as pool:
         chance = float(np.mean(pool.map(of_chance, range(8))))
         expert = pool.map(of_expert, [0])[0]
-        scores, mean = learn(pool)
+        scores, mean = learn(pool, given.generations)
         end = pool.map(score, [mean])[0]
     print(f"chance {chance:.3f}, expert {expert:.3f}, learnt {end:.3f}")
     draw(scores, chance, expert, end, given.out)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -104,3 +108,23 @@ def test_it_refuses_what_it_cannot_draw() -> None:
         rhexis.gym.Capsulorhexis(render_mode="human")
     with pytest.raises(TypeError, match="Capsulorhexis"):
         rhexis.gym.Expert(gymnasium.make("CartPole-v1"))
+
+
+def test_the_agent_learns_what_is_rewarded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a stand-in for the episodes: weights near one. That the search climbs, and its sign, show here."""
+    pytest.importorskip("cma")
+    spec = importlib.util.spec_from_file_location("learn", Path(__file__).parents[1] / "examples/learn.py")
+    assert spec is not None and spec.loader is not None
+    learn = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(learn)
+
+    class Serial:
+        def map(self, call: Callable[[object], float], over: Sequence[object], chunksize: int = 1) -> list[float]:
+            return [call(item) for item in over]
+
+    drawn = learn.score(np.zeros(learn.SHAPE).ravel())
+    assert np.isfinite(drawn) and drawn == learn.score(np.zeros(learn.SHAPE).ravel())
+    monkeypatch.setattr(learn, "score", lambda weights: -float(np.square(weights - 1.0).sum()))
+    scores, mean = learn.learn(Serial(), 60)
+    assert len(scores) == 60 and len(scores[0]) == learn.POPULATION
+    assert np.square(mean - 1.0).sum() < 0.2 * mean.size
