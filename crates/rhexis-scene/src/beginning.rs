@@ -20,7 +20,7 @@ pub(super) fn polyline(spec: &CutSpec, key: &str) -> Result<Vec<DVec3>, Fault> {
 /// A notch or slit made before the first step.
 pub(super) fn cut(simulation: &mut Simulation, body: Entity, spec: &CutSpec, key: &str) -> Result<Cut, Fault> {
     let polyline = polyline(spec, key)?;
-    let hint = "move its points onto the body, away from other cuts, or make it longer than an edge of the mesh";
+    let hint = "move its points onto the body or begin outside it; stay an edge away from the boundary and other cuts, or cut farther";
     let refused = |what: String| Fault::new(format!("{key}.polyline"), what, hint);
     let cut = simulation.cut(body, &polyline).map_err(|error| refused(error.to_string()))?;
     // A line is taken at the nearest points of the surface; what is far from it was meant for another body.
