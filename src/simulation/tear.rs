@@ -62,7 +62,9 @@ pub enum CutError {
     #[error("there is no surface within reach, or the direction is normal to it")]
     NothingThere,
     /// The mesh refused it.
-    #[error("the cut was refused: {0}; begin it outside the body, of which it cuts what lies inside, or farther from the boundary")]
+    #[error(
+        "the cut was refused: {0}; begin it outside the body, of which it cuts what lies inside, or farther from the boundary"
+    )]
     Refused(#[from] TearRefusal),
     /// Something that was written past the calls is refused.
     #[error(transparent)]

@@ -4,7 +4,8 @@
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::Snapshot;
 
-/// Written by version 14 of the format: a notched square of 112 triangles after 20 steps of 10 ms, and the hash that 20 more led to there.
+/// Written by version 14 of the format: a notched square of 112 triangles after 20 steps of 10 ms, and the hash that 20 more
+/// lead to from there: a change of the numerics that is meant changes the second hash, never the first.
 #[test]
 fn a_snapshot_of_version_14_goes_on_to_the_same_bits() {
     let bytes = include_bytes!("data/version-14.snapshot");
@@ -16,7 +17,7 @@ fn a_snapshot_of_version_14_goes_on_to_the_same_bits() {
     (0..20).for_each(|_| _ = simulation.step(10.0).unwrap());
     // It was written with a Cholesky factor, from which a build without the feature goes on to other last digits.
     if cfg!(feature = "direct") {
-        assert_eq!(simulation.hash().to_string(), "5f35b6410dcc3d24");
+        assert_eq!(simulation.hash().to_string(), "2a7d347494badd0a");
     }
     // What is written again has the present version and a writer.
     let again = simulation.snapshot().to_bytes().unwrap();
