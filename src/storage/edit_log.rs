@@ -1,7 +1,7 @@
 //! The log of a mesh's edits: whoever keeps derived data remembers a [`Revision`] and asks which triangles have changed since.
 
 use super::EditRecord;
-use super::room::grow;
+use super::room::fit;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Number of the next history. No result depends on it.
@@ -75,7 +75,8 @@ impl EditLog {
         }
         self.now.edits += 1;
         let most = before.max(after);
-        grow(&mut self.touched, most, room);
+        // At once to where the tables have room: the next edits allocate nothing.
+        fit(&mut self.touched, room.max(most));
         self.touched.resize(before, 0);
         self.touched.resize(most, self.now.edits);
         for (row, _) in record.triangles_before().chain(record.triangles_after()) {

@@ -19,9 +19,9 @@
 //! Repeated, it grows without bound. So the spurious energy is summed from step to step, down to zero. A solve that takes the sum beyond
 //! a share of the energy in the body meets these remedies, in this order:
 //!
-//! 1. a [patch]: vertices of the triangles that create the most descend on the incremental potential itself;
+//! 1. a patch: vertices of the triangles that create the most descend on the incremental potential itself;
 //! 2. in a fallback sub-step, or where the budget is used up, the largest fraction of the increment that stays below the limit;
-//! 3. a [further solve](crate::settings::Settings::corrections) with the projected tangent and a [line search](line_search), where settings
+//! 3. a [further solve](crate::settings::Settings::corrections) with the projected tangent and a line search, where settings
 //!    allow it;
 //! 4. refusal: the step is undone and [retried in halves](crate::settings::Settings::halvings).
 //!
