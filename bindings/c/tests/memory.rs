@@ -69,7 +69,7 @@ fn counted_scene() -> String {
 }
 
 #[test]
-#[ignore = "counted by bindings/c/overhead.sh"]
+#[ignore = "its instructions are counted: bindings/c/overhead.sh"]
 fn counted_in_rust() {
     let mut rust = Scene::parse(&counted_scene(), "scene").unwrap().instantiate().unwrap();
     for _ in 0..counted_steps() {
@@ -81,7 +81,7 @@ fn counted_in_rust() {
 }
 
 #[test]
-#[ignore = "counted by bindings/c/overhead.sh"]
+#[ignore = "its instructions are counted: bindings/c/overhead.sh"]
 fn counted_through_c() {
     let (scene, mut world) = (CString::new(counted_scene()).unwrap(), RhexisWorld::default());
     ok(rhexis_world_from_scene(text(&scene), text(c"scene"), out(&mut world)));

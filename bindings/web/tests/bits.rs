@@ -36,8 +36,8 @@ fn the_plan_has_the_native_bits() {
     assert_eq!(now, then, "the bits are not those of {}", path.display());
 }
 
-/// A capsulorhexis that the hand of `test/rhexis.mjs` has closed on the page in headless Chromium. Where the bits of the engine have changed it is
-/// closed anew: `RHEXIS_CHECK=closes RHEXIS_CLOSE=test/closed.rec node test/browser.mjs` in `bindings/web`.
+/// A capsulorhexis that the hand of `test/rhexis.mjs` has closed by the module, as it does on the page. Where the bits of the engine have changed it
+/// is closed anew: `node test/close.mjs test/closed.rec` in `bindings/web`.
 #[test]
 fn a_tear_closed_in_the_browser_has_the_native_bits() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("test/closed.rec");

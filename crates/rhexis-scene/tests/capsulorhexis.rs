@@ -83,7 +83,7 @@ fn the_tear_follows_the_circle_and_closes() {
     let opening = figures.opening.unwrap();
     // 5.0 to 5.5 mm are asked of a surgeon, give or take what a slack flap scatters by: with tolerances 20 % apart this mesh gives 4.97 to
     // 5.17 mm.
-    assert!((4.9..=5.6).contains(&opening.diameter), "{}", row(&figures));
+    assert!((4.9..=5.5).contains(&opening.diameter), "{}", row(&figures));
     assert!(opening.circularity >= 0.9 && opening.decentration <= 0.3, "{}", row(&figures));
     assert!((3e-3..=30e-3).contains(&figures.force_rms), "{}", row(&figures));
     assert!((4..=7).contains(&figures.grasps) && figures.completion == TAU);
