@@ -17,6 +17,10 @@ use smallvec::{SmallVec, smallvec};
 const COLLINEAR: f64 = 1e-9;
 /// Parts of the mean edge by which a line that is too fine for the mesh is thinned, one after the other.
 const COARSER: [f64; 4] = [0.03, 0.06, 0.12, 0.25];
+/// Parts of the mean edge by which an end inside the body goes on along its line, or back, where it finds no room.
+const SHIFTS: [f64; 5] = [0.0, 0.25, -0.25, 0.5, -0.5];
+/// An end goes back by this part of the last segment at the most.
+const FARTHEST_BACK: f64 = 0.5;
 
 /// What a cut may do to leave good triangles, the best first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +66,8 @@ impl CutOutcome {
 impl Cutter<'_, '_> {
     /// Cuts along a polyline of at least two points \[mm, rest shape\], taken at the nearest points of the surface. A first
     /// point on the boundary, or nearer to it than a tenth of a triangle's height, starts a notch there. What lies outside the
-    /// body is left out, and behind a boundary the cut goes on: one outcome per stroke, at least one.
+    /// body is left out, and behind a boundary the cut goes on: one outcome per stroke, at least one. An end that finds no room goes up
+    /// to half an edge along its line, to the boundary if that is there.
     ///
     /// # Errors
     /// Why the cut cannot be made; the mesh is as it was.
@@ -70,7 +75,6 @@ impl Cutter<'_, '_> {
         if polyline.iter().any(|point| !point.is_finite()) {
             return Err(TearRefusal::BadPolyline);
         }
-        let mark = self.scratch.records.len();
         let edge = self.mean_edge();
         let rounding = COLLINEAR * length(polyline);
         let tolerances = std::iter::once(rounding).chain(COARSER.map(|part| part * edge));
@@ -78,13 +82,29 @@ impl Cutter<'_, '_> {
         let turned: Vec<DVec3> = if is_reversed { polyline.iter().rev().copied().collect() } else { polyline.to_vec() };
         let mut lines: Vec<Vec<DVec3>> = tolerances.map(|t| thinned(&turned, t.max(rounding))).collect();
         lines.dedup_by(|coarser, finer| coarser.len() >= finer.len());
+        let mut outcomes = self.cut_lines(&lines, polyline);
+        let lacks_room = |why: &TearRefusal| !matches!(why, TearRefusal::BadPolyline | TearRefusal::OutsideBody);
+        if outcomes.as_ref().is_err_and(lacks_room) {
+            // The first refusal is what is told: it is that of the line as it was asked for.
+            for (lines, shift) in self.shifted(&lines, edge) {
+                if let Ok(mut moved) = self.cut_lines(&lines, polyline) {
+                    moved.iter_mut().for_each(|outcome| outcome.off_line = outcome.off_line.max(shift));
+                    outcomes = Ok(moved);
+                    break;
+                }
+            }
+        }
+        let outcomes = outcomes?;
+        Ok(if is_reversed { outcomes.into_iter().rev().map(CutOutcome::reversed).collect() } else { outcomes })
+    }
+
+    /// Cuts along the first of several lines that can be cut, in the best manner that can be. After an error everything is as it was.
+    fn cut_lines(&mut self, lines: &[Vec<DVec3>], polyline: &[DVec3]) -> Result<Vec<CutOutcome>, TearRefusal> {
+        let mark = self.scratch.records.len();
         let mut refused = None;
         for manner in [Manner::OnTheLine, Manner::EndsMoved, Manner::BesideTheLine] {
-            for line in &lines {
+            for line in lines {
                 match self.cut_strokes(line, polyline, manner) {
-                    Ok(outcomes) if is_reversed => {
-                        return Ok(outcomes.into_iter().rev().map(CutOutcome::reversed).collect());
-                    }
                     Ok(outcomes) => return Ok(outcomes),
                     Err(refusal) => {
                         self.roll_back(mark);
@@ -94,6 +114,30 @@ impl Cutter<'_, '_> {
             }
         }
         Err(refused.unwrap_or(TearRefusal::BadPolyline))
+    }
+
+    /// The same lines with their ends inside the body farther on or farther back, and by how much \[mm\] the farther one of them; the
+    /// nearest first.
+    fn shifted(&self, lines: &[Vec<DVec3>], edge: f64) -> Vec<(Vec<Vec<DVec3>>, f64)> {
+        let shifts_at = |end: Option<&DVec3>| match end {
+            Some(&end) if self.is_tissue(end) => SHIFTS.as_slice(),
+            _ => &SHIFTS[..1],
+        };
+        let Some(line) = lines.first() else { return Vec::new() };
+        let (of_first, of_last) = (shifts_at(line.first()), shifts_at(line.last()));
+        let mut pairs: Vec<(f64, f64)> =
+            of_first.iter().flat_map(|&a| of_last.iter().map(move |&b| (a, b))).skip(1).collect();
+        pairs.sort_by(|a, b| (a.0.abs() + a.1.abs()).total_cmp(&(b.0.abs() + b.1.abs())));
+        let both = |line: &Vec<DVec3>, (first, last): (f64, f64)| {
+            let mut line = line.clone();
+            move_first(&mut line, first * edge);
+            line.reverse();
+            move_first(&mut line, last * edge);
+            line.reverse();
+            line
+        };
+        let moved = |pair: (f64, f64)| lines.iter().map(|line| both(line, pair)).collect();
+        pairs.into_iter().map(|pair| (moved(pair), edge * pair.0.abs().max(pair.1.abs()))).collect()
     }
 
     /// Whether a line is cut from its last point: from the end on the boundary, else from the one nearer to the body's middle. The
@@ -303,6 +347,14 @@ impl Cutter<'_, '_> {
 
     fn at(&self, vertex: u32) -> DVec3 {
         self.mesh.vertices.rest_position[vertex as usize]
+    }
+}
+
+/// Moves the first point of a line by a length \[mm\] along its first segment: away from the second one, or, below zero, towards it.
+fn move_first(line: &mut [DVec3], by: f64) {
+    if let [first, second, ..] = line {
+        let along = *first - *second;
+        *first += along.normalize_or_zero() * by.max(-FARTHEST_BACK * along.length());
     }
 }
 

@@ -142,6 +142,40 @@ fn no_cut_leaves_a_worse_angle_than_ten_degrees_anywhere() {
     }
 }
 
+/// A sheet of 44 by 30 mm whose edges of 2 mm are irregular and whose upper rim is a wave, and the height of that rim.
+fn wavy_sheet() -> (TriangleMesh, fn(f64) -> f64) {
+    let rim = |x: f64| 30.0 + 1.8 * (3.0 * PI * x / 44.0).sin();
+    let mut mesh = generate::grid(44.0, 30.0, 22, 15).unwrap();
+    let mut dice = Random::new(5);
+    for p in &mut mesh.positions {
+        let is_inside = p.x > 0.0 && p.x < 44.0 && p.y > 0.0 && p.y < 30.0;
+        let jitter = if is_inside { dice.vector(0.45) } else { DVec3::ZERO };
+        *p = DVec3::new(p.x, p.y * rim(p.x) / 30.0, 0.0) + jitter.with_z(0.0);
+    }
+    (mesh, rim)
+}
+
+/// A notch by somebody who does not know where exactly the rim is: beside it, on it, some tenths of an edge inside.
+#[test]
+fn a_notch_is_made_wherever_it_begins_near_the_rim() {
+    let (mesh, rim) = wavy_sheet();
+    let edge = 2.0;
+    let mut refused = Vec::new();
+    for inside in [-1.0, -0.1, 0.1, 0.3, 0.5, 0.8, 1.2] {
+        for k in 0..100 {
+            let x = 4.0 + 36.0 * (k as f64 + 0.37) / 100.0;
+            let line = [DVec3::new(x, rim(x) - inside, 0.0), DVec3::new(x, rim(x) - 5.0, 0.0)];
+            let (mut simulation, body) = sheet(&mesh);
+            match simulation.cut(body, &line) {
+                // An end goes half an edge at the most; a cut that left its line by more were another one.
+                Ok(cut) => assert!(cut.off_line <= 0.5 * edge && (cut.made - 5.0).abs() < 2.0, "{inside} {x}: {cut:?}"),
+                Err(error) => refused.push(format!("{inside} {x}: {error}")),
+            }
+        }
+    }
+    assert!(refused.is_empty(), "{} of 700: {refused:#?}", refused.len());
+}
+
 /// Largest distance \[mm\] of the points of some cuts from the lips of others.
 fn apart(a: &[Cut], b: &[Cut]) -> f64 {
     let to_segment = |p: DVec3, s: &[DVec3]| {
