@@ -10,6 +10,8 @@ mod fibre_law;
 mod fracture;
 mod holzapfel_gasser_ogden;
 mod nearest;
+#[doc(hidden)]
+pub mod number;
 mod orthotropic;
 mod per_row;
 mod stiffening_fibres;

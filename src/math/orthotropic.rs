@@ -1,5 +1,6 @@
 //! The plane-stress orthotropic law in the fibre's axes (Allard, Marchal, Cotin 2009, eq. 1, with its misprints corrected).
 
+use super::number::linear_stress;
 use super::{Sym2, elementary};
 
 /// Plane-stress stiffness in axes (fibre, transverse) \[MPa\]: with D = 1 − ν_F·ν_T and ν_T = ν_F·E_T/E_F,
@@ -97,11 +98,13 @@ impl Orthotropic {
     /// Stress \[MPa\] in the fibre's axes from a strain there (tensor shear).
     #[inline]
     pub fn stress(&self, strain: Sym2) -> Sym2 {
-        Sym2::new(
-            self.q11 * strain.xx + self.q12 * strain.yy,
-            self.q12 * strain.xx + self.q22 * strain.yy,
-            2.0 * self.q66 * strain.xy,
-        )
+        Sym2::from_array(linear_stress(self.to_array(), strain.to_array()))
+    }
+
+    /// Q11, Q12, Q22 and Q66.
+    #[inline(always)]
+    pub(crate) fn to_array(self) -> [f64; 4] {
+        [self.q11, self.q12, self.q22, self.q66]
     }
 
     /// The isotropic law that answers a change of area alike, and shear in the mean over all directions.

@@ -27,6 +27,18 @@ impl Sym2 {
         Self { xx, yy, xy }
     }
 
+    /// With the components xx, yy and xy.
+    #[inline(always)]
+    pub(crate) fn from_array([xx, yy, xy]: [f64; 3]) -> Self {
+        Self::new(xx, yy, xy)
+    }
+
+    /// xx, yy and xy.
+    #[inline(always)]
+    pub(crate) fn to_array(self) -> [f64; 3] {
+        [self.xx, self.yy, self.xy]
+    }
+
     /// The dyad v ⊗ v.
     pub fn outer(v: DVec2) -> Self {
         Self::new(v.x * v.x, v.y * v.y, v.x * v.y)

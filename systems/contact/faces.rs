@@ -10,9 +10,9 @@ use crate::components::{Contact, Increment, Obstacle, Shape, SolverScratch};
 use crate::math::{Sym3, elementary, nearest_in_triangle};
 use crate::storage::{Triangles, Vertices};
 use crate::systems::StepContext;
-use crate::systems::kernels::gather::{at_corners, less};
+use crate::systems::kernels::formulas::{dot, less};
+use crate::systems::kernels::gather::at_corners;
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
-use crate::systems::kernels::membrane_lanes::dot;
 use crate::systems::kernels::simd::{Pass, pass};
 use glam::DVec3;
 

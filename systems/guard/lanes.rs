@@ -2,38 +2,14 @@
 
 use super::solved::Solved;
 use crate::math::GeometricStiffness;
-use crate::systems::kernels::gather::{StateLanes, Stored, at_corners, gradients_of, law_of, less};
+use crate::math::number::{Real, linear_stress};
+use crate::systems::kernels::formulas::{
+    contract, cross, dot, gradient, in_frame, inverse_trace, less, plus, rates, scaled,
+};
+use crate::systems::kernels::gather::{StateLanes, Stored, at_corners, gradients_of, law_of};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
-use crate::systems::kernels::membrane::LEAST_TRACE;
-use crate::systems::kernels::membrane_lanes::{Vectors, combine, cross, dot, doubles, rotated};
+use crate::systems::kernels::membrane_lanes::{doubles, rotated};
 use crate::systems::kernels::simd::Kernel;
-
-/// T:E of two symmetric tensors, xx, yy and xy.
-#[inline(always)]
-fn contract<L: Lanes>(lanes: L, t: Vectors<L>, e: Vectors<L>) -> Doubles<L> {
-    t[0] * e[0] + t[1] * e[1] + Doubles::splat(lanes, 2.0) * t[2] * e[2]
-}
-
-/// The stress by the law q₁₁, q₁₂, q₂₂, q₆₆.
-#[inline(always)]
-fn stress<L: Lanes>([q11, q12, q22, q66]: [Doubles<L>; 4], e: Vectors<L>) -> Vectors<L> {
-    [q11 * e[0] + q12 * e[1], q12 * e[0] + q22 * e[1], (q66 + q66) * e[2]]
-}
-
-/// The stretch rate of a gradient change, in the frame of the axes: [`membrane`](crate::systems::kernels::membrane)'s.
-#[inline(always)]
-fn stretch_rate<L: Lanes>(
-    lanes: L,
-    [r1, r2]: [Vectors<L>; 2],
-    [uxx, uyy, uxy]: Vectors<L>,
-    inverse_trace: Doubles<L>,
-    [d1, d2]: [Vectors<L>; 2],
-) -> Vectors<L> {
-    let (a12, a21) = (dot(r1, d2), dot(r2, d1));
-    let spin = (a21 - a12) * inverse_trace;
-    let xy = Doubles::splat(lanes, 0.5) * (a12 + spin * uyy + a21 - spin * uxx);
-    [dot(r1, d1) + spin * uxy, dot(r2, d2) - spin * uxy, xy]
-}
 
 /// Triangles of a body, every one with its whole displacement: the rows have nothing in them.
 pub(super) struct Whole<'a, 'b, S> {
@@ -50,7 +26,7 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
         let (vertices, triangles, frames) = (operator.vertices, operator.triangles, operator.frames);
         let (thickness, stiffness) = (triangles.thickness.by_row(), triangles.stiffness.by_row());
         let pre_stretch = triangles.pre_stretch.by_row();
-        let (zero, half, one) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0));
+        let (zero, half) = (Doubles::splat(lanes, 0.0), Doubles::splat(lanes, 0.5));
         let (two, damped) = (Doubles::splat(lanes, 2.0), Doubles::splat(lanes, 1.0 + operator.viscosity));
         let is_damped_before = solved.is_damped_before;
         let (before, viscosity) = (&solved.increment.displacement, Doubles::splat(lanes, operator.viscosity));
@@ -77,41 +53,35 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
             let of_group = (&triangles.corners[..], start);
             let [x, x1, x2] = at_corners(lanes, of_group, &|v| vertices.position[v]);
             let [u, u1, u2] = at_corners(lanes, of_group, &|v| solved.delta[v]);
-            let ((f1, f2), (d1, d2)) = ((less(x1, x), less(x2, x)), (less(u1, u), less(u2, u)));
-            let StateLanes { axes: [r1, r2], stretch: [uxx, uyy, uxy], stress: [txx, tyy, txy] } =
-                S::lanes(lanes, of_lanes);
-            let ([g1x, g1y, g2x, g2y], volume) = (Doubles::transpose(shape), Doubles::new(lanes, volume));
-            let ([q11, q12, q22, q66], [nxx, nyy, nxy, in_plane]) =
-                (Doubles::transpose(law), Doubles::transpose(geometric));
-            let (d1, d2) = (combine(d1, g1x, d2, g2x), combine(d1, g1y, d2, g2y));
-            let trace = uxx + uyy;
+            let StateLanes { axes, stretch, stress: t } = S::lanes(lanes, of_lanes);
+            let (gradients, volume) = (Doubles::transpose(shape), Doubles::new(lanes, volume));
+            let (law, [nxx, nyy, nxy, in_plane]) = (Doubles::transpose(law), Doubles::transpose(geometric));
+            let d = gradient([less(u1, u), less(u2, u)], gradients);
             // The work of the stress and of the tangent.
-            let inverse_trace = one / trace.max(Doubles::splat(lanes, LEAST_TRACE));
-            let law = [q11, q12, q22, q66];
-            let rate = stretch_rate(lanes, [r1, r2], [uxx, uyy, uxy], inverse_trace, [d1, d2]);
-            let elastic = contract(lanes, stress(law, rate), rate);
+            let inverse_trace = inverse_trace(stretch);
+            let (_, rate) = rates(in_frame(axes, d), stretch, inverse_trace);
+            let elastic = contract(linear_stress(law, rate), rate);
             let (deviator, shear) = (rate[0] - rate[1], rate[2] + rate[2]);
             let shear = in_plane * (deviator * deviator + shear * shear);
-            let n = cross(r1, r2);
-            let (m1, m2) = (dot(n, d1), dot(n, d2));
+            let n = cross(axes[0], axes[1]);
+            let (m1, m2) = (dot(n, d[0]), dot(n, d[1]));
             let out_of_plane = nxx * m1 * m1 + two * nxy * m1 * m2 + nyy * m2 * m2;
-            let mut work = contract(lanes, [txx, tyy, txy], rate) + damped * elastic + shear + out_of_plane;
+            let mut work = contract(t, rate) + damped * elastic + shear + out_of_plane;
             if is_damped_before {
                 let [u, u1, u2] = at_corners(lanes, of_group, &|v| before[v]);
-                let (d1, d2) = (less(u1, u), less(u2, u));
-                let (d1, d2) = (combine(d1, g1x, d2, g2x), combine(d1, g1y, d2, g2y));
-                let earlier = stretch_rate(lanes, [r1, r2], [uxx, uyy, uxy], inverse_trace, [d1, d2]);
-                let along = [rate[0] + seen * earlier[0], rate[1] + seen * earlier[1], rate[2] + seen * earlier[2]];
-                work = work + viscosity * contract(lanes, stress(law, earlier), along);
+                let d = gradient([less(u1, u), less(u2, u)], gradients);
+                let (_, earlier) = rates(in_frame(axes, d), stretch, inverse_trace);
+                let along = plus(rate, scaled(earlier, seen));
+                work = work + viscosity * contract(linear_stress(law, earlier), along);
             }
             // What is stored at both ends.
-            let (f1, f2) = (combine(f1, g1x, f2, g2x), combine(f1, g1y, f2, g2y));
-            let (f1, f2) = (combine(f1, one, d1, one), combine(f2, one, d2, one));
-            let end = rotated(lanes, f1, f2, solved.law.is_planar);
-            let before = contract(lanes, [txx, tyy, txy], [uxx - free[0], uyy - free[1], uxy - free[2]]);
-            let strain = [end.stretch[0] - free[0], end.stretch[1] - free[1], end.stretch[2] - free[2]];
-            let after = contract(lanes, stress(law, strain), strain);
+            let f = gradient([less(x1, x), less(x2, x)], gradients);
+            let end = rotated(lanes, [plus(f[0], d[0]), plus(f[1], d[1])], solved.law.is_planar);
+            let before = contract(t, less(stretch, free));
+            let strain = less(end.rotated.stretch, free);
+            let after = contract(linear_stress(law, strain), strain);
             let more = (volume * (half * (after - before) - work)).to_array();
+            let trace = stretch[0] + stretch[1];
             // In a plane the law may have faded where the triangle starts, too.
             let sound =
                 if solved.law.is_planar { zero - (zero - end.sound).max(zero - trace * trace) } else { end.sound };

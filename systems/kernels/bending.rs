@@ -4,6 +4,8 @@
 //! where they form a valley, seen from the side of the normals. θ changes by what either triangle tilts about the edge, a tilt being
 //! linear in what the corners move along the normal.
 
+use super::formulas::{Vector, cross, dot, less, scaled};
+use crate::math::number::{Number, Real};
 use crate::math::{Orthotropic, RestTriangle, Sym2, elementary};
 use glam::{DVec2, DVec3};
 
@@ -36,19 +38,19 @@ pub fn least_twice_area(rest_area: f64) -> f64 {
 impl Tilt {
     /// Of a triangle with corners at `x` that is collapsed up to twice an area \[mm²\].
     pub fn new(x: [DVec3; 3], least_twice_area: f64) -> Self {
-        let edges = [x[1] - x[0], x[2] - x[1], x[0] - x[2]];
-        let cross = edges[2].cross(edges[0]);
-        let twice_area = cross.length();
+        let edges = edges(x.map(|x| x.to_array()));
+        let normal = twice_area_vector(edges);
+        let twice_area = dot(normal, normal).sqrt();
         let inverse_length = DVec3::from_array(edges.map(|edge| {
-            let length = edge.length();
+            let length = dot(edge, edge).sqrt();
             if length > 0.0 { 1.0 / length } else { 0.0 }
         }));
         if !(twice_area > least_twice_area) {
             return Self { inverse_length, ..Self::default() };
         }
         let inverse = 1.0 / twice_area;
-        let between = DVec3::new(edges[0].dot(edges[1]), edges[1].dot(edges[2]), edges[2].dot(edges[0]));
-        Self { normal: cross * inverse, minus_cotangent: between * inverse, inverse_length }
+        let minus_cotangent = DVec3::from_array(minus_cotangents(edges, inverse));
+        Self { normal: DVec3::from_array(scaled(normal, inverse)), minus_cotangent, inverse_length }
     }
 
     /// What a unit of height at a corner tilts the triangle by about an edge \[1/mm\].
@@ -66,17 +68,46 @@ impl Tilt {
     /// The tilts about the three edges when the corners move by `u`.
     pub fn of(&self, u: [DVec3; 3]) -> DVec3 {
         let (a, b) = (self.normal.dot(u[1] - u[0]), self.normal.dot(u[2] - u[0]));
-        let c = self.minus_cotangent;
-        let (p, q, r) = (c.z * (a - b), c.x * b, c.y * a);
-        DVec3::new(p - q, q + r, 0.0 - (r + p)) * self.inverse_length
+        DVec3::from_array(tilts(self.minus_cotangent.to_array(), a, b)) * self.inverse_length
     }
 
     /// What moments about the three edges exert on the corners along the normal: the transpose of [`of`](Self::of).
     pub fn along(&self, moment: DVec3) -> DVec3 {
-        let (c, m) = (self.minus_cotangent, moment * self.inverse_length);
-        let (p, q, r) = (c.z * (m.x - m.z), c.x * (m.y - m.x), c.y * (m.y - m.z));
-        DVec3::new(0.0 - (q + r), p + r, q - p)
+        let moment = moment * self.inverse_length;
+        DVec3::from_array(forces_along(self.minus_cotangent.to_array(), moment.to_array()))
     }
+}
+
+/// The edges, each from its corner to the next.
+#[inline(always)]
+pub fn edges<N: Number>(x: [Vector<N>; 3]) -> [Vector<N>; 3] {
+    [less(x[1], x[0]), less(x[2], x[1]), less(x[0], x[2])]
+}
+
+/// The normal, as long as twice the area.
+#[inline(always)]
+pub fn twice_area_vector<N: Number>(edges: [Vector<N>; 3]) -> Vector<N> {
+    cross(edges[2], edges[0])
+}
+
+/// cₑ of the edges and one over twice the area.
+#[inline(always)]
+pub fn minus_cotangents<N: Number>([a, b, c]: [Vector<N>; 3], inverse: N) -> [N; 3] {
+    [dot(a, b) * inverse, dot(b, c) * inverse, dot(c, a) * inverse]
+}
+
+/// Tilts times the lengths of the edges, for heights `a` and `b` of corners 1 and 2 over corner 0.
+#[inline(always)]
+pub fn tilts<N: Number>(c: [N; 3], a: N, b: N) -> [N; 3] {
+    let (p, q, r) = (c[2] * (a - b), c[0] * b, c[1] * a);
+    [p - q, q + r, a.constant(0.0) - (r + p)]
+}
+
+/// Forces along the normal on the corners of moments over the lengths of their edges: the transpose of [`tilts`].
+#[inline(always)]
+pub fn forces_along<N: Number>(c: [N; 3], m: [N; 3]) -> [N; 3] {
+    let (p, q, r) = (c[2] * (m[0] - m[2]), c[0] * (m[1] - m[0]), c[1] * (m[1] - m[2]));
+    [m[0].constant(0.0) - (q + r), p + r, q - p]
 }
 
 /// arctan(x)/x = 1 + Σ aₖ·x²ᵏ⁺² up to x = tan(π/8): the polynomial with the least error, 5e-18.
@@ -100,12 +131,22 @@ pub fn angle(normal: DVec3, across: DVec3, edge: DVec3) -> f64 {
     if !(cosine > 0.0) {
         return elementary::atan2(sine, cosine);
     }
+    acute_angle(sine, cosine)
+}
+
+/// The angle with such a sine and a cosine above zero.
+#[inline(always)]
+pub fn acute_angle<N: Real>(sine: N, cosine: N) -> N {
+    let one = sine.constant(1.0);
     // The tangents of its half and its quarter.
-    let half = sine / (1.0 + cosine);
-    let quarter = half / ((half * half + 1.0).sqrt() + 1.0);
+    let half = sine / (one + cosine);
+    let quarter = half / ((half * half + one).sqrt() + one);
     let s = quarter * quarter;
-    let powers = ARC_TANGENT.iter().rev().fold(0.0, |sum, a| sum * s + a);
-    4.0 * (quarter + quarter * s * powers)
+    let mut powers = sine.constant(0.0);
+    for a in ARC_TANGENT.iter().rev() {
+        powers = powers * s + sine.constant(*a);
+    }
+    sine.constant(4.0) * (quarter + quarter * s * powers)
 }
 
 /// A difference of two angles in −π..π the way round that is shorter.
@@ -127,11 +168,17 @@ pub type EdgeMatrix = [f64; 6];
 /// The product with a vector over the edges.
 #[inline(always)]
 pub fn product(m: &EdgeMatrix, v: DVec3) -> DVec3 {
-    DVec3::new(
-        m[0] * v.x + m[3] * v.y + m[5] * v.z,
-        m[3] * v.x + m[1] * v.y + m[4] * v.z,
-        m[5] * v.x + m[4] * v.y + m[2] * v.z,
-    )
+    DVec3::from_array(symmetric_product(m, v.to_array()))
+}
+
+/// The product of a symmetric matrix 00, 11, 22, 01, 12, 20 with a vector.
+#[inline(always)]
+pub fn symmetric_product<N: Number>(m: &[N; 6], v: [N; 3]) -> [N; 3] {
+    [
+        m[0] * v[0] + m[3] * v[1] + m[5] * v[2],
+        m[3] * v[0] + m[1] * v[1] + m[4] * v[2],
+        m[5] * v[0] + m[4] * v[1] + m[2] * v[2],
+    ]
 }
 
 /// Q \[N·mm\] of the energy ½·φ·Q·φ of a triangle whose mid-edge normals stand at the angles φ to its own: the curvature is

@@ -3,10 +3,12 @@
 //! Layout: numbers over the edges of four triangles are [`EdgeValuesX4`], edge by edge; those of all triangles, one list, in which an edge of
 //! a triangle has its `place`. The list ends with zeros, which are what the boundary has across.
 
-use super::bending::{EdgeMatrix, Tilt, least_twice_area};
-use super::gather::{at_corners, components, less, row};
+use super::bending::{self, EdgeMatrix, Tilt, least_twice_area};
+use super::formulas::{dot, less, scaled};
+use super::gather::{at_corners, components, row};
 use super::lanes::{DOUBLES, Doubles, Lanes};
-use super::membrane_lanes::{F64x4, Vectors, arrays, cross, dot, doubles};
+use super::membrane_lanes::{F64x4, Vectors, arrays, doubles};
+use crate::math::number::Real;
 use glam::DVec3;
 
 /// Numbers over the edges of four triangles.
@@ -75,12 +77,7 @@ impl RestX4 {
     /// The laws' products with vectors over the edges.
     #[inline(always)]
     pub fn product<L: Lanes>(&self, lanes: L, v: Vectors<L>) -> Vectors<L> {
-        let q = doubles(lanes, &self.law);
-        [
-            q[0] * v[0] + q[3] * v[1] + q[5] * v[2],
-            q[3] * v[0] + q[1] * v[1] + q[4] * v[2],
-            q[5] * v[0] + q[4] * v[1] + q[2] * v[2],
-        ]
+        bending::symmetric_product(&doubles(lanes, &self.law), v)
     }
 
     /// What the triangles across the edges have there of a list; zero at the boundary.
@@ -147,12 +144,12 @@ pub struct TiltX4 {
 /// The unit normals of four triangles, the edges, and one over twice the areas; and whether none is collapsed.
 #[inline(always)]
 fn normals<L: Lanes>(lanes: L, x: [Vectors<L>; 3], rest: &RestX4) -> (Vectors<L>, [Vectors<L>; 3], Doubles<L>, bool) {
-    let edges = [less(x[1], x[0]), less(x[2], x[1]), less(x[0], x[2])];
-    let cross = cross(edges[2], edges[0]);
-    let twice_area = dot(cross, cross).sqrt();
+    let edges = bending::edges(x);
+    let normal = bending::twice_area_vector(edges);
+    let twice_area = dot(normal, normal).sqrt();
     let inverse = Doubles::splat(lanes, 1.0) / twice_area;
     let is_sound = twice_area.is_larger(Doubles::new(lanes, rest.least));
-    ([cross[0] * inverse, cross[1] * inverse, cross[2] * inverse], edges, inverse, is_sound)
+    (scaled(normal, inverse), edges, inverse, is_sound)
 }
 
 /// Four vectors of components.
@@ -203,7 +200,7 @@ impl TiltX4 {
         x: &impl Fn(usize) -> DVec3,
         rest: &RestX4,
     ) -> Self {
-        let (normal, [a, b, c], inverse, is_sound) = normals(lanes, at_corners(lanes, triangles, x), rest);
+        let (normal, edges, inverse, is_sound) = normals(lanes, at_corners(lanes, triangles, x), rest);
         if !is_sound {
             let each = alone(triangles, x, rest, |tilt| tilt);
             let mut four = Self::default();
@@ -217,11 +214,11 @@ impl TiltX4 {
             return four;
         }
         let one = Doubles::splat(lanes, 1.0);
-        let between = [dot(a, b) * inverse, dot(b, c) * inverse, dot(c, a) * inverse];
+        let [a, b, c] = edges;
         let inverse_length = [one / dot(a, a).sqrt(), one / dot(b, b).sqrt(), one / dot(c, c).sqrt()];
         Self {
             normal: vectors(lanes, normal),
-            minus_cotangent: arrays(between),
+            minus_cotangent: arrays(bending::minus_cotangents(edges, inverse)),
             inverse_length: arrays(inverse_length),
         }
     }
@@ -245,17 +242,15 @@ impl TiltX4 {
         let n = components(rows);
         let (a, b) = (dot(n, less(u[1], u[0])), dot(n, less(u[2], u[0])));
         let (c, l) = (doubles(lanes, &self.minus_cotangent), doubles(lanes, &self.inverse_length));
-        let (p, q, r) = (c[2] * (a - b), c[0] * b, c[1] * a);
-        [(p - q) * l[0], (q + r) * l[1], (Doubles::splat(lanes, 0.0) - (r + p)) * l[2]]
+        let tilts = bending::tilts(c, a, b);
+        [tilts[0] * l[0], tilts[1] * l[1], tilts[2] * l[2]]
     }
 
     /// What moments about the edges exert on the corners along the normal.
     #[inline(always)]
     pub fn along<L: Lanes>(&self, lanes: L, moment: Vectors<L>) -> Vectors<L> {
         let (c, l) = (doubles(lanes, &self.minus_cotangent), doubles(lanes, &self.inverse_length));
-        let m = [moment[0] * l[0], moment[1] * l[1], moment[2] * l[2]];
-        let (p, q, r) = (c[2] * (m[0] - m[2]), c[0] * (m[1] - m[0]), c[1] * (m[1] - m[2]));
-        [Doubles::splat(lanes, 0.0) - (q + r), p + r, q - p]
+        bending::forces_along(c, [moment[0] * l[0], moment[1] * l[1], moment[2] * l[2]])
     }
 }
 

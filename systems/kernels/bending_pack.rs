@@ -8,6 +8,8 @@
 //! cₑ = eₑ·eₑ₊₁/(2·area), heights a and b of corners 1 and 2 over corner 0 tilt by c₂·(a − b) − c₀·b, c₁·a + c₀·b and
 //! −c₁·a − c₂·(a − b): three numbers, which are minus the cotangents of the angles, and the tilts sum to zero.
 
+use super::bending::{forces_along, symmetric_product, tilts};
+use super::formulas::{dot, less, scaled};
 use super::lanes::{Lanes, SINGLES, Singles};
 use super::pack::LANES;
 use glam::Vec4;
@@ -36,27 +38,22 @@ pub struct BendingPack {
 impl BendingPack {
     /// The tilts by a displacement `u` of all rows.
     #[inline(always)]
-    pub fn tilt<L: Lanes>(&self, lanes: L, u: &[Vec4], tilts: &mut [f32; NUMBERS]) {
+    pub fn tilt<L: Lanes>(&self, lanes: L, u: &[Vec4], tilts_of_pack: &mut [f32; NUMBERS]) {
         let u0 = gather(lanes, &self.row[0], u);
         let (u1, u2) = (gather(lanes, &self.row[1], u), gather(lanes, &self.row[2], u));
         let n = [entry(lanes, &self.normal[0]), entry(lanes, &self.normal[1]), entry(lanes, &self.normal[2])];
-        let a = n[0] * (u1[0] - u0[0]) + n[1] * (u1[1] - u0[1]) + n[2] * (u1[2] - u0[2]);
-        let b = n[0] * (u2[0] - u0[0]) + n[1] * (u2[1] - u0[1]) + n[2] * (u2[2] - u0[2]);
-        let (p, q) = (entry(lanes, &self.minus_cotangent[2]) * (a - b), entry(lanes, &self.minus_cotangent[0]) * b);
-        let r = entry(lanes, &self.minus_cotangent[1]) * a;
-        put([p - q, q + r, Singles::splat(lanes, 0.0) - (r + p)], tilts);
+        put(tilts(self.minus_cotangents(lanes), dot(n, less(u1, u0)), dot(n, less(u2, u0))), tilts_of_pack);
     }
 
     /// Half the moments of its triangles by the tilts of all.
     #[inline(always)]
     pub fn moment<L: Lanes>(&self, lanes: L, pack: usize, tilts: &[f32], moments: &mut [f32; NUMBERS]) {
-        let [x, y, z] = self.with_others(lanes, pack, tilts);
-        let mut q = [x; 6];
+        let both = self.with_others(lanes, pack, tilts);
+        let mut q = [both[0]; 6];
         for i in 0..6 {
             q[i] = entry(lanes, &self.law[i]);
         }
-        let values = [q[0] * x + q[3] * y + q[5] * z, q[3] * x + q[1] * y + q[4] * z, q[5] * x + q[4] * y + q[2] * z];
-        put(values, moments);
+        put(symmetric_product(&q, both), moments);
     }
 
     /// The forces on corners 1 and 2 by the moments of all.
@@ -64,11 +61,14 @@ impl BendingPack {
     pub fn forces<L: Lanes>(&self, lanes: L, pack: usize, moments: &[f32]) -> [[Singles<L>; 3]; 2] {
         let m = self.with_others(lanes, pack, moments);
         let n = [entry(lanes, &self.normal[0]), entry(lanes, &self.normal[1]), entry(lanes, &self.normal[2])];
-        let p = entry(lanes, &self.minus_cotangent[2]) * (m[0] - m[2]);
-        let q = entry(lanes, &self.minus_cotangent[0]) * (m[1] - m[0]);
-        let r = entry(lanes, &self.minus_cotangent[1]) * (m[1] - m[2]);
-        let (along, across) = (p + r, q - p);
-        [[n[0] * along, n[1] * along, n[2] * along], [n[0] * across, n[1] * across, n[2] * across]]
+        let [_, along, across] = forces_along(self.minus_cotangents(lanes), m);
+        [scaled(n, along), scaled(n, across)]
+    }
+
+    #[inline(always)]
+    fn minus_cotangents<L: Lanes>(&self, lanes: L) -> [Singles<L>; 3] {
+        let [a, b, c] = &self.minus_cotangent;
+        [entry(lanes, a), entry(lanes, b), entry(lanes, c)]
     }
 
     /// The sums of what its triangles and those across have at their edges; anything at the boundary.

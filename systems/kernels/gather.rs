@@ -37,12 +37,6 @@ pub fn at_corners<L: Lanes>(
     [components(rows[0]), components(rows[1]), components(rows[2])]
 }
 
-/// a − b.
-#[inline(always)]
-pub fn less<L: Lanes>(a: [Doubles<L>; 3], b: [Doubles<L>; 3]) -> [Doubles<L>; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
 /// The shape gradients of a triangle as a row.
 #[inline(always)]
 pub fn gradients_of<L: Lanes>(lanes: L, RestTriangle { gradients: [g1, g2], .. }: &RestTriangle) -> Doubles<L> {

@@ -9,6 +9,7 @@
 #[cfg(target_arch = "x86_64")]
 mod wide;
 
+use crate::math::number::{Number, Real};
 use glam::{Mat4, Vec4, Vec4Swizzles};
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -280,12 +281,6 @@ impl<L: Lanes> Doubles<L> {
         self.0.double_array(self.1)
     }
 
-    /// The square root.
-    #[inline(always)]
-    pub fn sqrt(self) -> Self {
-        Self(self.0, self.0.sqrt_doubles(self.1))
-    }
-
     /// The columns of four rows; the rows, of four columns.
     #[inline(always)]
     pub fn transpose([a, b, c, d]: [Self; 4]) -> [Self; 4] {
@@ -299,10 +294,30 @@ impl<L: Lanes> Doubles<L> {
     pub fn is_larger(self, other: Self) -> bool {
         self.0.are_larger(self.1, other.1)
     }
+}
 
-    /// The larger of two numbers.
+impl<L: Lanes> Number for Singles<L> {
     #[inline(always)]
-    pub fn max(self, other: Self) -> Self {
+    fn constant(self, x: f64) -> Self {
+        Self::splat(self.0, x as f32)
+    }
+}
+
+impl<L: Lanes> Number for Doubles<L> {
+    #[inline(always)]
+    fn constant(self, x: f64) -> Self {
+        Self::splat(self.0, x)
+    }
+}
+
+impl<L: Lanes> Real for Doubles<L> {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0, self.0.sqrt_doubles(self.1))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
         Self(self.0, self.0.max_doubles(self.1, other.1))
     }
 }

@@ -6,6 +6,10 @@
 //! κ = (T₂₂ − T₁₁)·U₁₂ + T₁₂·(U₁₁ − U₂₂): T contracted with dU. The classical co-rotational force leaves the second term out;
 //! it is then no gradient of any energy, and an anisotropic triangle spins by itself.
 
+use super::formulas::{
+    self, Tangent, balance, first_piola, in_frame, in_space, inverse_trace, rates, rotated_rate, scaled, spin_stress,
+    spread, with_normal_part,
+};
 use super::polar;
 use crate::math::{ElementState, Faded, FibreLaw, Orthotropic, Polar, RestTriangle, Sym2};
 use glam::{DMat3, DVec2, DVec3};
@@ -24,9 +28,13 @@ pub(super) const ROUNDING_SQ: f64 = (16.0 * f64::EPSILON) * (16.0 * f64::EPSILON
 /// The columns f₁, f₂ of the deformation gradient (or of any gradient, given nodal values) in the fibre's rest frame.
 #[inline(always)]
 pub fn gradient(x: [DVec3; 3], rest: &RestTriangle) -> (DVec3, DVec3) {
-    let [g1, g2] = rest.gradients;
-    let (a, b) = (x[1] - x[0], x[2] - x[0]);
-    (a * g1.x + b * g2.x, a * g1.y + b * g2.y)
+    let [f1, f2] = columns(x, rest);
+    (DVec3::from_array(f1), DVec3::from_array(f2))
+}
+
+#[inline(always)]
+fn columns(x: [DVec3; 3], rest: &RestTriangle) -> [[f64; 3]; 2] {
+    formulas::gradient([(x[1] - x[0]).to_array(), (x[2] - x[0]).to_array()], shape_gradients(rest))
 }
 
 /// Rotation, stretch and stress of a triangle with corners at `x`. `unstretched` is the stretch that is free of stress:
@@ -69,67 +77,44 @@ pub fn twice_energy(
     }
 }
 
-/// 1/tr U, bounded. Every matrix-vector product needs it twice per triangle, and a division costs as much as the law.
-#[inline(always)]
-fn inverse_trace(stretch: Sym2) -> f64 {
-    1.0 / stretch.trace().max(LEAST_TRACE)
-}
-
-/// κ/tr U: the size of the skew part of Π.
-#[inline(always)]
-fn spin_stress(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> f64 {
-    let kappa = (stress.yy - stress.xx) * stretch.xy + stress.xy * (stretch.xx - stretch.yy);
-    kappa * inverse_trace
-}
-
-/// Π = T − (κ/tr U)·J: the energy-consistent first Piola–Kirchhoff stress in the frame.
-#[inline(always)]
-fn first_piola(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
-    let spin = spin_stress(stress, stretch, inverse_trace);
-    [stress.xx, stress.xy + spin, stress.xy - spin, stress.yy]
-}
-
 /// Π \[MPa\] of a state, `[11, 12, 21, 22]`: the first Piola–Kirchhoff stress is R·Π, and the derivative of the energy per rest volume.
 #[inline]
 pub fn first_piola_stress(state: &ElementState) -> [f64; 4] {
-    first_piola(state.stress, state.polar.stretch, inverse_trace(state.polar.stretch))
+    let stretch = state.polar.stretch.to_array();
+    first_piola(state.stress.to_array(), stretch, inverse_trace(stretch))
 }
 
 /// Forces on the three corners \[N\], −V·R·Π·∇N_i, of a triangle with rest volume V = A·h \[mm³\] under the stress `stress`.
 #[inline]
 pub fn nodal_forces(polar: &Polar, stress: Sym2, rest: &RestTriangle, volume: f64) -> [DVec3; 3] {
-    let pi = first_piola(stress, polar.stretch, inverse_trace(polar.stretch));
-    spread(polar, pi, DVec2::ZERO, rest, volume)
+    let stretch = polar.stretch.to_array();
+    let pi = first_piola(stress.to_array(), stretch, inverse_trace(stretch));
+    let [a, b] = spread(in_space(axes(polar), pi), shape_gradients(rest));
+    corner_forces([scaled(a, -volume), scaled(b, -volume)])
 }
 
-/// −V·(R·Π + n ⊗ m)·∇N_i for the three corners.
+/// The forces on corners 1 and 2, with what balances them on corner 0 before.
 #[inline(always)]
-fn spread(polar: &Polar, pi: Mat, normal_row: DVec2, rest: &RestTriangle, volume: f64) -> [DVec3; 3] {
-    let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
-    let n = r1.cross(r2);
-    let p1 = r1 * pi[0] + r2 * pi[2] + n * normal_row.x;
-    let p2 = r1 * pi[1] + r2 * pi[3] + n * normal_row.y;
+fn corner_forces(forces: [[f64; 3]; 2]) -> [DVec3; 3] {
+    [DVec3::from_array(balance(forces)), DVec3::from_array(forces[0]), DVec3::from_array(forces[1])]
+}
+
+#[inline(always)]
+fn axes(polar: &Polar) -> [[f64; 3]; 2] {
+    [polar.fibre_axis.to_array(), polar.transverse_axis.to_array()]
+}
+
+#[inline(always)]
+fn shape_gradients(rest: &RestTriangle) -> [f64; 4] {
     let [g1, g2] = rest.gradients;
-    let a = (p1 * g1.x + p2 * g1.y) * -volume;
-    let b = (p1 * g2.x + p2 * g2.y) * -volume;
-    [-a - b, a, b]
+    [g1.x, g1.y, g2.x, g2.y]
 }
 
 /// Second Piola–Kirchhoff stress S = U⁻¹·Π \[MPa\] (symmetric). It carries the out-of-plane stiffness; T in its place is 16 %
 /// wrong at 15 % stretch.
 #[inline]
 pub fn second_piola(stress: Sym2, stretch: Sym2) -> Sym2 {
-    let pi = first_piola(stress, stretch, inverse_trace(stretch));
-    // A triangle squeezed to less than 1 % of its area has no meaningful S: the bound keeps it finite.
-    let trace = stretch.trace();
-    let inverse = 1.0 / stretch.determinant().max(2.5e-3 * trace * trace).max(f64::MIN_POSITIVE);
-    let xy = stretch.yy * pi[1] - stretch.xy * pi[3];
-    let yx = stretch.xx * pi[2] - stretch.xy * pi[0];
-    Sym2::new(
-        (stretch.yy * pi[0] - stretch.xy * pi[2]) * inverse,
-        (stretch.xx * pi[3] - stretch.xy * pi[1]) * inverse,
-        0.5 * (xy + yx) * inverse,
-    )
+    Sym2::from_array(formulas::second_piola(stress.to_array(), stretch.to_array()))
 }
 
 /// Stiffness c \[MPa\] that stands, in the rotated tangent, for the in-plane geometric stiffness: 2c·dev(dU) adds to dT.
@@ -142,13 +127,7 @@ pub fn second_piola(stress: Sym2, stretch: Sym2) -> Sym2 {
 /// tensions then add nothing.
 #[inline]
 pub fn shear_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, reserve: f64) -> f64 {
-    let (t1, t2) = stress.principal_values();
-    let trace = stretch.trace();
-    // A collapsed triangle has no meaningful geometric stiffness: the bound keeps it finite.
-    let low = stretch.principal_values().1.max(0.2 * trace).max(f64::MIN_POSITIVE);
-    let geometric = (t1 + (t1 - t2) * (low / trace)) * trace / (4.0 * low * low);
-    let own = law.q66.min(0.25 * (law.q11 + law.q22) - 0.5 * law.q12);
-    (geometric + reserve * own).max(0.0)
+    formulas::shear_majorant(stress.to_array(), stretch.to_array(), law.to_array(), reserve)
 }
 
 /// The functional ℓ \[MPa\] of the geometric part of the Hessian in the plane, ½·(ω⊗ℓ + ℓ⊗ω), for a gradient change a: the
@@ -156,7 +135,7 @@ pub fn shear_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, reserve: f
 #[inline]
 fn turning(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
     let (t, u) = (stress, stretch);
-    let spin = spin_stress(t, u, inverse_trace);
+    let spin = spin_stress(t.to_array(), u.to_array(), inverse_trace);
     let half = 0.5 * (t.yy - t.xx);
     let own = -(half * (u.yy - u.xx) + 2.0 * t.xy * u.xy) * inverse_trace;
     [2.0 * (spin - t.xy), -t.yy - half - own, t.xx - half + own, 2.0 * (spin + t.xy)]
@@ -170,7 +149,7 @@ fn turning(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
 /// stiffens strains where this stiffens the turn alone. Q16 and Q26 \[MPa\] belong to C and couple strains and shear.
 #[inline]
 pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, [q16, q26]: [f64; 2]) -> f64 {
-    let inverse = inverse_trace(stretch);
+    let inverse = inverse_trace(stretch.to_array());
     let l = turning(stress, stretch, inverse);
     // The gradient change of a unit of spin that strains nothing.
     let (skew, half) = (0.5 * (stretch.xx - stretch.yy), 0.5 / inverse);
@@ -185,26 +164,11 @@ pub fn spin_majorant(stress: Sym2, stretch: Sym2, law: &Orthotropic, [q16, q26]:
     (0.25 * (direct + shear * shear / (4.0 * law.q66)) - own).max(0.0)
 }
 
-/// Spin ω and stretch rate dU for a gradient change `a` = RᵀdF.
-#[inline(always)]
-fn rates(a: Mat, stretch: Sym2, inverse_trace: f64) -> (f64, Sym2) {
-    let spin = (a[2] - a[1]) * inverse_trace;
-    // J·U = [[−U12, −U22], [U11, U12]]; both off-diagonal entries of a − ω·J·U are equal, their mean halves the rounding.
-    let xy = 0.5 * (a[1] + spin * stretch.yy + a[2] - spin * stretch.xx);
-    (spin, Sym2::new(a[0] + spin * stretch.xy, a[3] - spin * stretch.xy, xy))
-}
-
 /// dU for nodal velocities (or displacements) `u`: the exact strain rate, zero for every rigid motion.
 #[inline]
 pub fn stretch_rate(polar: &Polar, rest: &RestTriangle, u: [DVec3; 3]) -> Sym2 {
-    let (d1, d2) = gradient(u, rest);
-    rates(in_frame(polar, d1, d2), polar.stretch, inverse_trace(polar.stretch)).1
-}
-
-#[inline(always)]
-fn in_frame(polar: &Polar, d1: DVec3, d2: DVec3) -> Mat {
-    let (r1, r2) = (polar.fibre_axis, polar.transverse_axis);
-    [r1.dot(d1), r1.dot(d2), r2.dot(d1), r2.dot(d2)]
+    let stretch = polar.stretch.to_array();
+    Sym2::from_array(rates(in_frame(axes(polar), columns(u, rest)), stretch, inverse_trace(stretch)).1)
 }
 
 /// A triangle's tangent, ready to be applied to any displacement.
@@ -236,12 +200,10 @@ impl ElementTangent<'_> {
     /// K·u \[N\] for the three corners.
     #[inline(always)]
     pub fn apply(&self, u: [DVec3; 3]) -> [DVec3; 3] {
-        let polar = &self.state.polar;
-        let (d1, d2) = gradient(u, self.rest);
-        let n = polar.fibre_axis.cross(polar.transverse_axis);
-        let pi = self.first_piola_rate(in_frame(polar, d1, d2));
-        let normal = self.normal.apply(DVec2::new(n.dot(d1), n.dot(d2))) * self.geometric;
-        spread(polar, pi, normal, self.rest, -1.0)
+        let (axes, d) = (axes(&self.state.polar), columns(u, self.rest));
+        let pi = self.first_piola_rate(in_frame(axes, d));
+        let columns = with_normal_part(axes, pi, d, (self.normal.to_array(), self.geometric));
+        corner_forces(spread(columns, shape_gradients(self.rest)))
     }
 
     /// U₁₂/tr U and (U₁₁ − U₂₂)/tr U: how the spin enters the stretch rate, dU₁₁ = a₁₁ + q·(a₂₁ − a₁₂),
@@ -249,7 +211,7 @@ impl ElementTangent<'_> {
     #[inline]
     pub fn skew(&self) -> [f64; 2] {
         let u = self.state.polar.stretch;
-        let inverse = inverse_trace(u);
+        let inverse = inverse_trace(u.to_array());
         [u.xy * inverse, (u.xx - u.yy) * inverse]
     }
 
@@ -258,7 +220,7 @@ impl ElementTangent<'_> {
     #[inline]
     pub fn turning(&self) -> (f64, [f64; 4]) {
         let u = self.state.polar.stretch;
-        let inverse = inverse_trace(u);
+        let inverse = inverse_trace(u.to_array());
         let [l11, l12, l21, l22] = turning(self.state.stress, u, inverse);
         let more = self.in_plane * inverse;
         (inverse, [l11, l12 - more, l21 + more, l22])
@@ -272,22 +234,20 @@ impl ElementTangent<'_> {
 
     #[inline(always)]
     fn rotated(&self, a: Mat) -> Mat {
-        let u = self.state.polar.stretch;
-        let inverse = inverse_trace(u);
-        let (_, du) = rates(a, u, inverse);
-        let dt = self.stiffness.coupled_stress(self.coupling, du) * self.elastic;
-        let c = self.in_plane * self.geometric;
-        let deviator = c * (du.xx - du.yy);
-        first_piola(dt + Sym2::new(deviator, -deviator, 2.0 * c * du.xy), u, inverse)
+        let Self { coupling, elastic, .. } = *self;
+        let tangent =
+            Tangent { law: self.stiffness.to_array(), coupling, elastic, in_plane: self.in_plane * self.geometric };
+        rotated_rate(a, self.state.polar.stretch.to_array(), tangent)
     }
 
     /// Out of line, so that the loop over the rotated tangent stays one straight piece of code.
     #[inline(never)]
     fn exact(&self, a: Mat) -> Mat {
-        let u = self.state.polar.stretch;
+        let u = self.state.polar.stretch.to_array();
         let (inverse, l) = self.turning();
         let (spin, du) = rates(a, u, inverse);
-        let dpi = first_piola(self.stiffness.coupled_stress(self.coupling, du) * self.elastic, u, inverse);
+        let stress = self.stiffness.coupled_stress(self.coupling, Sym2::from_array(du)) * self.elastic;
+        let dpi = first_piola(stress.to_array(), u, inverse);
         let half = 0.5 * self.geometric;
         let turned = half * spin;
         let along = half * inverse * (l[0] * a[0] + l[1] * a[1] + l[2] * a[2] + l[3] * a[3]);

@@ -1,12 +1,17 @@
-//! The membrane element for four triangles side by side: the formulas of [`super::membrane`] and [`super::polar`], lane by lane.
+//! The membrane element for four triangles side by side: [`super::formulas`], lane by lane.
 //!
 //! A step spends most of its time outside the linear solve here. What a lane cannot do alike (a collapsed or mirrored
 //! triangle) is done by the functions for one triangle, against which these are tested.
 
+use super::formulas::{
+    self, Rotated, Vector, dot, first_piola, gradient, in_space, inverse_trace, least_area, lengths_sq, less, radius,
+    rotated_in_plane, rotated_in_space, second_piola, shear_majorant, spread,
+};
 use super::gather::{StateLanes, Stored, components, gradients_of, law_of, row};
 use super::lanes::{DOUBLES, Doubles, Lanes};
-use super::membrane::{self, LEAST_TRACE, ROUNDING_SQ};
+use super::membrane::{self, ROUNDING_SQ};
 use super::simd::Kernel;
+use crate::math::number::{Real, linear_stress};
 use crate::math::{
     ElementState, FADES_FROM, Faded, FlatState, GeometricStiffness, Orthotropic, PerRow, Polar, RestTriangle, Sym2,
 };
@@ -14,7 +19,7 @@ use glam::{DVec2, DVec3};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Vectors of four triangles.
-pub type Vectors<L> = [Doubles<L>; 3];
+pub type Vectors<L> = Vector<Doubles<L>>;
 
 /// Numbers of four triangles.
 pub type F64x4 = [f64; DOUBLES];
@@ -39,36 +44,10 @@ pub fn arrays<L: Lanes, const N: usize>(x: [Doubles<L>; N]) -> [F64x4; N] {
     values
 }
 
-/// a·b.
-#[inline(always)]
-pub fn dot<L: Lanes>(a: Vectors<L>, b: Vectors<L>) -> Doubles<L> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// a × b.
-#[inline(always)]
-pub fn cross<L: Lanes>(a: Vectors<L>, b: Vectors<L>) -> Vectors<L> {
-    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
-}
-
-/// √(a² + b²).
-#[inline(always)]
-pub fn radius<L: Lanes>(a: Doubles<L>, b: Doubles<L>) -> Doubles<L> {
-    (a * a + b * b).sqrt()
-}
-
-/// a·s + b·t.
-#[inline(always)]
-pub fn combine<L: Lanes>(a: Vectors<L>, s: Doubles<L>, b: Vectors<L>, t: Doubles<L>) -> Vectors<L> {
-    [a[0] * s + b[0] * t, a[1] * s + b[1] * t, a[2] * s + b[2] * t]
-}
-
 /// Polar decompositions of four deformation gradients.
-pub struct Rotated<L: Lanes> {
-    /// Fibre and transverse axis.
-    pub axes: [Vectors<L>; 2],
-    /// xx, yy and xy of the stretch.
-    pub stretch: Vectors<L>,
+pub struct RotatedX4<L: Lanes> {
+    /// Rotations and stretches.
+    pub rotated: Rotated<Doubles<L>>,
     /// Where it is not larger than `least` the triangle is one for the functions for one triangle.
     pub sound: Doubles<L>,
     /// What it is to be larger than.
@@ -77,29 +56,15 @@ pub struct Rotated<L: Lanes> {
 
 /// See [`super::polar`].
 #[inline(always)]
-pub fn rotated<L: Lanes>(lanes: L, f1: Vectors<L>, f2: Vectors<L>, is_planar: bool) -> Rotated<L> {
-    let (half, one, zero) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 1.0), Doubles::splat(lanes, 0.0));
-    let lengths_sq = dot(f1, f1) + dot(f2, f2);
-    let (p, q, trace, sound, least) = if is_planar {
-        let (p, q) = ([f1[0] + f2[1], f1[1] - f2[0], zero], [f2[0] - f1[1], f2[1] + f1[0], zero]);
-        let trace_sq = dot(p, p);
+pub fn rotated<L: Lanes>(lanes: L, f: [Vectors<L>; 2], is_planar: bool) -> RotatedX4<L> {
+    if is_planar {
+        let (rotated, sound) = rotated_in_plane(f);
         // Next to a mirror image the law fades, long before the rotation is but rounding.
-        let least = Doubles::splat(lanes, FADES_FROM * FADES_FROM).max(lengths_sq * Doubles::splat(lanes, 1e-28));
-        (p, q, trace_sq.sqrt(), trace_sq, least)
-    } else {
-        let normal = cross(f1, f2);
-        let twice_area = dot(normal, normal).sqrt();
-        let inverse = one / twice_area;
-        let n = [normal[0] * inverse, normal[1] * inverse, normal[2] * inverse];
-        let (p, q) = (cross(f2, n), cross(n, f1));
-        let (p, q) = (combine(f1, one, p, one), combine(f2, one, q, one));
-        let trace = (lengths_sq + twice_area + twice_area).sqrt();
-        (p, q, trace, twice_area, lengths_sq * Doubles::splat(lanes, 1e-30))
-    };
-    let inverse = one / trace;
-    let (r1, r2) = ([p[0] * inverse, p[1] * inverse, p[2] * inverse], [q[0] * inverse, q[1] * inverse, q[2] * inverse]);
-    let stretch = [dot(r1, f1), dot(r2, f2), half * (dot(r1, f2) + dot(r2, f1))];
-    Rotated { axes: [r1, r2], stretch, sound, least }
+        let faded = Doubles::splat(lanes, FADES_FROM * FADES_FROM);
+        return RotatedX4 { rotated, sound, least: faded.max(lengths_sq(f) * Doubles::splat(lanes, 1e-28)) };
+    }
+    let (rotated, sound) = rotated_in_space(f);
+    RotatedX4 { rotated, sound, least: least_area(f) }
 }
 
 /// Rotation, stretch and stress of every triangle at `position`; see [`membrane::state`].
@@ -174,12 +139,10 @@ impl<T: Stored> Kernel<T> for States<'_> {
             }
             let free = doubles(lanes, &free);
             let (a, b) = (components(edges[0]), components(edges[1]));
-            let ([g1x, g1y, g2x, g2y], [q11, q12, q22, q66]) = (Doubles::transpose(gradients), Doubles::transpose(law));
-            let (f1, f2) = (combine(a, g1x, b, g2x), combine(a, g1y, b, g2y));
-            let Rotated { axes: [r1, r2], stretch: [xx, yy, xy], sound, least } =
-                rotated(lanes, f1, f2, self.is_planar);
-            let (exx, eyy, exy) = (xx - free[0], yy - free[1], xy - free[2]);
-            let stress = [q11 * exx + q12 * eyy, q12 * exx + q22 * eyy, (q66 + q66) * exy];
+            let RotatedX4 { rotated: Rotated { axes: [r1, r2], stretch }, sound, least } =
+                rotated(lanes, gradient([a, b], Doubles::transpose(gradients)), self.is_planar);
+            let ([xx, yy, xy], strain) = (stretch, less(stretch, free));
+            let stress = linear_stress(Doubles::transpose(law), strain);
             let rows = [
                 Doubles::transpose([r1[0], r1[1], r1[2], r2[0]]),
                 Doubles::transpose([r2[1], r2[2], xx, yy]),
@@ -195,21 +158,13 @@ impl<T: Stored> Kernel<T> for States<'_> {
                 };
                 *out = ElementState { polar, stress: Sym2::new(txx, tyy, txy) }.into();
             }
-            let strain_sq = exx * exx + eyy * eyy + exy * exy;
+            let strain_sq = dot(strain, strain);
             // Of all four at once: next to no group has one that is not.
             if !(sound.is_larger(least) & strain_sq.is_larger(rounding_sq)) {
                 self.mend(first, out, (sound.to_array(), least.to_array()), strain_sq.to_array());
             }
         }
     }
-}
-
-/// Π = T − (κ/tr U)·J of four triangles, [`membrane`]'s `first_piola`.
-#[inline(always)]
-pub fn first_piola<L: Lanes>(stress: Vectors<L>, stretch: Vectors<L>, inverse_trace: Doubles<L>) -> [Doubles<L>; 4] {
-    let ([txx, tyy, txy], [uxx, uyy, uxy]) = (stress, stretch);
-    let spin = ((tyy - txx) * uxy + txy * (uxx - uyy)) * inverse_trace;
-    [txx, txy + spin, txy - spin, tyy]
 }
 
 /// Geometric stiffness of the rotated tangent: [`membrane::shear_majorant`] and the tensile part of
@@ -230,7 +185,6 @@ impl<T: Stored> Geometric<'_, T> {
     #[inline(always)]
     fn in_plane<L: Lanes>(&self, lanes: L, first: usize, count: usize) -> ([Vectors<L>; 2], Doubles<L>) {
         let zero = Doubles::splat(lanes, 0.0);
-        let (half, quarter) = (Doubles::splat(lanes, 0.5), Doubles::splat(lanes, 0.25));
         let (mut state, mut law) = ([[zero; DOUBLES]; 2], [zero; DOUBLES]);
         for lane in 0..DOUBLES {
             // The last group is filled up with its last triangle.
@@ -241,19 +195,8 @@ impl<T: Stored> Geometric<'_, T> {
             law[lane] = law_of(lanes, &self.stiffness[t]);
         }
         let ([uxx, uyy, uxy, txx], [tyy, txy, ..]) = (Doubles::transpose(state[0]), Doubles::transpose(state[1]));
-        let [q11, q12, q22, q66] = Doubles::transpose(law);
-        let trace = uxx + uyy;
-        let (u_half, t_half) = (half * (uxx - uyy), half * (txx - tyy));
-        let smallest = Doubles::splat(lanes, f64::MIN_POSITIVE);
-        let low = (half * trace - radius(u_half, uxy)).max(Doubles::splat(lanes, 0.2) * trace).max(smallest);
-        let (t_mean, t_radius) = (half * (txx + tyy), radius(t_half, txy));
-        let along = t_mean + t_radius + (t_radius + t_radius) * (low / trace);
-        let geometric = along * trace * quarter / (low * low);
-        let shear_law = quarter * (q11 + q22) - half * q12;
-        // The smaller of two numbers.
-        let own = zero - (zero - q66).max(zero - shear_law);
-        let shear = (geometric + Doubles::splat(lanes, self.reserve) * own).max(zero);
-        ([[uxx, uyy, uxy], [txx, tyy, txy]], shear)
+        let (stretch, stress) = ([uxx, uyy, uxy], [txx, tyy, txy]);
+        ([stretch, stress], shear_majorant(stress, stretch, Doubles::transpose(law), self.reserve))
     }
 }
 
@@ -272,19 +215,9 @@ impl Kernel<GeometricStiffness> for Geometric<'_, ElementState> {
     #[inline(always)]
     fn run<L: Lanes>(&self, lanes: L, first: usize, rows: &mut [GeometricStiffness]) {
         let half = Doubles::splat(lanes, 0.5);
-        let smallest = Doubles::splat(lanes, f64::MIN_POSITIVE);
         for (group, out) in rows.chunks_mut(DOUBLES).enumerate() {
-            let (state, shear) = self.in_plane(lanes, first + group * DOUBLES, out.len());
-            let ([[uxx, uyy, uxy], stress], shear) = (state, shear.to_array());
-            let trace = uxx + uyy;
-            let inverse_trace = Doubles::splat(lanes, 1.0) / trace.max(Doubles::splat(lanes, LEAST_TRACE));
-            let pi = first_piola(stress, state[0], inverse_trace);
-            let determinant = uxx * uyy - uxy * uxy;
-            let bound = Doubles::splat(lanes, 2.5e-3) * trace * trace;
-            let inverse = Doubles::splat(lanes, 1.0) / determinant.max(bound).max(smallest);
-            let sxx = (uyy * pi[0] - uxy * pi[2]) * inverse;
-            let syy = (uxx * pi[3] - uxy * pi[1]) * inverse;
-            let sxy = half * ((uyy * pi[1] - uxy * pi[3]) + (uxx * pi[2] - uxy * pi[0])) * inverse;
+            let ([stretch, stress], shear) = self.in_plane(lanes, first + group * DOUBLES, out.len());
+            let ([sxx, syy, sxy], shear) = (second_piola(stress, stretch), shear.to_array());
             let (mean, s_radius) = (half * (sxx + syy), radius(half * (sxx - syy), sxy));
             let (high, low) = (mean + s_radius, mean - s_radius);
             let scale = high / (high - low);
@@ -307,9 +240,8 @@ impl Kernel<GeometricStiffness> for Geometric<'_, ElementState> {
 
 /// Writes down the forces on the corners of up to four triangles: `a` and `b` on the last two, on the first what balances them.
 #[inline(always)]
-pub fn balance<L: Lanes>(lanes: L, a: Vectors<L>, b: Vectors<L>, out: &mut [[DVec3; 3]]) {
-    let minus_one = Doubles::splat(lanes, -1.0);
-    let (c, [bx, by, bz]) = ([minus_one * a[0] - b[0], minus_one * a[1] - b[1], minus_one * a[2] - b[2]], b);
+pub fn put_forces<L: Lanes>([a, b]: [Vectors<L>; 2], out: &mut [[DVec3; 3]]) {
+    let (c, [bx, by, bz]) = (formulas::balance([a, b]), b);
     let rows = [Doubles::transpose([c[0], c[1], c[2], a[0]]), Doubles::transpose([a[1], a[2], bx, by])];
     let bz = bz.to_array();
     for (lane, out) in out.iter_mut().enumerate() {
@@ -342,16 +274,12 @@ impl<T: Stored> Kernel<[DVec3; 3]> for CornerForces<'_, T> {
                 gradients[lane] = gradients_of(lanes, &self.rest[t]);
                 volume[lane] = self.rest[t].area * self.thickness[t];
             }
-            let StateLanes { axes: [r1, r2], stretch, stress } = T::lanes(lanes, state);
+            let StateLanes { axes, stretch, stress } = T::lanes(lanes, state);
             let [g1x, g1y, g2x, g2y] = Doubles::transpose(gradients);
-            let trace = stretch[0] + stretch[1];
-            let inverse_trace = Doubles::splat(lanes, 1.0) / trace.max(Doubles::splat(lanes, LEAST_TRACE));
-            let pi = first_piola(stress, stretch, inverse_trace);
-            let (p1, p2) = (combine(r1, pi[0], r2, pi[2]), combine(r1, pi[1], r2, pi[3]));
+            let pi = first_piola(stress, stretch, inverse_trace(stretch));
             let minus = zero - Doubles::new(lanes, volume);
-            let a = combine(p1, g1x * minus, p2, g1y * minus);
-            let b = combine(p1, g2x * minus, p2, g2y * minus);
-            balance(lanes, a, b, out);
+            let scaled = [g1x * minus, g1y * minus, g2x * minus, g2y * minus];
+            put_forces(spread(in_space(axes, pi), scaled), out);
         }
     }
 }
@@ -387,9 +315,7 @@ impl Kernel<(), DVec2> for Far<'_> {
                 areas[lane] = self.rest[t].area;
             }
             let (a, b) = (components(edges[0]), components(edges[1]));
-            let [g1x, g1y, g2x, g2y] = Doubles::transpose(gradients);
-            let (d1, d2) = (combine(a, g1x, b, g2x), combine(a, g1y, b, g2y));
-            let change_sq = dot(d1, d1) + dot(d2, d2);
+            let change_sq = lengths_sq(gradient([a, b], Doubles::transpose(gradients)));
             let weighted = (Doubles::new(lanes, areas) * change_sq * change_sq).to_array();
             let change_sq = change_sq.to_array();
             for lane in 0..within {

@@ -11,6 +11,7 @@ pub mod failure;
 pub mod fan;
 pub mod flat_block;
 pub mod flat_pack;
+pub mod formulas;
 pub mod gather;
 pub mod lanes;
 pub mod material_force;

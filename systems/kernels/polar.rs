@@ -3,6 +3,7 @@
 //! With n the unit normal and t = tr U = √(|f₁|² + |f₂|² + 2|f₁×f₂|): R = (F + [f₂×n, n×f₁])/t and U = Rᵀ·F. At an area ratio
 //! of 1e-8 this R is orthonormal to rounding, where √det(FᵀF) has lost every digit.
 
+use super::formulas::{Rotated, least_area, lengths_sq, rotated_about, rotated_in_plane, rotated_in_space};
 use super::simd::LANES;
 use crate::math::{Polar, Sym2};
 use glam::DVec3;
@@ -13,38 +14,39 @@ use glam::DVec3;
 /// point the rotation is the identity; U is right in both cases, so the force that opens the triangle again is too.
 #[inline]
 pub fn membrane(f1: DVec3, f2: DVec3) -> Polar {
-    let cross = f1.cross(f2);
-    let twice_area = cross.length();
-    let lengths_sq = f1.length_squared() + f2.length_squared();
-    let trace = (lengths_sq + 2.0 * twice_area).sqrt();
-    // Below this the cross product is all rounding: 1e-30 of the lengths squared is far under any area ratio that U resolves.
-    let normal = if twice_area > 1e-30 * lengths_sq {
-        cross / twice_area
-    } else if trace > 0.0 {
-        (if f1.length_squared() >= f2.length_squared() { f1 } else { f2 })
-            .normalize_or(DVec3::X)
-            .any_orthonormal_vector()
-    } else {
+    let f = [f1.to_array(), f2.to_array()];
+    let (rotated, twice_area) = rotated_in_space(f);
+    if twice_area > least_area(f) {
+        return polar(rotated);
+    }
+    if !(lengths_sq(f) > 0.0) {
         return Polar { fibre_axis: DVec3::X, transverse_axis: DVec3::Y, stretch: Sym2::ZERO };
-    };
-    finish(f1, f2, f2.cross(normal), normal.cross(f1), trace)
+    }
+    let longer = if f1.length_squared() >= f2.length_squared() { f1 } else { f2 };
+    let normal = longer.normalize_or(DVec3::X).any_orthonormal_vector();
+    polar(rotated_about(f, normal.to_array(), twice_area))
 }
 
 /// Polar decomposition of a body that stays in the plane z = const: the normal is fixed to +z and the area is signed, so a
 /// mirrored triangle has a stretch that is far from the identity and a force that turns it back.
 #[inline]
 pub fn planar(f1: DVec3, f2: DVec3) -> Polar {
-    // Nothing of it is along z.
-    let (f1, f2) = (f1.with_z(0.0), f2.with_z(0.0));
-    let (cofactor1, cofactor2) = (DVec3::new(f2.y, -f2.x, 0.0), DVec3::new(-f1.y, f1.x, 0.0));
-    let trace = (f1 + cofactor1).length();
-    let scale = (f1.length_squared() + f2.length_squared()).sqrt();
+    let f = [f1.with_z(0.0).to_array(), f2.with_z(0.0).to_array()];
+    let (rotated, trace_sq) = rotated_in_plane(f);
     // A pure mirror image has no nearest rotation (any R gives a symmetric RᵀF): the identity is as good as all others.
-    if trace <= 1e-14 * scale || trace == 0.0 {
+    if trace_sq.sqrt() <= 1e-14 * lengths_sq(f).sqrt() || trace_sq == 0.0 {
         let xy = 0.5 * (f2.x + f1.y);
         return Polar { fibre_axis: DVec3::X, transverse_axis: DVec3::Y, stretch: Sym2::new(f1.x, f2.y, xy) };
     }
-    finish(f1, f2, cofactor1, cofactor2, trace)
+    polar(rotated)
+}
+
+fn polar(Rotated { axes: [r1, r2], stretch }: Rotated<f64>) -> Polar {
+    Polar {
+        fibre_axis: DVec3::from_array(r1),
+        transverse_axis: DVec3::from_array(r2),
+        stretch: Sym2::from_array(stretch),
+    }
 }
 
 /// The stretches U alone of several triangles, half as dear as [`planar`] or [`membrane`]: with C = FᵀF and the area ratio J,
@@ -83,15 +85,6 @@ pub fn stretches(f: &[(DVec3, DVec3); LANES], is_planar: bool) -> [Sym2; LANES] 
         let full = if is_planar { planar } else { membrane };
         if is_sound[i] { Sym2::new(u[0][i], u[1][i], u[2][i]) } else { full(f[i].0, f[i].1).stretch }
     })
-}
-
-#[inline]
-fn finish(f1: DVec3, f2: DVec3, cofactor1: DVec3, cofactor2: DVec3, trace: f64) -> Polar {
-    let inverse = 1.0 / trace;
-    let (fibre_axis, transverse_axis) = ((f1 + cofactor1) * inverse, (f2 + cofactor2) * inverse);
-    let stretch =
-        Sym2::new(fibre_axis.dot(f1), transverse_axis.dot(f2), 0.5 * (fibre_axis.dot(f2) + transverse_axis.dot(f1)));
-    Polar { fibre_axis, transverse_axis, stretch }
 }
 
 #[cfg(test)]

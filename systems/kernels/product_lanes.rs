@@ -1,9 +1,10 @@
 //! Products of the rotated tangent for four triangles side by side: [`ElementTangent::apply`], lane by lane.
 
+use super::formulas::{Tangent, gradient, in_frame, rotated_rate, spread, with_normal_part};
 use super::gather::{StateLanes, Stored, components, gradients_of, law_of, row};
 use super::lanes::{DOUBLES, Doubles, Lanes};
-use super::membrane::{ElementTangent, LEAST_TRACE};
-use super::membrane_lanes::{balance, combine, cross, dot, first_piola};
+use super::membrane::ElementTangent;
+use super::membrane_lanes::put_forces;
 use glam::DVec3;
 
 /// Writes K·u \[N\] for the corners of up to four triangles, none of whose tangents is exact.
@@ -27,34 +28,15 @@ pub fn apply<L: Lanes, S: Stored>(
         stiff[0][lane] = Doubles::new(lanes, [e.coupling[0], e.in_plane, e.elastic, e.geometric]);
         stiff[1][lane] = Doubles::new(lanes, [e.normal.xx, e.normal.yy, e.normal.xy, e.coupling[1]]);
     }
-    let StateLanes { axes: [r1, r2], stretch: [uxx, uyy, uxy], .. } = S::lanes(lanes, state);
-    let ([g1x, g1y, g2x, g2y], [q11, q12, q22, q66]) = (Doubles::transpose(gradients), Doubles::transpose(law));
+    let StateLanes { axes, stretch, .. } = S::lanes(lanes, state);
+    let gradients = Doubles::transpose(gradients);
     let [q16, in_plane, elastic, geometric] = Doubles::transpose(stiff[0]);
     let [nxx, nyy, nxy, q26] = Doubles::transpose(stiff[1]);
-    let (a, b) = (components(edges[0]), components(edges[1]));
-    let (d1, d2) = (combine(a, g1x, b, g2x), combine(a, g1y, b, g2y));
-    let n = cross(r1, r2);
-    // The change of the gradient in the frame, the rate of the stretch, and of the stress.
-    let (a11, a12, a21, a22) = (dot(r1, d1), dot(r1, d2), dot(r2, d1), dot(r2, d2));
-    let inverse_trace = Doubles::splat(lanes, 1.0) / (uxx + uyy).max(Doubles::splat(lanes, LEAST_TRACE));
-    let spin = (a21 - a12) * inverse_trace;
-    let (xx, yy) = (a11 + spin * uxy, a22 - spin * uxy);
-    let xy = Doubles::splat(lanes, 0.5) * (a12 + spin * uyy + a21 - spin * uxx);
-    let (along, across) = (q16 * xy, q26 * xy);
-    let deviator = in_plane * geometric * (xx - yy);
-    let shear = in_plane * geometric * (xy + xy);
-    let stress = [
-        (q11 * xx + q12 * yy + (along + along)) * elastic + deviator,
-        (q12 * xx + q22 * yy + (across + across)) * elastic - deviator,
-        ((q66 + q66) * xy + (q16 * xx + q26 * yy)) * elastic + shear,
-    ];
-    let pi = first_piola(stress, [uxx, uyy, uxy], inverse_trace);
-    let (n1, n2) = (dot(n, d1), dot(n, d2));
-    let (m1, m2) = ((nxx * n1 + nxy * n2) * geometric, (nxy * n1 + nyy * n2) * geometric);
-    let (p1, p2) = (combine(r1, pi[0], r2, pi[2]), combine(r1, pi[1], r2, pi[3]));
-    let p1 = [p1[0] + n[0] * m1, p1[1] + n[1] * m1, p1[2] + n[2] * m1];
-    let p2 = [p2[0] + n[0] * m2, p2[1] + n[1] * m2, p2[2] + n[2] * m2];
-    balance(lanes, combine(p1, g1x, p2, g1y), combine(p1, g2x, p2, g2y), out);
+    let d = gradient([components(edges[0]), components(edges[1])], gradients);
+    let (law, coupling, in_plane) = (Doubles::transpose(law), [q16, q26], in_plane * geometric);
+    let pi = rotated_rate(in_frame(axes, d), stretch, Tangent { law, coupling, elastic, in_plane });
+    let columns = with_normal_part(axes, pi, d, ([nxx, nyy, nxy], geometric));
+    put_forces(spread(columns, gradients), out);
 }
 
 #[cfg(test)]

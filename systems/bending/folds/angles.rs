@@ -2,12 +2,13 @@
 
 use super::forces::size;
 use super::is_first;
+use crate::math::number::Real;
 use crate::storage::NONE;
-use crate::systems::kernels::bending::{self, ARC_TANGENT};
+use crate::systems::kernels::bending;
 use crate::systems::kernels::bending_lanes::EdgeValuesX4;
+use crate::systems::kernels::formulas::{cross, dot, scaled};
 use crate::systems::kernels::gather::{components, row};
 use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
-use crate::systems::kernels::membrane_lanes::{cross, dot};
 use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
 use glam::DVec3;
@@ -102,7 +103,7 @@ impl<N: Fn(usize) -> DVec3 + Sync, X: Fn(usize) -> DVec3 + Sync> Kernel<f64> for
     fn run<L: Lanes>(&self, lanes: L, first: usize, out: &mut [f64]) {
         let Self { edges, corners, normal, x } = self;
         let [zero, half, one, minus] = [0.0, 0.5, 1.0, -1.0].map(|x| Doubles::splat(lanes, x));
-        let (four, largest) = (Doubles::splat(lanes, 4.0), Doubles::splat(lanes, f64::MAX));
+        let largest = Doubles::splat(lanes, f64::MAX);
         let straight = Doubles::splat(lanes, PI);
         for (group, out) in out.chunks_mut(DOUBLES).enumerate() {
             let edges = &edges[first + group * DOUBLES..][..out.len()];
@@ -116,16 +117,8 @@ impl<N: Fn(usize) -> DVec3 + Sync, X: Fn(usize) -> DVec3 + Sync> Kernel<f64> for
             // Not by `map`, which is not inlined.
             let (a, b, way) = (components(rows[0]), components(rows[1]), components(rows[2]));
             let inverse = one / dot(way, way).sqrt();
-            let unit = [way[0] * inverse, way[1] * inverse, way[2] * inverse];
-            let (sine, cosine) = (minus * dot(cross(a, b), unit), dot(a, b));
-            let of_half = sine / (one + cosine);
-            let quarter = of_half / ((of_half * of_half + one).sqrt() + one);
-            let s = quarter * quarter;
-            let mut powers = zero;
-            for a in ARC_TANGENT.iter().rev() {
-                powers = powers * s + Doubles::splat(lanes, *a);
-            }
-            let off = four * (quarter + quarter * s * powers) - Doubles::new(lanes, rest);
+            let (sine, cosine) = (minus * dot(cross(a, b), scaled(way, inverse)), dot(a, b));
+            let off = bending::acute_angle(sine, cosine) - Doubles::new(lanes, rest);
             let has_way = inverse.is_larger(zero) && largest.is_larger(inverse);
             let is_short = straight.is_larger(off) && straight.is_larger(minus * off);
             if has_way && cosine.is_larger(zero) && is_short {
