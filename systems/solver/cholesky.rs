@@ -31,11 +31,11 @@ pub(super) struct Cholesky {
 pub(super) struct Equations {
     /// Corners of the triangles.
     pub corners: Vec<[u32; 3]>,
-    /// Vertices of the hinges.
+    /// Vertices of the dihedrals.
     pub folded: Vec<[u32; 4]>,
     /// 1 along free axes, 0 along prescribed ones.
     pub free: FreeAxes,
-    /// The entries in the order of their [`Pattern`] \[N/mm\]; none where there is no factor of these triangles.
+    /// The entries in the order of their [`AxisPattern`] \[N/mm\]; none where there is no factor of these triangles.
     pub matrix: Vec<f64>,
 }
 

@@ -1,23 +1,23 @@
 //! Nested dissection of an order of elimination into two subdomains and their separator, for two threads to sweep side by side.
 //!
 //! Eliminating a column changes the columns above it in the elimination tree and no others (Liu 1990, "The role of elimination trees
-//! in sparse factorization"). Cut in two where it is cheapest, an order falls into what comes before the cut, what comes after it and has
-//! nothing from before under it, and the rest. Moved to the end, the rest still comes after all that is under it: the factor has
-//! as many entries as before.
+//! in sparse factorization"). Cut in two where it is cheapest, an order falls into what comes before the cut, what comes after it
+//! and has nothing from before under it, and the separator. Moved to the end, the separator still comes after all that is under it:
+//! the factor has as many entries as before.
 
-/// Vertices from which on the parts of an order are found: those of some 8,000 triangles, under which no second thread is kept awake for
+/// Vertices from which on an order is dissected: those of some 8,000 triangles, under which no second thread is kept awake for
 /// loops so short.
 const LEAST: usize = 4096;
 
-/// Two parts have to save so much of a sweep's time to be worth while.
+/// Two subdomains have to save so much of a sweep's time to be worth while.
 const LEAST_SAVED: f64 = 0.2;
 
 /// No place.
 const NONE: u32 = u32::MAX;
 
-/// Sorts an order of elimination into two parts and what needs both, in each of which it stays as it is, and returns where the
-/// second part and the rest begin. `None` where the order is better left in one. `earlier(p, list)` appends the
-/// places of the neighbours of the vertex in place `p` that come before it.
+/// Sorts an order of elimination into two subdomains and their separator, in each of which it stays as it is. Returns where the
+/// second subdomain and the separator begin. `None` where the order is better left in one. `earlier(p, list)` appends the places of
+/// the neighbours of the vertex in place `p` that come before it.
 pub(super) fn dissect(order: &mut [u32], earlier: impl FnMut(usize, &mut Vec<u32>)) -> Option<[usize; 2]> {
     if order.len() < LEAST {
         return None;
@@ -67,7 +67,7 @@ fn tree(count: usize, mut earlier: impl FnMut(usize, &mut Vec<u32>)) -> (Vec<u32
 
 /// The cut that saves two threads the most, and how many of the entries that saves them to wait for.
 fn cheapest_cut(first_under: &[u32], entries: &[u64]) -> (usize, u64) {
-    // By how much the entries of the rest change from one cut to the next.
+    // By how much the entries of the separator change from one cut to the next.
     let (mut begins, mut ends) = (vec![0; entries.len() + 1], vec![0; entries.len() + 1]);
     for (p, (&first, &entries)) in first_under.iter().zip(entries).enumerate() {
         begins[first as usize + 1] += entries;
@@ -101,7 +101,7 @@ mod tests {
             .map(move |(x, y)| y as usize * side + x as usize)
     }
 
-    /// Entries of the factor in this order, found by elimination; and whether any in the second part is in a row of the first.
+    /// Entries of the factor in this order, found by elimination; and whether any in the second subdomain is in a row of the first.
     fn eliminate(side: usize, order: &[u32], starts: [usize; 2]) -> (usize, bool) {
         let mut place = vec![0; order.len()];
         order.iter().enumerate().for_each(|(p, &v)| place[v as usize] = p);

@@ -1,7 +1,7 @@
 //! Edit map: interpolation from the vertices of a mesh when it was factored to its vertices now.
 //!
-//! Edits change the mesh; a factor of the mesh before them stays a good preconditioner if every new vertex takes the answer of
-//! the vertices it came from, and those around the edits add the answer of their own block: additive Schwarz, with the old
+//! Edits change the mesh. A factor of the mesh before them stays a good preconditioner if every new vertex takes the answer of the
+//! vertices it came from. The vertices around the edits add the answer of their own block. This is additive Schwarz, with the old
 //! mesh as its coarse space.
 
 use crate::storage::{Edit, EditRecord};

@@ -1,12 +1,13 @@
 //! How far conjugate gradients are from the answer, in the norm that a tissue feels.
 //!
-//! The residual misleads: at the same residual the error of the stress grows with the mesh. The squared energy norm of the
-//! error, ‖x − x_k‖²_A = Σ_{j≥k} α_j·(r_j·z_j) (Hestenes, Stiefel 1952), is twice the elastic energy of the strains that are still
-//! missing (and the inertia and drag of the motion), so its root over that of twice the stored energy is the relative error
-//! of the stress, in the mean that the compliance weights. What later iterations will add is not known yet; but r_k·z_k is the same
-//! error measured with the preconditioner, and how the two compare is seen on the iterations done: Σ_{j≤i<k} α_i·(r_i·z_i)
-//! over r_j·z_j, the larger of that for the first residual and for one a few iterations ago (Strakoš, Tichý 2002 justify
-//! such sums in floating point).
+//! The residual misleads: at the same residual the error of the stress grows with the mesh. The squared energy norm of the error is
+//! ‖x − x_k‖²_A = Σ_{j≥k} α_j·(r_j·z_j) (Hestenes, Stiefel 1952). It is twice the elastic energy of the strains that are still
+//! missing (and the inertia and drag of the motion). So its root over that of twice the stored energy is the relative error of the
+//! stress, in the mean that the compliance weights.
+//!
+//! What later iterations will add is not known yet. But r_k·z_k is the same error measured with the preconditioner, and the
+//! iterations done show how the two compare. The ratio is Σ_{j≤i<k} α_i·(r_i·z_i) over r_j·z_j, the larger of that for the first
+//! residual and for one a few iterations ago. Strakoš, Tichý 2002 justify such sums in floating point.
 
 use crate::clock::Moment;
 use crate::components::Stops;

@@ -1,8 +1,8 @@
 //! A body's Cholesky factor through the steps: when it serves, when it is renewed and when it is not worth it.
 //!
-//! A factor is as good as the body is near the state it was made at. In a dynamic step it is renewed aside, from a snapshot of
-//! the operator, and takes effect a fixed number of solves later, so that no step waits and no result depends on threads;
-//! meanwhile the old one serves, across edits by its [`Bridge`]. A static solve, which can wait, renews it on the spot.
+//! A factor is as good as the body is near the state it was made at. In a dynamic step it is renewed aside, from a snapshot of the
+//! operator, and takes effect a fixed number of solves later. So no step waits, and no result depends on threads. Meanwhile the old
+//! one serves, across edits by its [`EditMap`]. A static solve, which can wait, renews it on the spot.
 
 mod state;
 
@@ -42,8 +42,8 @@ const LEVELS: Baseline = Baseline { cost: 2, prepared: 0, first: 8 };
 
 /// So often in a row a factor may be stale before it has served for as long as it took to make, until there is none for a while.
 const STRIKES: u32 = 3;
-/// Solves for which there is then none. What comes after a rest is only tried once, and where it is stale as soon the next rest is twice as
-/// long: a trial makes a step twice as long as others, and tissue that folds and tears as it did has no use for one.
+/// Solves for which there is then none. What comes after a rest is only tried once, and where it is stale as soon the next rest is
+/// twice as long. A trial makes a step twice as long as others, and tissue that bends and tears as it did has no use for one.
 const REST: u32 = 512;
 /// So often at the most a rest is twice as long as the last: after 16,384 solves there is always another trial.
 const DOUBLINGS: u32 = 5;

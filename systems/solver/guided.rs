@@ -1,9 +1,9 @@
 //! Solves in which holds leave their vertices some motion ([`HoldGuides`](crate::components::HoldGuides)).
 //!
-//! Conjugate gradients run in the space of motions that the guides allow: with the orthogonal projection Π onto it the system is
-//! Π·A·Π·x = Π·b, of which every iterate meets the constraint to rounding (Gould, Hribar, Nocedal 2001, "On the solution of equality constrained
-//! quadratic programming problems arising in optimization"). The preconditioner is that of the free axes, for which guided vertices are held,
-//! and for every list of vertices that move alike the inverse of its own block Zᵀ·A·Z.
+//! Conjugate gradients run in the space of motions that the guides allow. With the orthogonal projection Π onto it the system is
+//! Π·A·Π·x = Π·b. Every iterate meets the constraint to rounding (Gould, Hribar, Nocedal 2001, "On the solution of equality
+//! constrained quadratic programming problems arising in optimization"). The preconditioner is that of the free axes, for which
+//! guided vertices are held. For every list of vertices that move alike it is the inverse of its own block Zᵀ·A·Z.
 
 use super::cg::Free;
 use super::estimate::Limits;

@@ -1,10 +1,11 @@
 //! Load stiffness of follower pressure, which pushes p · A · n of every triangle, a third to each corner.
 //!
-//! The force f = p/6·(b − a) × (d − a) on each corner changes with the corners: ∂f/∂x_j·u = p/6·u × e_j with the edge e_j opposite to
-//! corner j (Hibbitt 1979, "Some follower forces and load stiffness"). Summed over a closed surface, or one with a held rim, that matrix is
-//! symmetric and equals the sum of the triangles' symmetric parts (Schweizerhof, Ramm 1984, "Displacement dependent pressure loads in
-//! nonlinear finite element analyses"). With a free rim it is not symmetric, and is left out: Newton's method with its symmetric part alone
-//! took 19 iterations for a strip with two free sides under pressure, 14 without it, and at twice the pressure found no equilibrium.
+//! The force f = p/6·(b − a) × (d − a) on each corner changes with the corners (Hibbitt 1979, "Some follower forces and load
+//! stiffness"). Its change is ∂f/∂x_j·u = p/6·u × e_j with the edge e_j opposite to corner j. Summed over a closed surface, or one
+//! with a held rim, that matrix is symmetric. It equals the sum of the triangles' symmetric parts (Schweizerhof, Ramm 1984,
+//! "Displacement dependent pressure loads in nonlinear finite element analyses"). With a free rim it is not symmetric, and is left
+//! out. For a strip with two free sides under pressure Newton's method took 19 iterations with its symmetric part alone, 14 without
+//! it. At twice the pressure it found no equilibrium with that part.
 
 use crate::components::FreeAxes;
 use crate::storage::{NONE, Topology, Triangles, Vertices};

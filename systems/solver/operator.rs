@@ -171,7 +171,7 @@ impl Operator<'_> {
         })
     }
 
-    /// `out` = (what triangles and folds have in A)·u \[N\], with the states of the triangles.
+    /// `out` = (what triangles and bending have in A)·u \[N\], with the states of the triangles.
     fn apply_membrane<S: Stored>(&self, state: &[S], u: &[DVec3], memory: &mut ProductMemory<'_>, out: &mut [DVec3]) {
         let ProductMemory { corner, passes } = memory;
         let (Triangles { corners, .. }, products) = (self.triangles, Products { operator: self, state, u });
@@ -230,7 +230,7 @@ impl Operator<'_> {
         })
     }
 
-    /// The 3×3 block of vertex `v` on the diagonal \[N/mm\]; of bending that of its hinges.
+    /// The 3×3 block of vertex `v` on the diagonal \[N/mm\]; of bending that of its dihedrals.
     pub fn diagonal_block(&self, v: usize) -> DMat3 {
         let incident = &self.topology.incident[v];
         let own = self.vertex_block(v) + self.folds.map_or(DMat3::ZERO, |folds| self.bending_block(folds, v));

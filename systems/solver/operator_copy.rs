@@ -18,7 +18,7 @@ pub(super) struct OperatorCopy {
     pub own: Vec<DMat3>,
     /// Edges of every triangle as its load stiffness has them \[N/mm\]; empty without one.
     pub loads: Vec<[DVec3; 3]>,
-    /// Hinges of bending.
+    /// Dihedrals of bending.
     pub hinges: Vec<Dihedral>,
     /// 1 along free axes, 0 along prescribed ones.
     pub free: FreeAxes,
@@ -37,7 +37,7 @@ impl OperatorCopy {
         Self { corners, blocks, loads, own, hinges, free: free.clone() }
     }
 
-    /// The vertices of the hinges.
+    /// The vertices of the dihedrals.
     pub(super) fn folded(&self) -> Vec<[u32; 4]> {
         self.hinges.iter().map(|hinge| hinge.vertices).collect()
     }

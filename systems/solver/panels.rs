@@ -9,8 +9,8 @@
 //! vertex. Where nothing may hold a piece of the body, its free motion takes double precision: a rounding error in the forces
 //! on it is answered with the inverse of next to nothing.
 //!
-//! Columns in two parts that do not need each other (see [`super::parts`]) are swept side by side, with the same bits on one thread as
-//! on two: the second part has its own sums for the columns of the rest.
+//! Columns in two subdomains that do not need each other (see [`super::dissect`]) are swept side by side, with the same bits on one
+//! thread as on two. The second subdomain has its own sums for the columns of the separator.
 
 use crate::systems::kernels::simd::{LANES, NullaryFnOnce, wide};
 use crate::systems::parallel;
@@ -48,10 +48,11 @@ pub(super) struct Panels<T> {
     /// Where each panel begins in `block`; one more entry at the end.
     block_start: Vec<usize>,
     block: Vec<[T; LANES]>,
-    /// The supernodes with which the second part and the rest begin; zero where all are one part, which is the rest.
+    /// The supernodes with which the second subdomain and the separator begin; zero where there is no cut, and all are the
+    /// separator.
     second: usize,
     separator: usize,
-    /// The second part's share in the columns of the rest.
+    /// The second subdomain's share in the columns of the separator.
     sums: Vec<T>,
     /// A panel's input or output, for each of two threads.
     work: [Vec<[T; LANES]>; 2],
@@ -62,7 +63,8 @@ pub(super) struct Panels<T> {
 }
 
 impl<T: Real> Panels<T> {
-    /// Takes over a factor; `subdomains` has the columns with which a second part and the rest begin, if there are parts.
+    /// Takes over a factor; `subdomains` has the columns with which the second subdomain and the separator begin, if there are two
+    /// subdomains.
     pub(super) fn fill(&mut self, factor: SupernodalLltRef<'_, u32, f64>, subdomains: Option<[u32; 2]>) {
         let symbolic = factor.symbolic();
         for list in [&mut self.first, &mut self.row_start, &mut self.row] {
@@ -104,7 +106,7 @@ impl<T: Real> Panels<T> {
         self.sums.resize(shared, T::default());
     }
 
-    /// The supernodes with which the parts begin. One with columns of the second part and of the rest is taken to the rest.
+    /// The supernodes with which the second subdomain and the separator begin. One with columns of both is taken to the separator.
     fn subdomains(&self, [second, separator]: [u32; 2]) -> Option<(usize, usize)> {
         let second = self.first.binary_search(&second).ok()?;
         let separator = self.first[1..].partition_point(|&end| end <= separator).max(second);
@@ -198,7 +200,7 @@ struct Sweep<'a, T> {
     /// Their columns, and which the first of them is.
     own: &'a mut [T],
     own_start: usize,
-    /// The columns of the rest where they are part of what comes before it. On the way up they are only read.
+    /// The columns of the separator where they are part of what comes before it. On the way up they are only read.
     above: &'a mut [T],
     above_start: usize,
     work: &'a mut [[T; LANES]],

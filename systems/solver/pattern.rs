@@ -45,8 +45,8 @@ fn axes(free: DVec3) -> impl Iterator<Item = usize> + Clone {
 }
 
 impl AxisPattern {
-    /// The pattern of an operator on these triangles, with bending about the edges of these hinges; `None` where there
-    /// is no free axis, or no memory.
+    /// The pattern of an operator on these triangles, with bending about the edges of these dihedrals; `None` where there is no
+    /// free axis, or no memory.
     pub(super) fn new(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &FreeAxes) -> Option<Self> {
         let incident = Incident::new(corners, free.len());
         let hinges = Hinges::new(folded, free.len());
@@ -119,7 +119,7 @@ impl AxisPattern {
         self.subdomains.map(|starts| starts.map(column))
     }
 
-    /// The vertices of the hinges.
+    /// The vertices of the dihedrals.
     pub(super) fn folded(&self) -> &[[u32; 4]] {
         &self.folded
     }
@@ -191,7 +191,7 @@ impl AxisPattern {
                 }
             }
             for &(hinge, place) in self.hinges.of(v) {
-                // A hinge of another kind of bending than the pattern's has no place for all of it.
+                // A dihedral of another kind of bending than the pattern's has no place for all of it.
                 let Some(hinge) = operator_copy.hinges.get(hinge as usize) else { continue };
                 let g = hinge.gradient[place as usize] * hinge.stiffness;
                 for (&w, other) in hinge.vertices.iter().zip(hinge.gradient) {
@@ -264,12 +264,12 @@ impl Incident {
     }
 }
 
-/// The hinges at every vertex, each with the vertex' place in it.
+/// The dihedrals at every vertex, each with the vertex' place in it.
 #[derive(Debug, Default)]
 struct Hinges {
     start: Vec<u32>,
     entry: Vec<(u32, u8)>,
-    /// The vertices across, in the order of `entry`; the vertex itself where it is on the hinge's edge.
+    /// The vertices across, in the order of `entry`; the vertex itself where it is on the dihedral's edge.
     far: Vec<u32>,
 }
 
@@ -308,8 +308,8 @@ impl Hinges {
     }
 }
 
-/// Pairs of vertices that hang together through an edge or a hinge: at most so many on a surface without handles (Euler), and some to
-/// spare for the list of one vertex before each stands in it once.
+/// Pairs of vertices that hang together through an edge or a dihedral. There are at most so many on a surface without handles
+/// (Euler), and some to spare for the list of one vertex before each stands in it once.
 fn most_links(corners: &[[u32; 3]], folded: &[[u32; 4]], vertex_count: usize) -> usize {
     corners.len() + vertex_count + folded.len() + 64
 }

@@ -11,16 +11,16 @@ use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::{LinearParams, Tangent};
 use glam::DVec3;
 
-/// Iterations after which a factor of an earlier state is replaced by one of the present: a new one costs about as much as
-/// seven iterations with it at 24,000 triangles, and more on larger bodies.
+/// Iterations after which a factor of an earlier state is replaced by one of the present. A new one costs about as much as seven
+/// iterations with it at 24,000 triangles, and more on larger bodies.
 const MOST_WITH_OLD_CHOLESKY: u32 = 10;
 
 /// Iterations with a factor of the present state at the most. One or two do where the operator is regular; where it is not,
 /// rounding sets the limit, and more iterations come no nearer.
 const MOST_WITH_FRESH_CHOLESKY: u32 = 50;
 
-/// Iterations without a factor in a dynamic solve, at the most and with so many vertices at the most, after which one is made on the
-/// spot where there may be one: stiff fibres, slivers and long steps leave operators for which an incomplete factor in single
+/// Largest number of iterations without a factor in a dynamic solve, after which one is made on the spot where there may be one;
+/// fewer with less than 400 vertices. Stiff fibres, slivers and long steps leave operators for which an incomplete factor in single
 /// precision needs thousands, or comes to nothing.
 const MOST_WITHOUT_FACTOR: u32 = 500;
 

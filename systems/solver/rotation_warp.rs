@@ -1,7 +1,7 @@
 //! Rotation warp: a factor rotated with the tissue.
 //!
-//! The stiffness of a body that has turned since it was factored is about that of before, turned: with the rotation R of every vertex
-//! since then, R·M⁻¹·Rᵀ preconditions as M⁻¹ did (stiffness warping, Müller et al. 2002). It stays symmetric and positive.
+//! The stiffness of a body that has turned since it was factored is about that of before, turned. With the rotation R of every
+//! vertex since then, R·M⁻¹·Rᵀ preconditions as M⁻¹ did (stiffness warping, Müller et al. 2002). It stays symmetric and positive.
 
 use super::Operator;
 use crate::components::FreeAxes;

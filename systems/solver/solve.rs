@@ -19,18 +19,18 @@ use glam::DVec3;
 use line_search::{reject_increment, start_line_search};
 use near::{motion_by_an_edge, scale_to_no_work, within_budget};
 
-/// Up to so many free axes a static solve takes a Cholesky factor unless told otherwise: its memory and time grow faster than
-/// the mesh, and are about 0.3 GB and 2 s there.
+/// Up to so many free axes a static solve takes a Cholesky factor unless set otherwise. Its memory and time grow faster than the
+/// mesh, and are about 0.3 GB and 2 s there.
 const MOST_AXES_FACTORED: f64 = 2e5;
 
-/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless told otherwise, with more multigrid. A sheet
-/// under a trembling hand takes 4 iterations with the factor and 8 with multigrid: as long at 30,000 axes, and an iteration
-/// with the factor grows faster.
+/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless set otherwise, with more multigrid. A sheet
+/// under a trembling hand takes 4 iterations with the factor and 8 with multigrid: as long at 30,000 axes, and an iteration with
+/// the factor grows faster.
 const MOST_AXES_ASIDE: f64 = 4e4;
 
-/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor: with 1,500 and with 6,000 triangles it takes six
-/// sevenths of the time with an incomplete one and leaves a half and a fifth of its error (`rhexis bench work-precision fig2-dynamic`).
-/// What is much smaller is mostly the coarsest level.
+/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor. With 1,500 and with 6,000 triangles it
+/// takes six sevenths of the time with an incomplete one. It leaves a half and a fifth of its error
+/// (`rhexis bench work-precision fig2-dynamic`). What is much smaller is mostly the coarsest level.
 const LEAST_AXES_PLANAR: f64 = 1e3;
 
 /// The same where the body may tear: levels that follow an edit make the step after it long, which under a hand counts more than the
@@ -301,7 +301,7 @@ fn has_converged(
     result.newton_iterations > 0 || step.is_static && !increment.delta.iter().zip(&scratch.free).any(is_moved)
 }
 
-/// How far a Newton iteration solves its linear system: only so far as the step as a whole can use, and no further than the
+/// How far a Newton iteration solves its linear system: only so far as the step as a whole can use. It goes no further than the
 /// linear model has been seen to hold, by the square of the last iteration's gain (Eisenstat, Walker 1996, choice 2).
 fn linear_params(step: &StepContext, result: &SolveResult, imbalance_before: f64, force_scale: f64) -> LinearParams {
     if step.newton_iterations == 1 {
@@ -332,8 +332,8 @@ fn use_of_factor(step: &StepContext, axes: f64) -> Option<Refresh> {
 }
 
 /// Preconditioner of the mixed-precision solver, where that may be used. A static solve goes to residuals that only double precision
-/// reaches: there it is multigrid or nothing. In dynamic ones it is multigrid over so many axes: early in a planar body, which does not
-/// fold, so that levels last where an incomplete factor is made for every solve.
+/// reaches: there it is multigrid or nothing. In dynamic ones it is multigrid over so many axes. It is so early in a planar body,
+/// which does not bend: levels last where an incomplete factor is made for every solve.
 fn mixed_preconditioner(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<MixedPreconditioner> {
     if step.is_static {
         let is_multigrid = match step.preconditioner {

@@ -73,9 +73,9 @@ pub(super) fn neighbours<'a>(
     })
 }
 
-/// The vertices of the blocks before the diagonal in a vertex' row, many of them more than once: its neighbours that come before it, and
-/// the fill of level one, what eliminating each of them puts between the vertex and those of their neighbours that come after them.
-/// `near` has the neighbours of a vertex.
+/// The vertices of the blocks before the diagonal in a vertex' row, many of them more than once. They are its neighbours that come
+/// before it, and the fill of level one. That fill is what eliminating each of these puts between the vertex and those of their
+/// neighbours that come after them. `near` has the neighbours of a vertex.
 #[inline]
 pub(super) fn before_with_fill<I: Iterator<Item = u32>>(
     v: u32,

@@ -43,7 +43,7 @@ impl Dissection {
         row >= self.separator || (row < self.second) == (triangle < self.cut)
     }
 
-    /// Whether these are parts of so many rows of triangles with their corners in these.
+    /// Whether this is a dissection of so many rows, of triangles with their corners in these.
     pub(super) fn are_of(&self, rows: usize, corners: impl Iterator<Item = [u32; 3]>) -> bool {
         let are_in_order = self.second <= self.separator && self.separator as usize <= rows;
         let are_none = self.separator == 0;
@@ -63,7 +63,7 @@ mod tests {
         let corners = [[0, 1, 3], [2, 3, 4]];
         let are_halves = |second, separator, cut| Dissection { second, separator, cut }.are_of(5, corners.into_iter());
         assert!(are_halves(2, 3, 1) && !are_halves(1, 2, 1) && are_halves(0, 0, 0));
-        // A triangle across the cut, parts out of order or beyond the rows, and parts without a cut.
+        // A triangle across the cut, subdomains out of order or beyond the rows, and subdomains without a cut.
         assert!(!are_halves(2, 4, 1) && !are_halves(3, 2, 1) && !are_halves(2, 6, 1) && !are_halves(0, 3, 0));
     }
 }

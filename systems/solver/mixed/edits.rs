@@ -117,7 +117,7 @@ mod tests {
         corners.iter().flatten().max().map_or(0, |&v| v as usize + 1)
     }
 
-    /// Cuts a corner off triangle `t`, at a new vertex inside it; or takes the last vertex out if such a cut has made it, and puts
+    /// Cuts a corner off triangle `t`, at a new vertex inside it. Or takes the last vertex out if such a cut has made it, and puts
     /// the last triangles in the places of those that vanish, as the tables do.
     fn edit(corners: &mut Vec<[u32; 3]>, made: &mut Vec<[u32; 3]>, t: usize, removes: bool) {
         if removes && let Some(parent) = made.pop() {

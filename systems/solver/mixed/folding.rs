@@ -1,9 +1,9 @@
-//! Bending in single precision: the product in passes over packs of triangles, as in [`DihedralAngles`], and hinges for preconditioners.
+//! Bending in single precision: the product in passes over packs of triangles, as in [`DihedralAngles`], and dihedrals for
+//! preconditioners.
 //!
-//! A hinge couples the two vertices opposite its edge, which are no neighbours: the pattern of a factor without fill
-//! and the levels of multigrid have no place for that, and one with fill has not for all. It is left out, and so much
-//! added to the two diagonal blocks that what is left is semidefinite still: without, curvature would be negative along
-//! smooth shapes.
+//! A dihedral couples the two vertices opposite its edge, which are no neighbours. The pattern of a factor without fill and the
+//! levels of multigrid have no place for that, and one with fill has not for all. The coupling is left out, and so much is added to
+//! the two diagonal blocks that the remainder is semidefinite still. Without that, curvature would be negative along smooth shapes.
 
 use super::partition::{EMPTY, Partition};
 use super::{empty, size};
@@ -18,7 +18,7 @@ use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
 use glam::{Vec4, Vec4Swizzles};
 
-/// A triangle's part of its hinges.
+/// A triangle's part of its dihedrals.
 #[derive(Clone, Copy, Debug, Default)]
 struct Side {
     normal: Vec4,
@@ -138,7 +138,7 @@ impl BendingPacks {
         }
     }
 
-    /// Adds the hinges of a triangle, those that it shares by halves, to the blocks of its corners and of its edges 1–0, 2–0, 2–1.
+    /// Adds the dihedrals of a triangle, half of those that it shares, to the blocks of its corners and of its edges 1–0, 2–0, 2–1.
     #[inline(always)]
     pub(super) fn add_blocks(&self, t: usize, corners: &mut [Block; 3], edges: &mut [Block; 3]) {
         if self.place[t] == EMPTY {

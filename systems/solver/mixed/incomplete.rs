@@ -1,12 +1,13 @@
-//! Incomplete Cholesky factor with the fill of level one, by 3×3 blocks, in a plane by 2×2: M = L·D·Lᵀ, L with the pattern of A and
+//! Incomplete Cholesky factor M = L·D·Lᵀ with the fill of level one, by 3×3 blocks, in a plane by 2×2. L has the pattern of A and
 //! what eliminating one row of A puts between its later neighbours (Meijerink, van der Vorst 1977; levels: Watts 1981).
 //!
-//! A body torn, folded and partly slack has stiff and soft directions side by side, and changes from step to step: the factor is
-//! made anew for every solve, which costs as much as a few iterations and saves three out of four of them. Both sweeps are
-//! serial by nature; rows stand in an order in which neighbours are far apart (see [`super::order`]), so that the processor
-//! works on several at a time. They take the blocks of a row two by two. Where rows stand in [`Halves`], two threads gather, factor and
-//! sweep the two parts side by side, each with the triangles and rows that it has in products too; the rest follows, or comes first on the
-//! way up.
+//! A body torn, bent and partly slack has stiff and soft directions side by side, and changes from step to step. So the factor is
+//! made anew for every solve, which costs as much as a few iterations and saves three out of four of them. Both sweeps are serial
+//! by nature; rows stand in an order in which neighbours are far apart (see [`super::order`]), so that the processor works on
+//! several at a time. The sweeps take the blocks of a row two by two.
+//!
+//! Where a [`Dissection`] splits the rows, two threads gather, factor and sweep the two subdomains side by side. Each has the
+//! triangles and rows that it has in products too. The separator follows, or comes first on the way up.
 
 mod sweeps;
 
@@ -186,7 +187,7 @@ impl<B: OfPacks> Numbers<B> {
     }
 }
 
-/// The blocks below the diagonal of the parts of the rows.
+/// The blocks below the diagonal of the two subdomains and of the separator.
 fn split_blocks<'a, T>(lower: &'a mut [T], pattern: &BlockPattern, dissection: Dissection) -> [&'a mut [T]; 3] {
     // Rows begin with a pair.
     let start = |row: u32| pattern.row_start[row as usize] as usize / 2;
@@ -203,7 +204,8 @@ struct Blocks<'a, B: FactorBlock> {
     lower: &'a mut [B::Pair],
 }
 
-/// Adds the triangles of some of the partition's blocks to the rows of their part, and to the rest, which begins with row `separator`.
+/// Adds the triangles of some of the partition's blocks to the rows of their subdomain, and to the separator, which begins with row
+/// `separator`.
 fn gather_subdomain<B: OfPacks>(
     pattern: &BlockPattern,
     triangles: (&Partition, Range<usize>),

@@ -23,7 +23,7 @@ use std::ops::Range;
 /// Corners of the edges of a triangle: of the row of their block, and of its column.
 pub(super) const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
 
-/// The numbers of the operator at one state. Rows are numbered as the [`Partition`] was told.
+/// The numbers of the operator at one state. Rows are numbered as in the [`Partition`].
 #[derive(Debug, Default)]
 pub(super) struct Matrix {
     /// The triangles' part of a body in space.
@@ -165,7 +165,7 @@ impl OfPacks for Block {
     }
 }
 
-/// Of a [flat](Matrix::is_flat) matrix: such a body has no folds.
+/// Of a [flat](Matrix::is_flat) matrix: such a body does not bend.
 impl OfPacks for FlatBlock {
     type Half = ([Mat4; 3], [Mat4; 3]);
 

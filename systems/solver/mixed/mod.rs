@@ -1,8 +1,8 @@
 //! The solve of a dynamic step in mixed precision: residuals in double precision, iterations in single.
 //!
-//! State, loads and residuals are double; the correction that a residual asks for is found by conjugate gradients in single
-//! precision on the residual scaled to one, added, and the residual formed anew (Wilkinson 1963, iterative refinement). So the
-//! answer is as good as that of double precision, and what is reported is the true residual. One round does at the tolerances
+//! State, loads and residuals are double. Conjugate gradients in single precision, on the residual scaled to one, find the
+//! correction that it asks for. The correction is added, and the residual formed anew (Wilkinson 1963, iterative refinement). So
+//! the answer is as good as that of double precision, and what is reported is the true residual. One round does at the tolerances
 //! that a step is usually solved to; a tighter one takes several.
 
 mod adjacency;

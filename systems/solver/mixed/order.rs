@@ -1,18 +1,18 @@
 //! The order of the rows of the mixed-precision solver: reverse Cuthill–McKee, then by levels.
 //!
-//! Cuthill–McKee (1969, reversed by George 1971) keeps neighbours near each other whatever the order of the mesh, which an
-//! incomplete factor needs: with rows in colours the iterations of one without fill are half as many again. A row's level is one
-//! more than the highest among the rows before it that it has a block with. By levels the factor stays the same number for number, but
-//! rows that follow each other do not wait for each other. In large bodies rows of a level stand by their length, so that the processor
-//! foresees where a row ends; small ones lose by it more than they gain.
+//! Cuthill–McKee (1969, reversed by George 1971) keeps neighbours near each other whatever the order of the mesh. An incomplete
+//! factor needs that: with rows in colours the iterations of one without fill are half as many again. A row's level is one more
+//! than the highest among the rows before it that it has a block with. By levels the factor stays the same number for number, but
+//! rows that follow each other do not wait for each other. In large bodies rows of a level stand by their length, so that the
+//! processor foresees where a row ends; small ones lose by it more than they gain.
 
 use super::adjacency::{Adjacency, before_with_fill};
 use super::dissection::Dissection;
 use super::empty;
 use smallvec::SmallVec;
 
-/// Rows that are sorted by levels among themselves: enough that those of a level keep the processor busy, few enough that
-/// rows near each other stay near on large meshes (all sorted, a product takes up to twice as long at 1.5 million triangles).
+/// Rows that are sorted by levels among themselves. They are enough that those of a level keep the processor busy, and few enough
+/// that rows near each other stay near on large meshes. All sorted, a product takes up to twice as long at 1.5 million triangles.
 const WINDOW: usize = 1024;
 
 /// Rows of more pairs of blocks count as so many, less one.
@@ -37,7 +37,7 @@ pub(super) struct Order {
 }
 
 impl Order {
-    /// Finds the order anew. From 1 on, `cut` is the triangle with which the second of two [`Halves`] begins.
+    /// Finds the order anew. From 1 on, `cut` is the first triangle from the cut of a [`Dissection`] on.
     pub(super) fn rebuild(&mut self, corners: &[[u32; 3]], adjacency: &Adjacency, cut: u32) {
         let n = adjacency.vertex_count();
         // Here: how often a vertex has been met, once to find the end of its piece to begin at, once to be numbered.
@@ -65,7 +65,7 @@ impl Order {
         self.number();
     }
 
-    /// Sorts the rows by halves.
+    /// Sorts the rows into two subdomains and their separator.
     fn cut(&mut self, corners: &[[u32; 3]], cut: u32) {
         let Self { vertex, row, level, dissection, .. } = self;
         // Here: on which sides of the cut a vertex has triangles.
@@ -88,9 +88,10 @@ impl Order {
         Some(Self { vertex: vertex.to_vec(), row, changed, dissection, level: Vec::new() })
     }
 
-    /// Keeps the rows of the vertices that there were before: new ones come last, and the last rows of their parts take the places of those
-    /// that are gone. Adds the vertices whose rows have changed to `moved`. A few rows at the end, all of whose neighbours come before
-    /// them, hardly change the iterations; a new order is due before they are many. `changed` are the triangles with other corners than before.
+    /// Keeps the rows of the vertices that there were before. New ones come last; the last rows of their subdomain or the separator
+    /// take the places of those that are gone. Adds the vertices whose rows have changed to `moved`. A few rows at the end, all of
+    /// whose neighbours come before them, hardly change the iterations; a new order is due before they are many. `changed` are the
+    /// triangles with other corners than before.
     pub(super) fn follow(&mut self, vertex_count: usize, changed: &[u32], corners: &[[u32; 3]], moved: &mut Vec<u32>) {
         for v in self.row.len()..vertex_count {
             self.row.push(self.vertex.len() as u32);
@@ -115,8 +116,8 @@ impl Order {
         moved.retain(|&v| (v as usize) < vertex_count);
     }
 
-    /// Takes the vertex out of a row: the last of its part goes there, the last of the next part takes the place of that one, and so on, until
-    /// the gap is at the row `to`. Returns that.
+    /// Takes the vertex out of a row. The last of its subdomain goes there, the last of the next subdomain takes the place of that
+    /// one, and so on, until the gap is at the row `to`. Returns that.
     fn pass_on(&mut self, gap: usize, to: usize, moved: &mut Vec<u32>) -> usize {
         let mut gap = gap;
         let Dissection { second, separator, .. } = self.dissection;

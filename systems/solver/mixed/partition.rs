@@ -137,8 +137,8 @@ impl Partition {
         })
     }
 
-    /// Number of packs, from the first on, that have the same triangles in their lanes as one of `before` triangles would: those
-    /// before the block in which the last triangles stand, where their number has changed.
+    /// Number of packs, from the first on, that have the same triangles in their lanes as one of `before` triangles would. Where
+    /// the number of triangles has changed, they are those before the block in which the last triangles stand.
     pub(super) fn packs_as_before(&self, before: usize) -> usize {
         if before == self.count { self.places.len() } else { before.min(self.count) / BLOCK * PACKS }
     }

@@ -1,5 +1,5 @@
-//! What a mixed-precision solver is made of anew: what multigrid keeps from solve to solve, and, as edits of the mesh leave rows
-//! where they are, the order of its rows and the triangles that it was found for. The rest follows.
+//! What a mixed-precision solver is made of anew: what multigrid keeps from solve to solve, the order of the rows, and the
+//! triangles that the order was found for. The order is kept because edits of the mesh leave rows where they are. The rest follows.
 
 use super::dissection::Dissection;
 use super::multigrid::{Multigrid, MultigridState};

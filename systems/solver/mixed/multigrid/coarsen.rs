@@ -1,8 +1,8 @@
 //! Which rows of a level are nodes of the next coarser one: an independent set such that every other row has a neighbour in it.
 //!
 //! Rows are chosen one by one, those first that have the most neighbours already known not to be chosen (Ruge, Stüben 1987, first
-//! pass): the set grows like a front, and on a regular grid takes about every second row along either axis. Rows at the boundary
-//! go before all others, so that both sides of a tear have nodes of their own, and no row at a boundary lies outside them.
+//! pass). The set grows like a front, and on a regular grid takes about every second row along either axis. Rows at the boundary go
+//! before all others. So both sides of a tear have nodes of their own, and no row at a boundary lies outside them.
 
 use super::super::empty;
 use super::super::pattern::BlockPattern;

@@ -23,7 +23,7 @@ pub(super) const MOST_COARSEST: usize = 40;
 
 /// From this level on cycles are made twice, where there is a coarser one: all of them are a fiftieth of the finest. Of a sheet of 1.5
 /// million triangles with stiff fibres a solve to 1e-3 takes five iterations so instead of six (`rhexis bench targets --full
-/// "static linear"`): what one cycle leaves of a level is left of every one above it.
+/// "static linear"`). What one cycle leaves of a level is left of every one above it.
 const TWICE: usize = 3;
 
 /// A level's own right-hand side.

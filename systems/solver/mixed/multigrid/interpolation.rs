@@ -1,9 +1,9 @@
 //! How the rows of a level hang on the nodes of the next coarser one.
 //!
-//! A row takes the values of three nodes by the weights of its place in their triangle, in its own tangent plane of the rest
-//! shape: linear fields are reproduced there, so rigid motions are, and no chart of the surface is needed. Among the triangles
-//! of nodes within two edges it is the one of least Σ w·d², which on a plane is that of Delaunay. Distances d are along edges: a
-//! node on the far side of a tear is far, or out of reach.
+//! A row takes the values of three nodes by the weights of its place in their triangle, in its own tangent plane of the rest shape.
+//! Linear fields are reproduced there, so rigid motions are, and no chart of the surface is needed. Among the triangles of nodes
+//! within two edges it is the one of least Σ w·d², which on a plane is that of Delaunay. Distances d are along edges: a node on the
+//! far side of a tear is far, or out of reach.
 
 use super::super::pattern::BlockPattern;
 use super::coarsen::NONE;

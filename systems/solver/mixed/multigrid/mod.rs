@@ -6,8 +6,8 @@
 //! ([`level`]). What a tear parts has no edge in common, and so no weights and no blocks: every side has nodes of its own, on all
 //! levels; as a tear goes on, the levels follow ([`follow`]).
 //!
-//! The cycle is that of the operator it was made for, all levels of it: it stays symmetric and positive however far the body
-//! has moved on, and is made anew when that costs less than the iterations it would save.
+//! The cycle is that of the operator it was made for, all levels of it. It stays symmetric and positive however far the body has
+//! moved on, and is made anew when that costs less than the iterations it would save.
 
 mod coarsen;
 mod coarsest;

@@ -1,7 +1,7 @@
 //! The order in which a level's rows are swept: chunks of rows that are near each other, every second chunk first.
 //!
-//! Where a row has blocks with its own chunk and the two beside it only, the chunks of one colour do not depend on each other:
-//! they are swept side by side, and yet the sweep is that of Gauss and Seidel, in one order for any number of threads. Rows that edits
+//! Where a row has blocks with its own chunk and the two beside it only, the chunks of one colour do not depend on each other. They
+//! are swept side by side, and yet the sweep is that of Gauss and Seidel, in one order for any number of threads. Rows that edits
 //! have added may have blocks with any other: they are swept last, one after another.
 
 /// Rows of a chunk at the least: handing one to a thread costs some microseconds, sweeping it twenty.
