@@ -14,7 +14,7 @@ const FAR: f64 = 0.1;
 /// Upper bound \[mJ\] of the spurious energy of the triangles; infinite where the gradient of one changes by more than [`FAR`].
 ///
 /// Of a stretch the tangent leaves out no more than a²/t, with the change a of the triangle's gradient and t twice its [mean
-/// stretch](uncrushed): Σ V·(|T|·a²/t + (a²/t)·C·(a²/t)) is bounded by the stored energy and Schwarz's inequality.
+/// stretch](uncrushed). The sum Σ V·(|T|·a²/t + (a²/t)·C·(a²/t)) is bounded by the stored energy and Schwarz's inequality.
 pub(super) fn bound(
     (increment, triangles, frames): (&Increment, &Triangles, &Frames),
     (twice_stored, stiffest): (f64, f64),
@@ -32,9 +32,8 @@ pub(super) fn bound(
     (twice_stored * missed).sqrt() + missed
 }
 
-/// The mean stretch, between 0 and 1, or what part of it is no mirror image: a turn changes the gradient of a triangle
-/// that is crushed by so much less, and where nothing is left of its stretches, or the law fades, any change may turn
-/// it over.
+/// The mean stretch, between 0 and 1, or what part of it is no mirror image. A turn changes the gradient of a triangle that is
+/// crushed by so much less. Where nothing is left of its stretches, or the law fades, any change may turn it over.
 fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
     let stretch = state.polar.stretch;
     if Faded::at(stretch, is_planar).is_some() {

@@ -1,12 +1,12 @@
 //! The fraction of a further solve's answer that lowers the incremental potential.
 //!
-//! With the matrix A = K + D/dt + M/dt² + … of a solve that starts where an earlier one of the step has led, its answer d obeys A·d = r, and
-//! −r is the gradient of the incremental potential Φ. Along a fraction p of it
+//! A = K + D/dt + M/dt² + … is the matrix of a solve that starts where an earlier one of the step has led. Its answer d obeys
+//! A·d = r, and −r is the gradient of the incremental potential Φ. Along a fraction p of it
 //!
-//! Φ(x + p·d) − Φ(x) = E(x + p·d) − E(x) + p·f·d − ½·p²·d·K·d − (p − ½·p²)·d·A·d,
+//! Φ(x + p·d) − Φ(x) = E(x + p·d) − E(x) + p·f·d − ½·p²·d·K·d − (p − ½·p²)·d·A·d.
 //!
-//! whose first terms the energy guard's sum has already, with −p²·d·(K + D/dt)·d in place of −½·p²·d·K·d, and less what damping by earlier
-//! solves of the step does along the way. A is positive definite, so that a small fraction always lowers Φ.
+//! The energy guard's sum has the first terms already, with −p²·d·(K + D/dt)·d in place of −½·p²·d·K·d. The work of damping by
+//! earlier solves of the step along the way is subtracted there. A is positive definite, so that a small fraction always lowers Φ.
 
 use super::solved::{Solved, Sums};
 use crate::systems::parallel;

@@ -1,8 +1,8 @@
 //! Finds linearly implicit steps that would create energy.
 //!
-//! With the membrane's forces f and tangent K where a step of backward Euler starts, a displacement u in it and a gain Δv of
-//! velocity, holds and loads do the work W = −f·u + uᵀ·K·u + v₁·M·Δv. The energy stored and that of motion together grow by
-//! no more than W where
+//! The membrane has the forces f and the tangent K where a step of backward Euler starts. For a displacement u in it and a gain Δv
+//! of velocity, holds and loads do the work W = −f·u + uᵀ·K·u + v₁·M·Δv. The energy stored and that of motion together grow by no
+//! more than W where
 //!
 //! E(x + u) − E(x) ≤ −f·u + uᵀ·K·u + ½·Δv·M·Δv.
 //!
@@ -10,14 +10,14 @@
 //! w to its velocity. With v₀ at its start and the same loads, what the two iterations together create is what the first one does and
 //! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀.
 //!
-//! Where only a part p of u is gone along free axes, p·(1 − p)·u·A·u of that work is not done: A is the matrix of the step, whose
-//! equations p·u does not solve. What is created is less by that, and of a part that is small enough energy is lost.
+//! Where the step takes only a fraction p of u along free axes, p·(1 − p)·u·A·u of that work is not done. Here A is the matrix of
+//! the step, whose equations p·u does not solve. What is created is less by that, and with a small enough fraction energy is lost.
 //!
-//! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2: a flap or a free piece that
-//! turns far in one step breaks the inequality, and a solve that stops at the residual r does the work −u·r from nowhere: where stiff
-//! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body.
-//! Repeated, it grows without bound. So the spurious energy is summed from step to step, down to zero. A solve that takes the sum beyond
-//! a share of the energy in the body meets these remedies, in this order:
+//! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2. So a flap or a free piece that
+//! turns far in one step breaks the inequality. A solve that stops at the residual r does the spurious work −u·r. Where stiff
+//! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body. Repeated, spurious energy grows without
+//! bound. So it is summed from step to step, down to zero. A solve that takes the sum beyond a share of the energy in the body
+//! meets these remedies, in this order:
 //!
 //! 1. a patch: vertices of the triangles that create the most descend on the incremental potential itself;
 //! 2. in a fallback sub-step, or where the budget is used up, the largest fraction of the increment that stays below the limit;
@@ -28,7 +28,7 @@
 //! Damping counts as external work: the stress that earlier solves of the step have left works along the displacement of this one, so that
 //! what it dissipates cancels spurious energy. So does drag.
 //!
-//! Of a body that bends E is with the energy of its folds, f with their moments, and K with their majorant.
+//! For a body that bends, E includes the energy of bending, f its moments, and K its majorant.
 
 pub mod audit;
 mod bound;
@@ -56,8 +56,8 @@ use glam::DVec3;
 use solved::{Solved, Sums};
 use verdict::{Judged, Permitted};
 
-/// The part of the energy in the body that may have come from nowhere: what a step leaves over the next ones mostly take away, so that a
-/// much smaller one would refuse steps that do no harm.
+/// Limit of the spurious energy, as a share of the energy in the body. What a step adds the next ones mostly take away, so that a
+/// much smaller share would refuse steps that do no harm.
 const SHARE: f64 = 0.1;
 
 /// Share of the limit up to which unchecked bounds do in place of sums.
@@ -72,12 +72,12 @@ const RELAXING: u32 = 8;
 /// A strain whose energy counts as being in the body: what is slack and at rest stores nothing, and may turn.
 const SLACK: f64 = 0.01;
 
-/// Down to this part of its way a body is tried at halves,
+/// Fraction of the increment down to which a body is tried at halves.
 const HALVED: f64 = 1e-3;
 
-/// from there to this at eighths. Where stiff tissue is crushed, nothing but inertia holds it from the side in a solve:
-/// in a step that is long beside its waves the way is a million times as long as the tissue. Along it energy falls all
-/// the same, and a part that goes no further than a tenth of a triangle lets it buckle, step by step.
+/// Fraction of the increment down to which it is then tried at eighths. Where stiff tissue is crushed, nothing but inertia holds it
+/// from the side in a solve. In a step that is long beside its waves the increment is a million times as long as the tissue. Along
+/// it energy falls all the same, and a fraction that goes no further than a tenth of a triangle lets it buckle, step by step.
 const LEAST_FRACTION: f64 = 1e-15;
 
 /// Rounding of a sum over all triangles, over the limit.
@@ -164,7 +164,7 @@ fn enforce_in(
     // What the solve before has created is in the body where this one starts, and it is to take it away.
     let is_corrected = to_correct.is_some();
     let limit = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(twice_stored, tautness.slack, partials));
-    // Once the body has lost energy, its share of what is still there is the most that can have come from nowhere.
+    // Once the body has lost energy, its share of what is still there is the most that can be spurious.
     let mut before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
     ledger.unchecked_bound = ledger.unchecked_bound.min(UNCHECKED * limit);
     let bound = if is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {

@@ -13,9 +13,8 @@
 //! W = ½·(v_γ + v₀)·M·(v_γ − v₀) + w·M·(v₁ − v_γ)/τ − ½·u_γ·(f₀ + f_γ − r_γ) − w·((m − 1)·(f₀ + f_γ − r_γ) + f₁ − r₁)/√2,
 //!
 //! with τ = √2·s, the second stage's length; in backward Euler, which has one stage, W = u·M·(v₁ − v₀)/Δt − u·(f₁ −
-//! r₁). What E and the energy of motion have grown by beyond W is added to the same sum as what [linearised
-//! steps](super) leave over, with the same bounds. A step that is refused is retried in halves, at last by a linearised
-//! one.
+//! r₁). What E and the energy of motion have grown by beyond W is added to the same sum as the spurious energy of [linearised
+//! steps](super), with the same bounds. A step that is refused is retried in halves, at last by a linearised one.
 //!
 //! Where tears have changed the mesh and the step is redone, what is added is that of the way from there, along which
 //! holds and loads act as at its end.

@@ -1,12 +1,12 @@
 //! Vertices that find their own way, where the solve's answer for them would create energy.
 //!
-//! A step of backward Euler seeks the minimum of the incremental potential Φ(x) = E(x) + ½·(x − y)·M/dt²·(x − y) + …, with the energy
-//! E and the place y to which inertia alone would carry; the solve takes E by its tangent. Where a triangle turns far the tangent tells
-//! nothing, and most often that is a single one: a spike at a torn edge, which hangs on by one side. Its vertices are then moved by
-//! descent on Φ itself, one after the other with all others at rest (block coordinate descent; Chen et al. 2024, *Vertex Block
-//! Descent*, ACM Trans Graph 43:116): every move lowers Φ, and so creates nothing. Bending, damping and loads stay as the solve
-//! has them, quadratic. All other vertices keep the solve's answer; what the patch leaves of the residual, its own and that of the vertices beside it,
-//! counts as work that no load has done.
+//! A step of backward Euler seeks the minimum of the incremental potential Φ(x) = E(x) + ½·(x − y)·M/dt²·(x − y) + …. Here E is the
+//! energy, and y the place to which inertia alone would carry. The solve takes E by its tangent. Where a triangle turns far the
+//! tangent says nothing, and most often that is a single one: a spike at a torn edge, which hangs on by one side. Its vertices are
+//! then moved by descent on Φ itself, one after the other with all others at rest (block coordinate descent; Chen et al. 2024,
+//! *Vertex Block Descent*, ACM Trans Graph 43:116). Every move lowers Φ, and so creates nothing. Bending, damping and loads stay as
+//! the solve has them, quadratic. All other vertices keep the solve's answer. What the patch leaves of the residual, its own and
+//! that of the vertices beside it, counts as work that no load has done.
 
 use super::solved::Solved;
 use crate::math::{ElementState, elementary};

@@ -23,7 +23,7 @@ pub(super) struct Solved<'a> {
     pub(super) law: BodyLaw<'a>,
     /// What the solve has left of its equations, b − A·δ \[N\].
     pub(super) residual: &'a [DVec3],
-    /// Whether what earlier solves of the step have left over is in the sum, with what they have dissipated.
+    /// Whether the spurious energy of earlier solves of the step is in the sum, with what they have dissipated.
     pub(super) is_counted: bool,
     /// Whether there is damping, and something that an earlier solve of the step has gone.
     pub(super) is_damped_before: bool,
@@ -161,8 +161,8 @@ impl Solved<'_> {
         parallel::sum(vertices.len(), partials, dissipated)
     }
 
-    /// u·A·u \[mJ\] along free axes, with the membrane and the masses of the step's matrix A: of a part p of the answer p·(1 − p) of it are
-    /// left unsolved, and are no work of holds and loads.
+    /// u·A·u \[mJ\] along free axes, with the membrane and the masses of the step's matrix A. Of a fraction p of the answer,
+    /// p·(1 − p) of it is unsolved, and is no work of holds and loads.
     pub(super) fn unsolved(&self, partials: &mut Vec<f64>) -> f64 {
         let Operator { vertices, triangles, inertia, .. } = self.operator;
         let along = |v: usize| self.delta[v] * self.free[v];

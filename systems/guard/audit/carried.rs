@@ -34,8 +34,8 @@ pub(super) struct Carried<'a> {
 }
 
 impl Carried<'_> {
-    /// Sums over the triangles their true work along the step, what `terms` gives for it (the scheme's work and the
-    /// damping), and their energies at both ends, from x₀, u and u − u_k; with those of bending, whose work may be that between the ends.
+    /// Sums over the triangles, from x₀, u and u − u_k: their true work along the step, the scheme's work and the damping by
+    /// `terms`, and their energies at both ends. Bending is included; its work may be that between the ends.
     pub(super) fn sums(
         &self,
         EnergyAudit { displacement: evaluated, partials, .. }: &mut EnergyAudit,
