@@ -52,8 +52,12 @@ impl Cutter<'_, '_> {
         self.take(tip, &ways, &Opening::After(&[tip.vertex]))
     }
 
-    /// Takes the first of the ways that leaves good enough triangles, in this order: an exact one with good angles; the best
-    /// exact one with fair angles; a near snap; the best exact one with poor angles; a detour.
+    /// Takes the first of the ways that leaves good enough triangles, in this order:
+    /// - an exact one with good angles;
+    /// - the best exact one with fair angles;
+    /// - a near snap;
+    /// - the best exact one with poor angles;
+    /// - a detour.
     pub(super) fn take(&mut self, tip: &TipChart, ways: &Ways, opening: &Opening<'_>) -> Result<Advance, TearRefusal> {
         let start = self.scratch.records.len();
         let before = self.smallest_around(tip);

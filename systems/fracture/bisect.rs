@@ -1,15 +1,15 @@
 //! Bisection at longest edges, which keeps angles.
 //!
-//! To halve a triangle, go over its longest edge to the neighbour, over that one's longest edge to the next, and so on, until
-//! two triangles share the longest edge of both, or the boundary is met: that edge is split in the middle (Rivara 1997,
-//! "longest-edge propagation path"). The mesh stays conforming, and its sizes graded. However often a triangle with smallest
-//! angle α is halved so, no angle falls below arctan(sin α/(2 − cos α)) (Rosenberg, Stenger 1975): 21° for α = 25°, 9.7° for
-//! 10°. What tears have left thin is flipped before it gets thinner.
+//! To halve a triangle, go over its longest edge to the neighbour, over that one's longest edge to the next, and so on. Where two
+//! triangles share the longest edge of both, or the boundary is met, that edge is split in the middle (Rivara 1997, "longest-edge
+//! propagation path"). The mesh stays conforming, and its sizes graded. However often a triangle with smallest angle α is halved
+//! so, no angle falls below arctan(sin α/(2 − cos α)) (Rosenberg, Stenger 1975): 21° for α = 25°, 9.7° for 10°. What tears have
+//! left thin is flipped before it gets thinner.
 
 use super::{Cutter, TearRefusal};
 use crate::storage::{Edit, NONE, measure::rest_corners};
 
-/// Edges count as equally long up to this part: mirror images must not be told apart by roundings.
+/// Edges count as equally long up to this part: roundings must not make mirror images different.
 const TIE: f64 = 1e-9;
 /// Triangles on a way to the edge that is split. Edges grow along it, so only a hostile mesh has long ones.
 const LONGEST_WAY: usize = 100;

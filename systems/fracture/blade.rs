@@ -1,8 +1,8 @@
 //! The blade: a cut along a polyline in the rest shape. From the boundary it is a notch, from inside a slit with two tips.
 //!
 //! The line is thinned to what the mesh resolves and broken into strokes where it meets a boundary or itself; each stroke is cut
-//! by itself. Its points become vertices first; then the cut runs from one to the next like a tear that is told where
-//! to go, so that it ends exactly where it should. Where that would leave the line, the line is laid into the mesh before it opens.
+//! by itself. Its points become vertices first; then the cut runs from one to the next like a tear on a given path, so that it ends
+//! exactly where it should. Where that would leave the line, the line is laid into the mesh before it opens.
 
 use super::advance::Opening;
 use super::cut_line::{distance_to_segment, length, thinned};
@@ -85,7 +85,7 @@ impl Cutter<'_, '_> {
         let mut outcomes = self.cut_lines(&lines, polyline);
         let lacks_room = |why: &TearRefusal| !matches!(why, TearRefusal::BadPolyline | TearRefusal::OutsideBody);
         if outcomes.as_ref().is_err_and(lacks_room) {
-            // The first refusal is what is told: it is that of the line as it was asked for.
+            // The first refusal is what is reported: it is that of the line as it was asked for.
             for (lines, shift) in self.shifted(&lines, edge) {
                 if let Ok(mut moved) = self.cut_lines(&lines, polyline) {
                     moved.iter_mut().for_each(|outcome| outcome.off_line = outcome.off_line.max(shift));

@@ -174,8 +174,8 @@ fn site_at(surface: &Surface, site: TearSite) -> DVec3 {
 }
 
 /// Offers what the criterion says of every place that may start a tear, triangles before vertices of the boundary, by rows. The
-/// cheap bound comes first: a triangle whose own largest principal stress is under every threshold cannot be the centre of
-/// a start, nor a vertex of the boundary whose triangles are all under the thresholds of the weakest triangle.
+/// cheap bound comes first. A triangle whose own largest principal stress is under every threshold cannot be the centre of a start.
+/// Nor can a vertex of the boundary whose triangles are all under the thresholds of the weakest triangle.
 fn for_each_start(
     surface: &Surface,
     tearing: &Tearing,

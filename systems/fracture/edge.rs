@@ -52,7 +52,7 @@ pub fn plan_edge(
             continue;
         }
         let miss = direction.perp_dot(end - start).abs();
-        // Mirror images must not be told apart by roundings.
+        // Roundings must not make mirror images different.
         let tie = 1e-9 * end.length();
         let is_better = |(m, g, _): (f64, f64, usize)| miss < m - tie || (miss <= m + tie && gain > g + tie);
         if best.is_none_or(is_better) {

@@ -1,10 +1,10 @@
 //! Where the field at a tip has its centre: elements hold a crack shut for a part of an edge behind the vertex of its tip.
 //!
 //! Linear triangles cannot open as √r does just behind a tip. They are too stiff there by a surplus of energy in proportion to
-//! K²·(edge), which is what a crack shorter by a part of an edge has too little released: G·δ per thickness. Away from the tip
-//! the solution is that of the shorter crack (the leading error of the displacement, r^(−½), is the derivative of the
-//! crack's field, √r, by the place of its tip). So δ over the edge is a number of the element alone, almost of neither mesh nor
-//! material, and a disc about the point δ behind the vertex sees the field of a crack of the continuum about its middle.
+//! K²·(edge). A crack shorter by a part of an edge has released too little by as much: G·δ per thickness. Away from the tip the
+//! solution is that of the shorter crack. The leading error of the displacement, r^(−½), is the derivative of the crack's field,
+//! √r, by the place of its tip. So δ over the edge is a number of the element alone, almost of neither mesh nor material. A disc
+//! about the point δ behind the vertex sees the field of a crack of the continuum about its middle.
 
 use super::tip_disc::{Disc, Walk};
 use super::{Surface, size};
@@ -14,8 +14,8 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// δ in edges, where the edge is the size of the triangles around ([`local_edge`]). Measured against `tip_disc_average.json`
-/// on structured, jittered, rotated and unstructured meshes with 3 to 9 edges per radius: isotropic 0.30 to 0.33 on average
-/// over meshes of a kind, single meshes 0.25 to 0.37; fibres ten times as stiff at 45° to the crack 0.26 to 0.37.
+/// on structured, jittered, rotated and unstructured meshes with 3 to 9 edges per radius. Isotropic: 0.30 to 0.33 on average over
+/// meshes of a kind, single meshes 0.25 to 0.37. Fibres ten times as stiff at 45° to the crack: 0.26 to 0.37.
 const HELD_SHUT: f64 = 0.32;
 
 /// Edges per radius from which on the whole of δ counts, and up to which nothing does. A smaller disc sees the first triangles
@@ -26,8 +26,8 @@ const SEES_THE_FIELD: [f64; 2] = [0.5, 1.0];
 /// (Williams 1952), at a straight boundary not at all.
 const WIDEST_CRACK: f64 = FRAC_PI_2;
 
-/// The centre of the field in the chart of a vertex \[mm\], as offset from the vertex, for a disc of `radius` \[mm\]: behind
-/// it along the bisector of the crack's lips; zero where there is no crack.
+/// The centre of the field in the chart of a vertex \[mm\], as offset from the vertex, for a disc of `radius` \[mm\]. It lies
+/// behind the vertex along the bisector of the crack's lips; it is zero where there is no crack.
 pub fn field_tip(surface: &Surface, (vertex, radius): (u32, f64), chart: &FanChart) -> DVec2 {
     let (from, to) = chart.range();
     if chart.is_closed() || TAU - (to - from) >= WIDEST_CRACK {

@@ -1,5 +1,5 @@
-//! A stroke that is laid before it is opened: its line becomes edges of the mesh first, exactly, whatever triangles that leaves;
-//! then the triangles along it are mended, and the whole line is opened at once.
+//! A stroke that is laid before it is opened. Its line becomes edges of the mesh first, exactly, whatever triangles that leaves.
+//! Then the triangles along it are mended, and the whole line is opened at once.
 //!
 //! The blade's own way, edge by edge, leaves the line where a triangle would be poor, and where it does depends on the end from which
 //! it comes. This one stays on the line, so that the lips are the same from either end.

@@ -1,9 +1,9 @@
 //! Where a tear goes in the mesh: the geometry of advances, starts and cuts, in the rest shape.
 //!
-//! An advance is decided in the chart of the tip's fan ([`TipChart`]), planned without touching the mesh ([`plan_free`],
-//! [`plan_edge`]), and carried out by a [`Cutter`]: edits that bring a vertex onto the path, the opening of the edge to it,
-//! and flips where they raise a small angle. Each edit leaves a record; what cannot be done well enough is taken back by
-//! those records and refused with a reason.
+//! An advance is decided in the chart of the tip's fan ([`TipChart`]) and planned without touching the mesh ([`plan_free`],
+//! [`plan_edge`]). A [`Cutter`] carries it out: edits that bring a vertex onto the path, the opening of the edge to it, and flips
+//! where they raise a small angle. Each edit leaves a record; what cannot be done well enough is taken back by those records and
+//! refused with a reason.
 
 mod advance;
 mod bisect;
@@ -83,7 +83,7 @@ pub struct Quality {
     pub snap: f64,
     /// Largest turn \[rad\] by a snap where there is no other way; 40°.
     pub widest_snap: f64,
-    /// Largest turn \[rad\] by an edge that is opened as the last resort, and by one in edge mode; 75°.
+    /// Largest turn \[rad\] by an edge that is opened where no other way is left, and by one in edge mode; 75°.
     pub widest_edge: f64,
     /// Pairs of triangles with an angle below this \[rad\] are flipped where that helps; 28°.
     pub flip: f64,

@@ -21,7 +21,7 @@ pub enum Reach {
     Unlimited,
     /// So far \[mm\] in a new step.
     New(f64),
-    /// What is left of a step that is taken up again.
+    /// What remains of a step that is redone.
     Left,
 }
 
@@ -47,8 +47,8 @@ impl Reach {
     }
 }
 
-/// Whether the split is going to act on what the criterion has decided, and a correction may tell otherwise: a tear starts, a tip that
-/// is to advance may go far enough, or it is not clear that it is to wait for that.
+/// Whether the split is going to act on what the criterion has decided, and a correction may decide otherwise. So it is where a
+/// tear starts, and where a tip that is to advance may go far enough, or it is not clear that it is to wait.
 fn will_tear(
     tables: (&Vertices, &Triangles, &Topology),
     (tearing, tips, decisions): (&Tearing, &Tips, &TearDecisions),

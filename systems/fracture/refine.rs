@@ -120,8 +120,8 @@ struct Refiner<'a> {
 }
 
 impl Refiner<'_> {
-    /// Halves what is too large around the tips, once each, until nothing is: should the budget end it, then everywhere alike. After
-    /// `most` halvings the next step goes on. Returns their number.
+    /// Halves what is too large around the tips, once each, until nothing is; should the budget end it, then evenly everywhere.
+    /// After `most` halvings the next step goes on. Returns their number.
     fn refine(&mut self, most: Option<usize>) -> usize {
         let before = self.refined.split_count;
         let radius = self.tearing.radius;

@@ -1,4 +1,4 @@
-//! Energy release rate and stress intensities at a tip from the field in a ring around it: domain forms of the J-integral
+//! Energy release rate and stress intensities at a tip from the field in a ring around it. They are domain forms of the J-integral
 //! (Li, Shih, Needleman 1985) and of the interaction integral (Yau, Wang, Corten 1980) with the fields of Sih, Paris and Irwin.
 //!
 //! Axes of the crack: 1 ahead, 2 across, the origin where the elements' field has its tip. The ring is laid out in the rest
@@ -17,9 +17,10 @@ use crate::systems::kernels::simd::LANES;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// The weight is 1 up to this part of the radius and falls to 0 at the radius: the triangles at the tip, whose stress is the
-/// worst, then do not enter, nor the piece of the lips between the field's tip and the vertex ahead of it. J over a ring of R about
-/// the vertex met the loads of `tear-load` to 1.3 % and 5.2 % at four and two edges per R, without the core to 2.2 % and 6.0 %.
+/// The weight is 1 up to this part of the radius and falls to 0 at the radius. So the triangles at the tip, whose stress is the
+/// worst, do not enter. Nor does the piece of the lips between the field's tip and the vertex ahead of it. J over a ring of R about
+/// the vertex met the loads of `tear-load` to 1.3 % and 5.2 % at four and two edges per R. Without the core it met them to 2.2 %
+/// and 6.0 %.
 const CORE: f64 = 0.4;
 /// Fewest edges to the radius: the core is then about one of them. With 2.8 the loads of `tear-load` are met to 1.6 %, with two
 /// to 6.4 %.

@@ -100,7 +100,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         };
         let advances = (log.advance_count - advances_before) as usize;
         result.work = result.work.saturating_add(work::of_advances(advances, triangles));
-        // The last pass of a step: those before are taken up again.
+        // The last pass of a step: those before are redone.
         let is_counted = is_held_back && !decisions.may_advance_further;
         log.held_back_count = log.held_back_count.saturating_add(u32::from(is_counted));
     }

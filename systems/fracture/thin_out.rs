@@ -1,6 +1,6 @@
 //! Choosing the edge along which a vertex may be taken out of the mesh.
 //!
-//! Taking a vertex out strains the triangles around it anew, so it must be one that the mesh can spare: the shape stays, in the
+//! Taking a vertex out strains the triangles around it anew, so it must be one that the mesh can spare. The shape stays, in the
 //! rest surface and in space, angles stay good, and the elastic energy of the triangles changes little.
 
 use super::Surface;
@@ -20,7 +20,7 @@ const FLAT_IN_SPACE: f64 = 0.939_692_620_785_908_4;
 /// for 22 % of the stress, what the linear triangles of a mesh that is not refined are off by as well (up to 16 % in `fig2`).
 const ENERGY: f64 = 0.05;
 /// Or by the energy of a stress of this part of the least strength: where that little changes, nothing tears. Tuned, with the
-/// above, on `fig2-tear` at 60° and 90°, where what is taken out behind the tip changes 0.5 % of the energy, and all that goes at
+/// above, on `fig2-tear` at 60° and 90°. There what is taken out behind the tip changes 0.5 % of the energy, and all that goes at
 /// once when the tear has ended 1.5 % more.
 const FAINT: f64 = 0.2;
 

@@ -1,8 +1,8 @@
 //! The disc around a tip in the rest shape: which triangles it holds, with what weight, and how their axes lie in its own.
 //!
-//! All of it follows from the rest shape and the topology, so a disc stays as it is until an edit touches one of its
-//! triangles, those just beyond its rim included; only the stress in it changes from step to step. Triangles are found by
-//! walking from neighbour to neighbour, so a disc never reaches across a crack.
+//! All of it follows from the rest shape and the topology. So a disc stays as it is until an edit touches one of its triangles,
+//! those just beyond its rim included. Only the stress in it changes from step to step. Triangles are found by walking from
+//! neighbour to neighbour, so a disc never reaches across a crack.
 
 use super::Surface;
 use crate::math::{FibreLaw, Sym2, elementary};

@@ -1,8 +1,8 @@
-//! The trial of a start where both a strength and a toughness are in force (coupled criterion, Leguillon 2002): the stress reaches the
-//! strength along a whole length, and opening that length releases the toughness on average.
+//! The trial of a start where both a strength and a toughness are in force (coupled criterion, Leguillon 2002). The stress reaches
+//! the strength along a whole length, and opening that length releases the toughness on average.
 //!
-//! The release is that of a crack on whose lips the tractions are taken away which the tissue carried there (Bueckner 1958): in
-//! a wide plate from inside, at a straight rim from the boundary.
+//! The release is that of a crack on whose lips the tractions are taken away which the tissue carried there (Bueckner 1958). From
+//! inside it is that in a wide plate, from the boundary that at a straight rim.
 
 use super::tip_disc::Disc;
 use super::{EnergyTerms, Surface, Walk, disc_average, strength};
@@ -58,9 +58,10 @@ struct Ray {
 }
 
 impl EnergyTerms<'_> {
-    /// Tries to open a start at `site` in the direction of `decision`, by one edge's length more at a time: the first length that fulfils
-    /// both conditions, or the last along which the strength is reached. A start from the rim whose way is at its strength up to another
-    /// boundary opens: nothing is left beside it that could carry on. `None` where the surface has no such place.
+    /// Tries to open a start at `site` in the direction of `decision`, by one edge's length more at a time. The answer is the first
+    /// length that fulfils both conditions, or the last along which the strength is reached. A start from the rim whose way is at
+    /// its strength up to another boundary opens: nothing is left beside it that could carry on. `None` where the surface has no
+    /// such place.
     pub fn trial(
         &self,
         surface: &Surface,

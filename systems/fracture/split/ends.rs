@@ -15,8 +15,8 @@ const NOTCH: f64 = 200.0 / 180.0 * PI;
 const PART: usize = 256;
 
 impl Tearer<'_> {
-    /// Leaves a live tip where a tear has met a boundary and freed no piece, or only a chip smaller than the averaging disc: at
-    /// the sharpest notch of the rim within 2R, the reach around which starts are left to tips.
+    /// Leaves a live tip where a tear has met a boundary and freed no piece, or only a chip smaller than the averaging disc. It
+    /// lies at the sharpest notch of the rim within 2R, the reach around which starts are left to tips.
     pub(super) fn leave_notch(&mut self, advance: &Advance) {
         let Some(end) = advance.end else { return };
         let radius = self.tearing.radius;
@@ -114,7 +114,7 @@ impl Tearer<'_> {
         tip
     }
 
-    /// Parts tissue that fails without a tip. Whether it did; a refusal is told once for a site.
+    /// Parts tissue that fails without a tip. Whether it did; a refusal is reported once for a site.
     pub(super) fn part(&mut self, parting: &Parting, last: &mut Option<RefusedSite>) -> bool {
         let parted = match (parting.by, parting.site) {
             (PartedBy::Strand, _) => self.part_strand(parting),
