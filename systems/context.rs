@@ -1,4 +1,4 @@
-//! What every system of a step is told: its length, its limits, and the formula by which the displacement u since its start
+//! What every system of a step receives: its length, its limits and its formula. By the formula the displacement u since its start
 //! gives the velocity and what the masses bring along.
 //!
 //! Every formula has the form v = (u − a)/s and M·u/s² = f + M·b with a span s and knowns a, b of its own. Backward Euler: s = Δt.
@@ -50,7 +50,7 @@ pub struct StepContext {
     pub formula: Formula,
     /// Equilibrium without inertia, damping and drag.
     pub is_static: bool,
-    /// Taken up again after tears have advanced: no new allowance for tips.
+    /// Redone after tears have advanced: no new allowance for tips.
     pub is_resumed: bool,
     /// A part of a step that has failed: a few vertices that would create energy find their own way.
     pub is_retried: bool,
@@ -110,7 +110,7 @@ impl StepContext {
         self.budget.is_some_and(|budget| work >= budget)
     }
 
-    /// Whether a body has done its step, which others take up again: its tears need not advance further.
+    /// Whether a body has done its step, which is redone for others: its tears need not advance further.
     pub fn is_done(&self, decisions: Option<&TearDecisions>) -> bool {
         self.is_resumed && !decisions.is_some_and(|decisions| decisions.may_advance_further)
     }
@@ -228,10 +228,10 @@ impl StepContext {
     }
 
     /// How much of the tissue's own least shear stiffness the rotated tangent has beyond the geometric one. One solve by backward
-    /// Euler is stable down to half of the true stiffness, one per stage of TR-BDF2 only where nothing is missing: at 0.9 of it a
-    /// wave grows by 1.3 % per step, at two thirds by 15 %. The geometric stiffness is that of one kind of wave, the whole of the
-    /// shear stiffness covers the others (tuned on `rhexis verify stability`: half of it is just too little at 30 % stretch along
-    /// fibres a hundred times as stiff).
+    /// Euler is stable down to half of the true stiffness. One per stage of TR-BDF2 is stable only where nothing is missing: at 0.9
+    /// of it a wave grows by 1.3 % per step, at two thirds by 15 %. The geometric stiffness is that of one kind of wave; the whole
+    /// of the shear stiffness covers the others. Tuned on `rhexis verify stability`: half of it is just too little at 30 % stretch
+    /// along fibres a hundred times as stiff.
     pub fn reserve(&self) -> f64 {
         if self.formula == Formula::BackwardEuler { Self::RESERVE_OF_EULER } else { 1.0 }
     }

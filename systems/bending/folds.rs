@@ -53,13 +53,13 @@ pub struct DihedralAngles {
     rest: Vec<RestBending>,
     made_of: Vec<MadeOf>,
     is_changed: Vec<bool>,
-    /// The rest data by fours.
+    /// The rest data in lanes, four triangles side by side.
     groups: Vec<RestX4>,
     edges: Edges,
     tilt: Vec<TiltX4>,
     /// Half of what the angles are off their rest values.
     half: Vec<EdgeValuesX4>,
-    /// What of the triangles is in the majorant, to a whole number of fours.
+    /// What of the triangles is in the majorant, filled up to a multiple of four.
     part: Vec<Part>,
     is_slack: Vec<bool>,
     /// Whether its moments are in the majorant.

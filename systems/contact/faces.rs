@@ -1,9 +1,9 @@
 //! Contact of triangles: where an obstacle is so small, or a triangle so large or stretched so far, that it could pass between
 //! the vertices.
 //!
-//! The point of a triangle that is deepest in the obstacle is held back like a vertex, and its corners bear the force by its
-//! weights. They are coupled by it; the stiffness that the solve is told of is the sum of each corner's row, which is no less, so
-//! that a step stays stable and only comes to rest a little later.
+//! The point of a triangle that is deepest in the obstacle is held like a vertex, and its corners bear the force by its weights.
+//! The force couples them. The stiffness in the solve is the sum of each corner's row, which is no less. So a step stays stable and
+//! only comes to rest a little later.
 
 use super::{DEEP, Held, Moved, STIFFNESS, Travel, held, shift};
 use crate::components::{Contact, Increment, Obstacle, Shape, SolverScratch};
@@ -16,9 +16,9 @@ use crate::systems::kernels::lanes::{DOUBLES, Doubles, Lanes};
 use crate::systems::kernels::simd::{Pass, pass};
 use glam::DVec3;
 
-/// A triangle whose longest edge is no longer than this part of the obstacle's least radius of curvature is left to its
-/// vertices; beyond, the stiffness grows with the edge, for one place then bears what many vertices would. Three vertices let a ball
-/// through that are 1.7 radii apart.
+/// A triangle whose longest edge is no longer than this part of the obstacle's least radius of curvature is left to its vertices.
+/// Beyond, the stiffness grows with the edge, for one place then bears what many vertices would. Three vertices that are 1.7 radii
+/// apart let a ball through.
 const SMALL: f64 = 0.5;
 
 /// Steps to the moment of contact at the most, and how near it is \[of the way\].
@@ -28,12 +28,12 @@ const NEAR: f64 = 1e-6;
 /// Rounds in which triangles are put outside.
 const ROUNDS: u32 = 40;
 
-/// A corner is put no farther in a round than so many times the depth. Where all corners are free none has to go
-/// farther than 1.4 times; but beside corners that are held, or in a plane that the normal stands off, what little is
-/// free would have to go any distance.
+/// A corner is put no farther in a round than so many times the depth. Where all corners are free none has to go farther than 1.4
+/// times. But beside corners that are held, or in a plane that the normal stands off, what little is free would have to go any
+/// distance.
 const LONGEST: f64 = 2.0;
 
-/// A triangle that is held back.
+/// A triangle that a contact holds.
 pub(super) struct HeldFace {
     /// Where in the triangle.
     pub weights: [f64; 3],
@@ -238,7 +238,7 @@ pub(super) fn for_held(
     }
 }
 
-/// The next of the fours of triangles from `first` on in which one may have an edge longer than is left to the vertices.
+/// The next group of four triangles from `first` on in which one may have an edge longer than is left to the vertices.
 struct NextLong<'a> {
     corners: &'a [[u32; 3]],
     first: usize,

@@ -1,10 +1,10 @@
 //! Contact with rigid obstacles: a penalty that is implicit in the step, on the side that a vertex came from, and friction.
 //!
-//! Every vertex is judged in the frame of the obstacle at the end of the step. Where it began outside, the plane that holds it
-//! back is the one at which its way, the obstacle's motion included, enters; where it began inside, as at rest it does by a little,
-//! the plane at the closest point, unless that has changed sides. What a solve has carried into an obstacle asks for another, and
-//! what is still inside then is put back onto its plane. Triangles that are large beside an obstacle are judged in the same way at
-//! their deepest point; and none passes through one, whatever comes of that.
+//! Every vertex is judged in the frame of the obstacle at the end of the step, and a plane holds it. Where it began outside, that
+//! is the plane at which its way, the obstacle's motion included, enters. Where it began inside, as at rest it does by a little, it
+//! is the plane at the closest point, unless that has changed sides. What a solve has carried into an obstacle asks for another,
+//! and what is still inside then is put back onto its plane. Triangles that are large beside an obstacle are judged in the same way
+//! at their deepest point; and none passes through one, whatever comes of that.
 
 mod faces;
 mod side;
@@ -21,8 +21,8 @@ use glam::{DMat3, DVec3};
 use hecs::World;
 use smallvec::SmallVec;
 
-/// The penalty stiffness that a contact is given by itself, over that of the membrane at the vertex: at strains of 30 %, and with a
-/// curved obstacle long before, a vertex at rest is then less than a hundredth of an edge inside.
+/// Default penalty stiffness of a contact, over that of the membrane at the vertex. A vertex at rest is then less than a hundredth
+/// of an edge inside at strains of 30 %, and with a curved obstacle long before.
 const STIFFNESS: f64 = 30.0;
 
 /// Closest points whose normals differ by more than this cosine lie on different sides.
@@ -257,8 +257,8 @@ fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&
     is_any
 }
 
-/// Puts what is still deep in an obstacle, or through it, back onto the plane that should have held it: where a large step stretches
-/// a body far, no number of solves is sure to end on the right side. The velocity goes with it.
+/// Puts what is still deep in an obstacle, or through it, back onto the plane that should have held it. Where a large step
+/// stretches a body far, no number of solves is sure to end on the right side. The velocity goes with it.
 pub fn put_outside(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     let mut count = 0;

@@ -2,9 +2,9 @@
 //!
 //! The core of an obstacle is nine tenths of it: of a ball and a capsule what is so near to centre or axis, of an
 //! ellipsoid the similar one. A triangle comes from one side of the obstacle to the other through the core or round it.
-//! So the way of each is followed, in the frame of the obstacle, to where it would enter the core; from there on its
-//! corners go along with the obstacle, and so do those of neighbours that would enter because of that. What does not
-//! move against the obstacle enters nothing, so that there is an end to it.
+//! So the way of each is followed, in the frame of the obstacle, to where it would enter the core. From there on its corners go
+//! along with the obstacle, and so do those of neighbours that would enter because of that. What does not move against the obstacle
+//! enters nothing, so that there is an end to it.
 
 use super::faces::{at, deepest};
 use super::{Moved, shift};

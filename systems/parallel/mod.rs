@@ -230,7 +230,7 @@ fn fill(rows: usize, partials: &mut Vec<f64>, of_chunk: impl Fn(Range<usize>) ->
     });
 }
 
-/// Runs a kernel on every part of `out`, which is told its number: part `p` has the rows from `starts[p]` up to `starts[p + 1]`.
+/// Runs a kernel on every part of `out`, with the number of the part: part `p` has the rows from `starts[p]` up to `starts[p + 1]`.
 pub fn for_parts<T: Send>(out: &mut [T], starts: &[u32], kernel: &impl Kernel<T>) {
     let is_shared = is_worth_sharing(out.len());
     share(Parts(out, starts), is_shared, &|first, Parts(mut rows, starts)| {

@@ -93,8 +93,8 @@ impl Drop for Done<'_> {
     }
 }
 
-/// Rows from which on a step gains more by a thread that stays awake than that costs: at 15,000 triangles it takes a tenth of the time
-/// away, at 5,000 twice the processor time for nothing.
+/// Rows from which on a step gains more by a thread that stays awake than that costs. At 15,000 triangles it takes a tenth of the
+/// time away; at 5,000 it takes twice the processor time for nothing.
 const AWAKE_FROM: usize = 8192;
 
 /// A thread that has found nothing to do for so long goes to sleep.

@@ -15,8 +15,8 @@ use glam::DVec3;
 type Stage<'a> =
     ((&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch), (Prescription<'a>, Option<&'a Planar>));
 
-/// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear
-/// solve: the last increment scaled to this step along free axes, the prescribed displacement along the others.
+/// Sizes the increment to the vertices, saves the start of the step, marks free axes and sets the first guess of the linear solve.
+/// The guess is the last increment scaled to this step along free axes, the prescribed displacement along the others.
 pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
     type Begun<'a> =
         ((&'a mut SolveResult, &'a mut SolverScratch, &'a mut GuardLedger), Option<&'a Sleeping>, Read<'a>);
@@ -86,8 +86,8 @@ pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// Takes the step up again on the bodies whose tears have advanced and may advance further: the same step from the same start
-/// (the last stage of it where it has two) and with what it has reached so far, on the mesh as it is now. The others are done.
+/// Redoes the step for the bodies whose tears have advanced and may advance further. It is the same step from the same start, on
+/// the mesh as it is now and with what it has reached so far; of two stages, the last. The others are done.
 pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (

@@ -5,8 +5,8 @@ use crate::settings::{LinearParams, Tangent};
 use crate::systems::StepContext;
 use std::slice::from_ref;
 
-/// The stress error allowed before a tear advances, as part of that allowed otherwise: an advance cannot be undone, and
-/// the error at a tip may be several times that in the body as a whole.
+/// The stress error allowed before a tear advances, as part of that allowed otherwise. An advance cannot be undone, and the error
+/// at a tip may be several times that in the body as a whole.
 const DECISIVE: f64 = 0.2;
 
 /// Relative residual that a further solve of a step that would create energy goes down to at least.

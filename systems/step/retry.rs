@@ -13,8 +13,8 @@ use smallvec::SmallVec;
 /// Attempts per level of halving, after which the rest of the step is taken by fallback sub-steps.
 const TRIES: u32 = 3;
 
-/// Factor by which the fallback sub-step of a body that was step-limited in the last step already shrinks in time: in a long one soft modes,
-/// held by inertia alone, overshoot until almost no fraction is admissible, and crumpled tissue would stay so.
+/// Factor by which the fallback sub-step of a body that was step-limited in the last step already shrinks in time. In a long one
+/// soft modes, held by inertia alone, overshoot until almost no fraction is admissible, and crumpled tissue would stay so.
 const SHORTER: f64 = 8.0;
 
 /// Maximum number of times that it shrinks: to 3 µs of 100 ms.
@@ -71,8 +71,8 @@ struct Retried<'a, 'b> {
     running: &'a mut Running<'b>,
     /// Parts that have been tried.
     tries: u32,
-    /// Whether the smallest part has had to be as dissipative as can be, or there have been tries enough: what is left of the step is
-    /// so at once, in as few parts as there can be.
+    /// Whether the smallest part has had to be a fallback sub-step, as dissipative as can be, or there have been tries enough. The
+    /// remainder of the step is so at once, in as few parts as there can be.
     is_fallback: bool,
 }
 

@@ -9,7 +9,7 @@ use crate::systems::StepContext;
 use hecs::{Entity, World};
 use std::ops::ControlFlow;
 
-/// What a step is run by, and where it is told what it did.
+/// What a step is run by, and where it is reported what it did.
 pub struct Running<'a> {
     /// The systems.
     pub schedule: &'a mut Schedule,

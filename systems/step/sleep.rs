@@ -1,8 +1,8 @@
 //! Sleep: who wakes at the start of a step, and who falls asleep in it.
 //!
-//! What a body at x with the velocity v would still move is bounded by (K + M/T²)⁻¹·f(x) and (K + M/T²)⁻¹·M·v/dt, with its
-//! tangent K and the forces f at x: the way to its equilibrium, and the way on which its momentum of a step is used up. In an
-//! oscillation one is largest where the other is zero, so both must be small. The mass over T = a thousand steps stands for
+//! What a body at x with the velocity v would still move is bounded by (K + M/T²)⁻¹·f(x) and (K + M/T²)⁻¹·M·v/dt, with its tangent
+//! K and the forces f at x. The first is the way to its equilibrium, the second the way on which its momentum of a step is used up.
+//! In an oscillation one is largest where the other is zero, so both must be small. The mass over T = a thousand steps stands for
 //! what has no stiffness of its own.
 
 use crate::components::{

@@ -47,8 +47,8 @@ impl DihedralAngles {
         -dot(&forces, u)
     }
 
-    /// For a balance of energy over a step from `start` by `u` that has been solved statically: true work, that of the mean of the
-    /// forces at both ends, dissipation, energy at the start and at the end.
+    /// Terms of the energy balance over a step from `start` by `u` that has been solved statically. In order: true work, work of
+    /// the mean of the forces at both ends, dissipation, energy at the start and at the end.
     pub fn works_between_ends(body: Body<'_>, bending: &Bending, start: &[DVec3], u: &[DVec3]) -> [f64; 5] {
         let (vertices, triangles, topology) = body;
         let (mut folds, mut passes) = (Self::default(), BendingPasses::default());

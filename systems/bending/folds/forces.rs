@@ -42,7 +42,7 @@ impl BendingPasses {
     }
 }
 
-/// Makes a list for so many fours, with zeros at its end.
+/// Makes a list for so many groups of four, with zeros at its end.
 pub(super) fn size<T: Copy + Default>(list: &mut Vec<T>, count: usize) {
     list.resize(count + 1, T::default());
     list[count] = T::default();

@@ -1,4 +1,4 @@
-//! Bending as hinges between two triangles each, for preconditioners.
+//! Bending by the dihedrals of two triangles each, for preconditioners.
 
 use super::{DihedralAngles, is_first};
 use crate::storage::NONE;
@@ -17,7 +17,7 @@ pub struct Dihedral {
 }
 
 impl DihedralAngles {
-    /// The hinge at an edge of a triangle: without what couples the edges of a triangle, for preconditioners. `None` at the
+    /// The dihedral at an edge of a triangle: without what couples the edges of a triangle, for preconditioners. `None` at the
     /// boundary.
     pub fn hinge(&self, corners: &[[u32; 3]], t: usize, e: usize) -> Option<Dihedral> {
         let across = self.rest[t].across[e];
@@ -38,7 +38,7 @@ impl DihedralAngles {
         Some(Dihedral { vertices, gradient, stiffness })
     }
 
-    /// All hinges, each once.
+    /// All dihedrals, each once.
     pub fn hinges(&self, corners: &[[u32; 3]]) -> impl Iterator<Item = Dihedral> {
         let edges = (0..self.rest.len()).flat_map(|t| [0, 1, 2].map(|e| (t, e)));
         let once = edges.filter(|&(t, e)| is_first(t, e, self.rest[t].across[e]));

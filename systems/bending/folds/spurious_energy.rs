@@ -27,11 +27,11 @@ impl DihedralAngles {
         })
     }
 
-    /// E(x + u) − E(x) + f·u − u·K·u \[mJ\] with the tangent K of the step, exact or the majorant, for a displacement u
-    /// from where the angles were last evaluated, less what damping by the way `before` in the step does along u, and
-    /// along that way too where that is not counted yet. Where a fold goes on beyond 180° E is that of the fold told
-    /// from its other side, as the forces of the next step are. For that x + u has to have the bits that the next step
-    /// starts from: `motion` gives u and x + u of each of so many vertices.
+    /// Spurious energy E(x + u) − E(x) + f·u − u·K·u \[mJ\] for a displacement u from where the angles were last evaluated. K is
+    /// the tangent of the step, exact or the majorant. The work of damping by the way `before` in the step is subtracted: along u,
+    /// and along that way too where that is not counted yet. Where the dihedral angle passes 180°, E takes it from the other side,
+    /// as the forces of the next step do. For that x + u has to have the bits that the next step starts from: `motion` gives u and
+    /// x + u of each of so many vertices.
     pub fn spurious_energy(
         &self,
         corners: &[[u32; 3]],
@@ -75,7 +75,7 @@ pub(super) struct Halves {
     first: [[F64x4; DOUBLES]; 3],
 }
 
-/// Where four halves stand.
+/// Places of the four half angles.
 const START: usize = 0;
 const END: usize = 1;
 const CHANGE: usize = 2;
@@ -131,7 +131,7 @@ impl Kernel<Halves> for Halving<'_> {
     }
 }
 
-/// What the triangles leave over: the rows have nothing in them.
+/// Spurious energy of the triangles: the rows have nothing in them.
 struct Balance<'a> {
     folds: &'a DihedralAngles,
     halves: &'a [Halves],

@@ -1,11 +1,11 @@
 //! Which triangles bend in the tangent of a dynamic step: all but those that are taut.
 //!
-//! A taut sheet is held level by its tension. With the slope p of a triangle its edges with normals m are tilted by p·m from its side, and
-//! Σ ¼·θ·Q·θ over triangles is at most Σ p·C·p with C = Σ ½·(λ + λ')·m⊗m over the edges and the largest stiffnesses λ, λ' of the laws
-//! on both sides, while tension has Σ V·p·S⁺·p. Where the first is at most half of the second, in a triangle and its neighbours, the
-//! moments of the triangle are left out of the tangent: what is left is two thirds of the whole and more, and backward Euler is
-//! stable from a half on. Forces know no such difference, so that a sheet comes to rest in the same shape; and in most of a
-//! taut sheet a product has nothing to bend.
+//! A taut sheet is held level by its tension. With the slope p of a triangle its edges with normals m are tilted by p·m from its
+//! side. Then Σ ¼·θ·Q·θ over triangles is at most Σ p·C·p, while tension has Σ V·p·S⁺·p. Here C = Σ ½·(λ + λ')·m⊗m over the edges,
+//! with the largest stiffnesses λ, λ' of the laws on both sides. Where the first sum is at most half of the second, in a triangle
+//! and its neighbours, the moments of the triangle are left out of the tangent. The remaining tangent is two thirds of the whole
+//! and more, and backward Euler is stable from a half on. Forces leave nothing out, so that a sheet comes to rest in the same
+//! shape; and in most of a taut sheet a product has nothing to bend.
 
 use super::DihedralAngles;
 use crate::components::Frames;

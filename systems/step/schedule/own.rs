@@ -29,7 +29,7 @@ pub enum BadPlace {
         /// The nearest name that there is.
         nearest: &'static str,
     },
-    /// Two systems of one name could not be told apart in reports and places.
+    /// Two systems of one name could not be distinguished in reports and places.
     #[error("there is a system `{0}` already: give yours another name")]
     NameTaken(&'static str),
     /// The engine's own systems stay.
