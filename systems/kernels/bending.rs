@@ -1,8 +1,8 @@
 //! Bending of a triangle: how it tilts about its edges, and its moments against the tilts.
 //!
 //! Edge `e` runs from corner `e` to the next. Along it two triangles meet at the angle θ, zero where they are level and positive
-//! where they form a valley, seen from the side of the normals. θ changes by what either triangle tilts about the edge, a tilt being
-//! linear in what the corners move along the normal.
+//! where they form a valley, seen from the side of the normals. The angle θ changes by what either triangle tilts about the edge. A
+//! tilt is linear in what the corners move along the normal.
 
 use super::formulas::{Vector, cross, dot, less, scaled};
 use crate::math::number::{Number, Real};
@@ -16,8 +16,8 @@ pub const TURN: f64 = 0.65;
 /// A triangle squeezed to less than this part of its rest area has no meaningful normal, and is left out.
 const LEAST_AREA: f64 = 1e-3;
 
-/// How a triangle tilts. With its edges e₀, e₁, e₂ one after the other, of lengths l, and cₑ = eₑ·eₑ₊₁ over twice the area, heights of
-/// a and b of corners 1 and 2 over corner 0 tilt it about its edges by (c₂·(a − b) − c₀·b)/l₀, (c₁·a + c₀·b)/l₁ and
+/// How a triangle tilts. Its edges e₀, e₁, e₂ follow one after the other and have the lengths l; cₑ is eₑ·eₑ₊₁ over twice the area.
+/// Heights a and b of corners 1 and 2 over corner 0 tilt it about its edges by (c₂·(a − b) − c₀·b)/l₀, (c₁·a + c₀·b)/l₁ and
 /// (−c₁·a − c₂·(a − b))/l₂.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tilt {
@@ -195,8 +195,8 @@ pub fn law(rest: &RestTriangle, stiffness: &Orthotropic, scale: f64) -> EdgeMatr
     [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(e, f)| moment[e].contract(curvature[f]))
 }
 
-/// How Q changes \[N\] when the rest shape is shifted by q·d, d a unit vector, where the weight q has the gradient `fall` \[1/mm\]: the
-/// gradients of shape functions then change by −∇q·(d·∇N) and the area by the part d·∇q.
+/// How Q changes \[N\] when the rest shape is shifted by q·d, d a unit vector, where the weight q has the gradient `fall` \[1/mm\].
+/// The gradients of shape functions then change by −∇q·(d·∇N) and the area by the part d·∇q.
 pub fn law_under_shift(
     rest: &RestTriangle,
     stiffness: &Orthotropic,

@@ -296,7 +296,8 @@ mod tests {
 
     #[test]
     fn lanes_agree_with_one_triangle_after_another() {
-        // Any shape; one flat as a line, one a point, one without end, one crushed to less than a thousandth. Not a whole number of fours.
+        // Any shape; one flat as a line, one a point, one without end, one crushed to less than a thousandth. Not a multiple of
+        // four.
         let wave = |i: usize, k: f64| (k * i as f64).sin();
         let vector = |i: usize, k: f64| DVec3::new(wave(i, 7.1 * k), wave(i, 3.3 * k), wave(i, 5.7 * k));
         let corners: Vec<[u32; 3]> = (0..39).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();

@@ -1,12 +1,12 @@
-//! Bending of eight triangles side by side in single precision, in three passes with other triangles between them: tilts of a
-//! displacement, moments of the tilts of both sides, forces of the moments of both sides.
+//! Bending of eight triangles side by side in single precision, in three passes with other triangles between them. They find tilts
+//! of a displacement, moments of the tilts of both sides, and forces of the moments of both sides.
 //!
 //! Layout: eight numbers per entry, a lane per triangle. Tilts and moments of a pack are 24 numbers, edge by edge, and those of
 //! all packs one list: an edge is found from across by its place in that.
 //!
-//! Tilts are times the length of their edge here, laws over both: with the edges e₀, e₁, e₂ one after the other and
-//! cₑ = eₑ·eₑ₊₁/(2·area), heights a and b of corners 1 and 2 over corner 0 tilt by c₂·(a − b) − c₀·b, c₁·a + c₀·b and
-//! −c₁·a − c₂·(a − b): three numbers, which are minus the cotangents of the angles, and the tilts sum to zero.
+//! Tilts are times the length of their edge here, laws over both. The edges e₀, e₁, e₂ follow one after the other, and
+//! cₑ = eₑ·eₑ₊₁/(2·area). Heights a and b of corners 1 and 2 over corner 0 tilt by c₂·(a − b) − c₀·b, c₁·a + c₀·b and
+//! −c₁·a − c₂·(a − b). So three numbers do, the cₑ, which are minus the cotangents of the angles; and the tilts sum to zero.
 
 use super::bending::{forces_along, symmetric_product, tilts};
 use super::formulas::{dot, less, scaled};

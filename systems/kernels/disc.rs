@@ -1,7 +1,7 @@
 //! Exact area of the overlap of a disc and a triangle: the weight of a triangle in an average over a disc.
 //!
-//! By Green's theorem the overlap is the sum over the triangle's directed edges of the signed area that the disc shares with
-//! the triangle (centre, a, b): where the edge runs inside the disc a triangle, where it runs outside a circular sector.
+//! By Green's theorem the overlap is the sum over the triangle's directed edges of the signed area that the disc shares with the
+//! triangle (centre, a, b). Where the edge runs inside the disc that is a triangle, where it runs outside a circular sector.
 
 use crate::math::elementary;
 use glam::DVec2;

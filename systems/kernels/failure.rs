@@ -232,7 +232,7 @@ impl Search {
 /// A direction is admissible if d·p ≥ cos θ_P − 1e-9 (no cone: all) and it lies in the sector to 1e-9 rad (no sector: all).
 /// With neither, `d` and `−d` are one line, named by the direction that points up.
 ///
-/// Ties (values equal to 1e-12, directions 2° or more apart) go to the direction nearest p; then to the line met first
+/// Ties (values equal to 1e-12, directions 2° or more apart) go to the direction nearest p. Then they go to the line met first
 /// turning counter-clockwise from the fibre; then to the direction on the left of p, or the first one of the sector. The rule turns
 /// with its input and does not see the fibre's sign.
 pub fn evaluate(

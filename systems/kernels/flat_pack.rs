@@ -1,6 +1,6 @@
 //! Eight triangles of a planar body side by side in single precision: the tangent as a symmetric 4×4 matrix, and its product.
 //!
-//! In a plane nothing moves along z, and the second axis of a triangle is the first one turned: of [`super::pack`]'s 21 numbers per
+//! In a plane nothing moves along z, and the second axis of a triangle is the first one turned. Of [`super::pack`]'s 21 numbers per
 //! triangle 10 are left, 40 bytes, and of the products 16 out of 36.
 
 use super::lanes::{Lanes, Singles};

@@ -3,7 +3,7 @@
 //! Kernels are written once, over [`Lanes`]; the wide processor's are registers of 256 bits, the plain one's are halves of
 //! that or plain numbers. Every operation rounds each lane by itself, so that both give the same bits.
 //!
-//! What is generic over lanes is marked `#[inline(always)]` down to the last function and calls no closure: a function that is not
+//! What is generic over lanes is marked `#[inline(always)]` down to the last function and calls no closure. A function that is not
 //! inlined into the wide one cannot take the wide instructions in, and calls each of them instead.
 
 #[cfg(target_arch = "x86_64")]

@@ -8,7 +8,7 @@
 //!
 //! fᵢ = −V·P·∇Nᵢ being its forces on its corners. No small strain, no flat disc and no law of its own enters: it is the derivative
 //! of the discrete energy. Whatever else acts on the vertices, by d'Alembert −Σ fᵢ of the triangles around one, moves with the
-//! material and does the work −F·q·d; so does the residual of a solve, whose rotations would else count in full.
+//! material and does the work −F·q·d. So does the residual of a solve, whose rotations would else count in full.
 
 use glam::{DVec2, DVec3};
 

@@ -1,6 +1,6 @@
 //! The membrane element for four triangles side by side: [`super::formulas`], lane by lane.
 //!
-//! A step spends most of its time outside the linear solve here. What a lane cannot do alike (a collapsed or mirrored
+//! A step spends most of its time outside the linear solve here. What a lane cannot do in the same way (a collapsed or mirrored
 //! triangle) is done by the functions for one triangle, against which these are tested.
 
 use super::formulas::{
@@ -98,7 +98,7 @@ impl States<'_> {
         membrane::state(x, &self.rest[t], &self.stiffness[t], self.is_planar, self.free(t))
     }
 
-    /// Does over what a lane cannot do alike: triangles that are not sound, and strains that are but rounding.
+    /// Does over what a lane cannot do in the same way: triangles that are not sound, and strains that are but rounding.
     #[inline(never)]
     fn mend<T: Stored>(&self, first: usize, out: &mut [T], (sound, least): (F64x4, F64x4), strain_sq: F64x4) {
         for (lane, out) in out.iter_mut().enumerate() {
@@ -284,8 +284,8 @@ impl<T: Stored> Kernel<[DVec3; 3]> for CornerForces<'_, T> {
     }
 }
 
-/// How far triangles go: the rows have nothing in them. Of the sums the first says how many go far, at the least; the
-/// second is that of A·a⁴ with the rest area A \[mm²\] and the norm a of the change of the deformation gradient.
+/// How far triangles go: the rows have nothing in them. The first sum says how many go far, at the least. The second is that of
+/// A·a⁴ with the rest area A \[mm²\] and the norm a of the change of the deformation gradient.
 pub struct Far<'a> {
     /// Vertices of the triangles.
     pub corners: &'a [[u32; 3]],

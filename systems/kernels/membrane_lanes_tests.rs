@@ -22,8 +22,8 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// Seventeen triangles, so that the last group is not whole: any shape, stretch and turn; one collapsed to a segment, one
-    /// to a point, and in the plane one mirrored and one a pure mirror image.
+    /// Seventeen triangles, so that the last group is not whole: any shape, stretch and turn. One is collapsed to a segment, one to
+    /// a point, and in the plane one is mirrored and one a pure mirror image.
     fn new(is_planar: bool) -> Self {
         let mut next = numbers();
         let (stiffness, pre_stretch, thickness) = (vec![], vec![], vec![]);

@@ -125,8 +125,9 @@ impl Pack {
         }
     }
 
-    /// The blocks \[N/mm\] of the three corners on the diagonal, and those of the edges 1–0, 2–0, 2–1 (row, column), as
-    /// columns, of the triangles in the first (0) or last (1) four lanes: column `i` of each matrix belongs to the `i`-th of them.
+    /// The blocks \[N/mm\] of the triangles in the first (0) or last (1) four lanes, as columns. First those of the three corners
+    /// on the diagonal, then those of the edges 1–0, 2–0, 2–1 (row, column). Column `i` of each matrix belongs to the `i`-th of the
+    /// triangles.
     #[inline(always)]
     pub fn blocks(&self, half: usize) -> ([[Mat4; 3]; 3], [[Mat4; 3]; 3]) {
         let (k, m, l) = (half_of(&self.k11, half), half_of(&self.k12, half), half_of(&self.k22, half));

@@ -1,4 +1,4 @@
-//! Elastic energy of a triangle along a straight path of its corners, and the work that the path costs: the integral of the
+//! Elastic energy of a triangle along a straight path of its corners, and the work that the path costs. That is the integral of the
 //! true force, by Gauss's rule with five points (exact to the ninth degree).
 
 use super::membrane;

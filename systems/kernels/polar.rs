@@ -27,8 +27,8 @@ pub fn membrane(f1: DVec3, f2: DVec3) -> Polar {
     polar(rotated_about(f, normal.to_array(), twice_area))
 }
 
-/// Polar decomposition of a body that stays in the plane z = const: the normal is fixed to +z and the area is signed, so a
-/// mirrored triangle has a stretch that is far from the identity and a force that turns it back.
+/// Polar decomposition of a body that stays in the plane z = const. The normal is fixed to +z and the area is signed. So a mirrored
+/// triangle has a stretch that is far from the identity and a force that turns it back.
 #[inline]
 pub fn planar(f1: DVec3, f2: DVec3) -> Polar {
     let f = [f1.with_z(0.0).to_array(), f2.with_z(0.0).to_array()];

@@ -1,9 +1,9 @@
 //! The instruction set of the loops, chosen when the program runs: one binary for every processor of a family.
 //!
-//! What runs inside [`wide`] is compiled once for the plain processor and once for the wide one (AVX2), and the compiler finds
-//! the lanes by itself: kernels are written as plain arithmetic on arrays of [`LANES`] numbers. A closure is compiled so only
-//! where it is small enough to be inlined there; a loop that matters is a [`Kernel`], whose `run` always is. Multiplications
-//! and additions are never contracted to one rounding, so every instruction set gives the same bits.
+//! What runs inside [`wide`] is compiled once for the plain processor and once for the wide one (AVX2), and the compiler finds the
+//! lanes by itself. Kernels are written as plain arithmetic on arrays of [`LANES`] numbers. A closure is compiled so only where it
+//! is small enough to be inlined there; a loop that matters is a [`Kernel`], whose `run` always is. Multiplications and additions
+//! are never contracted to one rounding, so every instruction set gives the same bits.
 
 use super::lanes::{Lanes, Portable};
 pub use pulp::NullaryFnOnce;
