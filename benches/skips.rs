@@ -69,7 +69,7 @@ fn criterion_above_the_bound(bencher: Bencher) {
 fn systems_without_a_body(bencher: Bencher) {
     let (mut simulation, _, step) = stretched(square(LARGE, Curve::constant(0.15)));
     let world = simulation.world_mut();
-    // Those of a step that is taken up again would have told the others that the body is done.
+    // Those of a redone step would have marked the body as done for the others.
     let of_first_pass = STEP.iter().filter(|system| system.stage != Stage::Resume);
     let idle: Vec<_> = of_first_pass.filter(|system| (system.run)(world, &step) == 0).collect();
     bencher

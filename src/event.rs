@@ -34,7 +34,7 @@ pub enum Course {
     Snapped,
     /// On the ray, a part of the way through the triangle.
     Part,
-    /// Along an existing edge that leads forward: always in edge mode, the last resort in free mode.
+    /// Along an existing edge that leads forward: always in edge mode, where no other way is left in free mode.
     Edge,
 }
 
@@ -173,8 +173,8 @@ pub enum EventKind {
         course: Course,
     },
     /// A body with an [`EnergyAudit`](crate::components::EnergyAudit) has found its equilibrium after tears have advanced or it
-    /// was cut, with nothing else moved on. Advances of several tips before one equilibrium are told together: their shares
-    /// cannot be told apart.
+    /// was cut, with nothing else moved on. Advances of several tips before one equilibrium are reported together: their shares
+    /// cannot be separated.
     Released {
         /// Fall of its elastic energy, and the work of its loads meanwhile \[mJ\].
         energy: f64,
@@ -238,11 +238,11 @@ pub enum EventKind {
         /// The criterion there.
         criterion: f64,
     },
-    /// The stress reaches the strength where there is no tear, and opening one would release less than the toughness. Told once, until
-    /// no start is refused for that; how often one was is counted ([`TearLog`](crate::components::TearLog)).
+    /// The stress reaches the strength where there is no tear, and opening one would release less than the toughness. Reported
+    /// once, until no start is refused for that; how often one was is counted ([`TearLog`](crate::components::TearLog)).
     StartWithheld(WithheldStart),
     /// The criterion asked for an advance that the mesh could not make in any way. The tip rests, and is tried again in later
-    /// steps; told once until it moves or relaxes.
+    /// steps; reported once until it moves or relaxes.
     Refused {
         /// The tip.
         tip: Option<TipKey>,
@@ -251,7 +251,7 @@ pub enum EventKind {
         /// Why.
         reason: String,
     },
-    /// Jaws were pulled harder than their force limit. Told once, until they are not any more.
+    /// Jaws were pulled harder than their force limit. Reported once, until they are not any more.
     Slipped {
         /// Name of the grip or forceps.
         jaws: String,
@@ -267,7 +267,7 @@ pub enum EventKind {
         /// What woke it.
         by: WokenBy,
     },
-    /// The guard against created energy began to act on a body; told again once a step has passed without it.
+    /// The energy guard began to act on a body; reported again once a step has passed without it.
     StepGuarded {
         /// Attempts at the step or a part of it that were undone.
         refused: u32,

@@ -71,9 +71,9 @@ pub enum GenerateError {
     },
 }
 
-/// The structured mesh M(`nx`, `ny`) of the rectangle \[0, `width`\] × \[0, `height`\] \[mm\] in the plane z = 0: vertex (i, j) has
-/// index j·(nx+1)+i; the diagonal of cell (i, j) runs lower-left to upper-right if i+j is even, else upper-left to
-/// lower-right. Mirror symmetry in x needs `nx` even, in y `ny` even, symmetry under 180° `nx + ny` even.
+/// The structured mesh M(`nx`, `ny`) of the rectangle \[0, `width`\] × \[0, `height`\] \[mm\] in the plane z = 0. Vertex (i, j) has
+/// index j·(nx+1)+i. The diagonal of cell (i, j) runs lower-left to upper-right if i+j is even, else upper-left to lower-right.
+/// Mirror symmetry in x needs `nx` even, in y `ny` even, symmetry under 180° `nx + ny` even.
 ///
 /// ```
 /// let mesh = rhexis::generate::grid(30.0, 30.0, 30, 25)?;

@@ -1,8 +1,8 @@
 //! Rhexis: an embeddable, data-oriented engine for the real-time tearing of fibre-reinforced soft-tissue membranes.
 //!
 //! A membrane is a triangle mesh with a thickness, a fibre direction and an orthotropic material per triangle. It is held, loaded,
-//! gripped and cut. Where the stress at a tear's tip exceeds the strength of the tissue, which depends on the angle to the fibres,
-//! the tear advances, through triangles or along edges, in the direction that the criterion chooses.
+//! gripped and cut. Where the stress at a tear's tip exceeds the strength of the tissue, the tear advances, through triangles or
+//! along edges, in the direction that the criterion chooses. The strength depends on the angle to the fibres.
 //!
 //! # Goals, in this order
 //! 1. **Never breaks.** No panic, no NaN out, no half-done edit. Bad input is refused with a reason and a remedy; a step that

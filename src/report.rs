@@ -74,11 +74,11 @@ pub struct BodyReport {
     pub relaxed_vertices: usize,
     /// Steps since the body was spawned in which `max_tear_speed` held a tear back that was to advance.
     pub tear_held_back: u32,
-    /// Largest criterion at a tip that was held back; zero before the first.
+    /// Largest criterion at a tip that `max_tear_speed` held back; zero before the first.
     pub held_back_criterion: f64,
     /// Why the body's step was given up, where it was: its last good state stands, at this time or before.
     pub fault: Option<Fault>,
-    /// What the guard against created energy did to the body in this step.
+    /// What the energy guard did to the body in this step.
     pub guard: GuardFigures,
     /// Whether the body sleeps: no system ran on it, and the other figures are those of the last step that did.
     pub is_asleep: bool,

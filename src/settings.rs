@@ -35,21 +35,20 @@ pub enum Integrator {
     /// Backward Euler: of first order, one solve per step, damps every motion that a step does not resolve.
     #[default]
     BackwardEuler,
-    /// TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): of second order, a stage by the trapezoidal rule over 0.586 of the step and one
-    /// by the backward difference formula over the rest; damps like backward Euler what is far too fast for the step, and hardly
-    /// at all what the step resolves. Two solves per step. Second order takes two Newton iterations per stage with the projected
-    /// tangent, or the exact one; a single rotated solve per stage damps noise, but is of first order, less accurate than backward
-    /// Euler, and makes a body that spins about its normal spin faster. An energy audit is of backward Euler only.
+    /// TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): of second order. One stage by the trapezoidal rule over 0.586 of the step,
+    /// one by the backward difference formula over the rest. It damps like backward Euler what is far too fast for the step, and
+    /// hardly at all what the step resolves. Two solves per step. Second order takes two Newton iterations per stage with the
+    /// projected tangent, or the exact one. A single rotated solve per stage damps noise, but is of first order and less accurate
+    /// than backward Euler. It makes a body that spins about its normal spin faster. An energy audit is of backward Euler only.
     TrBdf2,
 }
 
-/// What makes the iterations of a linear solve few. It changes the time that a solve takes, and its answer within the
-/// solve's tolerance.
+/// The preconditioner of a linear solve. It changes the time that a solve takes, and its answer within the solve's tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preconditioner {
     /// A Cholesky factor or multigrid, by size. In static solves a factor renewed on the spot, over 200,000 free axes multigrid. In
-    /// dynamic steps up to 40,000 free axes a factor made aside on a thread of its own: it takes effect a fixed number of solves
+    /// dynamic steps up to 40,000 free axes a factor made aside on a thread of its own. It takes effect a fixed number of solves
     /// later and is kept while it is better than none, edits of the mesh included. Meanwhile an incomplete one; on planar bodies
     /// from 1,000 free axes on, 2,000 where they may tear, multigrid. Over 40,000 multigrid.
     #[default]
@@ -58,19 +57,19 @@ pub enum Preconditioner {
     /// finer the mesh. Right where memory is short, and for dynamic steps so short that inertia keeps the iterations few.
     BlockJacobi,
     /// An incomplete Cholesky factor with the fill of level one, made anew for every solve: about a quarter of block Jacobi's
-    /// iterations, each twice as long. Right for dynamic steps of bodies that tear, fold and slacken. It serves the
-    /// rotated tangent in [`Precision::Mixed`]; elsewhere this is block Jacobi.
+    /// iterations, each twice as long. Right for dynamic steps of bodies that tear, bend and slacken. It serves the rotated tangent
+    /// in [`Precision::Mixed`]; elsewhere this is block Jacobi.
     IncompleteCholesky,
     /// Multigrid: a cycle over coarser and coarser levels that follow the surface and its tears. About 6 iterations per solve to
-    /// 1e-3 and 15 to 1e-6 whatever the mesh, each as long as two or three of block Jacobi's; its numbers are kept from solve to
-    /// solve while that saves time. Right for large bodies, torn or not. On a crumpled body it needs a third of the
-    /// incomplete factor's iterations, but new numbers at every step, each as long as six of them: with less than 20,000
-    /// triangles the incomplete factor is faster there.
+    /// 1e-3 and 15 to 1e-6 whatever the mesh, each as long as two or three of block Jacobi's. Its numbers are kept from solve to
+    /// solve while that saves time. Right for large bodies, torn or not. On a crumpled body it needs a third of the incomplete
+    /// factor's iterations, but new numbers at every step, each as long as six of them. With less than 20,000 triangles the
+    /// incomplete factor is faster there.
     Multigrid,
-    /// A sparse Cholesky factor of the operator, renewed on the spot as soon as it needs more than ten iterations: one to ten
-    /// per solve, and a step now and then that takes as long as twenty others. Right for static solves and for tight
-    /// tolerances. A factor of a sheet of 100,000 free axes takes 0.1 GB and half a second. Without the crate's feature `direct`
-    /// this is the incomplete one.
+    /// A sparse Cholesky factor of the operator, renewed on the spot as soon as it needs more than ten iterations. One to ten per
+    /// solve, and a step now and then that takes as long as twenty others. Right for static solves and for tight tolerances. A
+    /// factor of a sheet of 100,000 free axes takes 0.1 GB and half a second. Without the crate's feature `direct` this is the
+    /// incomplete one.
     Cholesky,
 }
 
@@ -91,15 +90,15 @@ pub enum Precision {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearParams {
-    /// Stop where the residual has fallen to this fraction of the largest right-hand side of the step's solves so far, 1e-4 by default: a
-    /// piece that is torn free turns and moves at next to no energy, and only a small residual holds the error of that motion down. A
-    /// body that is held everywhere may have 0.1, and half the iterations;
+    /// Relative residual to stop at, 1e-4 by default: the part of the largest right-hand side of the step's solves so far. A piece
+    /// that is torn free turns and moves at next to no energy; only a small residual holds the error of that motion down. A body
+    /// that is held everywhere may have 0.1, and half the iterations.
     pub tolerance: f64,
-    /// and the estimated error of the stress, relative to the stress in the body as a whole, to this, 1e-3 by default: the root of
-    /// the energy of the strains still missing over the stored energy. A residual tells the less of the stress the finer the mesh;
-    /// this means the same on any. A sheet of 1,500 triangles is itself 5 % off the continuum. A residual of 1e-3 times this
-    /// is small enough whatever the stress: a body at rest stores nothing. With `INFINITY` it is not asked for and the residual decides
-    /// alone.
+    /// Estimated error of the stress to stop at as well, relative to the stress in the body as a whole, 1e-3 by default. It is the
+    /// root of the energy of the strains still missing over the stored energy. A residual says the less of the stress the finer the
+    /// mesh; this means the same on any. A sheet of 1,500 triangles is itself 5 % off the continuum. A residual of 1e-3 times this
+    /// is small enough whatever the stress: a body at rest stores nothing. With `INFINITY` it is not asked for and the residual
+    /// decides alone.
     pub stress_tolerance: f64,
     /// Position error at which a dynamic solve may stop whatever its residual, as a fraction of the mean edge: the mean over the masses that the
     /// error's energy allows at most. `INFINITY`, the default, does not ask for it. What such a solve leaves unsolved does no work. A free piece much
@@ -138,7 +137,7 @@ impl Default for LinearParams {
 pub struct Settings {
     /// Linear solve of a dynamic step.
     pub linear: LinearParams,
-    /// What makes the iterations of linear solves few, static ones and those of dynamic steps.
+    /// The preconditioner of linear solves, static ones and those of dynamic steps.
     pub preconditioner: Preconditioner,
     /// What the iterations of dynamic steps compute in.
     pub precision: Precision,
@@ -153,25 +152,25 @@ pub struct Settings {
     pub newton_tolerance: f64,
     /// Newton iterations of a static solve at the most.
     pub static_iterations: u32,
-    /// How often a dynamic step is taken up again after tears have advanced by less than `max_tear_speed` allows: each time one
-    /// more solve and one more advance per tip. With 0 a tip makes one advance per step.
+    /// How often a dynamic step is redone after tears have advanced by less than `max_tear_speed` allows: each time one more solve
+    /// and one more advance per tip. With 0 a tip makes one advance per step.
     pub resumes: u32,
     /// Further solves at the most from where a linearly implicit step leads, if it would create energy: Newton's method along the projected
     /// tangent with a line search on the incremental potential, for the bodies in space that holds, pins or jaws hold. What would still create
     /// energy is retried in halves. 0, the default, for none: halves are nearer to the truth, where tears spring open above all. 6 for a hand that
     /// flings slack cloth, where halves would be many.
     pub corrections: u32,
-    /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. What
-    /// would still create energy then goes only a part of its way.
+    /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. A
+    /// body that would still create energy then takes a fraction of its increment.
     pub halvings: u32,
     /// Work that a body may take in one step, in iterations of linear solves; `None`, the default, for any amount. Counted are iterations, 7 for each
     /// evaluation, 11 for each matrix with its preconditioner, and advances of tears and halved triangles by the size of the body; retries and
     /// resumes included. The count, and so the answer, is the same on every machine;
     /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) has what this one does.
     ///
-    /// A step that has used it up ends with the best answer so far, and where that would create energy with a part of the way to it
-    /// (`went_part_of_way`). Each solve still takes 4 iterations, and one tip advances. Tears and refinement that are due go on in the next step, the tip
-    /// first that has waited longest. With a budget no Cholesky factor serves.
+    /// A step that has used it up ends with the best answer so far, and where that would create energy with a fraction of it
+    /// (`went_part_of_way`). Each solve still takes 4 iterations, and one tip advances. Tears and refinement that are due go on in
+    /// the next step, the tip first that has waited longest. With a budget no Cholesky factor serves.
     pub budget: Option<u32>,
     /// Threads; 0 means one per core. The result has the same bits for any number. A Cholesky factor that is made aside has
     /// one of its own for as long as that takes.
@@ -203,13 +202,13 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Dynamic steps that are right rather than fast: TR-BDF2, two Newton iterations per stage, the second with the projected tangent,
-    /// linear solves to a residual down to 1e-10, as far as the linear model holds.
+    /// Dynamic steps that are right rather than fast: TR-BDF2 with two Newton iterations per stage, the second with the projected
+    /// tangent. Linear solves go to a residual down to 1e-10, as far as the linear model holds.
     ///
-    /// A step takes three to seven times as long as a default one, and the error falls with the square of its length: the faster
-    /// way from a stress error of 1e-3 down where waves run through a body, and for bodies that fly and spin. A body that is nearly
-    /// in equilibrium at every step, as tissue under a hand is, gains little. A report says `is_converged` only for steps that have
-    /// reached `newton_tolerance`, which two iterations do not always; `newton_iterations` of three and more get nearer.
+    /// A step takes three to seven times as long as a default one, and the error falls with the square of its length. It is the
+    /// faster way from a stress error of 1e-3 down where waves run through a body, and for bodies that fly and spin. A body that is
+    /// nearly in equilibrium at every step, as tissue under a hand is, gains little. A report says `is_converged` only for steps
+    /// that have reached `newton_tolerance`, which two iterations do not always; `newton_iterations` of three and more get nearer.
     pub fn accurate() -> Self {
         Self {
             linear: LinearParams { tolerance: 1e-10, stress_tolerance: f64::INFINITY, ..LinearParams::default() },
@@ -220,7 +219,7 @@ impl Settings {
         }
     }
 
-    /// Steps for a hand that feels them: as the default, but a step is taken up again for tears twice at the most. A body that would create
+    /// Steps for a hand that feels them: as the default, but a step is redone for tears twice at the most. A body that would create
     /// energy is retried once in halves. The longest step is then a few times the usual one.
     pub fn haptic() -> Self {
         Self { resumes: 2, halvings: 1, ..Self::default() }

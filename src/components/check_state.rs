@@ -116,7 +116,7 @@ impl Check for Increment {
     }
 }
 
-/// What holds felt is told, and no step reads it.
+/// What holds felt is reported, and no step reads it.
 impl Check for Reactions {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         Ok(())
@@ -159,7 +159,7 @@ impl Check for TearLog {
     }
 }
 
-/// A ledger: its terms are told, and no step reads them.
+/// A ledger: its terms are reported, and no step reads them.
 impl Check for EnergyAudit {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         Ok(())

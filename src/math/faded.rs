@@ -56,8 +56,8 @@ impl Faded {
         self.weight * own.1.contract(own.0) + (1.0 - self.weight) * mean.1.contract(mean.0)
     }
 
-    /// A law that is nowhere softer than the energy's second derivative, for tangents: with C between the two laws, ΔT
-    /// and ΔE the differences of stress and energy, that is dU:C:dU + 2w′·tr dU·ΔT:dU + w″·ΔE·(tr dU)² ≤ 2·dU:C:dU +
+    /// A law for tangents that is nowhere softer than the energy's second derivative. With C between the two laws, ΔT and ΔE the
+    /// differences of stress and energy, that derivative is dU:C:dU + 2w′·tr dU·ΔT:dU + w″·ΔE·(tr dU)². It is at most 2·dU:C:dU +
     /// (w″·ΔE + w′²·ΔT:C⁻¹:ΔT)·(tr dU)².
     pub fn majorant(&self, law: &Orthotropic, stretch: Sym2, unstretched: Sym2) -> Orthotropic {
         let mean = law.isotropic_mean();

@@ -128,7 +128,7 @@ impl CrackTip {
     }
 
     /// K_I and K_II \[MPa·√mm\] of a field from its interaction integrals \[N/mm per MPa·√mm\] with the fields of K_I = 1 and
-    /// K_II = 1 (Yau, Wang, Corten 1980): these are the derivatives of the energy release by each, so a linear system.
+    /// K_II = 1 (Yau, Wang, Corten 1980). The integrals are the derivatives of the energy release by each: a linear system.
     pub fn intensities(&self, interaction: [f64; 2]) -> [f64; 2] {
         let (opening, sliding) = (self.energy_release(1.0, 0.0), self.energy_release(0.0, 1.0));
         let mixed = 0.5 * (self.energy_release(1.0, 1.0) - opening - sliding);

@@ -210,8 +210,8 @@ impl PreparedLaw {
         anticommutator(stretch, along) + adjugate(stretch) * (across * thickening.slope)
     }
 
-    /// The stress and the stiffness ∂²W/∂U² beside that of `linear`, or in its place where the matrix is neo-Hookean: positive
-    /// semidefinite, and exact but for triangles with less than a fifth of their area, where it is no less.
+    /// The stress and the stiffness ∂²W/∂U² beside that of `linear`, or in its place where the matrix is neo-Hookean. The stiffness
+    /// is positive semidefinite, and exact but for triangles with less than a fifth of their area, where it is no less.
     pub fn answer(&self, stretch: Sym2, linear: &Orthotropic, mu: f64) -> (Sym2, CoupledStiffness) {
         let (gradient, change) = self.change(stretch);
         let thickening = self.thickening(stretch, gradient);
@@ -283,7 +283,7 @@ impl PreparedLaw {
         }
     }
 
-    /// ∂W/∂C and ∂W/∂(1/D²); `second` is told of every family that acts, with its second derivative by E.
+    /// ∂W/∂C and ∂W/∂(1/D²); `second` receives every family that acts, with its second derivative by E.
     fn sums(&self, change: Sym2, thickening: &Thickening, mu: f64, mut second: impl FnMut(&Family, f64)) -> Sums {
         let half = if self.is_neo_hookean { 0.5 * mu } else { 0.0 };
         let mut sums = Sums { along: self.metric * half, across: half };

@@ -2,7 +2,7 @@
 
 use std::ops::Index;
 
-/// One value per row, or one for all of them: what a kernel reads of a list that keeps what is alike only once.
+/// One value per row, or one for all of them: what a kernel reads of a list that keeps a uniform value only once.
 #[derive(Clone, Copy, Debug)]
 pub struct PerRow<'a, T> {
     values: &'a [T],

@@ -6,7 +6,7 @@ use crate::storage::Vertices;
 use glam::DVec3;
 use hecs::{Entity, World};
 
-/// Somebody who is told of changes one by one.
+/// A receiver of changes, one by one.
 pub trait Told {
     /// A component has another value.
     fn set<C: Parameter>(&mut self, to: &C);

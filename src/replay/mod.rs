@@ -1,10 +1,15 @@
 //! What a host has done to a simulation, recorded and repeated to the same bits.
 //!
-//! [`Simulation::record`](crate::simulation::Simulation::record) begins with a snapshot and writes down every call that changes anything, in order:
-//! steps, static solves, cuts, bodies and obstacles that come and go, settings, and what was changed through
-//! [`entity_mut`](crate::simulation::Simulation::entity_mut) and [`world_mut`](crate::simulation::Simulation::world_mut): parameters,
-//! positions and velocities. [`Recording::replay`] repeats them and compares the hash of the end. Steps whose solves
-//! have a limit of time stop where they stopped, whatever the clock says.
+//! [`Simulation::record`](crate::simulation::Simulation::record) begins with a snapshot and writes down every call that changes
+//! anything, in order:
+//! - steps, static solves and cuts;
+//! - bodies and obstacles that come and go;
+//! - settings;
+//! - parameters, positions and velocities changed through [`entity_mut`](crate::simulation::Simulation::entity_mut) and
+//!   [`world_mut`](crate::simulation::Simulation::world_mut).
+//!
+//! [`Recording::replay`] repeats them and compares the hash of the end. Steps whose solves have a limit of time stop where they
+//! stopped, whatever the clock says.
 
 #[cfg(feature = "snapshot")]
 mod bytes;

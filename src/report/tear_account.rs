@@ -11,8 +11,9 @@
 //! | released | work and edits less the growth of the elastic energy: all that has left it |
 //! | damping, drag, numerical, other | where that went; what is missing is motion, `kinetic_change` |
 //!
-//! Over the whole time between the first and the last advance work per torn area is what a hand pays, and is to be compared with the toughness
-//! where the tear is steady; else released energy per torn area is, from which what the load goes on storing is taken.
+//! Over the whole time between the first and the last advance, work per torn area is what a hand pays. Where the tear is steady, it
+//! is to be compared with the toughness. Elsewhere the released energy per torn area is, from which what the load goes on storing
+//! is taken.
 
 use crate::components::{EnergyBalance, Grips, TearLog};
 use crate::event::{Event, EventKind};
@@ -104,7 +105,7 @@ struct Felt {
     jump: Option<f64>,
 }
 
-/// Follows the tears of one body from its present state on. To be told of every step.
+/// Follows the tears of one body from its present state on. It must see every step.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearAccount {

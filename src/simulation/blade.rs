@@ -8,8 +8,9 @@ use glam::DVec3;
 use hecs::Entity;
 
 impl Simulation {
-    /// Punctures a body where its surface, as it lies now, is nearest to a point \[mm\]: a slit of a length \[mm, rest shape\] about
-    /// it, along a direction of any length, which is laid into the surface. Its ends become tips where the body can tear.
+    /// Punctures a body where its surface, as it lies now, is nearest to a point \[mm\]. A slit of a length \[mm, rest shape\] is
+    /// cut about that place, along a direction of any length, which is laid into the surface. Its ends become tips where the body
+    /// can tear.
     ///
     /// # Errors
     /// If the surface is farther away than `length`, if the direction is normal to it, and why the slit could not be cut; the body

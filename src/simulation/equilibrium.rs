@@ -11,8 +11,8 @@ use crate::systems::step::phases::STATIC_PHASES;
 use crate::systems::step::run::{Aside, Running};
 
 impl Simulation {
-    /// Moves time on by `dt` \[ms\] and finds the static equilibrium there by Newton's method with the exact tangent, to
-    /// `tolerance`: the largest free nodal imbalance over the largest corner force, or to what rounding allows.
+    /// Moves time on by `dt` \[ms\] and finds the static equilibrium there by Newton's method with the exact tangent. It stops at
+    /// `tolerance`, the largest free nodal imbalance over the largest corner force, or at what rounding allows.
     ///
     /// # Errors
     /// For a `dt` or a tolerance that is negative or not finite, and where no equilibrium is found; the state is then the one

@@ -1,10 +1,10 @@
 //! Models at a part of a step's cost, from what the step's own solve has left.
 //!
-//! The operator A + K_g of the last solve, and what made its iterations few, serve the tool as well: what it answers is then the motion
-//! within one step. The answers U of the last models are the guess; each model improves one of the three in turn, by a few iterations, and
-//! takes the best that all three together can do. With K = A + K_g and B = Uᵀ·K_g·E that is S = Eᵀ·K_g·E − Bᵀ·(Uᵀ·K·U)⁻¹·B (Rayleigh, Ritz): the
-//! least energy among all their combinations. So it is symmetric, positive semidefinite, and between the exact stiffness and the tool's own
-//! springs, however old the answers are.
+//! The operator A + K_g of the last solve and its preconditioner serve the tool as well: what it answers is then the motion within
+//! one step. The answers U of the last models are the guess; each model improves one of the three in turn, by a few iterations, and
+//! takes the best that all three together can do. With K = A + K_g and B = Uᵀ·K_g·E that is S = Eᵀ·K_g·E − Bᵀ·(Uᵀ·K·U)⁻¹·B
+//! (Rayleigh, Ritz): the least energy among all their combinations. So it is symmetric, positive semidefinite, and between the
+//! exact stiffness and the tool's own springs, however old the answers are.
 
 use super::Simulation;
 use super::haptic_feed::HapticModel;
@@ -28,10 +28,14 @@ const LEAST: f64 = 1e-9;
 type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch, &'a mut MixedSolver, &'a mut Factor);
 
 impl Haptics {
-    /// The model that follows the last one of the same tool on the same body, at a part of its cost: for motions within a step of the
-    /// simulation, whatever the horizon. It has the stiffness of the last model and the present force after edits
-    /// since the last solve, as at the end of a step that tears, and where that solve took nothing or was in double precision. All is [made anew](Self::model) for another tool or other vertices, and for tools that the steps do
-    /// not know or that hold by pins.
+    /// The model that follows the last one of the same tool on the same body, at a part of its cost. It is for motions within a
+    /// step of the simulation, whatever the horizon. In three cases it has the stiffness of the last model and the present force:
+    /// - after edits since the last solve, as at the end of a step that tears;
+    /// - where that solve took nothing;
+    /// - where that solve was in double precision.
+    ///
+    /// All is [made anew](Self::model) for another tool or other vertices, and for tools that the steps do not know or that hold by
+    /// pins.
     ///
     /// # Errors
     /// As [`model`](Self::model).

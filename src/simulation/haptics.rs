@@ -1,11 +1,11 @@
 //! The tissue at a tool as a linear spring, for a haptic loop that runs faster than the steps.
 //!
-//! With the tool's springs K_g between its points and the vertices it holds, and the rest of the body's tangent A at its present
-//! state, the vertices answer a small motion d of the tool by u with (A + K_g)·u = K_g·E·d, where E gives every vertex the motion of
-//! the tool. The force then changes by S·d with S = Eᵀ·K_g·(E − U), the Schur complement: U has the answers to the three unit motions.
-//! What is computed is the energy (E − U)ᵀ·K_g·(E − U) + Uᵀ·A·U, equal to S for the exact U: symmetric and positive semidefinite
-//! for any U, too stiff by the square of the error of U alone, so that a loose solve is enough and no loop gains energy from it.
-//! A tool with pins has no springs: U is E at its vertices, and S = Uᵀ·A·U.
+//! K_g are the tool's springs between its points and the vertices it holds, and A is the rest of the body's tangent at its present
+//! state. The vertices answer a small motion d of the tool by u with (A + K_g)·u = K_g·E·d, where E gives every vertex the motion
+//! of the tool. The force then changes by S·d with S = Eᵀ·K_g·(E − U), the Schur complement: U has the answers to the three unit
+//! motions. What is computed is the energy (E − U)ᵀ·K_g·(E − U) + Uᵀ·A·U, equal to S for the exact U. It is symmetric and positive
+//! semidefinite for any U, and too stiff by the square of the error of U alone. So a loose solve is enough, and no loop gains
+//! energy from it. A tool with pins has no springs: U is E at its vertices, and S = Uᵀ·A·U.
 //!
 //! External stiffness, with the drag of the fluid, counts as the last step evaluated it.
 

@@ -17,7 +17,7 @@ pub struct Hit {
     pub barycentric: [f64; 3],
     /// The point \[mm\].
     pub position: DVec3,
-    /// The same point of the tissue in the rest shape \[mm\]: where a [cut](Simulation::cut) or a grip is told to be.
+    /// The same point of the tissue in the rest shape \[mm\]: where a [cut](Simulation::cut) or a grip is asked for.
     pub rest_position: DVec3,
     /// Unit normal of the triangle, from which its corners are seen counter-clockwise; zero for one without area.
     pub normal: DVec3,

@@ -25,10 +25,10 @@ impl Simulation {
     /// A system that adds forces leaves out the bodies whose
     /// [`SolveResult::is_done`](crate::components::SolveResult) says that they are done or asleep; a force
     /// that changes while a body sleeps does not wake it. It may run several times in a step: once per Newton
-    /// iteration, per stage, and each time a step is taken up again or halved. While a body whose step has failed is
-    /// retried by itself the others have no [`SolveResult`](crate::components::SolveResult), so that a query for it
-    /// leaves them out. A component that refers to vertices keeps their keys, as rows move. Forces of your own are in
-    /// no [`EnergyAudit`](crate::components::EnergyAudit).
+    /// iteration, per stage, and each time a step is redone or halved. While a body whose step has failed is retried by itself the
+    /// others have no [`SolveResult`](crate::components::SolveResult), so that a query for it leaves them out. A component that
+    /// refers to vertices keeps their keys, as rows move. Forces of your own are in no
+    /// [`EnergyAudit`](crate::components::EnergyAudit).
     ///
     /// A number that is not finite, written by a system, ends like any other: the step is undone, retried in halves, and given up
     /// with the last good state standing. A panic goes through to whoever called the step, and leaves it half done.

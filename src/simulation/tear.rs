@@ -92,7 +92,7 @@ impl Simulation {
     /// Cuts a body along a polyline \[mm, rest shape\], taken at the nearest points of the surface. A polyline that starts on
     /// the boundary makes a notch, one that starts inside a slit with two ends. Where the body can tear, the cut's ends
     /// inside the tissue become tips; a cut that starts at a tip leads that tip on. What lies outside the body is left out, and
-    /// behind a hole, a slit or its own line the cut goes on; points that are too near to each other for the mesh are thinned out.
+    /// behind a hole, a slit or its own line the cut goes on. Points that are too near to each other for the mesh are thinned out.
     ///
     /// # Errors
     /// Why the cut was not made; the body is as it was.
@@ -176,9 +176,9 @@ impl Simulation {
         }
     }
 
-    /// Moves time on by `dt` \[ms\], finds the equilibrium there and tears quasi-statically: advances of all tips by one
-    /// triangle or edge, and equilibrium, alternate until no tip exceeds the criterion or at most `rounds` times. Where the
-    /// rounds have ended it, the report says so.
+    /// Moves time on by `dt` \[ms\], finds the equilibrium there and tears quasi-statically. Advances of all tips by one triangle
+    /// or edge, and equilibrium, alternate until no tip exceeds the criterion or at most `rounds` times. Where the rounds have
+    /// ended it, the report says so.
     ///
     /// # Errors
     /// As [`settle`](Self::settle); tears made before the failure stay.

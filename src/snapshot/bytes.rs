@@ -168,8 +168,8 @@ impl Snapshot {
         pack(Kind::Snapshot, &*self.0)
     }
 
-    /// The snapshot that these bytes are. It goes on to the same bits in builds that agree about the feature `direct`; from
-    /// one to the other it goes on without a factor, to the same answers within the tolerances of its solves.
+    /// The snapshot that these bytes are. It goes on to the same bits in builds that agree about the feature `direct`. From one to
+    /// the other it goes on without a factor, to the same answers within the tolerances of its solves.
     ///
     /// # Errors
     /// For bytes that are no snapshot, are damaged or of another version, and for a state that contradicts itself: the error

@@ -1,5 +1,5 @@
-//! A body's Cholesky factor among the bytes of a snapshot: a block with its length in front, so that a build without the feature
-//! `direct` passes over it, and writes an empty one, which a build with it reads as no factor yet.
+//! A body's Cholesky factor among the bytes of a snapshot: a block with its length in front. A build without the feature `direct`
+//! passes over it and writes an empty one, which a build with it reads as no factor yet.
 
 use crate::systems::solver::FactorState;
 use serde::de::Visitor;

@@ -12,11 +12,15 @@ use xxhash_rust::xxh3::Xxh3;
 /// A hash of state and topology: XXH3 in 64 bits without a seed (Collet's xxHash, whose values are fixed), over numbers in
 /// little-endian order. Two states of equal arithmetic have the same hash on every platform.
 ///
-/// It runs over the number of steps and the time; then over every body in order of spawning: its place in that order; number of
-/// vertices, their keys, positions, velocities, rest positions, masses; number of triangles, their keys, corners, fibres,
-/// elastic constants, thicknesses, densities, and pre-stretches, strengths and toughnesses where some are not the body's own; number of tips, their keys, vertices, last directions, ideal points, criterion
-/// values, allowances, marks; and for every grip the number of held vertices, their rows and their places in the jaws.
-/// Column after column, each from the first row to the last.
+/// It runs over the number of steps and the time; then over every body in order of spawning:
+/// - its place in that order;
+/// - number of vertices, their keys, positions, velocities, rest positions, masses;
+/// - number of triangles, their keys, corners, fibres, elastic constants, thicknesses, densities, and pre-stretches, strengths and
+///   toughnesses where some are not the body's own;
+/// - number of tips, their keys, vertices, last directions, ideal points, criterion values, allowances, marks;
+/// - for every grip the number of held vertices, their rows and their places in the jaws.
+///
+/// It takes column after column, each from the first row to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct StateHash(pub u64);

@@ -2,10 +2,10 @@
 //!
 //! [`Simulation::snapshot`](crate::simulation::Simulation::snapshot) takes one, in memory; clones of it share what it holds. With
 //! the crate's feature `snapshot` it has a form as bytes and as a file, versioned and guarded by a checksum. A simulation that
-//! [goes back](crate::simulation::Simulation::restore) to a snapshot goes on from it to the same bits as the one it was taken of, in
-//! the middle of a tear too: handles and keys name what they named, and what solvers remember from step to step is kept as well. Of that
-//! only what the rest does not tell: a Cholesky factor is made anew from its matrix, multigrid's levels from the mesh,
-//! the choice of their nodes and the numbers of the finest one; charts and discs at tips follow from the rest shape.
+//! [goes back](crate::simulation::Simulation::restore) to a snapshot goes on from it to the same bits as the one it was taken of,
+//! in the middle of a tear too. Handles and keys name what they named, and what solvers remember from step to step is kept as well.
+//! Of that only what does not follow from the rest is kept. A Cholesky factor is made anew from its matrix, and multigrid's levels
+//! from the mesh, the choice of their nodes and the numbers of the finest one. Charts and discs at tips follow from the rest shape.
 //!
 //! What there is to keep is one list, in `src/registry.rs`. Your own components are not in it: on entities that live on they stay as
 //! they are, in bytes they are not.

@@ -138,7 +138,7 @@ impl<T: Attachment> Attached<T> {
         self.values.clear();
     }
 
-    /// Rewrites every value, told its row.
+    /// Rewrites every value, given its row.
     pub fn update(&mut self, value: impl Fn(u32, T) -> T) {
         self.rows.iter().zip(&mut self.values).for_each(|(&row, old)| *old = value(row, *old));
     }

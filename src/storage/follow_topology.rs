@@ -1,6 +1,6 @@
-//! The topology follows edits: lists are patched around the touched triangles only. All of them are taken out at the rows and
-//! corners they had and put in again at those they have; a vertex that is added, removed or moved to another row has no
-//! triangles in between, so that the lists only grow or shrink at their end.
+//! The topology follows edits: lists are patched around the touched triangles only. All of these are taken out at the rows and
+//! corners they had and put in again at those they have. A vertex that is added, removed or moved to another row has no triangles
+//! in between, so that the lists only grow or shrink at their end.
 
 use super::{EditRecord, Follow, Incidence, NONE, Tables, Topology};
 

@@ -1,7 +1,7 @@
 //! A triangle mesh as it comes from a file or a generator, and the checks at the door.
 //!
-//! What [`TriangleMesh::check`] lets through is an oriented manifold with boundary: every edge belongs to one or two
-//! triangles, two triangles run their shared edge in opposite directions, and the triangles of a vertex form one fan.
+//! What [`TriangleMesh::check`] lets through is an oriented manifold with boundary. Every edge belongs to one or two triangles, two
+//! triangles run their shared edge in opposite directions, and the triangles of a vertex form one fan.
 
 use glam::DVec3;
 

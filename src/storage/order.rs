@@ -1,5 +1,5 @@
-//! A new order of a mesh's rows: along a space-filling curve through the rest shape, so that what is near in the tissue is near
-//! in memory, whatever edits have put at the end of the tables.
+//! A new order of a mesh's rows: along a space-filling curve through the rest shape. What is near in the tissue is then near in
+//! memory, whatever edits have put at the end of the tables.
 //!
 //! Keys stay with what they name. Whoever keeps rows maps them by the [`Order`].
 

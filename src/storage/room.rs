@@ -1,8 +1,8 @@
 //! Room in the lists that are as long as a table.
 
-/// Makes a list fit for `count` entries, those of a table that has room for `room`. The first time it gets no more than it needs; one
-/// that has to grow since gets an eighth to spare, but no more than its table has: the next edits find it long enough, and it never holds
-/// half as much again in vain, as one that doubles does.
+/// Makes a list fit for `count` entries, those of a table that has room for `room`. The first time it gets no more than it needs. A
+/// list that has to grow since gets an eighth to spare, but no more than its table has. The next edits find it long enough, and it
+/// never holds half as much again in vain, as one that doubles does.
 pub(crate) fn grow<T>(list: &mut Vec<T>, count: usize, room: usize) {
     if list.capacity() == 0 {
         fit(list, count);

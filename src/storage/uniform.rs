@@ -7,13 +7,13 @@ use std::ops::{Index, IndexMut};
 
 /// A list that keeps one value while it is uniform, and one per row from the first that differs. The material of most bodies is uniform.
 ///
-/// Indexing is as of a `Vec`, but that no row beyond the end is noticed while all are alike; to write through an index gives every row a
-/// value of its own.
+/// Indexing is as of a `Vec`, but that no row beyond the end is noticed while it is uniform. To write through an index gives every
+/// row a value of its own.
 #[derive(Clone, Debug)]
 pub struct Uniform<T> {
-    /// One value or none while all rows are alike, else one per row.
+    /// One value or none while it is uniform, else one per row.
     values: Vec<T>,
-    /// What of a row is the place of its value: nothing while all are alike, else all of it.
+    /// What of a row is the place of its value: nothing while it is uniform, else all of it.
     mask: usize,
     len: usize,
     /// Rows that there is to be room for, should they come to differ.
@@ -153,7 +153,7 @@ impl<T: Copy + PartialEq> Column<T> for Uniform<T> {
     }
 }
 
-/// As the number of rows and their values, of which there is one where all are alike.
+/// As the number of rows and their values, of which there is one where it is uniform.
 #[cfg(feature = "snapshot")]
 impl<T: PartialEq + serde::Serialize> serde::Serialize for Uniform<T> {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -74,13 +74,13 @@ pub struct TearDecisions {
     pub start_length: f64,
     /// The strongest of the places where strength is reached and none may start for want of energy.
     pub withheld: Option<WithheldStart>,
-    /// Whether that was told: once until no start is withheld.
+    /// Whether that was reported: once until no start is withheld.
     pub is_withheld_told: bool,
     /// Where the last start was refused, if it was.
     pub refused_start: Option<RefusedSite>,
     /// Vertices of the boundary at which a tear may start: scratch of the search.
     pub rim: Vec<u32>,
-    /// Whether a tip has advanced by less than it may in this step: the step is then taken up again for this body.
+    /// Whether a tip has advanced by less than it may in this step: the step is then redone for this body.
     pub may_advance_further: bool,
 }
 

@@ -7,15 +7,16 @@ use crate::components::check::{Check, Host, number, positive};
 /// Decides at tips by the energy that an advance would release, against a toughness that depends on its direction. Needs
 /// [`Tearing`](crate::components::Tearing), of which it takes the cone, the exponent and R. *Parameter.* A body without it spends nothing on it.
 ///
-/// The stress intensities K_I, K_II come from a ring around the tip in the rest shape; the energy release rate G(θ) of a
-/// kink at the angle θ is that of the tractions' intensities on it (Nuismer 1975). The toughness at the angle δ between kink
-/// and fibre is G_c(δ) = G_along + (G_across − G_along)·(2δ/π)^α with the exponent α of `Tearing`, as for the strengths. The criterion
-/// is √(G/G_c), which grows with the load as that of stress does.
+/// The stress intensities K_I, K_II come from a ring around the tip in the rest shape. The energy release rate G(θ) of a kink at
+/// the angle θ is that of the tractions' intensities on it (Nuismer 1975). The toughness at the angle δ between kink and fibre is
+/// G_c(δ) = G_along + (G_across − G_along)·(2δ/π)^α with the exponent α of `Tearing`, as for the strengths. The criterion is
+/// √(G/G_c), which grows with the load as that of stress does.
 ///
-/// Where the ring does not have the field of one straight crack in a plane ([`RingFault`](crate::components::RingFault)), the material force takes its
-/// place: the derivative of the energy by the place of the tip, right on folds, in any law, beside jaws and contact. A start
-/// has no crack: it asks for both, the strengths of `Tearing` along a whole length and the toughness by opening that length (Leguillon
-/// 2002). [`Tearing::from_toughness`](crate::components::Tearing::from_toughness) gives strengths that fit.
+/// Where the ring does not have the field of one straight crack in a plane ([`RingFault`](crate::components::RingFault)), the
+/// material force takes its place. It is the derivative of the energy by the place of the tip: right where the tissue is bent, in
+/// any law, beside jaws and contact. A start has no crack: it asks for both, the strengths of `Tearing` along a whole length and
+/// the toughness by opening that length (Leguillon 2002). [`Tearing::from_toughness`](crate::components::Tearing::from_toughness)
+/// gives strengths that fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyCriterion {

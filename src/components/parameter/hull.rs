@@ -1,7 +1,8 @@
 //! A rigid solid within a closed triangle mesh: signed distances by the nearest triangle.
 //!
-//! The sign is that of the pseudonormal at the nearest point (Bærentzen and Aanæs 2005): of the triangle inside it, the sum of both on
-//! an edge, and the sum weighted by angles at a vertex. Boxes around triangles, halved by their middles, lead to the nearest one.
+//! The sign is that of the pseudonormal at the nearest point (Bærentzen and Aanæs 2005). Inside a triangle that is its normal, on
+//! an edge the sum of both normals, and at a vertex the sum weighted by angles. Boxes around triangles, halved by their middles,
+//! lead to the nearest one.
 
 use crate::math::nearest_in_triangle;
 use glam::DVec3;

@@ -115,7 +115,7 @@ impl ObstaclePath {
     }
 }
 
-/// Where an obstacle was at the start of the step, so that none passes through a body unseen. *Derived.*
+/// Where an obstacle was at the start of the step, so that none passes through a body unchecked. *Derived.*
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Swept {
@@ -134,9 +134,9 @@ pub struct Rubbing {
 }
 
 /// Makes a body feel obstacles: a penalty force along the obstacle's normal on every vertex inside, implicit in the step, and
-/// friction. Where a triangle is longer than half the obstacle's least radius of curvature, its deepest point is held back as well: an
-/// obstacle thinner than an edge does not pierce the body between vertices. Friction acts at vertices alone. In a static solve the
-/// slip is the way since its start, as of one slow straight motion. *Parameter.*
+/// friction. Where a triangle is longer than half the obstacle's least radius of curvature, its deepest point is held as well. So
+/// an obstacle thinner than an edge does not pierce the body between vertices. Friction acts at vertices alone. In a static solve
+/// the slip is the way since its start, as of one slow straight motion. *Parameter.*
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {

@@ -8,15 +8,19 @@ use glam::DVec3;
 /// Lets a body fall asleep: while it sleeps, no system runs on it. A body without this component never sleeps. *Parameter*
 /// `strain`, `steps`; the rest follows from them.
 ///
-/// It falls asleep where what it would still move is below `strain`: not by its velocity, which is small at a turning point as
-/// well, but by two linear solves, of what is left of the imbalance of its forces and of its momentum over its stiffness. It
-/// stays awake while a tip, or a place where it may start to tear, comes so near its strength that this could tear it, while
-/// its energy is audited, and, if nothing holds it, while it drifts.
+/// It falls asleep where what it would still move is below `strain`. Its velocity does not decide: it is small at a turning point
+/// as well. Two linear solves do, of the remaining imbalance of its forces and of its momentum, over its stiffness. It stays awake
+/// while a tip, or a place where it may start to tear, is so near its strength that this motion could tear it. It also stays awake
+/// while its energy is audited, and, if nothing holds it, while it drifts.
 ///
-/// It wakes when anything that acts on it changes: the motion of a hold or of closed forceps, forceps that close or open,
-/// a load, a pressure, an obstacle within its reach, a cut, a static solve, [`Simulation::entity_mut`] on it, and
-/// [`Simulation::world_mut`], which might change anything. [`Simulation::wake`] wakes it in any case; a component changed
-/// through [`Simulation::world`], which is there to be looked at, is not noticed.
+/// It wakes when anything that acts on it changes:
+/// - the motion of a hold or of closed forceps, and forceps that close or open;
+/// - a load, a pressure, or an obstacle within its reach;
+/// - a cut or a static solve;
+/// - [`Simulation::entity_mut`] on it, and [`Simulation::world_mut`], which might change anything.
+///
+/// [`Simulation::wake`] wakes it in any case; a component changed through [`Simulation::world`], which is there to be looked at, is
+/// not noticed.
 ///
 /// [`Simulation::entity_mut`]: crate::simulation::Simulation::entity_mut
 /// [`Simulation::world`]: crate::simulation::Simulation::world

@@ -38,8 +38,8 @@ pub(in crate::components) fn of_cylinder(x: DVec3, [a, b]: [DVec3; 2], radius: f
 }
 
 /// The point of an ellipsoid about the origin that is closest to `x`, and the normal there: x = c + t·∇ with one unknown t (Eberly
-/// 2013). The function of t falls and is convex above its pole, so that Newton's method from the left never overshoots; on a plane
-/// of symmetry, where inside several points may be closest, x is taken to be a little off it.
+/// 2013). The function of t falls and is convex above its pole, so that Newton's method from the left never overshoots. On a plane
+/// of symmetry several points may be closest inside: there x is taken to be a little off it.
 pub(in crate::components) fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) -> (DVec3, DVec3) {
     const OFF: f64 = 1e-12;
     const MOST: u32 = 100;

@@ -40,10 +40,10 @@ pub struct Tearing {
     pub mode: TearMode,
     /// Fastest advance of a tip \[mm/ms\].
     pub max_tear_speed: f64,
-    /// Whether tears may start where nothing was cut, inside the tissue and at its boundary: at most one per body and pass of
-    /// the step, at least 2R from every tip and from every vertex that a hold or a closed grip has hold of. Failure at a clamp
-    /// is not modelled: the stress there is the clamp's, and singular at its corners; cut a notch where a tear is
-    /// wanted. With an [`EnergyCriterion`](crate::components::EnergyCriterion) a start needs the energy of its opening as well as the strength, and
+    /// Whether tears may start where nothing was cut, inside the tissue and at its boundary. At most one starts per body and pass
+    /// of the step, at least 2R from every tip and from every vertex that a hold or a closed grip holds. Failure at a clamp is not
+    /// modelled: the stress there is the clamp's, and singular at its corners; cut a notch where a tear is wanted. With an
+    /// [`EnergyCriterion`](crate::components::EnergyCriterion) a start needs the energy of its opening as well as the strength, and
     /// opens a whole length at once. Without `may_initiate` only existing tips advance.
     pub may_initiate: bool,
     /// Greatest stretch that the tissue bears, > 1; off unless given. Beyond it tissue parts across the stretch without a tip.
@@ -70,8 +70,8 @@ impl Default for Tearing {
     }
 }
 
-/// Fracture toughness G_c \[N/mm = mJ/mm² = kJ/m²\]: the energy that a long opening crack takes per area of crack, that is
-/// per length and thickness; a sheet twice as thick takes twice the energy per length at the same G_c.
+/// Fracture toughness G_c \[N/mm = mJ/mm² = kJ/m²\]: the energy that a long opening crack takes per area of crack, that is per
+/// length and thickness. A sheet twice as thick takes twice the energy per length at the same G_c.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Toughness {

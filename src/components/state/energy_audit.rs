@@ -54,8 +54,9 @@ pub struct EnergyBalance {
     pub numerical_kinetic: f64,
     /// Work of what the solves have left: residual · displacement.
     pub residual: f64,
-    /// Work of forces that a dynamic step leaves unbalanced because its answer is not gone as it is: only a part of it, lest the body
-    /// create energy, or with vertices put back outside an obstacle. Force · displacement; positive is taken from the body.
+    /// Work of forces that a dynamic step leaves unbalanced because its increment is not the solve's answer as it is. The energy
+    /// guard takes only a fraction of the answer, or vertices are put back outside an obstacle. Force · displacement; positive is
+    /// taken from the body.
     pub unbalanced: f64,
     /// Work of unbalanced forces that static solves have relaxed: a tear in static mode releases its energy here. From the
     /// nodal forces at both ends, ½·force·displacement as Rybicki and Kanninen (1977) close a crack, and where nothing else
@@ -158,8 +159,8 @@ impl EnergyBalance {
 
 /// Keeps the energy balance of a body from its first step on. *State.* A body without it spends no time on it.
 ///
-/// A step may be taken up again after tears have advanced, or undone: its terms stand aside, with what edits have changed in
-/// its start and in its end, until the next step begins.
+/// A step may be redone after tears have advanced, or undone. So its terms stand aside, with what edits have changed in its start
+/// and in its end, until the next step begins.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyAudit {
@@ -171,7 +172,7 @@ pub struct EnergyAudit {
     pub(crate) step: EnergyBalance,
     /// Energies at the start and the end of this step, on the mesh on which it was last carried out.
     pub(crate) ends: [Energies; 2],
-    /// What edits since then have changed in the start of this step: counts if the step is taken up again or undone.
+    /// What edits since then have changed in the start of this step: counts if the step is redone or undone.
     pub(crate) edits_of_start: Energies,
     /// The last equilibrium, until a dynamic step follows.
     pub(crate) equilibrium: Option<Equilibrium>,
@@ -274,8 +275,7 @@ impl EnergyAudit {
         self.start.iter_mut().for_each(Vec::clear);
     }
 
-    /// The step is taken up again from its start, or undone: its terms and the edits of its end are void, those of its start
-    /// count.
+    /// The step is redone from its start, or undone: its terms and the edits of its end are void, those of its start count.
     pub(crate) fn void_step(&mut self) {
         let edits = std::mem::take(&mut self.edits_of_start);
         self.note_edits(edits);

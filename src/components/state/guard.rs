@@ -13,7 +13,7 @@ pub enum Fault {
     /// A position that is not finite, or velocities whose energy is not.
     #[error("its positions or velocities are not finite, or so large that their energy is not")]
     NotFinite,
-    /// Energy from nowhere, however little of its way the body goes.
+    /// Spurious energy, however small the fraction of the increment.
     #[error("even the smallest part of its step would create energy: take a shorter step, or add damping")]
     CreatesEnergy,
 }

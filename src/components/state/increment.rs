@@ -36,7 +36,7 @@ pub struct Increment {
     /// Whether the one and the other have happened in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub limits: [bool; 2],
-    /// What the guard against created energy did in the step that was asked for.
+    /// What the energy guard did in the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub guard: Box<GuardFigures>,
     /// Where the last solve would have created energy.

@@ -1,9 +1,9 @@
 //! Collapsing an edge: the vertex at one end goes onto the other, and the triangles at the edge vanish.
 //!
-//! The surface stays the same surface if and only if no vertex is joined to both ends but those opposite to the edge, and no
-//! edge stands opposite to both ends in a triangle each (link condition; Dey, Edelsbrunner, Guha, Nekhayev 1999, theorem 1).
-//! A vertex inside may go anywhere within its fan: the shape stays, on flat sheets exactly. One on the boundary takes the
-//! boundary along, so it must lie on the straight line between its neighbours there.
+//! The surface stays the same surface if and only if the link condition holds (Dey, Edelsbrunner, Guha, Nekhayev 1999, theorem 1).
+//! No vertex is joined to both ends but those opposite to the edge, and no edge stands opposite to both ends in a triangle each. A
+//! vertex inside may go anywhere within its fan: the shape stays, on flat sheets exactly. One on the boundary takes the boundary
+//! along, so it must lie on the straight line between its neighbours there.
 //!
 //! The triangles that stay keep fibre, stiffness and thickness; the mass of those that vanish goes to them as density where
 //! it does not come along with the area. They are strained anew, so the elastic energy changes: the caller judges by how much.

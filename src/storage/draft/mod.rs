@@ -15,8 +15,8 @@ use smallvec::SmallVec;
 /// An edit may leave an angle below 1° only where it replaces one that was no better. This is the square of its tangent.
 const SLIVER_TANGENT_SQ: f64 = 3.046_792_916_482_916e-4;
 
-/// Mass that a flip, slide or collapse may gain or lose, relative to the triangles it touches, before their densities are corrected:
-/// rounding of a dozen triangle areas stays below, so that flat uniform sheets keep their densities bit for bit.
+/// Mass that a flip, slide or collapse may gain or lose, relative to the triangles it touches, before their densities are
+/// corrected. Rounding of a dozen triangle areas stays below, so that flat uniform sheets keep their densities bit for bit.
 const MASS_ROUNDING: f64 = 1e-13;
 
 /// The new rows of an edit. Masses are left to the commit, which sums them from the triangles.
@@ -132,7 +132,7 @@ fn same_side(a: DVec3, b: DVec3) -> bool {
     a.dot(b) > 0.0
 }
 
-/// Corrects the densities of changed triangles where their mass is no longer `mass`: on a curved surface flips, slides and
+/// Corrects the densities of changed triangles where their mass is no longer `mass`. On a curved surface flips, slides and
 /// collapses change the area at second order in the edge length, and between unequal triangles they carry thickness along.
 fn keep_mass(changed: &mut [(u32, TriangleRow)], mass: f64) {
     let present: f64 = changed.iter().map(|(_, row)| triangle_mass(row)).sum();

@@ -1,7 +1,7 @@
 //! Opening the edges along a path.
 //!
-//! Duplicating a vertex once per component of its fan leaves one fan per vertex, so no bowtie can remain; and every edge
-//! of the path ends in a duplicated vertex, unless the path is a single edge with both ends inside, which is refused.
+//! Duplicating a vertex once per component of its fan leaves one fan per vertex, so no bowtie can remain. Every edge of the path
+//! ends in a duplicated vertex, unless the path is a single edge with both ends inside, which is refused.
 
 use super::Draft;
 use crate::storage::{Mesh, Parents, Refusal, TriangleRow, VertexRow};
