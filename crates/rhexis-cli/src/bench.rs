@@ -118,7 +118,7 @@ fn measure(how: &How, run: impl FnOnce(&Context) -> Result<Vec<Table>, BenchErro
     Ok(())
 }
 
-/// What a measurement is told, its progress begun and the machine's speed printed; without `--out` it writes into `directory`.
+/// Arguments of a measurement, its progress begun and the machine's speed printed; without `--out` it writes into `directory`.
 pub(super) fn context(how: &How, directory: &str) -> Result<Context, Stop> {
     let depth = match (how.quick, how.full) {
         (true, _) => Depth::Quick,

@@ -3,7 +3,8 @@
 use super::report::{BodyFigures, End, RefinementFigures, Sources};
 use super::tally::Count;
 
-/// The part of its largest term by which an energy balance may be off untold: rounding and quadrature leave a thousandth at most.
+/// The part of its largest term by which an energy balance may be off unreported: rounding and quadrature leave a thousandth at
+/// most.
 const MOST_IMBALANCE: f64 = 0.01;
 
 /// The part of its largest term that forces may do as work that nothing exerts.

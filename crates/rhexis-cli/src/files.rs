@@ -1,5 +1,6 @@
 //! The files that a run writes as it goes on. Each row is flushed, each whole file renamed into place: an interrupted run
-//! leaves what it had. What cannot be written ends no run: it is tried again where that can be, and told at once and at the end.
+//! leaves what it had. What cannot be written ends no run: it is tried again where that can be, and reported at once and at the
+//! end.
 
 use super::journal::{Journal, Written};
 use super::lock::{self, Lock};
@@ -277,7 +278,7 @@ impl Files {
         }
     }
 
-    /// Notes what could not be written. The first time of its kind it is to be told.
+    /// Notes what could not be written. The first time of its kind it is to be reported.
     pub(crate) fn fault(&mut self, kind: &'static str, what: String) {
         if !self.faults.contains_key(kind) {
             self.untold.push(what.clone());

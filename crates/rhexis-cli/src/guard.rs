@@ -1,4 +1,4 @@
-//! What the guard against created energy did over a run.
+//! What the energy guard did over a run.
 
 use super::tally::Count;
 use rhexis::report::{BodyReport, GuardCause, GuardPlace};

@@ -98,7 +98,7 @@ pub(super) struct BodyFigures {
     pub relative_unbalanced: Option<f64>,
     pub reactions: Vec<ForceFigures>,
     pub grips: Vec<GripFigures>,
-    /// What the guard against created energy did.
+    /// What the energy guard did.
     pub guard: GuardTally,
     /// Absent for a body that cannot tear or is not gripped.
     pub course: Option<CourseReport>,
@@ -232,7 +232,7 @@ pub(super) struct SolverFigures {
     pub fell_back: Count,
     /// Steps in which a linear solve stopped because its time was up.
     pub late: Count,
-    /// Steps in which a body went only a part of its way, lest it create energy.
+    /// Steps in which a body took only a fraction of its increment, lest it create energy.
     pub part_of_way: Count,
     /// Vertices found their own way, for the solve's would have created energy, and the most at once.
     pub relaxed: Count,

@@ -42,7 +42,7 @@ pub(super) struct Tally {
     pub fell_back: Count,
     /// Steps in which a linear solve stopped because its time was up.
     pub late: Count,
-    /// Steps in which a body went only a part of its way, lest it create energy.
+    /// Steps in which a body took only a fraction of its increment, lest it create energy.
     pub part_of_way: Count,
     /// Vertices that found their own way, and the most at once.
     pub relaxed: Count,
@@ -65,7 +65,7 @@ pub(super) struct Tally {
     #[serde(default)]
     pub refinement_put_off: Count,
     grips: BTreeMap<String, GripTally>,
-    /// What the guard against created energy did, by place of the body in the scene.
+    /// What the energy guard did, by place of the body in the scene.
     guard: BTreeMap<usize, GuardTally>,
 }
 

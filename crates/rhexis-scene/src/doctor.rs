@@ -155,7 +155,7 @@ impl Sets {
 }
 
 impl MeshSummary {
-    /// What is likely to be a mistake: told by the check, the report and the summary of a run.
+    /// What is likely to be a mistake: reported by the check, the report and the summary of a run.
     pub fn doubts(&self) -> Vec<String> {
         let mut list = Vec::new();
         if self.coincident > 0 {

@@ -37,7 +37,7 @@ pub struct Instance {
     pub run: Run,
     /// What to write of it.
     pub output: OutputSpec,
-    /// Cuts that were made so far, as the scene asked for them; since it was taken up again, of a run that was.
+    /// Cuts that were made so far, as the scene asked for them; in a resumed run, since it was resumed.
     pub cuts: Vec<CutTold>,
     timed: Timed,
     step: u64,
@@ -67,8 +67,8 @@ impl Scene {
     /// Builds the simulation.
     ///
     /// # Errors
-    /// For a number out of its range, a mesh or material that is refused, a region that selects nothing, holds that
-    /// contradict each other, a file that is missing; named with its place in the text.
+    /// For a number out of its range, a refused mesh or material, a region that selects nothing, contradictory holds and a missing
+    /// file. The error names the place in the text.
     pub fn instantiate(&self) -> Result<Instance, SceneError> {
         self.build().map_err(|fault| {
             let error = self.document.locate(&self.spans, fault);

@@ -1,7 +1,7 @@
 //! What a scene does to its bodies at given times: cuts, punctures and blades.
 //!
-//! An action belongs to the first step that begins at its time or later, by the number of the step: a run that is taken up again
-//! goes on with the same ones.
+//! An action belongs to the first step that begins at its time or later, by the number of the step: a resumed run goes on with the
+//! same ones.
 
 use super::error::{Fault, not_negative, positive};
 use super::schema::BodySpec;

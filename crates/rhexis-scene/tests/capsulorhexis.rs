@@ -172,7 +172,7 @@ fn a_flap_that_tears_off_is_no_tear_that_runs_out() {
     all.push("bodies.0.grips.0.path.1.by=[6.13, -5.14, 0.3]".to_owned());
     let (figures, events) = run(&mut instance("capsulorhexis-runout", &all));
     assert_eq!(figures.outcome, Outcome::TornOff, "{}", row(&figures));
-    // The cut's tips are told in the order of its points.
+    // The cut's tips are reported in the order of its points.
     let mut started = events.iter().filter_map(|event| match event.kind {
         EventKind::Started { tip, at, .. } => Some((tip, at.truncate().length())),
         _ => None,

@@ -157,7 +157,7 @@ fn tell(
     say(&format!("{} and {plots} plots written to {}", table::NAMES[0], folder.display()))
 }
 
-/// Failed cases that are told at the end.
+/// Failed cases that are reported at the end.
 const MOST_TOLD: usize = 10;
 
 /// Runs one case and prints its record.

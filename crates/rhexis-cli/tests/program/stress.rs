@@ -29,7 +29,7 @@ fn cases_that_once_gained_energy_gain_none() {
     break_nothing(&[(1016, 836), (1017, 4670)]);
 }
 
-/// One of two bodies in contact tears no further while the other's step is taken up again.
+/// One of two bodies in contact tears no further while the other's step is redone.
 #[test]
 fn bodies_that_have_done_their_step_are_left_as_they_are() {
     break_nothing(&[(31, 11_615), (31, 13_071), (31, 19_855)]);

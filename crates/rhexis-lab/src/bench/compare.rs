@@ -3,7 +3,7 @@
 use super::{BenchError, Table};
 use std::path::Path;
 
-/// Changes below this are not told from noise, whatever the runs themselves say.
+/// Changes below this are not distinguished from noise, whatever the runs themselves say.
 const LEAST: f64 = 0.1;
 /// An error is the same bits in every run: a smaller change tells already.
 const LEAST_OF_ERRORS: f64 = 0.02;

@@ -51,7 +51,7 @@ pub enum Depth {
     Full,
 }
 
-/// What every benchmark is told.
+/// Arguments of every benchmark.
 pub struct Context {
     /// Directory for tables and plots, made with the first of them.
     pub directory: PathBuf,

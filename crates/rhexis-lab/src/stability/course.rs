@@ -14,7 +14,7 @@ const GAIN: f64 = 0.01;
 /// What the engine itself promises: a tenth of what is in the body, of which a tenth is there again.
 const PROMISED: f64 = 0.112;
 
-/// The strain whose energy counts as being in a body, as in `systems/guard.rs`.
+/// The strain whose energy counts as being in a body, as in `systems/guard/mod.rs`.
 const SLACK: f64 = 0.01;
 
 /// How a course went, from good to bad.
@@ -24,7 +24,7 @@ pub enum Grade {
     Stable,
     /// The same, but some steps were undone and retried in halves.
     Retried,
-    /// Within the engine's promise, a tenth of energy made from nothing, or a body was held back on its way lest it make more.
+    /// Within the engine's promise, a tenth of energy made from nothing, or a body was step-limited lest it make more.
     HeldBack,
     /// More energy than that, a step that failed, or a number that is not finite.
     Unstable,

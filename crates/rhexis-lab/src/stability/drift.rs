@@ -3,7 +3,7 @@
 use super::{Case, Map, Mode, Quality, course};
 use crate::bench::{BenchError, Context};
 
-/// Steps of every case unless told otherwise.
+/// Steps of every case unless given otherwise.
 const STEPS: u64 = 100_000;
 
 /// Time steps \[ms\]: the waves of the first sheet are resolved by a hundred, ten and one of them.

@@ -138,7 +138,7 @@ pub struct Map {
     pub courses: Vec<(Case, Course)>,
 }
 
-/// Steps of every case unless told otherwise.
+/// Steps of every case unless given otherwise.
 const fn steps(depth: Depth) -> u64 {
     match depth {
         Depth::Quick => 30,

@@ -9,11 +9,11 @@ use rhexis::storage::{Broken, Topology, Triangles, Vertices, measure, validate};
 /// A part of the area and of the mass that rounding may take in a case: some hundred edits, each of some digits.
 const ROUNDING: f64 = 1e-9;
 
-/// What is in a body that nothing feeds may grow by so much: the engine lets a tenth of what is there come from nowhere, of which a tenth
+/// What is in a body that nothing feeds may grow by so much. The engine lets a tenth of what is there be spurious, of which a tenth
 /// is there again.
 const GROWTH: f64 = 1.112;
 
-/// The strain whose energy counts as being in a body, as in `systems/guard.rs`.
+/// The strain whose energy counts as being in a body, as in `systems/guard/mod.rs`.
 const SLACK: f64 = 0.01;
 
 /// On a curved surface the flat triangles that edits make are chords: on the coarsest closed ones they take or give so much of the area.

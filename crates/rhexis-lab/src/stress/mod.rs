@@ -82,7 +82,7 @@ pub struct Counts {
     pub rollbacks: u64,
     /// Steps that failed, so that the last good state stayed.
     pub failed_steps: u64,
-    /// Steps in which a body was held back.
+    /// Steps in which a body was step-limited.
     pub held_back: u64,
     /// The longest step \[ms\].
     pub slowest_step: f64,

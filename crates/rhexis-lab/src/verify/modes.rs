@@ -12,9 +12,9 @@ use std::f64::consts::TAU;
 /// Krylov vectors: the lowest three of a spectrum like a membrane's are then exact to 1e-10.
 const VECTORS: usize = 24;
 
-/// The `count` lowest frequencies \[kHz\] of K·φ = ω²·M·φ on the free axes (1 free, 0 held), by Lanczos' method for K⁻¹·M in
-/// the inner product of M, with full orthogonalisation (Parlett, The Symmetric Eigenvalue Problem, ch. 13 and 15). Only
-/// modes that the engine's symmetry lets the start vector reach are found: one that moves along z finds those along z.
+/// The `count` lowest frequencies \[kHz\] of K·φ = ω²·M·φ on the free axes (1 free, 0 held). Lanczos' method finds them for K⁻¹·M
+/// in the inner product of M, with full orthogonalisation (Parlett, The Symmetric Eigenvalue Problem, ch. 13 and 15). Only modes
+/// that the engine's symmetry lets the start vector reach are found: one that moves along z finds those along z.
 pub(super) fn lowest_frequencies(body: &Snapshot, free: &FreeAxes, count: usize) -> Result<Vec<f64>, VerifyError> {
     let operator = operator(&body.vertices, &body.triangles, &body.topology, &body.frames);
     let mass = &body.vertices.mass;

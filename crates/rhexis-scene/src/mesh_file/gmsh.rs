@@ -1,9 +1,9 @@
 //! Gmsh MSH 4.1, text and binary, by `mshio`.
 //!
-//! `mshio` trusts three things that a file can get wrong, so they are settled before it is called: the format line (other
-//! number sizes make it panic), and the counts and tag ranges that head the node and element sections (a zero underflows, and
-//! where the range looks dense it forgets the node tags, whatever their order). The heads are overwritten with constants
-//! that are never used for anything but to make it keep the tags.
+//! `mshio` trusts three things that a file can get wrong: the format line, and the counts and tag ranges that head the node and
+//! element sections. Other number sizes make it panic, and a zero underflows. Where the range looks dense it forgets the node tags,
+//! whatever their order. So all three are settled before it is called. The heads are overwritten with constants that are never used
+//! for anything but to make it keep the tags.
 
 use mshio::error::MshParserErrorKind;
 use mshio::{ElementType, MshParserError};

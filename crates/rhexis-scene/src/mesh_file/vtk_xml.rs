@@ -16,8 +16,8 @@ use super::draft::{Array, Draft, On, Origin, Shape, Wanted, points, vtk_shape};
 use super::fault::{Fault, line_of};
 use super::vtk_legacy::{index_list, slices};
 
-/// Bytes of numbers, 8 for each, allowed per byte of file: meshes shrink 2 to 20 times, up to 60 with their cell types as numbers;
-/// bombs, and pieces that all name one appended array, thousands of times.
+/// Bytes of numbers, 8 for each, allowed per byte of file. Meshes shrink 2 to 20 times, up to 60 with their cell types as numbers.
+/// Bombs, and pieces that all name one appended array, shrink thousands of times.
 const MOST_INFLATION: usize = 128;
 
 /// Reads all pieces as one surface.

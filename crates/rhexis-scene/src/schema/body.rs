@@ -267,10 +267,11 @@ pub struct TearingSpec {
     pub branch_margin: Option<f64>,
 }
 
-/// `energy_criterion`: tips of a body with `tearing` advance where more energy would be released than their toughness, and where that
-/// exceeds it most: as the field in a ring around the tip tells it, and by the material force where the ring does not have the field
-/// of one straight crack in a plane. `events.jsonl` says which it was. Starts need both: the strengths of `tearing` along a whole length, and the energy of opening it. This table is
-/// for toughnesses beside strengths, and for another ring; toughnesses in `tearing` do without.
+/// `energy_criterion`: tips of a body with `tearing` advance where more energy would be released than their toughness, in the
+/// direction where the release exceeds it most. The release comes from the field in a ring around the tip. Where the ring does not
+/// have the field of one straight crack in a plane, it comes from the material force. `events.jsonl` says which it was. Starts need
+/// both: the strengths of `tearing` along a whole length, and the energy of opening it. This table is for toughnesses beside
+/// strengths, and for another ring; toughnesses in `tearing` do without.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnergyCriterionSpec {
@@ -330,7 +331,7 @@ pub struct InitialSpec {
     pub spin: Point,
 }
 
-/// One number; what else people write there is told where it goes.
+/// One number; for what else people write there the error says where it goes.
 fn one_thickness<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     struct Read;
     impl<'de> Visitor<'de> for Read {

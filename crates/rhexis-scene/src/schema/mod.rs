@@ -167,11 +167,12 @@ pub struct RunSpec {
     /// Default false.
     #[serde(default)]
     pub until_ended: bool,
-    /// `"fast"` (default), `"haptic"`, `"game"`, `"accurate"` or `"static"`: what steps do where no other key says it. Haptic is `resumes = 2`,
-    /// `halvings = 1`; game is that with `position_tolerance = 0.02` and `budget = 60`; static is `linear_tolerance = 1e-10`,
-    /// `stress_tolerance = inf`, `static_iterations = 200`; accurate is `integrator = "tr_bdf2"`,
-    /// `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`, `stress_tolerance = inf`: three to
-    /// seven times the time per step; for references, waves and spins.
+    /// `"fast"` (default), `"haptic"`, `"game"`, `"accurate"` or `"static"`: what steps do where no other key says it.
+    /// - Haptic is `resumes = 2`, `halvings = 1`.
+    /// - Game is that with `position_tolerance = 0.02` and `budget = 60`.
+    /// - Static is `linear_tolerance = 1e-10`, `stress_tolerance = inf`, `static_iterations = 200`.
+    /// - Accurate is `integrator = "tr_bdf2"`, `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`,
+    ///   `stress_tolerance = inf`. A step takes three to seven times as long; for references, waves and spins.
     #[serde(default)]
     pub accuracy: Accuracy,
     /// `"backward_euler"` (default) or `"tr_bdf2"`: the formula of a dynamic step in time, of first or second order. Without
@@ -217,7 +218,7 @@ pub struct RunSpec {
     /// held until the next step.
     #[serde(default = "static_advances")]
     pub static_advances: u32,
-    /// How often a step is taken up again after tears have advanced by less than `max_tear_speed` allows. Default 8.
+    /// How often a step is redone after tears have advanced by less than `max_tear_speed` allows. Default 8.
     pub resumes: Option<u32>,
     /// Further solves at the most from where a step leads, if it would create energy, before it is retried in halves. Default 0.
     pub corrections: Option<u32>,

@@ -46,7 +46,7 @@ fn a_second_run_and_any_number_of_threads_give_the_same_bits() {
     }
 }
 
-/// In space, with the rows of an incomplete factor in halves, as a tear refines the mesh.
+/// In space, with the rows of an incomplete factor dissected, as a tear refines the mesh.
 #[test]
 fn halves_of_a_factor_give_the_same_bits_on_any_number_of_threads() {
     let run = |threads: usize, is_portable: bool| {

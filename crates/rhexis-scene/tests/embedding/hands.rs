@@ -10,7 +10,7 @@ use rhexis::report::BodyReport;
 use rhexis::simulation::Grasp;
 use rhexis_scene::{Document, Instance};
 
-/// Steps in which a body that a moving hand holds may stand still untold.
+/// Steps in which a body that a moving hand holds may stand still unreported.
 const STILL: u32 = 5;
 
 /// Steps of a hand.
@@ -57,7 +57,8 @@ fn is_guarded(report: &BodyReport) -> bool {
     report.guard.refusals() > 0 || report.is_held_back || report.went_part_of_way || report.fault.is_some()
 }
 
-/// Plays a hand; the longest time that it moved what it held and the body stood still, in steps, and of that what no event had told.
+/// Plays a hand; the longest time that it moved what it held and the body stood still, in steps, and of that what no event had
+/// reported.
 fn play(hand: u64) -> (u32, u32) {
     let (mut dice, mut instance) = (Dice::new(hand), capsule());
     let (body, dt) = (instance.bodies[0], instance.run.dt);
@@ -88,7 +89,7 @@ fn play(hand: u64) -> (u32, u32) {
         }
         let report = instance.advance().unwrap_or_else(|error| panic!("hand {hand}, step {step}: {error}"));
         let is_guarded = report.bodies.iter().any(is_guarded);
-        // The guard is told of when it begins to act, and again once a step has passed without.
+        // The guard is reported when it begins to act, and again once a step has passed without.
         is_told &= is_guarded;
         is_told |= instance.simulation.drain_events().any(|event| {
             matches!(event.kind, EventKind::StepGuarded { .. } | EventKind::StepFailed { .. } | EventKind::FellAsleep)

@@ -81,7 +81,7 @@ fn a_capsule_with_grips_and_refinement() {
     assert!(is_held, "forceps are closed");
 }
 
-/// Rows of a factor stand in halves from 8,192 triangles on, and edits take some of them to the rest.
+/// Rows of a factor are dissected from 8,192 triangles on, and edits take some of them to the separator.
 #[test]
 fn a_large_capsule_as_it_tears() {
     let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.toughness_along=0.3"];

@@ -1,10 +1,10 @@
-//! The bits of every scene of the catalog: the same for any number of threads, with and without wide instructions, after going back
-//! to a snapshot, and the same as they were when `hashes.txt` was written, in debug and in release builds.
+//! The bits of every scene of the catalog: the same for any number of threads, with and without wide instructions, and after going
+//! back to a snapshot. They are the same as when `hashes.txt` was written, in debug and in release builds.
 //!
-//! A build without the feature `direct` has the same bits on every machine: the column `any`. With it they depend on the machine in one
-//! thing, the instructions that the sparse factor's library picks: a column for the architecture and its instructions, and one that the file does
-//! not know is told and not judged. AVX-512 makes no difference: emulated without it (`qemu-x86_64 -cpu Haswell-v4`), a machine that has
-//! it gives the bits of every scene that it gives with it.
+//! A build without the feature `direct` has the same bits on every machine: the column `any`. With it they depend on the machine in
+//! one thing, the instructions that the sparse factor's library picks. Each architecture with its instructions has a column; one
+//! that the file does not know is reported and not judged. AVX-512 makes no difference: emulated without it
+//! (`qemu-x86_64 -cpu Haswell-v4`), a machine that has it gives the bits of every scene that it gives with it.
 
 use rhexis::snapshot::StateHash;
 use rhexis_scene::catalog::CATALOG;

@@ -222,7 +222,7 @@ fn a_motion_leaves_over_what_energy_forces_and_tangent_say() {
     let end: Vec<DVec3> = x.iter().zip(&u).map(|(x, u)| *x + *u).collect();
     let change = cap.energy(&end) - cap.energy(&x);
     let forces = dot(&cap.forces(&x), &u);
-    // With damping that holds a third as much as the folds.
+    // With damping that holds a third as much as bending.
     cap.evaluate(&x, 1.3);
     for is_exact in [false, true] {
         let mut product = vec![DVec3::ZERO; u.len()];

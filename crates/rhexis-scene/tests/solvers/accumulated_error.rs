@@ -1,9 +1,9 @@
 //! How far a run is from one whose linear systems are solved tightly.
 //!
-//! A slack capsule is chaotic: two runs part within some tens of steps at any tolerance, as a crumpled flap falls this way or that, so the
-//! ends of two whole runs say nothing about the solver. What a solver can answer for is the error that it adds. So windows of the run
-//! are taken, all of the same state at their start; in each the scene's own tolerances and tight ones go on side by side, and what parts
-//! them after so many steps is the error accumulated in these.
+//! A slack capsule is chaotic: two runs part within some tens of steps at any tolerance, as a crumpled flap falls this way or that.
+//! So the ends of two whole runs say nothing about the solver. What a solver can answer for is the error that it adds. So windows
+//! of the run are taken, all of the same state at their start. In each the scene's own tolerances and tight ones go on side by
+//! side. What parts them after so many steps is the error accumulated in these.
 
 use glam::DVec3;
 use rhexis::components::TearDecisions;

@@ -174,7 +174,7 @@ fn every_tolerance_is_reached_and_prescribed_axes_stay() {
     }
 }
 
-/// From 8,192 triangles on the rows of a factor stand in halves.
+/// From 8,192 triangles on the rows of a factor are dissected.
 #[test]
 fn a_factor_in_halves_leaves_as_few_iterations() {
     let torn = Torn::capsule(9000, 12);

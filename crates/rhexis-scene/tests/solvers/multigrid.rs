@@ -1,5 +1,5 @@
-//! Multigrid needs few iterations whatever the size of the mesh, whether it is torn or curved; its cycle is a symmetric positive
-//! matrix; what it keeps from one solve or mesh to the next leaves no trace.
+//! Multigrid needs few iterations whatever the size of the mesh, whether it is torn or curved. Its cycle is a symmetric positive
+//! matrix. What it keeps from one solve or mesh to the next leaves no trace.
 
 use crate::common::{Square, state_bits};
 use glam::DVec3;

@@ -186,9 +186,8 @@ fn of(run: &Run) -> Refined {
 
 const COARSE: [usize; 2] = [30, 25];
 
-/// A whole tear from a mesh with 1.4 edges per radius goes as on a fine one: first tear at the load to which M(60, 50), M(120,
-/// 100) and M(240, 200) tend, along the
-/// fibre to its end, within the budget; behind the tip the triangles are joined again.
+/// A whole tear from a mesh with 1.4 edges per radius goes as on a fine one. It starts at the load to which M(60, 50), M(120, 100)
+/// and M(240, 200) tend. It runs along the fibre to its end, within the budget; behind the tip the triangles are joined again.
 #[test]
 fn a_coarse_square_tears_as_a_fine_one() {
     let tip = DVec2::new(15.0, 27.0);

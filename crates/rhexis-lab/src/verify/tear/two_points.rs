@@ -2,8 +2,8 @@
 //! from its tip to either point (Ibarra, Roman, Melo 2016); the tear follows a hyperbola.
 //!
 //! The form has a sheet that folds freely until both ways are one straight line. Triangles without a crease along that line
-//! do not, and hold the tear shut the more the nearer both pulls are to opposite. The path is judged where the bands meet at
-//! 135° or more; the pull is told.
+//! do not, and hold the tear shut the more the nearer both pulls are to opposite. The path is judged where the bands meet at 135°
+//! or more; the pull is reported.
 
 use super::super::{Artifacts, Line, Row, Rows, VerifyError, largest};
 use super::square::{Square, length};

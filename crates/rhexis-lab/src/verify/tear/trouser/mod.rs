@@ -117,7 +117,7 @@ impl Trouser {
         let form = |pull: &sheet::Pull| pull.force * 0.5 * (pull.stretch + 1.0) / path.pull(pull.torn);
         let off = (median(pulls.iter().map(form)) - 1.0).abs();
         let is_long = self.dt > PLAIN.dt;
-        // Turning tears and blunt tips are beyond the form: told, not judged.
+        // Turning tears and blunt tips are beyond the form: reported, not judged.
         let turns = self.fibres.is_some_and(|[degrees, ..]| degrees > 20.0);
         let tolerance = match (turns || self.name == BLUNT, is_long) {
             (true, _) => f64::INFINITY,
@@ -147,7 +147,7 @@ impl Trouser {
         let [degrees, ..] = self.fibres.unwrap_or_default();
         let is_inner = |p: &DVec2| 0.5 * WIDTH - p.x.abs() > RIM && p.y > RIM;
         let inner: Vec<DVec2> = torn.path.iter().copied().filter(is_inner).collect();
-        // A tear that turns lags behind by its turn over a band, which the theory has not: its place is told.
+        // A tear that turns lags behind by its turn over a band, which the theory has not: its place is reported.
         let tolerance = if self.turns() || self.name == BLUNT { f64::INFINITY } else { OFF_PATH };
         rows.add(what("off the path of theory, 2 mm and more from the rim"), path.off(&inner), tolerance, "mm");
         if self.fibres.is_none() {
