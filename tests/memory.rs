@@ -74,7 +74,7 @@ fn bytes_per_triangle(
 #[test]
 fn memory_grows_with_what_a_body_carries() {
     use Preconditioner::{BlockJacobi, IncompleteCholesky};
-    for cells in [[95, 79], [300, 250]] {
+    for cells in [[95, 79], [180, 150]] {
         let plain = bytes_per_triangle(|| square(cells), BlockJacobi, Precision::Double, false);
         let elastic = bytes_per_triangle(|| square(cells), IncompleteCholesky, Precision::Mixed, false);
         let [all, cut] =

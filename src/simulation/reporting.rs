@@ -30,7 +30,8 @@ impl Simulation {
         self.schedule.reset_reports(&mut self.report.systems);
         self.report.rolled_back = 0;
         for increment in self.world.query_mut::<&mut Increment>() {
-            (increment.limits, *increment.guard, increment.relaxed) = ([false; 2], GuardFigures::default(), 0);
+            (increment.was_fraction, increment.was_put_outside) = (false, false);
+            (*increment.guard, increment.relaxed) = (GuardFigures::default(), 0);
         }
         self.world.query_mut::<&mut SolveResult>().into_iter().for_each(|result| result.work = 0);
         self.report.has_failed = false;
@@ -65,8 +66,8 @@ impl Simulation {
                 is_tear_cut_short: false,
                 is_refinement_put_off: refined.is_some_and(|refined| refined.is_put_off),
                 is_held_back: ledger.is_step_limited,
-                went_part_of_way: increment.limits[0],
-                is_put_outside: increment.limits[1],
+                went_part_of_way: increment.was_fraction,
+                is_put_outside: increment.was_put_outside,
                 relaxed_vertices: increment.relaxed,
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,

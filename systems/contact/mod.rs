@@ -321,7 +321,7 @@ fn shift(vertices: &mut Vertices, increment: &mut Increment, v: usize, way: DVec
     vertices.position[v] += way;
     increment.displacement[v] += way;
     increment.is_put_outside = true;
-    increment.limits[1] = true;
+    increment.was_put_outside = true;
     vertices.velocity[v] = step.travel(increment, v) * step.rate();
 }
 

@@ -136,7 +136,7 @@ impl Verdict {
             Self::Limited(_, fraction) => {
                 ledger.is_step_limited = true;
                 increment.is_fraction = true;
-                increment.limits[0] = true;
+                increment.was_fraction = true;
                 increment.guard.limit(somewhere, increment.delta.len());
                 increment.take_fraction(&scratch.free, fraction);
             }

@@ -102,7 +102,7 @@ pub(super) struct Free<'a, 'b, P> {
 }
 
 impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors for Free<'_, '_, P> {
-    fn ascend(&mut self, beta: f64) {
+    fn next_direction(&mut self, beta: f64) {
         turn(self.direction, self.product, beta);
     }
 
@@ -118,7 +118,7 @@ impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors 
         operator.is_definite() && curvature >= -ROUNDING * sizes_sq.sqrt()
     }
 
-    fn descend(&mut self, alpha: f64) -> DVec2 {
+    fn advance(&mut self, alpha: f64) -> DVec2 {
         let Self { x, free, residual, direction, product, partials, precondition, .. } = self;
         parallel::for_rows(x, |v, x| *x += direction[v] * alpha);
         let residual_sq = parallel::sum_rows(residual, partials, |v, r| {

@@ -219,8 +219,8 @@ impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Guided<'
 }
 
 impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors for Guided<'_, '_, P> {
-    fn ascend(&mut self, beta: f64) {
-        self.on_axes.ascend(beta);
+    fn next_direction(&mut self, beta: f64) {
+        self.on_axes.next_direction(beta);
     }
 
     fn multiply(&mut self) -> f64 {
@@ -233,7 +233,7 @@ impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors 
         self.on_axes.operator.is_definite() || rz == 0.0
     }
 
-    fn descend(&mut self, alpha: f64) -> DVec2 {
+    fn advance(&mut self, alpha: f64) -> DVec2 {
         let Self { guides: (allowed, _), on_axes } = self;
         let Free { x, free, residual, direction, product, partials, .. } = on_axes;
         parallel::for_rows(x, |v, x| *x += direction[v] * alpha);

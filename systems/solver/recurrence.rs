@@ -13,7 +13,7 @@ pub(super) trait Vectors {
     }
 
     /// p = z + β·p, which is z where β is zero.
-    fn ascend(&mut self, beta: f64);
+    fn next_direction(&mut self, beta: f64);
 
     /// q = A·p. Returns p·q.
     fn multiply(&mut self) -> f64;
@@ -22,7 +22,7 @@ pub(super) trait Vectors {
     fn is_at_end(&mut self, curvature: f64, rz: f64) -> bool;
 
     /// x += α·p, r −= α·q, z = M⁻¹·r. Returns r·r and r·z.
-    fn descend(&mut self, alpha: f64) -> DVec2;
+    fn advance(&mut self, alpha: f64) -> DVec2;
 }
 
 /// How far the iterations have come.
@@ -63,7 +63,7 @@ pub(super) fn iterate(
     let (mut iterations, mut error, mut beta) = (0, EnergyError::new(rz), 0.0);
     let (mut is_late, mut is_broken) = (false, false);
     while !limits.allow_stop(residual_sq, &error) && iterations < limits.iterations && !is_late {
-        vectors.ascend(beta);
+        vectors.next_direction(beta);
         let curvature = vectors.multiply();
         if !(curvature.is_finite() && rz.is_finite()) {
             return Err(CgError::NotFinite { iteration: iterations });
@@ -79,7 +79,7 @@ pub(super) fn iterate(
         if is_broken {
             break;
         }
-        DVec2 { x: residual_sq, y: rz } = vectors.descend(alpha);
+        DVec2 { x: residual_sq, y: rz } = vectors.advance(alpha);
         beta = rz / before;
         error.advance(alpha, rz);
         iterations += 1;

@@ -33,9 +33,12 @@ pub struct Increment {
     /// Whether vertices were put back outside an obstacle after the last solve.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_put_outside: bool,
-    /// Whether the one and the other have happened in any part of the step that was asked for.
+    /// Whether the one has happened in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub limits: [bool; 2],
+    pub was_fraction: bool,
+    /// Whether the other has.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub was_put_outside: bool,
     /// What the energy guard did in the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub guard: Box<GuardFigures>,

@@ -71,7 +71,7 @@ impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
         P::LEAST_STEP
     }
 
-    fn ascend(&mut self, beta: f64) {
+    fn next_direction(&mut self, beta: f64) {
         self.preconditioner.ascend(beta as f32, self.vectors);
     }
 
@@ -84,7 +84,7 @@ impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
         false
     }
 
-    fn descend(&mut self, alpha: f64) -> DVec2 {
+    fn advance(&mut self, alpha: f64) -> DVec2 {
         self.preconditioner.descend(alpha as f32, self.vectors)
     }
 }

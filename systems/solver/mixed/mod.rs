@@ -21,46 +21,24 @@ mod partition;
 mod pattern;
 mod residual;
 mod response;
+mod rounds;
 mod state;
 mod vertex_blocks;
 
-use super::estimate::Limits;
-use super::recurrence::Reached;
-use super::{CgError, CgInfo, Factor, Operator, ProductMemory};
-use crate::components::{FreeAxes, SolverScratch};
-use crate::settings::LinearParams;
+use super::{Factor, Operator};
+use crate::components::FreeAxes;
 use crate::storage::{Revision, Topology, Triangles, Vertices};
-use crate::systems::parallel;
 use adjacency::Adjacency;
 use cg::Vectors;
 use edits::Edits;
-use factored::Factored;
-use glam::{DVec3, Vec4};
 use incomplete::Incomplete;
 use jacobi::Jacobi;
 use matrix::Matrix;
 use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
-use residual::is_single;
 use response::LastPreconditioner;
 pub use state::MixedState;
-
-/// A round that leaves more of the residual than this has come to nothing: double precision goes on.
-const STALLED: f64 = 0.5;
-
-/// Iterations that are few: of hundreds the rounding adds up.
-const FEW: u32 = 20;
-
-/// The diagonal is raised by this fraction of itself before it is factored (Manteuffel 1980). Chosen on the lens capsule as it tears.
-const SHIFT: f32 = 0.01;
-
-/// Iterations of a round with a factor at the most. One that has come to nothing in so many, or is broken, is a bad one: the next has its
-/// diagonal raised ten times as far, up to [`MOST_SHIFT`].
-const MOST_WITH_FACTOR: u32 = 150;
-
-/// Maximum fraction by which the diagonal is raised.
-const MOST_SHIFT: f32 = 1.0;
 
 /// Minimum number of triangles for nested dissection of the rows of an incomplete factor. Smaller bodies gain little by a second thread.
 const LEAST_CUT: usize = 8192;
@@ -124,113 +102,6 @@ impl MixedSolver {
         self.same = is_same.then_some([false; 2]);
     }
 
-    /// Solves A·x = b for a tangent that is never indefinite, from the guess `x`, whose prescribed axes stay; `scratch` as in the solve in
-    /// double precision. The second answer is whether the tolerance or the limit of iterations was reached. Where single
-    /// precision has come to nothing instead, `x` is as far as it has come, and `scratch.residual` holds b again. `scratch.direction` holds
-    /// it in any case.
-    ///
-    /// # Errors
-    /// [`CgError::NotFinite`] for a right-hand side or an operator that is not finite; `scratch.residual` is then as it was.
-    pub fn solve(
-        &mut self,
-        operator: &Operator,
-        params: &LinearParams,
-        mut active: ActivePreconditioner,
-        memory: &mut ProductMemory<'_>,
-        x: &mut [DVec3],
-        scratch: &mut SolverScratch,
-    ) -> Result<(CgInfo, bool), CgError> {
-        let is_single = is_single(params, scratch);
-        let (reference_sq, mut residual_sq, is_assembled) =
-            self.first_residual(operator, is_single, memory, x, scratch)?;
-        let limits = Limits::new(params, reference_sq, [scratch.twice_stored, scratch.motion_scale]);
-        let mut info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
-        let (mut is_solved, mut shift) = (true, SHIFT);
-        if !limits.are_met_at_end(residual_sq, info.error_energy) {
-            if !is_assembled {
-                self.assemble(operator, &scratch.free, active.may_be_cut(operator));
-            }
-            self.set_up(operator, &mut active, &scratch.free, shift);
-        }
-        while !limits.are_met_at_end(residual_sq, info.error_energy)
-            && info.iterations < limits.iterations
-            && !info.is_late
-        {
-            let norm = residual_sq.sqrt();
-            self.set_residual(&scratch.residual, norm);
-            let most = match active {
-                ActivePreconditioner::Built(MixedPreconditioner::BlockJacobi) => u32::MAX,
-                ActivePreconditioner::Built(MixedPreconditioner::IncompleteCholesky) => MOST_WITH_FACTOR,
-                ActivePreconditioner::Built(MixedPreconditioner::Multigrid) => {
-                    self.multigrid.most(limits.of_round(norm, 0).least_sq.sqrt())
-                }
-                ActivePreconditioner::Factor(_, most) => most - info.iterations,
-            };
-            let most = most.min(limits.iterations - info.iterations);
-            let is_own_factor = matches!(active, ActivePreconditioner::Built(MixedPreconditioner::IncompleteCholesky));
-            let round = limits.of_round(norm, most).repeating(&mut scratch.stops);
-            let Ok(reached) = self.iterate(&mut active, &round) else {
-                // L may have left the range of single precision.
-                if is_own_factor && shift < MOST_SHIFT {
-                    shift = self.refactor(shift);
-                    continue;
-                }
-                // A direction without curvature may be one that single precision has lost: double precision decides.
-                is_solved = false;
-                break;
-            };
-            scratch.stops.note(reached.iterations, reached.is_late);
-            info.iterations += reached.iterations;
-            info.error_energy = reached.energy * norm * norm;
-            info.is_late = reached.is_late;
-            let before_sq = residual_sq;
-            // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
-            let by_recursion = reached.residual_sq * residual_sq;
-            let is_known = is_single && reached.iterations <= FEW;
-            residual_sq = if reached.iterations == 0 && limits.are_met_at_end(residual_sq, info.error_energy) {
-                residual_sq
-            } else if is_known && limits.are_met_at_end(by_recursion, info.error_energy) {
-                self.add_to(x, norm);
-                let (row, xr) = (&self.order.row, &self.vectors.xr);
-                let left = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3() * norm;
-                parallel::for_rows(&mut scratch.residual, |v, r| *r = left(v));
-                by_recursion
-            } else {
-                self.add_to(x, norm);
-                self.residual(operator, memory, x, scratch)
-            };
-            if matches!(active, ActivePreconditioner::Built(MixedPreconditioner::Multigrid)) {
-                self.multigrid.has_served(reached.iterations, (residual_sq / before_sq).sqrt());
-            }
-            if limits.are_met_at_end(residual_sq, info.error_energy) {
-                break;
-            }
-            let has_gained = residual_sq <= STALLED * STALLED * before_sq;
-            let is_used_up = reached.is_broken || reached.iterations == most;
-            if is_own_factor && is_used_up && !has_gained && shift < MOST_SHIFT {
-                shift = self.refactor(shift);
-                continue;
-            }
-            let has_stalled = !has_gained && reached.iterations < most;
-            let has_used_up = matches!(active, ActivePreconditioner::Factor(_, most) if info.iterations >= most);
-            if (has_stalled || has_used_up) && !info.is_late {
-                is_solved = false;
-                break;
-            }
-            if reached.iterations == most
-                && matches!(active, ActivePreconditioner::Built(MixedPreconditioner::Multigrid))
-            {
-                self.multigrid.renew(&self.partition, &self.matrix);
-            }
-        }
-        if !is_solved {
-            scratch.residual.copy_from_slice(&scratch.direction);
-        }
-        info.is_solved = limits.are_met_at_end(residual_sq, info.error_energy);
-        info.relative_residual = if reference_sq > 0.0 { (residual_sq / reference_sq).sqrt() } else { 0.0 };
-        Ok((info, is_solved))
-    }
-
     /// Assembles the operator in single precision.
     fn assemble(&mut self, operator: &Operator, free: &FreeAxes, is_cut: bool) {
         if self.same.as_mut().is_some_and(|made| std::mem::replace(&mut made[0], true)) {
@@ -291,13 +162,6 @@ impl MixedSolver {
         }
     }
 
-    /// Factors again with a diagonal shift ten times as large, where a factor with `shift` is bad. Returns the new shift.
-    fn refactor(&mut self, shift: f32) -> f32 {
-        let shift = 10.0 * shift;
-        self.incomplete.factor(&self.partition, self.order.dissection, &self.matrix, shift);
-        shift
-    }
-
     /// Whether what depends on the triangles is of these: no edit since has left others.
     fn is_of(&self, corners: &[[u32; 3]], topology: &Topology) -> bool {
         let Self { partition, order, followed, .. } = self;
@@ -337,33 +201,6 @@ impl MixedSolver {
         }
         self.needs_pattern = false;
     }
-
-    /// Sets the right-hand side to the residual over its norm.
-    fn set_residual(&mut self, residual: &[DVec3], norm: f64) {
-        let vertex = &self.order.vertex;
-        size(&mut self.vectors.xr, vertex.len(), [Vec4::ZERO; 2]);
-        parallel::for_rows(&mut self.vectors.xr, |row, xr| {
-            *xr = [Vec4::ZERO, (residual[vertex[row] as usize] / norm).as_vec3().extend(0.0)];
-        });
-    }
-
-    fn iterate(&mut self, active: &mut ActivePreconditioner, limits: &Limits) -> Result<Reached, CgError> {
-        let Self { matrix, partition, order, vectors, .. } = self;
-        match active {
-            ActivePreconditioner::Built(MixedPreconditioner::BlockJacobi) => {
-                cg::solve(matrix, partition, &mut self.jacobi, vectors, limits)
-            }
-            ActivePreconditioner::Built(MixedPreconditioner::IncompleteCholesky) => {
-                cg::solve(matrix, partition, &mut *self.incomplete, vectors, limits)
-            }
-            ActivePreconditioner::Built(MixedPreconditioner::Multigrid) => {
-                cg::solve(matrix, partition, &mut *self.multigrid, vectors, limits)
-            }
-            ActivePreconditioner::Factor(factor, _) => {
-                cg::solve(matrix, partition, &mut Factored { factor, order }, vectors, limits)
-            }
-        }
-    }
 }
 
 /// Empties a list and makes room for `count` entries, with a sixteenth to spare, as tables have: as a tear adds some, the next steps
@@ -392,6 +229,7 @@ mod tests {
     use crate::settings::Settings;
     use crate::simulation::Simulation;
     use crate::storage::TriangleMesh;
+    use glam::DVec3;
 
     /// A solve that its guess ends at once finds an order and leaves the neighbours for who needs a pattern: not past the next edit.
     #[test]
