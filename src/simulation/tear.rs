@@ -30,7 +30,7 @@ pub struct Cut {
     pub made: f64,
     /// Tips at its ends inside the tissue, for a body that can tear.
     pub tips: Vec<TipKey>,
-    /// Largest distance \[mm\] of a point of the cut from the polyline.
+    /// Largest distance \[mm\] of a point of the cut from the polyline, or of an end of the cut from that of the polyline inside the body.
     pub off_line: f64,
     /// Smallest rest angle \[rad\] of the triangles that the cut has touched.
     pub smallest_angle: f64,
@@ -93,6 +93,8 @@ impl Simulation {
     /// the boundary makes a notch, one that starts inside a slit with two ends. Where the body can tear, the cut's ends
     /// inside the tissue become tips; a cut that starts at a tip leads that tip on. What lies outside the body is left out, and
     /// behind a hole, a slit or its own line the cut goes on. Points that are too near to each other for the mesh are thinned out.
+    /// An end that finds no room goes on along its line by up to half an edge, to the boundary if that is there, or back by as much:
+    /// [`Cut::off_line`] says how far.
     ///
     /// # Errors
     /// Why the cut was not made; the body is as it was.
