@@ -4,6 +4,10 @@ pub use crate::generate::{Random, bounded, length};
 pub use crate::snapshot::hash::sum as fingerprint;
 pub use crate::storage::mesh::{THINNEST, by_corners, slenderness};
 
+/// Whether this build has sparse Cholesky factors. A crate's own feature `direct` does not tell: another crate of the same build may
+/// have asked for them.
+pub const HAS_FACTORS: bool = cfg!(feature = "direct");
+
 /// A simulation with one sheet of 10 mm, held at its left rim, which tears and notes its changes: what examples in the docs begin with.
 ///
 /// # Errors

@@ -30,7 +30,7 @@
 #define RHEXIS_FEATURE_UNWIND 2
 
 /**
- * Feature bit: sparse Cholesky factors serve static solves.
+ * Feature bit: the engine has sparse Cholesky factors (`--features direct`). Recordings of builds without the bit are refused.
  */
 #define RHEXIS_FEATURE_DIRECT 4
 

@@ -11,7 +11,7 @@ pub const RHEXIS_ABI_VERSION: u32 = 1;
 pub const RHEXIS_FEATURE_BYTES: u64 = 1;
 /// Feature bit: panics are caught at the boundary. Not of a library built with `panic = "abort"`.
 pub const RHEXIS_FEATURE_UNWIND: u64 = 2;
-/// Feature bit: sparse Cholesky factors serve static solves.
+/// Feature bit: the engine has sparse Cholesky factors (`--features direct`). Recordings of builds without the bit are refused.
 pub const RHEXIS_FEATURE_DIRECT: u64 = 4;
 
 /// How the library was built.
@@ -35,7 +35,7 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");
 
 fn features() -> u64 {
     let unwind = if cfg!(panic = "unwind") { RHEXIS_FEATURE_UNWIND } else { 0 };
-    let direct = if cfg!(feature = "direct") { RHEXIS_FEATURE_DIRECT } else { 0 };
+    let direct = if rhexis::internal::HAS_FACTORS { RHEXIS_FEATURE_DIRECT } else { 0 };
     RHEXIS_FEATURE_BYTES | unwind | direct
 }
 

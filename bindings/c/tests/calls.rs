@@ -11,6 +11,7 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::Settings;
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::TriangleMesh;
+use rhexis_c::abi::*;
 use rhexis_c::component::*;
 use rhexis_c::events::*;
 use rhexis_c::haptics::*;
@@ -246,6 +247,23 @@ fn components_and_settings_are_told_and_set_by_text() {
     assert!(["resumes = 3\n", "budget = 40\n", "tolerance = 0.00001"].iter().all(|line| toml.contains(line)), "{toml}");
     let answer = rhexis_set_budget(world, 40, f64::NAN);
     refused(answer, RhexisStatus::InvalidArgument, "a time of NaN ms");
+    ok(rhexis_world_destroy(world));
+}
+
+/// Whose recordings are read follows from the features of the engine: another package of one build may have asked for `direct`.
+#[test]
+fn the_bit_of_factors_is_that_of_recordings() {
+    // SAFETY: all numbers and pointers, which may be zero.
+    let mut info: RhexisBuildInfo = unsafe { std::mem::zeroed() };
+    ok(rhexis_build_info(out(&mut info)));
+    let (world, mut recording) = (world(), RhexisRecording::default());
+    ok(rhexis_record(world));
+    ok(rhexis_record_end(world, out(&mut recording)));
+    let mut bytes = RhexisViewU8 { data: std::ptr::null(), count: 0 };
+    ok(rhexis_recording_bytes(recording, out(&mut bytes)));
+    let marks = seen(bytes.data, bytes.count)[10];
+    assert_eq!(info.features & RHEXIS_FEATURE_DIRECT != 0, marks & 1 != 0);
+    ok(rhexis_recording_destroy(recording));
     ok(rhexis_world_destroy(world));
 }
 

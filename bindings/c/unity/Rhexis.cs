@@ -448,7 +448,7 @@ namespace Rhexis
         public const ulong RHEXIS_FEATURE_BYTES = 1;
         /// <summary>Feature bit: panics are caught at the boundary. Not of a library built with `panic = "abort"`.</summary>
         public const ulong RHEXIS_FEATURE_UNWIND = 2;
-        /// <summary>Feature bit: sparse Cholesky factors serve static solves.</summary>
+        /// <summary>Feature bit: the engine has sparse Cholesky factors (`--features direct`). Recordings of builds without the bit are refused.</summary>
         public const ulong RHEXIS_FEATURE_DIRECT = 4;
         /// <summary>There are no more events.</summary>
         public const uint RHEXIS_EVENT_NONE = 0;
