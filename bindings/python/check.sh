@@ -1,7 +1,18 @@
 #!/usr/bin/env bash
-# Builds the wheel and tests it in an environment of its own: ./check.sh [--lint]. PYTHON names the interpreter, python3 by default.
-# --lint adds clippy, which compiles the engine a second time.
+# Builds the wheel and tests it in an environment of its own: ./check.sh [--lint] [--verify]. PYTHON names the interpreter, python3 by default.
+# --lint adds clippy, which compiles the engine a second time and a third. --verify takes the wheel with the feature `verify`, a minute more.
 set -euo pipefail
+lint=false features=()
+for option in "$@"; do
+    case $option in
+        --lint) lint=true ;;
+        --verify) features=(--features verify) ;;
+        *)
+            echo "check.sh: no option $option: --lint or --verify" >&2
+            exit 2
+            ;;
+    esac
+done
 cd "$(dirname "$0")"
 root=$(cd ../.. && pwd)
 
@@ -34,7 +45,7 @@ told "environment"
 cargo fmt --check
 wheels=$CARGO_TARGET_DIR/wheels
 rm -rf "$wheels"
-"$venv/bin/maturin" build --release --locked --quiet --interpreter "$venv/bin/python" --out "$wheels"
+"$venv/bin/maturin" build --release --locked --quiet ${features[@]+"${features[@]}"} --interpreter "$venv/bin/python" --out "$wheels"
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheels"/rhexis-*.whl
 told "wheel"
 
@@ -46,7 +57,8 @@ told "types"
 MPLBACKEND=agg "$venv/bin/python" -m pytest -q --durations=5 "${PYTEST_ARGS:-tests}"
 told "tests"
 
-if [ "${1:-}" = "--lint" ]; then
+if $lint; then
     cargo clippy --release --locked --all-targets -- -D warnings
+    cargo clippy --release --locked --all-targets --features verify -- -D warnings
     told "lints"
 fi

@@ -46,5 +46,7 @@ fn _rhexis(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(library::cap, module)?)?;
     module.add_function(wrap_pyfunction!(library::verify, module)?)?;
     module.add_function(wrap_pyfunction!(library::verify_cases, module)?)?;
+    module.add_function(wrap_pyfunction!(library::work_precision, module)?)?;
+    module.add_function(wrap_pyfunction!(library::work_precision_cases, module)?)?;
     Ok(())
 }

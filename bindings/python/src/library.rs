@@ -1,7 +1,7 @@
-//! What there is without a world: the catalog, meshes, verification.
+//! What there is without a world: the catalog, meshes, verification, work–precision.
 
 use crate::arrays::{of_points, table};
-use crate::error::{Answer, Failure, Kind, guarded, refused, unreadable};
+use crate::error::{Failure, Kind, guarded, refused, unreadable};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -14,7 +14,7 @@ type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>, Option<B
 
 /// Features that this build has.
 pub(crate) fn features() -> Vec<&'static str> {
-    [("direct", cfg!(feature = "direct")), ("verify", cfg!(feature = "verify"))]
+    [("direct", rhexis::internal::HAS_FACTORS), ("verify", cfg!(feature = "verify"))]
         .into_iter()
         .filter_map(|(name, is_there)| is_there.then_some(name))
         .collect()
@@ -65,9 +65,12 @@ pub(crate) fn cap(py: Python<'_>, curvature_radius: f64, diameter: f64, triangle
 }
 
 #[cfg(not(feature = "verify"))]
-fn absent<R>() -> Answer<R> {
-    let message = "this build is without `verify`: maturin build --features verify, or the program `rhexis verify`";
-    Err(Failure::new(Kind::Unavailable, message))
+fn absent(command: &str) -> PyErr {
+    let message = format!(
+        "this build is without the feature `verify`: maturin develop --release --features verify, or the program \
+         `rhexis {command}`"
+    );
+    Failure::new(Kind::Unavailable, message).into()
 }
 
 /// Names of the comparisons with independent results, and what each shows.
@@ -82,7 +85,7 @@ pub(crate) fn verify_cases(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     #[cfg(not(feature = "verify"))]
     {
         let _ = py;
-        Ok(absent()?)
+        Err(absent("verify"))
     }
 }
 
@@ -97,7 +100,7 @@ pub(crate) fn verify<'py>(py: Python<'py>, case: &str, quick: bool) -> PyResult<
     #[cfg(not(feature = "verify"))]
     {
         let _ = (py, case, quick);
-        Ok(absent()?)
+        Err(absent("verify"))
     }
 }
 
@@ -125,4 +128,118 @@ fn rows<'py>(py: Python<'py>, case: &str, quick: bool) -> PyResult<Vec<Bound<'py
         Ok(told)
     });
     told.collect()
+}
+
+/// Names of the work–precision cases, and the scene of each: a dictionary. Raises `rhexis.Error` (`unavailable`) in a build without
+/// the feature `verify`.
+#[pyfunction]
+pub(crate) fn work_precision_cases(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    #[cfg(feature = "verify")]
+    {
+        let told = PyDict::new(py);
+        rhexis_lab::bench::SCENES.iter().try_for_each(|case| told.set_item(case.name, case.scene))?;
+        Ok(told)
+    }
+    #[cfg(not(feature = "verify"))]
+    {
+        let _ = py;
+        Err(absent("bench work-precision"))
+    }
+}
+
+/// Measures what meshes, solvers, tolerances, time steps and integrators cost in a case, and the error that they leave: the tables
+/// of `rhexis bench work-precision`.
+///
+/// Returns a dictionary: `solvers` and `discretisation`, lists of one dictionary per row; `remarks`, a list of sentences;
+/// `fma_gflops` [GFLOP/s] and `triad_gbs` [GB/s], the machine's speed. Figures end with their unit, errors without one are
+/// relative, and NaN was not measured.
+///
+/// `depth` is `quick` (seconds), `usual` (minutes) or `full` (an hour and some GB). The directory receives the tables as CSV and
+/// their plots; without one, nothing is left behind.
+///
+/// Raises `rhexis.Error`: `not_found` for an unknown case, `invalid_input` for an unknown depth, `file` where the directory cannot
+/// be written, `not_solved` where a reference has no answer, `unavailable` in a build without the feature `verify`.
+#[pyfunction]
+#[pyo3(signature = (case, depth = "quick", directory = None))]
+pub(crate) fn work_precision<'py>(
+    py: Python<'py>,
+    case: &str,
+    depth: &str,
+    directory: Option<PathBuf>,
+) -> PyResult<Bound<'py, PyDict>> {
+    #[cfg(feature = "verify")]
+    {
+        measured(py, case, depth, directory)
+    }
+    #[cfg(not(feature = "verify"))]
+    {
+        let _ = (py, case, depth, directory);
+        Err(absent("bench work-precision"))
+    }
+}
+
+#[cfg(feature = "verify")]
+fn measured<'py>(py: Python<'py>, case: &str, depth: &str, directory: Option<PathBuf>) -> PyResult<Bound<'py, PyDict>> {
+    use rhexis_lab::bench::{BenchError, Context, Depth, work_precision};
+    let depth = match depth {
+        "quick" => Depth::Quick,
+        "usual" => Depth::Usual,
+        "full" => Depth::Full,
+        other => Err(Failure::input(format!("there is no depth `{other}`: quick, usual or full")))?,
+    };
+    let temporary = match directory {
+        Some(_) => None,
+        None => Some(py.import("tempfile")?.call_method0("TemporaryDirectory")?),
+    };
+    let directory = match (&temporary, directory) {
+        (Some(temporary), _) => temporary.getattr("name")?.extract()?,
+        (None, directory) => directory.unwrap_or_default(),
+    };
+    let failed = |error: BenchError| {
+        let kind = match error {
+            BenchError::Unknown(_) => Kind::NotFound,
+            BenchError::Scene(_) => Kind::Scene,
+            BenchError::Output(_) | BenchError::File { .. } => Kind::File,
+            _ => Kind::NotSolved,
+        };
+        Failure::new(kind, error)
+    };
+    let names = [case.to_owned()];
+    let tables = py.detach(|| guarded(|| work_precision(&Context::quiet(directory, depth), &names).map_err(failed)));
+    if let Some(temporary) = temporary {
+        temporary.call_method0("cleanup")?;
+    }
+    let (told, mut remarks) = (PyDict::new(py), Vec::new());
+    for table in tables? {
+        let which = table.name.rsplit('-').next().unwrap_or_default();
+        let rows = table.rows.iter().map(|row| measured_row(py, &table.columns, table.key_count, row));
+        told.set_item(which, rows.collect::<PyResult<Vec<_>>>()?)?;
+        told.set_item("fma_gflops", table.yardsticks.fma_gflops)?;
+        told.set_item("triad_gbs", table.yardsticks.triad_gbs)?;
+        remarks.extend(table.remarks);
+    }
+    told.set_item("remarks", remarks)?;
+    Ok(told)
+}
+
+/// A row with its fields as numbers, NaN for what was not measured.
+#[cfg(feature = "verify")]
+fn measured_row<'py>(
+    py: Python<'py>,
+    columns: &[String],
+    key_count: usize,
+    row: &[String],
+) -> PyResult<Bound<'py, PyDict>> {
+    let told = PyDict::new(py);
+    for (place, (name, field)) in columns.iter().zip(row).enumerate() {
+        match (name.as_str(), field.as_str()) {
+            ("is_default", field) => told.set_item(name, field == "true")?,
+            ("triangles", field) => told.set_item(name, field.parse::<u64>()?)?,
+            ("tolerance" | "time_step", field) => told.set_item(name, field.parse::<f64>()?)?,
+            (_, field) if place < key_count => told.set_item(name, field)?,
+            (_, "") => told.set_item(name, f64::NAN)?,
+            (_, field) => told.set_item(name, field.parse::<f64>()?)?,
+        }
+    }
+    Ok(told)
 }

@@ -110,10 +110,35 @@ def test_verification_is_there_or_says_how_to_have_it() -> None:
         rows = rhexis.verify("constitutive")
         assert rows and all(row["passes"] for row in rows)
     else:
-        for call in (rhexis.verify_cases, lambda: rhexis.verify("patch")):
+        calls = (
+            rhexis.verify_cases,
+            lambda: rhexis.verify("patch"),
+            rhexis.work_precision_cases,
+            lambda: rhexis.work_precision("cook"),
+        )
+        for call in calls:
             with pytest.raises(rhexis.Error, match="--features verify") as caught:
                 call()
             assert caught.value.kind == "unavailable"
+
+
+@pytest.mark.skipif("verify" not in rhexis.FEATURES, reason="the build is without `verify`")
+def test_work_precision_is_measured(tmp_path: Path) -> None:
+    assert rhexis.work_precision_cases()["fig2-static"] == "fig2"
+    told = rhexis.work_precision("cook", directory=tmp_path)
+    errors = [row["stress_error"] for row in told["solvers"] if row["setting"] == "block Jacobi"]
+    # Each tolerance is ten or more times the next; a solve may go on to the same iteration for two of them.
+    assert len(errors) == 6 and errors == sorted(errors, reverse=True) and errors[5] < 1e-6 * errors[0]
+    assert [row["tolerance"] for row in told["solvers"] if row["is_default"]] == [1e-9]
+    (mesh,) = told["discretisation"]
+    assert mesh["is_default"] and mesh["triangles"] == told["solvers"][0]["triangles"] == 2048
+    assert all(row["median_ms"] > 0.0 for row in told["solvers"])
+    assert told["fma_gflops"] > 0.0 and any("default" in remark for remark in told["remarks"])
+    assert (tmp_path / "work-precision-cook-solvers.csv").is_file()
+    for case, depth, kind in [("cok", "quick", "not_found"), ("cook", "deep", "invalid_input")]:
+        with pytest.raises(rhexis.Error, match="did you mean `cook`|quick, usual or full") as caught:
+            rhexis.work_precision(case, depth)  # type: ignore[arg-type]
+        assert caught.value.kind == kind
 
 
 @pytest.mark.parametrize(

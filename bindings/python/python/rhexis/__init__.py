@@ -22,6 +22,8 @@ from ._rhexis import (
     scene_text,
     verify,
     verify_cases,
+    work_precision,
+    work_precision_cases,
 )
 from .exchange import from_meshio, to_meshio, to_pyvista
 from .run import Run, guide, load, run_scene
@@ -52,4 +54,6 @@ __all__ = [
     "to_pyvista",
     "verify",
     "verify_cases",
+    "work_precision",
+    "work_precision_cases",
 ]

@@ -117,6 +117,38 @@ class _Row(TypedDict):
     unit: str
     passes: bool
 
+class _Measured(TypedDict):
+    case: str
+    triangles: int
+    is_default: bool
+    median_ms: float
+    p999_ms: float
+    worst_ms: float
+    process_ms: float
+    cost_ms_per_ms: float
+    iterations: float
+    noise: float
+    stress_error: float
+    position_error_mm: float
+    force_error: float
+    path_error_mm: float
+    compared: float
+
+class _Solver(_Measured):
+    setting: str
+    tolerance: float
+
+class _Discretisation(_Measured):
+    integrator: str
+    time_step: float
+
+class _WorkPrecision(TypedDict):
+    solvers: list[_Solver]
+    discretisation: list[_Discretisation]
+    remarks: list[str]
+    fma_gflops: float
+    triad_gbs: float
+
 @final
 class Entity:
     """Handle of a body, an obstacle or a tool of one world."""
@@ -326,3 +358,7 @@ def disc(radius: float, triangles: int) -> tuple[_F64, _U32, _F64 | None]: ...
 def cap(curvature_radius: float, diameter: float, triangles: int) -> tuple[_F64, _U32, _F64 | None]: ...
 def verify_cases() -> dict[str, str]: ...
 def verify(case: str, quick: bool = True) -> list[_Row]: ...
+def work_precision_cases() -> dict[str, str]: ...
+def work_precision(
+    case: str, depth: Literal["quick", "usual", "full"] = "quick", directory: _Path | None = None
+) -> _WorkPrecision: ...

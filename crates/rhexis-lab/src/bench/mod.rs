@@ -64,6 +64,11 @@ pub struct Context {
 }
 
 impl Context {
+    /// Measures the machine's speed, and says nothing of what it is at.
+    pub fn quiet(directory: PathBuf, depth: Depth) -> Self {
+        Self { directory, depth, yardsticks: Yardsticks::measure(), progress: ProgressBar::hidden() }
+    }
+
     /// Begins a part of the work with so many pieces.
     fn begin(&self, pieces: usize) {
         self.progress.set_length(pieces as u64);

@@ -253,3 +253,30 @@ fn find(name: &str) -> Result<&'static Case, BenchError> {
         ))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `bindings/python` makes dictionaries of the rows by these names and forms.
+    #[test]
+    fn rows_are_keys_and_numbers() {
+        let directory = tempfile::tempdir().unwrap();
+        let context = Context::quiet(directory.path().to_owned(), Quick);
+        let tables = work_precision(&context, &["cook".to_owned()]).unwrap();
+        for (table, [name, way, value]) in
+            tables.iter().zip([["solvers", "setting", "tolerance"], ["discretisation", "integrator", "time_step"]])
+        {
+            assert_eq!(table.name, format!("work-precision-cook-{name}"));
+            assert_eq!(table.columns[..table.key_count], ["case", "triangles", way, value, "is_default"]);
+            assert!(!table.rows.is_empty() && !table.remarks.is_empty());
+            for row in &table.rows {
+                assert!(
+                    row[1].parse::<u64>().is_ok() && row[3].parse::<f64>().is_ok() && row[4].parse::<bool>().is_ok()
+                );
+                assert!(row[5..].iter().all(|field| field.is_empty() || field.parse::<f64>().is_ok()), "{row:?}");
+            }
+        }
+        assert!(work_precision(&context, &["cok".to_owned()]).unwrap_err().to_string().contains("did you mean `cook`"));
+    }
+}
