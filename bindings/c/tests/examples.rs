@@ -3,6 +3,7 @@
 mod build;
 use build::*;
 
+use rhexis::storage::TriangleMesh;
 use rhexis_scene::Document;
 use std::path::Path;
 use std::process::Command;
@@ -98,23 +99,97 @@ fn a_missing_scene_is_told() {
     }
 }
 
-/// The one from arrays, with what it takes from its host around it.
+const OWN: &str = "## A mesh of your own";
+
+/// The first block of a language below a heading in a page of this package.
+fn block(page: &str, heading: &str, language: &str) -> String {
+    let page = std::fs::read_to_string(root().join(page)).unwrap();
+    let (_, below) = page.split_once(heading).unwrap();
+    let (_, rest) = below.split_once(&format!("```{language}\n")).unwrap();
+    rest.split_once("\n```").unwrap().0.to_owned() + "\n"
+}
+
+/// Numbers between commas.
+fn listed<T: ToString>(numbers: impl IntoIterator<Item = T>) -> String {
+    numbers.into_iter().map(|number| number.to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// The programs of the pages that tear a disc from arrays: as they stand there, with the arrays of a host around them.
+fn disc_programs(folder: &Path, disc: &TriangleMesh) -> Vec<(&'static str, Command)> {
+    let positions = listed(disc.positions.iter().flat_map(|position| position.to_array()));
+    let triangles = listed(disc.triangles.as_flattened());
+    let (vertex_count, triangle_count) = (disc.positions.len(), disc.triangles.len());
+    let write = |name: &str, text: String| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).unwrap();
+        path.display().to_string()
+    };
+    let mut all = Vec::new();
+    if is_there("cc", "the program of the readme") {
+        let example = block("README.md", OWN, "c");
+        let (includes, example) = example.split_once("\n\n").unwrap();
+        let text = format!(
+            "{includes}\nstatic const double positions[] = {{{positions}}};\nstatic const uint32_t triangles[] = {{{triangles}}};\n\
+             static const size_t vertex_count = {vertex_count}, triangle_count = {triangle_count};\n\
+             int main(void) {{\n{example}return 0;\n}}\n"
+        );
+        let (compiler, standard, source) = ("cc", "-std=c11", write("own.c", text));
+        let build = Build { compiler, standard, source: &source, more: &[], is_static: false };
+        all.push(("C", Command::new(build.program(folder))));
+    }
+    if is_there("c++", "the program of the readme in C++") {
+        let example = block("README.md", OWN, "cpp");
+        let (includes, example) = example.split_once("\n\n").unwrap();
+        let text = format!(
+            "{includes}\nint main() {{\nconst std::vector<double> positions{{{positions}}};\n\
+             const std::vector<std::uint32_t> triangles{{{triangles}}};\n{example}}}\n"
+        );
+        let (compiler, standard, source) = ("c++", "-std=c++17", write("own.cpp", text));
+        let build = Build { compiler, standard, source: &source, more: &[], is_static: false };
+        all.push(("C++", Command::new(build.program(folder))));
+    }
+    if has_cs("the program of docs/unity.md") {
+        let example = block("docs/unity.md", "## Without Unity", "csharp");
+        let text = format!(
+            "{example}\npublic static class Host\n{{\n    public static void Main()\n    {{\n        \
+             Own.Run(new double[] {{ {positions} }}, new uint[] {{ {triangles} }});\n    }}\n}}\n"
+        );
+        all.push(("C#", in_cs(&write("Own.cs", text), folder)));
+    }
+    all
+}
+
 #[test]
-fn the_example_of_the_readme_compiles() {
-    if !cfg!(unix) || !is_there("cc", "the example of the readme") {
+fn the_programs_of_the_pages_tear_a_disc() {
+    if !cfg!(unix) {
         return;
     }
-    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let (_, rest) = readme.split_once("```c\n#include <rhexis.h>\n").unwrap();
-    let (example, _) = rest.split_once("```").unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let source = folder.path().join("readme.c");
-    let given = "const double *positions, const uint32_t *triangles, size_t vertex_count, size_t triangle_count,\n\
-                 const uint64_t *keys, size_t key_count, RhexisPose pose_of_hand";
-    let text = format!("#include <rhexis.h>\nvoid host({given});\nvoid host({given}) {{\n{example}}}\n");
-    std::fs::write(&source, text).unwrap();
-    // A host would look at what calls answer, and draw what it is shown.
-    let mut command = Command::new("cc");
-    command.args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-fsyntax-only", "-I"]);
-    succeed("the example of the readme", command.arg(root().join("include")).arg(source));
+    let disc = rhexis::generate::disc(12.0, 1200).unwrap();
+    let mut counts = Vec::new();
+    for (language, mut program) in disc_programs(folder.path(), &disc) {
+        let told = said(language, &mut program);
+        assert!(told.lines().all(|line| line.contains(" ms: the tear goes on to (")), "{language}: {told}");
+        counts.push((language, told.lines().count()));
+    }
+    assert!(counts.iter().all(|(_, count)| *count > 3 && *count == counts[0].1), "{counts:?}");
+}
+
+#[test]
+fn the_scene_of_the_readme_tears_a_disc() {
+    if !cfg!(unix) || !is_there("cc", "the scene of the readme") {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let disc = rhexis::generate::disc(12.0, 1200).unwrap();
+    let vertices = disc.positions.iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
+    let faces = disc.triangles.iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1));
+    std::fs::write(folder.path().join("disc.obj"), vertices.chain(faces).collect::<String>()).unwrap();
+    std::fs::write(folder.path().join("my.toml"), block("README.md", OWN, "toml")).unwrap();
+    let (compiler, standard, source) = ("cc", "-std=c11", "examples/tear.c");
+    let build = Build { compiler, standard, source, more: &[], is_static: false };
+    let mut tear = Command::new(build.program(folder.path()));
+    let output = succeed("tear", tear.current_dir(&folder).args(["my.toml", "torn.obj"]));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("torn through at"), "{told}");
 }

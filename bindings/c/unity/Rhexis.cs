@@ -1099,6 +1099,14 @@ namespace Rhexis
             return copy;
         }
 
+        /// <summary>Keys of vertices.</summary>
+        public static ulong[] ToArray(this RhexisViewU64 view)
+        {
+            var bits = new long[(int)view.count];
+            if (bits.Length > 0) { Marshal.Copy(view.data, bits, 0, bits.Length); }
+            return Array.ConvertAll(bits, key => unchecked((ulong)key));
+        }
+
         public static byte[] ToArray(this RhexisViewU8 view)
         {
             var copy = new byte[(int)view.count];
