@@ -8,6 +8,7 @@ mod screen;
 mod script;
 
 use bevy::prelude::*;
+use bevy::render::RenderPlugin;
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::{PresentMode, WindowResolution};
 use bevy::winit::WinitSettings;
@@ -25,14 +26,23 @@ fn main() -> AppExit {
             return AppExit::from_code(2);
         }
     };
+    let script = match pictures.map(script::Script::new).transpose() {
+        Ok(script) => script,
+        Err(error) => {
+            eprintln!("trainer: {error}");
+            return AppExit::error();
+        }
+    };
     let mut app = App::new();
     let window = Window {
         title: "Rhexis: tear a round opening into the lens capsule".to_owned(),
         resolution: WindowResolution::new(960, 640),
-        present_mode: if pictures.is_some() { PresentMode::AutoNoVsync } else { PresentMode::AutoVsync },
+        present_mode: if script.is_some() { PresentMode::AutoNoVsync } else { PresentMode::AutoVsync },
         ..default()
     };
-    app.add_plugins(DefaultPlugins.set(WindowPlugin { primary_window: Some(window), ..default() }));
+    // Pictures wait for what they are drawn by, which would be made beside the first steps.
+    let rendering = RenderPlugin { synchronous_pipeline_compilation: script.is_some(), ..default() };
+    app.add_plugins(DefaultPlugins.set(WindowPlugin { primary_window: Some(window), ..default() }).set(rendering));
     if let Err(error) = play::play(&mut app) {
         eprintln!("trainer: {error}");
         return AppExit::error();
@@ -40,12 +50,12 @@ fn main() -> AppExit {
     app.add_systems(Startup, screen::spawn).add_systems(PostStartup, eye::spawn);
     app.add_systems(Update, (screen::keys, screen::view, eye::circle).after(play::back::keys));
     app.add_systems(PostUpdate, screen::show.after(play::course::note).after(RhexisSystems::Show));
-    match pictures {
-        Some(directory) => {
+    match script {
+        Some(script) => {
             // A step in each frame, however long its drawing takes.
             app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(10)));
             app.insert_resource(WinitSettings::continuous());
-            app.insert_resource(script::Script::new(directory)).init_resource::<play::closing::Closing>();
+            app.insert_resource(script).init_resource::<play::closing::Closing>();
             app.add_systems(Update, (play::closing::lead, script::play).chain().before(play::hand::follow));
             app.add_systems(Last, script::hasten);
         }

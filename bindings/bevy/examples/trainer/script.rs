@@ -12,23 +12,33 @@ use std::path::PathBuf;
 
 /// Frames from the tear's end to the last picture, and to the end.
 const LAST: (u32, u32) = (30, 60);
-/// A frame out of so many is drawn, and all around a picture: in software drawing takes much longer than the steps.
-const DRAWN: u32 = 25;
+/// Frames between two pictures of the film, and those of them that are drawn: in software drawing takes much longer than the steps.
+const FILM: u32 = 40;
+const DRAWN: u32 = 2;
+/// Frames that are drawn on either side of a picture.
 const AROUND: u32 = 4;
 
 /// Grasp and frame of it in which a picture is taken, and whether with stress.
 const PICTURES: [(u32, u32, &str, bool); 2] = [(2, 250, "tear.png", false), (3, 220, "stress.png", true)];
 
-/// Where the pictures go, and whether the frame is to be drawn.
+/// Where the pictures go, the frames so far, and whether this one is to be drawn.
 #[derive(Resource)]
 pub struct Script {
     directory: PathBuf,
+    frames: u32,
     is_drawn: bool,
 }
 
 impl Script {
-    pub fn new(directory: PathBuf) -> Self {
-        Self { directory, is_drawn: true }
+    /// Makes the directory, and `film` in it.
+    ///
+    /// # Errors
+    /// Where it cannot be made.
+    pub fn new(directory: PathBuf) -> Result<Self, String> {
+        let film = directory.join("film");
+        std::fs::create_dir_all(&film)
+            .map_err(|error| format!("{}: {error}; give a directory that can be written", film.display()))?;
+        Ok(Self { directory, frames: 0, is_drawn: true })
     }
 }
 
@@ -57,15 +67,26 @@ pub fn play(
         Phase::Done(frame) => (frame, Some((closing.grasps, LAST.0, "end.png", false))),
     };
     let soon = next.filter(|&(_, at, ..)| at.abs_diff(frame) <= AROUND);
-    script.is_drawn = soon.is_some() || frame % DRAWN == 0;
-    *gizmos = match soon {
-        Some((.., true)) => RhexisGizmos { stress: Some(2.0), tips: true, ..RhexisGizmos::default() },
-        _ => RhexisGizmos::default(),
+    // The window's first frame is black: the film begins later.
+    script.frames += 1;
+    let (number, of_film) = (script.frames / FILM, script.frames % FILM);
+    script.is_drawn = soon.is_some() || of_film < DRAWN;
+    let mut take = |path: PathBuf| {
+        commands.spawn(Screenshot::primary_window()).observe(save_to_disk(path));
+    };
+    let has_lines = matches!(soon, Some((.., true)));
+    if of_film == 0 && !has_lines {
+        take(script.directory.join(format!("film/{number:03}.png")));
+    }
+    *gizmos = if has_lines {
+        RhexisGizmos { stress: Some(2.0), tips: true, ..RhexisGizmos::default() }
+    } else {
+        RhexisGizmos::default()
     };
     if let Some((_, at, name, _)) = soon
         && at == frame
     {
-        commands.spawn(Screenshot::primary_window()).observe(save_to_disk(script.directory.join(name)));
+        take(script.directory.join(name));
     }
     if matches!(closing.phase, Phase::Done(frame) if frame == LAST.1) {
         script.is_drawn = true;
