@@ -107,7 +107,8 @@ pub fn rotated_in_plane<N: Real>([f1, f2]: [Vector<N>; 2]) -> (Rotated<N>, N) {
 pub fn rotated_in_space<N: Real>(f: [Vector<N>; 2]) -> (Rotated<N>, N) {
     let normal = cross(f[0], f[1]);
     let area = dot(normal, normal).sqrt();
-    (rotated_about(f, scaled(normal, area.constant(1.0) / area), area), area)
+    let trace = (lengths_sq(f) + area + area).sqrt();
+    (rotated_about(f, scaled(normal, area.constant(1.0) / area), trace), area)
 }
 
 /// The area ratio up to which the cross product of a membrane in space is all rounding, far under what U resolves; 1 over more is finite.
@@ -117,10 +118,9 @@ pub fn least_area<N: Real>(f: [Vector<N>; 2]) -> N {
     (lengths_sq * lengths_sq.constant(1e-30)).max(lengths_sq.constant(1e-300))
 }
 
-/// The decomposition with a unit normal, and the area ratio given.
+/// The decomposition with a unit normal and tr U = √(|f₁|² + |f₂|² + 2|f₁ × f₂|) given.
 #[inline(always)]
-pub fn rotated_about<N: Real>(f: [Vector<N>; 2], normal: Vector<N>, area: N) -> Rotated<N> {
-    let trace = (lengths_sq(f) + area + area).sqrt();
+pub fn rotated_about<N: Real>(f: [Vector<N>; 2], normal: Vector<N>, trace: N) -> Rotated<N> {
     with_cofactors(f, [cross(f[1], normal), cross(normal, f[0])], trace)
 }
 

@@ -3,7 +3,7 @@
 //! With n the unit normal and t = tr U = √(|f₁|² + |f₂|² + 2|f₁×f₂|): R = (F + [f₂×n, n×f₁])/t and U = Rᵀ·F. At an area ratio
 //! of 1e-8 this R is orthonormal to rounding, where √det(FᵀF) has lost every digit.
 
-use super::formulas::{Rotated, least_area, lengths_sq, rotated_about, rotated_in_plane, rotated_in_space};
+use super::formulas::{Rotated, least_area, lengths_sq, rotated_about, rotated_in_plane};
 use super::simd::LANES;
 use crate::math::{Polar, Sym2};
 use glam::DVec3;
@@ -15,16 +15,19 @@ use glam::DVec3;
 #[inline]
 pub fn membrane(f1: DVec3, f2: DVec3) -> Polar {
     let f = [f1.to_array(), f2.to_array()];
-    let (rotated, twice_area) = rotated_in_space(f);
-    if twice_area > least_area(f) {
-        return polar(rotated);
-    }
-    if !(lengths_sq(f) > 0.0) {
+    let cross = f1.cross(f2);
+    let twice_area = cross.length();
+    let trace = (lengths_sq(f) + 2.0 * twice_area).sqrt();
+    let normal = if twice_area > least_area(f) {
+        // Not by one over the area, as lanes have it: that of a triangle by itself may be next to nothing.
+        cross / twice_area
+    } else if trace > 0.0 {
+        let longer = if f1.length_squared() >= f2.length_squared() { f1 } else { f2 };
+        longer.normalize_or(DVec3::X).any_orthonormal_vector()
+    } else {
         return Polar { fibre_axis: DVec3::X, transverse_axis: DVec3::Y, stretch: Sym2::ZERO };
-    }
-    let longer = if f1.length_squared() >= f2.length_squared() { f1 } else { f2 };
-    let normal = longer.normalize_or(DVec3::X).any_orthonormal_vector();
-    polar(rotated_about(f, normal.to_array(), twice_area))
+    };
+    polar(rotated_about(f, normal.to_array(), trace))
 }
 
 /// Polar decomposition of a body that stays in the plane z = const. The normal is fixed to +z and the area is signed. So a mirrored
