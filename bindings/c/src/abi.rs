@@ -47,7 +47,14 @@ pub extern "C" fn rhexis_check_abi(abi_version: u32, features_needed: u64) -> Rh
         let missing = features_needed & !features();
         let message = match (abi_version == RHEXIS_ABI_VERSION, missing) {
             (true, 0) => return Ok(()),
-            (true, _) => format!("the library lacks the features {missing:#x} of {features_needed:#x}"),
+            (true, _) => {
+                let remedy = match missing {
+                    RHEXIS_FEATURE_DIRECT => "build it with `--features direct`",
+                    RHEXIS_FEATURE_UNWIND => "build it without `panic = \"abort\"`",
+                    _ => "take a library that has them",
+                };
+                format!("the library lacks the features {missing:#x} of {features_needed:#x}: {remedy}")
+            }
             (false, _) => format!(
                 "the header has version {abi_version} of the interface, the library {RHEXIS_ABI_VERSION}: build the host with the \
                  library's header"

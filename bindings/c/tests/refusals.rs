@@ -87,6 +87,10 @@ fn bad_arguments_are_refused_and_say_why() {
 fn versions_and_names_are_told() {
     refused(rhexis_check_abi(RHEXIS_ABI_VERSION + 1, 0), RhexisStatus::AbiMismatch, "build the host with");
     refused(rhexis_check_abi(RHEXIS_ABI_VERSION, 1 << 40), RhexisStatus::AbiMismatch, "lacks the features");
+    let answer = rhexis_check_abi(RHEXIS_ABI_VERSION, RHEXIS_FEATURE_DIRECT);
+    if answer != RhexisStatus::Ok {
+        refused(answer, RhexisStatus::AbiMismatch, "--features direct");
+    }
     // SAFETY: all numbers and pointers, which may be zero.
     let mut info: RhexisBuildInfo = unsafe { std::mem::zeroed() };
     ok(rhexis_build_info(out(&mut info)));
