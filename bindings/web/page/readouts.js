@@ -25,14 +25,13 @@ export function showMeasures(m, stepTime, picturesPerSecond) {
   set("r-triangles", m.bodies.reduce((sum, body) => sum + body.triangles, 0).toLocaleString("en"));
   set("r-hash", m.hash);
   set("r-fps", picturesPerSecond === null ? "–" : `${picturesPerSecond.toFixed(0)} per s`);
-  if (stepTime !== null) {
-    set("r-step", `${stepTime.toFixed(1)} of ${BUDGET.toFixed(1)} ms`);
-    const meter = element("budget");
-    meter.setAttribute("aria-valuenow", Math.min(stepTime, BUDGET).toFixed(1));
-    meter.setAttribute("aria-valuetext", `${stepTime.toFixed(1)} of ${BUDGET.toFixed(1)} milliseconds`);
-    meter.classList.toggle("over", stepTime > BUDGET);
-    element("budget-bar").style.width = `${Math.min(stepTime / BUDGET, 1) * 100}%`;
-  }
+  const time = stepTime ?? 0;
+  set("r-step", stepTime === null ? "–" : `${time.toFixed(1)} of ${BUDGET.toFixed(1)} ms`);
+  const meter = element("budget");
+  meter.setAttribute("aria-valuenow", Math.min(time, BUDGET).toFixed(1));
+  meter.setAttribute("aria-valuetext", `${time.toFixed(1)} of ${BUDGET.toFixed(1)} milliseconds`);
+  meter.classList.toggle("over", time > BUDGET);
+  element("budget-bar").style.width = `${Math.min(time / BUDGET, 1) * 100}%`;
   showCourse(m.bodies.find((body) => body.course)?.course);
 }
 

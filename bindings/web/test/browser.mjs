@@ -240,14 +240,17 @@ async function closeTear() {
   await call(page, "record");
   const course = await close((name, argument) => call(page, name, argument));
   assert.equal(course.outcome, "closed");
-  await page.evaluate(() => { window.rhexis.state.isStale = true; });
+  // The page's step time is of its first steps; these were not timed.
+  await page.evaluate(() => Object.assign(window.rhexis.state, { isStale: true, stepTime: undefined }));
   await until(page, () => document.getElementById("c-outcome").textContent === "closed", "the page shows the end");
   if (screenshots) await page.screenshot({ path: join(screenshots, "closed.png") });
   const hash = await call(page, "hash");
   const bytes = Buffer.from(await page.evaluate(async () => Array.from(await window.rhexis.call("endRecording"))));
   await writeFile(process.env.RHEXIS_CLOSE, bytes);
   const [diameter, kilobytes] = [course.diameter_mm.toFixed(2), (bytes.length / 1000).toFixed(0)];
-  console.log(`  closed at ${diameter} mm in ${course.grasps} grasps, hash ${hash}, ${kilobytes} kB`);
+  const [seconds, force] = [(course.time_ms / 1000).toFixed(1), (1000 * course.force_rms_n).toFixed(1)];
+  const figures = `circularity ${course.circularity.toFixed(3)}, ${course.grasps} grasps in ${seconds} s, ${force} mN RMS`;
+  console.log(`  closed at ${diameter} mm, ${figures}; hash ${hash}, ${kilobytes} kB`);
   if (process.env.RHEXIS_REPLAY) repeatNatively(process.env.RHEXIS_CLOSE, hash);
   await repeat(page, "closed.rec", bytes, hash, 600_000);
   await page.close();
