@@ -44,7 +44,7 @@ const FIRST_NEWTON: f64 = 1e-4;
 const LAST_NEWTON: f64 = 0.1;
 
 type Query<'a> = (
-    (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
+    (&'a Vertices, &'a Triangles, &'a Topology, &'a mut Frames),
     (&'a mut Forces, &'a mut Increment, &'a mut SolveResult, &'a mut SolverScratch),
     (&'a mut Factor, &'a mut MixedSolver),
     (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, Option<&'a Damping>),
@@ -181,6 +181,10 @@ fn solve_body(
     if step.newton_iterations == 1 {
         let used = rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: result.tangent, ..operator });
         reactions::of_linear_step(&used, forces, increment, step, (holds, reactions, grips));
+    }
+    // Whoever judges the answer has the tangent that it is of.
+    if let Some(rotated) = rotated {
+        *frames = rotated;
     }
     if step.is_static {
         start_line_search(forces, increment, (result, scratch));

@@ -6,7 +6,7 @@ use hecs::Entity;
 use rhexis::components::{Contact, Curve, Damping, Fibres, Hold, Material, Obstacle, Shape, TearMode, Tearing};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Preconditioner, Settings};
+use rhexis::settings::{LinearParams, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, TriangleMesh, Triangles, Vertices, measure};
 
@@ -68,6 +68,21 @@ fn the_smallest_part_of_a_step_counts_what_its_near_triangles_create() {
             let (mut simulation, body) = spawn(Settings { halvings: 0, ..Settings::default() }, sheet);
             crumple(&mut simulation, body, 4.0, seed, true);
             assert_gains_nothing(&mut simulation, body, dt, 12, SLACK);
+        }
+    }
+}
+
+#[test]
+fn where_the_exact_tangent_gives_way_the_answer_is_judged_by_the_rotated_one() {
+    // A crushed sheet is solved along the rotated tangent where the exact one is indefinite. The energy guard took the exact one's
+    // geometric stiffness with it, and vertices that found their own way went to 1.3 times the energy here, in `rhexis stress` to 1.6 times.
+    for seed in 0..40 {
+        for (dt, size) in [(0.2, 2.0), (1.0, 4.0), (30.0, 4.0)] {
+            let mesh = generate::grid(4.0, 4.0, 5, 5).unwrap();
+            let sheet = Membrane::new("sheet", mesh, stiff_fibres()).fibres(Fibres::at_degrees(30.0)).planar();
+            let (mut simulation, body) = spawn(Settings { tangent: Tangent::Exact, ..Settings::default() }, sheet);
+            crumple(&mut simulation, body, size, seed, true);
+            assert_gains_nothing(&mut simulation, body, dt, 20, SLACK);
         }
     }
 }

@@ -129,8 +129,6 @@ impl Carried<'_> {
             viscosity: self.viscosity,
             ..Operator::membrane((self.vertices, self.sheet.triangles, self.topology, self.frames), self.result.tangent)
         };
-        let rotated = self.result.fell_back.then(|| operator.rotated_frames(step.reserve()));
-        let operator = Operator { frames: rotated.as_ref().unwrap_or(self.frames), ..operator };
         let force = |v: usize| {
             let momentum = step.momentum(self.increment, v) * self.vertices.mass[v];
             operator.apply_at(v, &gone) - self.forces.nodal[v] - momentum
