@@ -40,6 +40,10 @@ const MOST_OF_FEW: f64 = 0.15;
 /// Vertices of a patch that count as few.
 const FEW: f64 = 24.0;
 
+/// How many times as many vertices a patch may have whose body is solved further anyway, and its sweeps at the most.
+const WIDER: usize = 4;
+const FEW_SWEEPS: u32 = 8;
+
 /// The part of an excess that triangles of a given number have to make up for.
 const NEARLY: f64 = 0.9;
 
@@ -54,29 +58,39 @@ pub(super) struct Patch {
     off: Vec<DVec3>,
 }
 
+/// How large a patch may be.
+pub(super) struct Extent {
+    /// Triangles at the most that are taken to begin with.
+    pub triangles: usize,
+    /// Whether a patch will do that leaves some of the excess, for a further solve.
+    pub is_partial: bool,
+}
+
 impl Patch {
-    /// Patch large enough for the spurious energy \[mJ\] by `judge` to stay below the limit `most`, and that energy. The answer of the solve
-    /// creates `sum`. `None` where no patch is large enough, or none of so many `triangles` to begin with.
+    /// Patch for the spurious energy \[mJ\] by `judge` to stay below the limit `most`, and that energy. The answer of the solve creates `sum`.
+    /// `None` where no patch is large enough, or none of so many triangles to begin with; a partial one may be above the limit.
     pub(super) fn found(
         solved: &Solved,
         full: &Operator,
-        triangles: usize,
+        extent: &Extent,
         (mut sum, most): (f64, f64),
         mut judge: impl FnMut(&Self) -> f64,
     ) -> Option<(Self, f64)> {
         let mut patch =
             Self { rows: Vec::new(), way: solved.delta.to_vec(), off: vec![DVec3::ZERO; solved.delta.len()] };
         for round in 0..ROUNDS {
-            if !patch.grow(solved, sum - most, if round == 0 { triangles } else { usize::MAX }) {
+            let triangles = if round == 0 { extent.triangles } else { usize::MAX };
+            let is_enough = patch.grow(solved, sum - most, &Extent { triangles, ..*extent });
+            if !is_enough && !extent.is_partial {
                 return None;
             }
-            patch.descend(solved, full);
+            patch.descend(solved, full, if extent.is_partial { FEW_SWEEPS } else { SWEEPS });
             sum = judge(&patch);
-            if sum <= most {
+            if sum <= most || !is_enough {
                 return Some((patch, sum));
             }
         }
-        None
+        extent.is_partial.then_some((patch, sum))
     }
 
     /// The body with the way that the patch has found.
@@ -90,38 +104,49 @@ impl Patch {
     }
 
     /// Takes in the triangles that create the most, until they make up for an `excess` \[mJ\]; where those are in it already, what is around
-    /// it. Whether it is a patch still.
-    fn grow(&mut self, solved: &Solved, excess: f64, allowed: usize) -> bool {
+    /// it. Whether the patch has room for them; one that has none takes them as far as it has.
+    fn grow(&mut self, solved: &Solved, excess: f64, extent: &Extent) -> bool {
         let Operator { triangles, topology, .. } = solved.operator;
         let judged = self.judged(solved);
         let created = (0..triangles.len()).map(|t| (judged.of_triangle(t, 1.0), t as u32));
         let mut created: Vec<(f64, u32)> = created.filter(|(more, _)| !(*more <= 0.0)).collect();
         created.sort_unstable_by(|(a, t), (b, u)| b.total_cmp(a).then(t.cmp(u)));
+        let most = if extent.is_partial { WIDER * self.most() } else { self.most() };
         let before = self.rows.len();
+        let mut is_enough = true;
         let mut sum = 0.0;
         for (count, (more, t)) in created.into_iter().enumerate() {
-            if sum >= if count < allowed { excess } else { NEARLY * excess } {
+            if sum >= if count < extent.triangles { excess } else { NEARLY * excess } {
                 break;
             }
-            if count >= allowed {
-                return false;
+            is_enough = count < extent.triangles && self.take(&triangles.corners[t as usize], most);
+            if !is_enough {
+                break;
             }
             sum += more;
-            self.rows.extend(triangles.corners[t as usize]);
-            if self.rows.len() > 4 * self.most() {
-                return false;
-            }
         }
-        self.rows.sort_unstable();
-        self.rows.dedup();
-        if self.rows.len() == before {
+        if is_enough && self.rows.len() == before {
             let around = self.rows.iter().flat_map(|&v| topology.incident[v as usize].iter().map(|c| c / 3));
             let around: Vec<u32> = around.flat_map(|t| triangles.corners[t as usize]).collect();
-            self.rows.extend(around);
-            self.rows.sort_unstable();
-            self.rows.dedup();
+            is_enough = self.take(&around, most);
         }
-        self.rows.len() <= self.most()
+        self.rows.sort_unstable();
+        is_enough
+    }
+
+    /// Takes in vertices if it then has no more than so many.
+    fn take(&mut self, vertices: &[u32], most: usize) -> bool {
+        let before = self.rows.len();
+        for v in vertices {
+            if !self.rows.contains(v) {
+                self.rows.push(*v);
+            }
+        }
+        let has_room = self.rows.len() <= most;
+        if !has_room {
+            self.rows.truncate(before);
+        }
+        has_room
     }
 
     fn most(&self) -> usize {
@@ -130,8 +155,8 @@ impl Patch {
     }
 
     /// Moves its vertices one after the other. `full` is the operator of the solve, with loads and all.
-    fn descend(&mut self, solved: &Solved, full: &Operator) {
-        for _ in 0..SWEEPS {
+    fn descend(&mut self, solved: &Solved, full: &Operator, sweeps: u32) {
+        for _ in 0..sweeps {
             let mut farthest = 0.0_f64;
             for place in 0..self.rows.len() {
                 farthest = farthest.max(self.descend_at(self.rows[place] as usize, solved, full));

@@ -1,6 +1,6 @@
 //! The verdict on a solve's answer: it is kept, gone in part, solved further or refused.
 
-use super::patch::Patch;
+use super::patch::{Extent, Patch};
 use super::solved::{Bounds, Solved, Sums};
 use super::{HALVED, LEAST_FRACTION, RELAXING, place};
 use crate::components::{GuardLedger, Increment, SolverScratch};
@@ -40,8 +40,8 @@ pub(super) enum Verdict {
     Kept(f64, Option<Patch>),
     /// It goes this fraction of it.
     Limited(f64, f64),
-    /// It goes this fraction of it, and is solved further from there.
-    SolvedFurther(f64, f64),
+    /// It goes this fraction of it or of a patch's way, and is solved further from there.
+    SolvedFurther(f64, f64, Option<Patch>),
     /// The step is undone.
     Refused,
 }
@@ -57,14 +57,13 @@ impl Judged<'_> {
         let is_known = may.is_solved_further && may.is_corrected;
         let place = (!is_known).then(|| solved.place(work, more + work, self.holders, sums));
         // A sum that is no number is too much.
-        let verdict = if let Some((patch, sum)) = self.patch(may.triangles, sum, sums) {
-            Verdict::Kept(sum, Some(patch))
-        } else if may.is_shortened {
-            self.shortened(sums)
-        } else if may.is_solved_further && sum.is_finite() {
-            self.solved_further(may.is_corrected, sum, sums)
-        } else {
-            Verdict::Refused
+        let is_solved_further = may.is_solved_further && !may.is_shortened && sum.is_finite();
+        let extent = Extent { triangles: may.triangles, is_partial: is_solved_further && may.triangles == usize::MAX };
+        let verdict = match self.patch(&extent, sum, sums) {
+            Some((patch, sum)) if sum <= most => Verdict::Kept(sum, Some(patch)),
+            _ if may.is_shortened => self.shortened(sums),
+            part if is_solved_further => self.solved_further(may.is_corrected, sum, part, sums),
+            _ => Verdict::Refused,
         };
         (verdict, place)
     }
@@ -74,9 +73,9 @@ impl Judged<'_> {
         Operator { external: self.holders.1, ..self.solved.operator }
     }
 
-    fn patch(&self, triangles: usize, sum: f64, sums: &mut Sums<'_>) -> Option<(Patch, f64)> {
+    fn patch(&self, extent: &Extent, sum: f64, sums: &mut Sums<'_>) -> Option<(Patch, f64)> {
         let full = self.full();
-        Patch::found(self.solved, &full, triangles, (sum, self.most), |patch| {
+        Patch::found(self.solved, &full, extent, (sum, self.most), |patch| {
             let more = patch.judged(self.solved).spurious_energy(1.0, sums);
             self.before + more + patch.residual_work(self.solved, &full)
         })
@@ -93,13 +92,24 @@ impl Judged<'_> {
         if sum <= most { Verdict::Limited(sum, fraction) } else { Verdict::Refused }
     }
 
-    fn solved_further(&self, is_corrected: bool, sum: f64, sums: &mut Sums<'_>) -> Verdict {
+    /// `sum` is what the answer creates; `part` a patch that takes some of it away, with what is then created.
+    fn solved_further(&self, is_corrected: bool, sum: f64, part: Option<(Patch, f64)>, sums: &mut Sums<'_>) -> Verdict {
         // The first answer carries the prescribed motion, and goes all its way.
         if !is_corrected {
-            return Verdict::SolvedFurther(sum, 1.0);
+            return match part {
+                Some((patch, less)) if less < sum => Verdict::SolvedFurther(less, 1.0, Some(patch)),
+                _ => Verdict::SolvedFurther(sum, 1.0, None),
+            };
         }
-        let found = self.solved.fraction(&self.full(), sums);
-        Verdict::SolvedFurther(self.before + found.created + found.fraction * self.work, found.fraction)
+        let full = self.full();
+        let pull = self.solved.pull(&full, sums);
+        let answer = self.solved.fraction(&pull, &full, sums);
+        let patched = part.map(|(patch, _)| (patch.judged(self.solved).fraction(&pull, &full, sums), patch));
+        let (found, patch) = match patched {
+            Some((patched, patch)) if patched.potential < answer.potential => (patched, Some(patch)),
+            _ => (answer, None),
+        };
+        Verdict::SolvedFurther(self.before + found.created, found.fraction, patch)
     }
 }
 
@@ -112,11 +122,15 @@ impl Verdict {
         (increment, scratch, ledger): (&mut Increment, &mut SolverScratch, &mut GuardLedger),
     ) {
         let somewhere = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
-        if let Self::SolvedFurther(sum, fraction) = self {
+        if let Self::SolvedFurther(sum, fraction, patch) = self {
+            if let Some(patch) = patch {
+                increment.delta.copy_from_slice(&patch.way);
+            }
             if let Some(place) = place {
                 increment.guard.correct(place.cause);
             }
             increment.take_fraction(&scratch.free, fraction);
+            scratch.restrain(fraction);
             (ledger.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
             return;
         }

@@ -10,6 +10,7 @@ use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, FreeAxes, Grips, Holds, Increment, PreStretch, Pressure,
     Reactions, SolveResult, SolverScratch, Tearing,
 };
+use crate::math::elementary;
 use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -117,10 +118,16 @@ fn solve_body(
     result.tangent = step.tangent_of(result);
     result.newton_iterations += 1;
     result.work = result.work.saturating_add(work::EVALUATION);
+    // A further solve whose answer led astray has more inertia to hold the next (Levenberg 1944; Marquardt 1963). What the body then
+    // does less than the equations ask is left in the residual. The first solve of a chain has none.
+    if !step.is_correction {
+        scratch.restraint = 0;
+    }
+    let restraint = (elementary::powi(4.0, scratch.restraint) - 1.0) * step.inertia();
     let operator = Operator {
         external,
         folds,
-        inertia: step.inertia(),
+        inertia: step.inertia() + restraint,
         viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
         // A linear response is that of linear elasticity, whose load acts on the shape as it is.
         pressure: match pressure.filter(|_| step.is_static && step.newton_iterations > 1) {
@@ -169,6 +176,13 @@ fn solve_body(
         Ok(info) => {
             if uses_position_tolerance {
                 scale_to_no_work(&operator, &mut memory, increment, scratch);
+            }
+            if restraint > 0.0 {
+                let SolverScratch { residual, free, .. } = &mut *scratch;
+                parallel::for_rows(residual, |v, r| {
+                    *r += free[v] * increment.delta[v] * (vertices.mass[v] * restraint)
+                });
+                increment.is_fraction = true;
             }
             if is_linear_step {
                 scratch.residual_work = residual_work(increment, scratch);

@@ -27,7 +27,7 @@ pub struct Increment {
     /// How much the body resists strain; none after an edit.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub tautness: Option<Tautness>,
-    /// Whether only a part of the last solve's answer was gone.
+    /// Whether only a part of what the equations of the last solve ask was gone.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_fraction: bool,
     /// Whether vertices were put back outside an obstacle after the last solve.
