@@ -157,8 +157,8 @@ pub struct Settings {
     pub resumes: u32,
     /// Further solves at the most from where a linearly implicit step leads, if it would create energy: Newton's method along the projected
     /// tangent with a line search on the incremental potential, for the bodies in space that holds, pins or jaws hold. What would still create
-    /// energy is retried in halves. 0, the default, for none: halves are nearer to the truth, where tears spring open above all. 6 for a hand that
-    /// flings slack cloth, where halves would be many.
+    /// energy is retried in halves. 0 for none: halves are a little nearer to the truth where tears spring open, but many where a hand
+    /// flings slack cloth.
     pub corrections: u32,
     /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. A
     /// body that would still create energy then takes a fraction of its increment.
@@ -192,7 +192,7 @@ impl Default for Settings {
             newton_tolerance: 1e-9,
             static_iterations: 60,
             resumes: 8,
-            corrections: 0,
+            corrections: 10,
             halvings: 4,
             budget: None,
             threads: 0,
@@ -220,9 +220,9 @@ impl Settings {
     }
 
     /// Steps for a hand that feels them: as the default, but a step is redone for tears twice at the most. A body that would create
-    /// energy is retried once in halves. The longest step is then a few times the usual one.
+    /// energy is not solved further, and retried once in halves. The longest step is then a few times the usual one.
     pub fn haptic() -> Self {
-        Self { resumes: 2, halvings: 1, ..Self::default() }
+        Self { resumes: 2, halvings: 1, corrections: 0, ..Self::default() }
     }
 
     /// Steps that are looked at: solves stop where positions are right to a fiftieth of an edge, with the limits of [`haptic`](Self::haptic)

@@ -52,6 +52,8 @@ const NEARLY: f64 = 0.9;
 pub(super) struct Patch {
     /// In ascending order.
     rows: Vec<u32>,
+    /// Whether a vertex of the body is one of them.
+    is_in: Vec<bool>,
     /// The way of every vertex of the body \[mm\].
     pub way: Vec<DVec3>,
     /// By how much it is off the solve's.
@@ -76,8 +78,13 @@ impl Patch {
         (mut sum, most): (f64, f64),
         mut judge: impl FnMut(&Self) -> f64,
     ) -> Option<(Self, f64)> {
-        let mut patch =
-            Self { rows: Vec::new(), way: solved.delta.to_vec(), off: vec![DVec3::ZERO; solved.delta.len()] };
+        let count = solved.delta.len();
+        let mut patch = Self {
+            rows: Vec::new(),
+            is_in: vec![false; count],
+            way: solved.delta.to_vec(),
+            off: vec![DVec3::ZERO; count],
+        };
         for round in 0..ROUNDS {
             let triangles = if round == 0 { extent.triangles } else { usize::MAX };
             let is_enough = patch.grow(solved, sum - most, &Extent { triangles, ..*extent });
@@ -138,13 +145,13 @@ impl Patch {
     fn take(&mut self, vertices: &[u32], most: usize) -> bool {
         let before = self.rows.len();
         for v in vertices {
-            if !self.rows.contains(v) {
+            if !std::mem::replace(&mut self.is_in[*v as usize], true) {
                 self.rows.push(*v);
             }
         }
         let has_room = self.rows.len() <= most;
         if !has_room {
-            self.rows.truncate(before);
+            self.rows.drain(before..).for_each(|v| self.is_in[v as usize] = false);
         }
         has_room
     }
