@@ -100,6 +100,10 @@ impl Kept {
         simulation.restore(&Snapshot::from_bytes(&self.bytes)?)?;
         assert_eq!(simulation.hash(), self.hash, "the state is the one that was kept");
         (*level, *renderer) = (self.level.clone(), self.renderer.clone());
+        // All is new now, and what steps change from here on is listed only when that has been read.
+        for body in simulation.bodies() {
+            renderer.follow(simulation, body)?;
+        }
         Ok(())
     }
 }
