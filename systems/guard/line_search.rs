@@ -1,4 +1,4 @@
-//! The fraction of a further solve's answer that lowers the incremental potential.
+//! The fraction of a way that lowers the incremental potential: of a further solve's answer, or of what vertices have made of it.
 //!
 //! A = K + D/dt + M/dt² + … is the matrix of a solve that starts where an earlier one of the step has led. Its answer obeys A·d = r
 //! but for what it leaves, and −r is the gradient of the incremental potential Φ. Along a fraction p of a way u

@@ -6,6 +6,7 @@ use super::{HALVED, LEAST_FRACTION, RELAXING, place};
 use crate::components::{GuardLedger, Increment, SolverScratch};
 use crate::event::{GuardCause, GuardPlace};
 use crate::systems::solver::Operator;
+use crate::systems::solver::solve::restrain;
 use glam::DVec3;
 
 /// What may be done about an answer that creates too much.
@@ -125,12 +126,13 @@ impl Verdict {
         if let Self::SolvedFurther(sum, fraction, patch) = self {
             if let Some(patch) = patch {
                 increment.delta.copy_from_slice(&patch.way);
+                increment.relaxed = increment.relaxed.max(patch.len());
             }
             if let Some(place) = place {
                 increment.guard.correct(place.cause);
             }
             increment.take_fraction(&scratch.free, fraction);
-            scratch.restrain(fraction);
+            restrain(scratch, fraction);
             (ledger.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
             return;
         }

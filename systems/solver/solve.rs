@@ -1,42 +1,26 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
+mod choice;
 mod line_search;
 mod near;
+mod restraint;
 
-use super::{
-    Available, CgError, CgInfo, Factor, MixedPreconditioner, MixedSolver, Operator, ProductMemory, Refresh, reactions,
-};
+pub use restraint::restrain;
+
+use super::{Available, CgError, CgInfo, Factor, MixedSolver, Operator, ProductMemory, reactions};
 use crate::components::{
-    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, FreeAxes, Grips, Holds, Increment, PreStretch, Pressure,
-    Reactions, SolveResult, SolverScratch, Tearing,
+    Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, PreStretch, Pressure, Reactions,
+    SolveResult, SolverScratch, Tearing,
 };
-use crate::math::elementary;
-use crate::settings::{LinearParams, Precision, Preconditioner, Tangent};
+use crate::settings::{LinearParams, Tangent};
 use crate::storage::room::grow;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::{StepContext, parallel, work};
+use choice::available;
 use glam::DVec3;
 use line_search::{reject_increment, start_line_search};
 use near::{motion_by_an_edge, scale_to_no_work, within_budget};
-
-/// Up to so many free axes a static solve takes a Cholesky factor unless set otherwise. Its memory and time grow faster than the
-/// mesh, and are about 0.3 GB and 2 s there.
-const MOST_AXES_FACTORED: f64 = 2e5;
-
-/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless set otherwise, with more multigrid. A sheet
-/// under a trembling hand takes 4 iterations with the factor and 8 with multigrid: as long at 30,000 axes, and an iteration with
-/// the factor grows faster.
-const MOST_AXES_ASIDE: f64 = 4e4;
-
-/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor. With 1,500 and with 6,000 triangles it
-/// takes six sevenths of the time with an incomplete one. It leaves a half and a fifth of its error
-/// (`rhexis bench work-precision fig2-dynamic`). What is much smaller is mostly the coarsest level.
-const LEAST_AXES_PLANAR: f64 = 1e3;
-
-/// The same where the body may tear: levels that follow an edit make the step after it long, which under a hand counts more than the
-/// others. With 1e3 the slowest of `rhexis bench targets "haptic 1.5k, tearing"` took 2.6 ms, with an incomplete factor it takes 1.2.
-const LEAST_AXES_TORN: f64 = 2e3;
 
 /// Relative residual of the linear solve of the first Newton iteration; later ones follow Eisenstat and Walker.
 const FIRST_NEWTON: f64 = 1e-4;
@@ -118,12 +102,7 @@ fn solve_body(
     result.tangent = step.tangent_of(result);
     result.newton_iterations += 1;
     result.work = result.work.saturating_add(work::EVALUATION);
-    // A further solve whose answer led astray has more inertia to hold the next (Levenberg 1944; Marquardt 1963). What the body then
-    // does less than the equations ask is left in the residual. The first solve of a chain has none.
-    if !step.is_correction {
-        scratch.restraint = 0;
-    }
-    let restraint = (elementary::powi(4.0, scratch.restraint) - 1.0) * step.inertia();
+    let restraint = restraint::inertia(step, scratch);
     let operator = Operator {
         external,
         folds,
@@ -178,11 +157,7 @@ fn solve_body(
                 scale_to_no_work(&operator, &mut memory, increment, scratch);
             }
             if restraint > 0.0 {
-                let SolverScratch { residual, free, .. } = &mut *scratch;
-                parallel::for_rows(residual, |v, r| {
-                    *r += free[v] * increment.delta[v] * (vertices.mass[v] * restraint)
-                });
-                increment.is_fraction = true;
+                restraint::leave(restraint, vertices, increment, scratch);
             }
             if is_linear_step {
                 scratch.residual_work = residual_work(increment, scratch);
@@ -202,26 +177,6 @@ fn solve_body(
     }
     if step.is_static {
         start_line_search(forces, increment, (result, scratch));
-    }
-}
-
-/// Preconditioners for a body in this step, by its free axes.
-fn available<'a>(
-    step: &StepContext,
-    (operator, free, tearing): (&Operator, &FreeAxes, Option<&Tearing>),
-    (factor, mixed): (&'a mut Factor, &'a mut MixedSolver),
-) -> Available<'a> {
-    // By direction.
-    let is_auto = step.preconditioner == Preconditioner::Auto;
-    let axes: DVec3 = if is_auto { free.iter().sum() } else { DVec3::ZERO };
-    let axes_of_levels = match (operator.is_planar() && axes.z == 0.0, tearing) {
-        (false, _) => MOST_AXES_ASIDE,
-        (true, None) => LEAST_AXES_PLANAR,
-        (true, Some(_)) => LEAST_AXES_TORN,
-    };
-    Available {
-        factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
-        mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
     }
 }
 
@@ -334,44 +289,6 @@ fn linear_params(step: &StepContext, result: &SolveResult, imbalance_before: f64
     let least = step.linear.tolerance.min(FIRST_NEWTON);
     let share = if result.newton_iterations == step.newton_iterations { LAST_NEWTON } else { 1.0 };
     LinearParams { tolerance: (share * needed.max(gain * gain).min(1e-3)).max(least), ..linear }
-}
-
-fn use_of_factor(step: &StepContext, axes: f64) -> Option<Refresh> {
-    // Its time is not counted in iterations.
-    if step.budget.is_some() {
-        return None;
-    }
-    match step.preconditioner {
-        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
-        Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(Refresh::Now),
-        Preconditioner::Auto => (axes <= MOST_AXES_ASIDE).then_some(Refresh::Background),
-        Preconditioner::Cholesky => Some(Refresh::Now),
-    }
-}
-
-/// Preconditioner of the mixed-precision solver, where that may be used. A static solve goes to residuals that only double precision
-/// reaches: there it is multigrid or nothing. In dynamic ones it is multigrid over so many axes. It is so early in a planar body,
-/// which does not bend: levels last where an incomplete factor is made for every solve.
-fn mixed_preconditioner(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<MixedPreconditioner> {
-    if step.is_static {
-        let is_multigrid = match step.preconditioner {
-            Preconditioner::Multigrid => true,
-            Preconditioner::Auto => axes > MOST_AXES_FACTORED,
-            _ => false,
-        };
-        return is_multigrid.then_some(MixedPreconditioner::Multigrid);
-    }
-    if step.precision == Precision::Double {
-        return None;
-    }
-    Some(match step.preconditioner {
-        Preconditioner::BlockJacobi => MixedPreconditioner::BlockJacobi,
-        Preconditioner::Multigrid => MixedPreconditioner::Multigrid,
-        Preconditioner::Auto if axes > axes_of_levels => MixedPreconditioner::Multigrid,
-        Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
-            MixedPreconditioner::IncompleteCholesky
-        }
-    })
 }
 
 /// The solve with the step's tangent or, where that is indefinite, without the load stiffness of pressure, or with the rotated one, which

@@ -66,12 +66,6 @@ pub struct SolverScratch {
     pub line_search: Option<LineSearch>,
 }
 
-/// A fraction that is far from all of an answer.
-const FEW: f64 = 0.2;
-
-/// Masses are quadrupled so often at the most: to those of a step a thousandth as long.
-const MOST_RESTRAINT: u32 = 10;
-
 impl SolverScratch {
     /// Begins a step with what can be read of the last one.
     pub(crate) fn begin(&mut self, read: Read<'_>) {
@@ -79,16 +73,6 @@ impl SolverScratch {
         (self.is_counted, self.to_correct, self.line_search) = (false, None, None);
         self.reference_sq = 0.0;
         self.account.energy = None;
-    }
-
-    /// Notes the fraction of its answer that a body has gone which is solved further: the shorter, the more inertia holds it next time.
-    pub(crate) fn restrain(&mut self, fraction: f64) {
-        self.restraint = match fraction {
-            _ if fraction < FEW => self.restraint + 2,
-            _ if fraction < 1.0 => self.restraint + 1,
-            _ => self.restraint.saturating_sub(1),
-        };
-        self.restraint = self.restraint.min(MOST_RESTRAINT);
     }
 
     /// Forgets what an attempt that is undone has come to.

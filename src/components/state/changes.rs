@@ -101,8 +101,9 @@ impl Changes {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChangeSet {
     /// Whether the whole mesh is new: the first time, after [`Simulation::reorder`](crate::simulation::Simulation::reorder), and
-    /// where nobody has asked for a long time. The list is empty then and the ranges span all rows. A copy with data of its own asks
-    /// once after a [`restore`](crate::simulation::Simulation::restore), before the next step: what that changes is in the list only then.
+    /// where nobody has asked for a long time. The list is empty then and the ranges span all rows. After a
+    /// [`restore`](crate::simulation::Simulation::restore) a copy with data of its own asks once before the next step, whose changes are
+    /// listed only then.
     pub is_whole: bool,
     /// The changes in their order.
     pub list: Vec<Change>,

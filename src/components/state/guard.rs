@@ -22,7 +22,8 @@ pub enum Fault {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct GuardFigures {
-    /// Attempts at the step or a part of it that were solved further from where they led, by cause in the order of [`GuardCause::ALL`].
+    /// Attempts at the step or a part of it that were solved further from where they led, by cause in the order of [`GuardCause::ALL`]. More
+    /// inertia than the step has may have held the body in the last of these solves: its answer then obeys the bound on energy, not the equations.
     pub corrected: [u32; GuardCause::COUNT],
     /// Attempts at the step or a part of it that were undone, by cause in the same order.
     pub refused: [u32; GuardCause::COUNT],

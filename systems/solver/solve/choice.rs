@@ -1,0 +1,83 @@
+//! The choice of preconditioners for a body's solve.
+
+use crate::components::{FreeAxes, Tearing};
+use crate::settings::{Precision, Preconditioner};
+use crate::systems::StepContext;
+use crate::systems::solver::{Available, Factor, MixedPreconditioner, MixedSolver, Operator, Refresh};
+use glam::DVec3;
+
+/// Up to so many free axes a static solve takes a Cholesky factor unless set otherwise. Its memory and time grow faster than the
+/// mesh, and are about 0.3 GB and 2 s there.
+const MOST_AXES_FACTORED: f64 = 2e5;
+
+/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless set otherwise, with more multigrid. A sheet
+/// under a trembling hand takes 4 iterations with the factor and 8 with multigrid: as long at 30,000 axes, and an iteration with
+/// the factor grows faster.
+const MOST_AXES_ASIDE: f64 = 4e4;
+
+/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor. With 1,500 and with 6,000 triangles it
+/// takes six sevenths of the time with an incomplete one. It leaves a half and a fifth of its error
+/// (`rhexis bench work-precision fig2-dynamic`). What is much smaller is mostly the coarsest level.
+const LEAST_AXES_PLANAR: f64 = 1e3;
+
+/// The same where the body may tear: levels that follow an edit make the step after it long, which under a hand counts more than the
+/// others. With 1e3 the slowest of `rhexis bench targets "haptic 1.5k, tearing"` took 2.6 ms, with an incomplete factor it takes 1.2.
+const LEAST_AXES_TORN: f64 = 2e3;
+
+/// Preconditioners for a body in this step, by its free axes.
+pub(super) fn available<'a>(
+    step: &StepContext,
+    (operator, free, tearing): (&Operator, &FreeAxes, Option<&Tearing>),
+    (factor, mixed): (&'a mut Factor, &'a mut MixedSolver),
+) -> Available<'a> {
+    // By direction.
+    let is_auto = step.preconditioner == Preconditioner::Auto;
+    let axes: DVec3 = if is_auto { free.iter().sum() } else { DVec3::ZERO };
+    let axes_of_levels = match (operator.is_planar() && axes.z == 0.0, tearing) {
+        (false, _) => MOST_AXES_ASIDE,
+        (true, None) => LEAST_AXES_PLANAR,
+        (true, Some(_)) => LEAST_AXES_TORN,
+    };
+    Available {
+        factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
+        mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
+    }
+}
+
+fn use_of_factor(step: &StepContext, axes: f64) -> Option<Refresh> {
+    // Its time is not counted in iterations.
+    if step.budget.is_some() {
+        return None;
+    }
+    match step.preconditioner {
+        Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
+        Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(Refresh::Now),
+        Preconditioner::Auto => (axes <= MOST_AXES_ASIDE).then_some(Refresh::Background),
+        Preconditioner::Cholesky => Some(Refresh::Now),
+    }
+}
+
+/// Preconditioner of the mixed-precision solver, where that may be used. A static solve goes to residuals that only double precision
+/// reaches: there it is multigrid or nothing. In dynamic ones it is multigrid over so many axes. It is so early in a planar body,
+/// which does not bend: levels last where an incomplete factor is made for every solve.
+fn mixed_preconditioner(step: &StepContext, axes: f64, axes_of_levels: f64) -> Option<MixedPreconditioner> {
+    if step.is_static {
+        let is_multigrid = match step.preconditioner {
+            Preconditioner::Multigrid => true,
+            Preconditioner::Auto => axes > MOST_AXES_FACTORED,
+            _ => false,
+        };
+        return is_multigrid.then_some(MixedPreconditioner::Multigrid);
+    }
+    if step.precision == Precision::Double {
+        return None;
+    }
+    Some(match step.preconditioner {
+        Preconditioner::BlockJacobi => MixedPreconditioner::BlockJacobi,
+        Preconditioner::Multigrid => MixedPreconditioner::Multigrid,
+        Preconditioner::Auto if axes > axes_of_levels => MixedPreconditioner::Multigrid,
+        Preconditioner::Auto | Preconditioner::IncompleteCholesky | Preconditioner::Cholesky => {
+            MixedPreconditioner::IncompleteCholesky
+        }
+    })
+}

@@ -1,0 +1,41 @@
+//! More inertia for a further solve than the step has, where the one before led astray (Levenberg 1944; Marquardt 1963).
+//!
+//! It is inertia that holds slack tissue, of which the tangent says nothing. A body that takes less than its answer gets masses that are
+//! four times as large. What it then does less than the equations of the step ask stays in the residual, whose work the energy guard
+//! counts.
+
+use crate::components::{Increment, SolverScratch};
+use crate::math::elementary;
+use crate::storage::Vertices;
+use crate::systems::{StepContext, parallel};
+
+/// A fraction that is far from all of an answer.
+const FEW: f64 = 0.2;
+
+/// Masses are quadrupled so often at the most: to those of a step a thousandth as long.
+const MOST: u32 = 10;
+
+/// Inertia \[1/ms²\] that is added to that of the step. The first solve of a chain is not restrained.
+pub(super) fn inertia(step: &StepContext, scratch: &mut SolverScratch) -> f64 {
+    if !step.is_correction {
+        scratch.restraint = 0;
+    }
+    (elementary::powi(4.0, scratch.restraint) - 1.0) * step.inertia()
+}
+
+/// Leaves what the added inertia has kept the body from in the residual.
+pub(super) fn leave(added: f64, vertices: &Vertices, increment: &mut Increment, scratch: &mut SolverScratch) {
+    let SolverScratch { residual, free, .. } = scratch;
+    parallel::for_rows(residual, |v, r| *r += free[v] * increment.delta[v] * (vertices.mass[v] * added));
+    increment.is_fraction = true;
+}
+
+/// Notes the fraction of its answer that a body has gone which is solved further: the shorter, the more inertia holds it next time.
+pub fn restrain(scratch: &mut SolverScratch, fraction: f64) {
+    let quadrupled = match fraction {
+        _ if fraction < FEW => scratch.restraint + 2,
+        _ if fraction < 1.0 => scratch.restraint + 1,
+        _ => scratch.restraint.saturating_sub(1),
+    };
+    scratch.restraint = quadrupled.min(MOST);
+}
