@@ -168,9 +168,10 @@ pub struct Settings {
     /// resumes included. The count, and so the answer, is the same on every machine;
     /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) has what this one does.
     ///
-    /// A step that has used it up ends with the best answer so far, and where that would create energy with a fraction of it
-    /// (`went_part_of_way`). Each solve still takes 4 iterations, and one tip advances. Tears and refinement that are due go on in
-    /// the next step, the tip first that has waited longest. With a budget no Cholesky factor serves.
+    /// What it leaves too little for is not begun: the step ends with the best answer so far, and where that would create energy with a
+    /// fraction of it (`went_part_of_way`). One solve, of 4 iterations at the least, and one advance are made whatever the budget; so are
+    /// the solves of Newton's method. Tears and refinement that are due go on in the next step, the tip first that has waited longest.
+    /// With a budget no Cholesky factor serves.
     pub budget: Option<u32>,
     /// Threads; 0 means one per core. The result has the same bits for any number. A Cholesky factor that is made aside has
     /// one of its own for as long as that takes.

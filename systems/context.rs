@@ -66,8 +66,10 @@ pub struct StepContext {
     pub linear: LinearParams,
     /// How often a step is redone while tears may advance further in it.
     pub resumes: u32,
-    /// Iterations that a body may take in all solves of the step.
+    /// Work that a body may take in the whole step, of which this may be a part.
     pub budget: Option<u32>,
+    /// Solves that are to be left work for after this part.
+    pub reserved: u32,
     /// Preconditioner of its solves.
     pub preconditioner: Preconditioner,
     /// Precision of its iterations.
@@ -98,6 +100,7 @@ impl StepContext {
             linear: settings.linear,
             resumes: settings.resumes,
             budget: settings.budget,
+            reserved: 0,
             preconditioner: settings.preconditioner,
             precision: settings.precision,
             newton_iterations: settings.newton_iterations.max(1),
@@ -105,9 +108,9 @@ impl StepContext {
         }
     }
 
-    /// Whether a body has used up its budget by so much work.
-    pub fn is_used_up(&self, work: u32) -> bool {
-        self.budget.is_some_and(|budget| work >= budget)
+    /// The same part of a step, which is to leave enough for so many more solves.
+    pub fn before(self, solves: u32) -> Self {
+        Self { reserved: self.reserved + solves, ..self }
     }
 
     /// Whether a body has done its step, which is redone for others: its tears need not advance further.
@@ -137,6 +140,7 @@ impl StepContext {
             linear: LinearParams::by_residual(1e-12, 20_000),
             resumes: 0,
             budget: None,
+            reserved: 0,
             preconditioner,
             precision: Precision::Double,
             newton_iterations: iterations,
@@ -171,7 +175,7 @@ impl StepContext {
 
     /// The first of its two stages.
     pub fn first_stage(&self) -> Self {
-        Self { formula: Formula::Trapezoidal, time: self.time - self.dt + GAMMA * self.dt, ..*self }
+        Self { formula: Formula::Trapezoidal, time: self.time - self.dt + GAMMA * self.dt, ..self.before(1) }
     }
 
     /// From the start of the step to the end of this stage \[ms\].

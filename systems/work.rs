@@ -6,12 +6,16 @@
 //! [`Settings::budget`]: crate::settings::Settings::budget
 
 use crate::components::SolveResult;
+use crate::systems::StepContext;
 
 /// Work of an evaluation: rotations, forces, contact, and the account of energy.
 pub const EVALUATION: u32 = 7;
 
 /// Work of the matrix and its preconditioner in a solve.
 pub const SET_UP: u32 = 11;
+
+/// Iterations of a solve whose step has none left.
+pub const LEAST_ITERATIONS: u32 = 4;
 
 /// Number of triangles over which an iteration takes as long as an advance of a tear.
 const TRIANGLES_PER_ADVANCE: usize = 10_000;
@@ -34,9 +38,27 @@ pub fn halvings_within(work: u32, triangles: usize) -> usize {
     (work as usize * triangles / TRIANGLES_PER_HALVING).max(1)
 }
 
-/// Whether one of the bodies has used up the budget of a step.
-pub fn is_any_used_up(world: &mut hecs::World, budget: Option<u32>) -> bool {
-    budget.is_some_and(|budget| world.query_mut::<&SolveResult>().into_iter().any(|result| result.work >= budget))
+/// Work of the shortest solve of a body, with an advance after it where it may tear.
+fn least(result: &SolveResult) -> u32 {
+    EVALUATION + SET_UP + LEAST_ITERATIONS + result.work_of_advance
+}
+
+impl StepContext {
+    /// Work that is left to a body for this part, if there is a budget.
+    pub fn left(&self, result: &SolveResult) -> Option<u32> {
+        let reserved = self.reserved.saturating_mul(least(result));
+        self.budget.map(|budget| budget.saturating_sub(result.work).saturating_sub(reserved))
+    }
+
+    /// Whether that is enough for so many more solves.
+    pub fn affords(&self, result: &SolveResult, solves: u32) -> bool {
+        self.left(result).is_none_or(|left| left >= solves.saturating_mul(least(result)))
+    }
+}
+
+/// Whether every body has enough left of its budget for so many more solves.
+pub fn all_afford(world: &mut hecs::World, step: &StepContext, solves: u32) -> bool {
+    step.budget.is_none() || world.query_mut::<&SolveResult>().into_iter().all(|result| step.affords(result, solves))
 }
 
 fn in_iterations(passed: usize, triangles: usize) -> u32 {

@@ -142,12 +142,13 @@ fn main() -> Result<()> {
         }
 
         let (begin, before) = (ThreadTime::now(), ALLOCATOR.stats());
-        let (mut rolled_back, mut corrected, mut work) = (0, 0, 0);
+        let (mut rolled_back, mut corrected, mut is_limited, mut work) = (0, 0, false, 0);
         for _ in 0..clock.steps_after(FRAME)? {
             let report = simulation.step(clock.dt())?;
             rolled_back += report.rolled_back;
             work += report.bodies.iter().map(|body| body.work).sum::<u32>();
             corrected += report.bodies.iter().map(|body| body.guard.corrections()).sum::<u32>();
+            is_limited |= report.bodies.iter().any(|body| body.went_part_of_way);
             report.bodies.iter().for_each(|body| summary.add_guard(&body.guard));
             if report.has_failed {
                 summary.count("step failed");
@@ -172,7 +173,7 @@ fn main() -> Result<()> {
             is_quiet &= changes == 0;
         }
         let allocations = (after.allocations + after.reallocations) - (before.allocations + before.reallocations);
-        summary.add_frame((time, work), [rolled_back > 0, corrected > 0], is_quiet.then_some(allocations));
+        summary.add_frame((time, work), [corrected > 0, rolled_back > 0, is_limited], is_quiet.then_some(allocations));
     }
     println!("{seconds} s, seed {seed}, a sheet of {SIZE} mm\n{summary}\nhash {}", simulation.hash());
     Ok(())

@@ -12,8 +12,8 @@ pub struct Summary {
     times: Vec<f64>,
     /// Their work, in iterations of linear solves.
     works: Vec<f64>,
-    rolled_back: usize,
-    corrected: usize,
+    /// Frames with a step solved further, with one undone, and with a body that went only a part of its way.
+    guarded: [usize; 3],
     /// Attempts solved further and attempts undone, by cause.
     attempts: [[u32; GuardCause::COUNT]; 2],
     /// Frames without an event, a change of the mesh or a step undone; those of them that allocated nothing.
@@ -34,18 +34,17 @@ impl Summary {
         }
     }
 
-    /// A frame whose steps took this time and work, and whether one was undone or solved further; with the number of their allocations if nothing
-    /// happened in it.
+    /// A frame whose steps took this time and work, and whether one was solved further, undone or gone in part; with the number of their
+    /// allocations if nothing happened in it.
     pub fn add_frame(
         &mut self,
         (time, work): (Duration, u32),
-        [is_rolled_back, is_corrected]: [bool; 2],
+        is_guarded: [bool; 3],
         quiet_allocations: Option<usize>,
     ) {
         self.times.push(time.as_secs_f64() * 1e3);
         self.works.push(f64::from(work));
-        self.rolled_back += usize::from(is_rolled_back);
-        self.corrected += usize::from(is_corrected);
+        self.guarded.iter_mut().zip(is_guarded).for_each(|(count, is_one)| *count += usize::from(is_one));
         self.quiet += usize::from(quiet_allocations.is_some());
         self.without_allocation += usize::from(quiet_allocations == Some(0));
     }
@@ -56,10 +55,11 @@ impl fmt::Display for Summary {
         writeln!(f, "steps of a frame [ms of processor time]: {}", Spread(&self.times))?;
         writeln!(f, "work of a frame [iterations]: {}", Spread(&self.works))?;
         let count = self.times.len();
-        let (undone, further) = (self.rolled_back, self.corrected);
+        let [further, undone, in_part] = self.guarded;
         writeln!(
             f,
-            "frames: {count}, {further} with steps solved further, {undone} with steps undone and tried again"
+            "frames: {count}, {further} with steps solved further, {undone} with steps undone and tried again, {in_part} with a body that went \
+             a part of its way"
         )?;
         for (what, counts) in ["solved further", "undone"].into_iter().zip(&self.attempts) {
             let by_cause = GuardCause::ALL.iter().zip(counts).filter(|(_, count)| **count > 0);

@@ -76,6 +76,7 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
             fell_back: block.fell_back,
             tangent: block.tangent,
             work: 0,
+            work_of_advance: 0,
             fault: None,
         };
         let ledger = GuardLedger {

@@ -218,7 +218,8 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
                 && ((0..vertices.len()).any(is_deep)
                     || has_deep_face(&looked_at, &increment.start, (vertices, triangles)))
         };
-        result.is_done = !asks;
+        // What is left of the budget for no other solve is put outside after the last round.
+        result.is_done = !asks || !step.affords(result, 1);
         count += usize::from(asks);
     }
     count

@@ -82,7 +82,7 @@ pub fn in_turn<'a>(
     judged.into_iter().map(|(key, decision, _)| (key, decision)).collect()
 }
 
-/// Marks for another solve the bodies whose tips will advance in this step. Returns their number.
+/// Marks for another solve the bodies whose tips will advance in this step and whose budget allows one. Returns their number.
 pub fn advancing(world: &mut World, step: &StepContext) -> usize {
     type Query<'a> = (
         &'a mut SolveResult,
@@ -90,16 +90,17 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
     );
     let mut count = 0;
     for (result, tearing) in world.query_mut::<Query>() {
-        let tears = tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
+        let tears =
+            step.affords(result, 1) && tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
         result.is_done = !tears;
         count += usize::from(tears);
     }
     count
 }
 
-/// Counts the bodies whose tips may advance further in the step; none where one of them has used up its budget.
+/// Counts the bodies whose tips may advance further in the step; none where the budget of one of them allows no other solve.
 pub fn unfinished(world: &mut World, step: &StepContext) -> usize {
-    if work::is_any_used_up(world, step.budget) {
+    if !work::all_afford(world, step, 1) {
         return 0;
     }
     let bodies = world.query_mut::<(&TearDecisions, &SolveResult)>().into_iter();

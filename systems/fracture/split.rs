@@ -67,8 +67,8 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         };
         for (key, decision) in in_turn(tearer.tips, &decisions.tips, step) {
             let advances = (tearer.log.advance_count - advances_before) as usize;
-            let done = work::of_advances(advances, tearer.mesh.triangles.len());
-            if advances > 0 && step.is_used_up(result.work.saturating_add(done)) {
+            let and_this = work::of_advances(advances + 1, tearer.mesh.triangles.len());
+            if advances > 0 && step.left(result).is_some_and(|left| left < and_this) {
                 tearer.wait(key, decision, reach);
             } else {
                 tearer.advance(key, decision, reach);

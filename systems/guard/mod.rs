@@ -20,7 +20,7 @@
 //! meets these remedies, in this order:
 //!
 //! 1. a patch: vertices of the triangles that create the most descend on the incremental potential itself;
-//! 2. in a fallback sub-step, or where the budget is used up, the largest fraction of the increment that stays below the limit;
+//! 2. in a fallback sub-step, or where the budget allows no other solve, the largest fraction of the increment that stays below the limit;
 //! 3. a [further solve](crate::settings::Settings::corrections) with the projected tangent and a line search, where settings
 //!    allow it;
 //! 4. refusal: the step is undone and [retried in halves](crate::settings::Settings::halvings).
@@ -141,9 +141,11 @@ fn enforce_in(
     let operator = Operator { folds, inertia: step.inertia(), viscosity, ..membrane };
     let fibres = fibre_law(fibres, pre_stretch);
     let (is_planar, unstretched) = (planar.is_some(), PreStretch::unstretched(pre_stretch));
-    let is_used_up = step.is_used_up(result.work);
+    // Neither halves of the step nor a further solve with a fallback sub-step after it.
+    let is_last = !step.affords(result, 2);
+    // After the first further solve there is enough left for a fallback sub-step.
     let may_correct = step.corrections > 0
-        && !is_used_up
+        && step.affords(result, if step.is_correction { 1 } else { 2 })
         && scratch.allowed.is_empty()
         && !may_spin(planar, &scratch.free, holders.0);
     let (twice_stored, work) = (scratch.twice_stored, scratch.residual_work);
@@ -196,8 +198,12 @@ fn enforce_in(
         most: most * (1.0 + ROUNDING),
     };
     let may = Permitted {
-        triangles: if step.is_retried || step.is_correction || ledger.relaxing > 0 { usize::MAX } else { SPIKE },
-        is_shortened: step.is_fallback || is_used_up && !is_corrected,
+        triangles: if step.is_retried || is_last || step.is_correction || ledger.relaxing > 0 {
+            usize::MAX
+        } else {
+            SPIKE
+        },
+        is_shortened: step.is_fallback || is_last && !is_corrected,
         is_corrected,
         is_solved_further: may_correct,
     };

@@ -102,6 +102,7 @@ fn solve_body(
     result.tangent = step.tangent_of(result);
     result.newton_iterations += 1;
     result.work = result.work.saturating_add(work::EVALUATION);
+    result.work_of_advance = tearing.map_or(0, |_| work::of_advances(1, triangles.len()));
     let restraint = restraint::inertia(step, scratch);
     let operator = Operator {
         external,
@@ -126,7 +127,8 @@ fn solve_body(
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
     }
     let params = linear_params(step, result, imbalance_before, force_scale);
-    let params = LinearParams { iterations: within_budget(step, result, params.iterations), ..params };
+    let iterations = within_budget(step, result, params.iterations);
+    let params = LinearParams { iterations, ..params };
     let available = available(step, (&operator, &scratch.free, tearing), (factor, mixed));
     scratch.is_audited = step.asks_for_exact_residual(audit.is_some());
     let is_linear_step = !step.is_static && step.newton_iterations == 1;

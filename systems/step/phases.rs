@@ -111,7 +111,8 @@ const LINEAR: &[Phase] = &[
             is_correction: true,
             tangent: Tangent::Projected,
             linear: LinearParams { tolerance: step.linear.tolerance.min(FURTHER), ..step.linear },
-            ..*step
+            // Where it leads nowhere, a fallback sub-step comes after it.
+            ..step.before(1)
         },
         phases: &[Run(Stage::Evaluate), Run(Stage::Solve)],
         used_up: &[],

@@ -24,9 +24,10 @@ const MOST_SHORTENINGS: u32 = 5;
 /// others keep the step that they have taken. Returns the time \[ms\] that the farthest body has done; one that
 /// failed midway stays where its last good part ended.
 pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, running: &mut Running) -> f64 {
-    let step = StepContext::of_step(settings, dt, time + dt);
     let mut failed = running.list();
     let step_limited = take_step_limited(world);
+    let step = StepContext::of_step(settings, dt, time + dt);
+    let step = if step_limited.is_empty() { step } else { step.before(1) };
     running.step(world, &step, PHASES, &mut failed);
     if running.schedule.has_invalid_caller_data() {
         running.give_back(world, failed);
@@ -42,7 +43,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
     for (body, result) in failed.drain(..) {
         // As in `give_back`.
         let _ = world.insert_one(body, result);
-        let mut retried = Retried { world, settings, running, tries: 0, is_fallback: false };
+        let mut retried = Retried { world, settings, running, tries: 0, reserved: 0, is_fallback: false };
         // What could not go all of its way even in the smallest part of the last step is not tried in parts again.
         let before =
             step_limited.iter().find(|(held, _)| *held == body).map(|(_, fallback_shortenings)| *fallback_shortenings);
@@ -51,8 +52,13 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
             None => retried.in_halves(time, dt, settings.halvings),
         };
         most = gone.max(most);
-        if let (Some(before), Ok(ledger)) = (before, world.query_one_mut::<&mut GuardLedger>(body)) {
-            ledger.fallback_shortenings = if ledger.is_step_limited { before + 1 } else { before.saturating_sub(1) };
+        if let Ok(ledger) = world.query_one_mut::<&mut GuardLedger>(body) {
+            // The next step leaves work for a fallback sub-step.
+            ledger.is_step_limited |= settings.budget.is_some() && gone == 0.0;
+            if let Some(before) = before {
+                ledger.fallback_shortenings =
+                    if ledger.is_step_limited { before + 1 } else { before.saturating_sub(1) };
+            }
         }
         put_all_aside(world, &mut done);
     }
@@ -71,6 +77,8 @@ struct Retried<'a, 'b> {
     running: &'a mut Running<'b>,
     /// Parts that have been tried.
     tries: u32,
+    /// Parts that come after this one.
+    reserved: u32,
     /// Whether the smallest part has had to be a fallback sub-step, as dissipative as can be, or there have been tries enough. The
     /// remainder of the step is so at once, in as few parts as there can be.
     is_fallback: bool,
@@ -80,26 +88,36 @@ impl Retried<'_, '_> {
     /// Two halves of what has failed. Returns the time that was done.
     fn in_halves(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         self.running.report.rolled_back += 1;
-        if halvings == 0 || work::is_any_used_up(self.world, self.settings.budget) {
-            self.is_fallback = true;
-            return self.part(time, dt, 0);
+        if halvings == 0 || !work::all_afford(self.world, &self.context(time, dt), 2) {
+            return self.fallback(time, dt);
         }
         let half = 0.5 * dt;
+        self.reserved += 1;
         let first = self.part(time, half, halvings - 1);
+        self.reserved -= 1;
         if first < half { first } else { half + self.part(time + half, half, halvings - 1) }
     }
 
     /// A fallback sub-step over the last part of the step, until which the body rests. Returns the time that was done.
     fn at_its_end(&mut self, time: f64, dt: f64, fallback_shortenings: u32) -> f64 {
         self.running.report.rolled_back += 1;
-        self.is_fallback = true;
         let length = dt / elementary::powi(SHORTER, fallback_shortenings);
-        if self.part(time + (dt - length), length, 0) > 0.0 { dt } else { 0.0 }
+        if self.fallback(time + (dt - length), length) > 0.0 { dt } else { 0.0 }
+    }
+
+    /// A fallback sub-step, if the budget allows one. Returns the time that was done.
+    fn fallback(&mut self, time: f64, dt: f64) -> f64 {
+        self.is_fallback = true;
+        if work::all_afford(self.world, &self.context(time, dt), 1) { self.part(time, dt, 0) } else { 0.0 }
+    }
+
+    fn context(&self, time: f64, dt: f64) -> StepContext {
+        StepContext { reserved: self.reserved, ..StepContext::of_step(self.settings, dt, time + dt) }
     }
 
     /// A part of the step. Returns the time that was done.
     fn part(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
-        let step = StepContext { is_retried: true, ..StepContext::of_step(self.settings, dt, time + dt) };
+        let step = StepContext { is_retried: true, ..self.context(time, dt) };
         self.tries += 1;
         self.is_fallback |= self.tries > TRIES * (self.settings.halvings + 1);
         let step = if self.is_fallback { step.fallback() } else { step };

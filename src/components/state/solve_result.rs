@@ -30,6 +30,8 @@ pub struct SolveResult {
     pub tangent: Tangent,
     /// Work that this step has taken, retries and resumes included, in iterations of linear solves.
     pub work: u32,
+    /// Work of an advance of a tear; none of a body that does not tear.
+    pub work_of_advance: u32,
     /// Why the last step of the body was given up.
     pub fault: Option<Fault>,
 }

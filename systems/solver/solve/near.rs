@@ -10,16 +10,14 @@ use crate::systems::solver::{Operator, ProductMemory};
 use crate::systems::{StepContext, parallel, work};
 use glam::DVec3;
 
-/// Iterations of a solve whose step has none left.
-const LEAST: u32 = 4;
-
 /// The square of an equilateral triangle's edge over its area.
 const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 
-/// Iterations that a solve may take.
+/// Iterations that a solve may take, so that an advance of a tear and what is to come after it stay within the budget.
 pub(super) fn within_budget(step: &StepContext, result: &SolveResult, iterations: u32) -> u32 {
-    step.budget.map_or(iterations, |budget| {
-        iterations.min(budget.saturating_sub(result.work.saturating_add(work::SET_UP)).max(LEAST))
+    step.left(result).map_or(iterations, |left| {
+        let left = left.saturating_sub(work::SET_UP).saturating_sub(result.work_of_advance);
+        iterations.min(left.max(work::LEAST_ITERATIONS))
     })
 }
 

@@ -169,7 +169,7 @@ pub struct RunSpec {
     pub until_ended: bool,
     /// `"fast"` (default), `"haptic"`, `"game"`, `"accurate"` or `"static"`: what steps do where no other key says it.
     /// - Haptic is `resumes = 2`, `halvings = 1`.
-    /// - Game is that with `position_tolerance = 0.02` and `budget = 60`.
+    /// - Game is that with `position_tolerance = 0.02` and `budget = 80`.
     /// - Static is `linear_tolerance = 1e-10`, `stress_tolerance = inf`, `static_iterations = 200`.
     /// - Accurate is `integrator = "tr_bdf2"`, `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`,
     ///   `stress_tolerance = inf`. A step takes three to seven times as long; for references, waves and spins.
