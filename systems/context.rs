@@ -56,6 +56,8 @@ pub struct StepContext {
     pub is_retried: bool,
     /// Fallback sub-step: no shorter one is tried, and a body that would create energy takes a fraction of its increment.
     pub is_fallback: bool,
+    /// The second solve of a step, which decides on tears that are due.
+    pub is_decisive: bool,
     /// Further solves from where this one leads, where it would create energy.
     pub corrections: u32,
     /// Whether this is one of them.
@@ -94,6 +96,7 @@ impl StepContext {
             is_resumed: false,
             is_retried: false,
             is_fallback: false,
+            is_decisive: false,
             corrections: settings.corrections,
             is_correction: false,
             tangent: settings.tangent,
@@ -134,6 +137,7 @@ impl StepContext {
             is_resumed: false,
             is_retried: false,
             is_fallback: false,
+            is_decisive: false,
             corrections: 0,
             is_correction: false,
             tangent: Tangent::Exact,

@@ -98,9 +98,10 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
     count
 }
 
-/// Counts the bodies whose tips may advance further in the step; none where the budget of one of them allows no other solve.
+/// Counts the bodies whose tips may advance further in the step; none where the budget of one of them does not allow it.
 pub fn unfinished(world: &mut World, step: &StepContext) -> usize {
-    if !work::all_afford(world, step, 1) {
+    // The step is redone by a solve and by that which decides on its tears.
+    if !work::all_afford(world, step, 2) {
         return 0;
     }
     let bodies = world.query_mut::<(&TearDecisions, &SolveResult)>().into_iter();

@@ -10,11 +10,11 @@ pub use restraint::restrain;
 use super::{Available, CgError, CgInfo, Factor, MixedSolver, Operator, ProductMemory, reactions};
 use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, PreStretch, Pressure, Reactions,
-    SolveResult, SolverScratch, Tearing,
+    SolveResult, SolverScratch, TearDecisions, Tearing,
 };
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::room::grow;
-use crate::storage::{Topology, Triangles, Vertices};
+use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::{StepContext, parallel, work};
 use choice::available;
@@ -34,7 +34,8 @@ type Query<'a> = (
     (&'a mut Factor, &'a mut MixedSolver),
     (Option<&'a ExternalStiffness>, Option<&'a DihedralAngles>, Option<&'a mut BendingPasses>, Option<&'a Damping>),
     (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>),
-    (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Tearing>, Option<&'a Pressure>),
+    (Option<&'a Tearing>, Option<(&'a Tips, &'a TearDecisions)>),
+    (Option<&'a PreStretch>, Option<&'a EnergyAudit>, Option<&'a Pressure>),
 );
 
 /// Solves (M/s² + D/s + K)·δ = f − M·(u/s² − b) for the change δ of the displacement u, with the span s and the knowns b of the
@@ -72,7 +73,8 @@ fn solve_body(
         (factor, mixed),
         (external, folds, passes, damping),
         (holds, mut reactions, mut grips),
-        (pre_stretch, audit, tearing, pressure),
+        (tearing, tears),
+        (pre_stretch, audit, pressure),
     ): Query<'_>,
     step: &StepContext,
 ) {
@@ -127,7 +129,7 @@ fn solve_body(
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);
     }
     let params = linear_params(step, result, imbalance_before, force_scale);
-    let iterations = within_budget(step, result, params.iterations);
+    let iterations = within_budget(step, result, tears, params.iterations);
     let params = LinearParams { iterations, ..params };
     let available = available(step, (&operator, &scratch.free, tearing), (factor, mixed));
     scratch.is_audited = step.asks_for_exact_residual(audit.is_some());

@@ -137,7 +137,7 @@ const TIP_SOLVE: Phase = While(Loop {
     most: |_| 1,
     context: |step, _| {
         let stress_tolerance = DECISIVE * step.linear.stress_tolerance;
-        StepContext { linear: LinearParams { stress_tolerance, ..step.linear }, ..*step }
+        StepContext { is_decisive: true, linear: LinearParams { stress_tolerance, ..step.linear }, ..*step }
     },
     phases: &[Group(LINEAR), Check, Run(Stage::Sides), Run(Stage::Decide)],
     used_up: &[],

@@ -5,7 +5,8 @@
 //! that stop leave a residual r, which does the work −x·r that no load has done. Scaled by x·b/x·A·x the answer of a guess does none,
 //! as that from zero: what then is lost of the energy is lost to the implicit step alone.
 
-use crate::components::{Increment, SolveResult, SolverScratch};
+use crate::components::{Increment, SolveResult, SolverScratch, TearDecisions};
+use crate::storage::Tips;
 use crate::systems::solver::{Operator, ProductMemory};
 use crate::systems::{StepContext, parallel, work};
 use glam::DVec3;
@@ -13,12 +14,28 @@ use glam::DVec3;
 /// The square of an equilateral triangle's edge over its area.
 const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 
-/// Iterations that a solve may take, so that an advance of a tear and what is to come after it stay within the budget.
-pub(super) fn within_budget(step: &StepContext, result: &SolveResult, iterations: u32) -> u32 {
+/// A criterion near that of an advance, which the next step may reach.
+const NEAR: f64 = 0.9;
+
+/// Iterations that a solve may take, so that what is to come after it stays within the budget: an advance of a tear, and the second solve
+/// that decides on it.
+pub(super) fn within_budget(
+    step: &StepContext,
+    result: &SolveResult,
+    tears: Option<(&Tips, &TearDecisions)>,
+    iterations: u32,
+) -> u32 {
+    let step = if !step.is_decisive && tears.is_some_and(may_tear) { step.before(1) } else { *step };
     step.left(result).map_or(iterations, |left| {
         let left = left.saturating_sub(work::SET_UP).saturating_sub(result.work_of_advance);
         iterations.min(left.max(work::LEAST_ITERATIONS))
     })
+}
+
+/// Whether a tear is near by what the last step has decided. Where an edit has made that another mesh's, it is not known.
+fn may_tear((tips, decisions): (&Tips, &TearDecisions)) -> bool {
+    let is_near = decisions.tips.iter().flatten().any(|decision| decision.value > NEAR);
+    is_near || decisions.tips.len() != tips.len() || decisions.start.is_some() || decisions.parting.is_some()
 }
 
 /// The energy \[mJ\] of the masses' motion by the mean edge in the step.
