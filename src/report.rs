@@ -61,10 +61,14 @@ pub struct BodyReport {
     /// Whether a tip could have advanced further, but the step had been redone as often as the settings allow or had used up its budget, or a
     /// quasi-static tear had had all its rounds.
     pub is_tear_cut_short: bool,
+    /// Whether a tear was due and the step's [budget](crate::settings::Settings::budget) had no room for the second solve that decides on it:
+    /// the first one alone did.
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub is_tear_undecided: bool,
     /// Whether the step's [budget](crate::settings::Settings::budget) has left refinement around the tips to the next step.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_refinement_put_off: bool,
-    /// Whether the last sub-step was limited to a fraction of its increment, lest it create energy.
+    /// Whether the last sub-step was limited to a fraction of its increment, lest it create energy; with a budget also where it failed.
     pub is_held_back: bool,
     /// Whether it went only a part of its way in any part of the step.
     pub went_part_of_way: bool,

@@ -33,7 +33,9 @@ impl Simulation {
             (increment.was_fraction, increment.was_put_outside) = (false, false);
             (*increment.guard, increment.relaxed) = (GuardFigures::default(), 0);
         }
-        self.world.query_mut::<&mut SolveResult>().into_iter().for_each(|result| result.work = 0);
+        for result in self.world.query_mut::<&mut SolveResult>() {
+            (result.work, result.is_tear_undecided) = (0, false);
+        }
         self.report.has_failed = false;
     }
 
@@ -64,6 +66,7 @@ impl Simulation {
                 is_converged: result.has_converged,
                 fell_back: result.fell_back,
                 is_tear_cut_short: false,
+                is_tear_undecided: result.is_tear_undecided,
                 is_refinement_put_off: refined.is_some_and(|refined| refined.is_put_off),
                 is_held_back: ledger.is_step_limited,
                 went_part_of_way: increment.was_fraction,

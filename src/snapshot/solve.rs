@@ -77,6 +77,7 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
             tangent: block.tangent,
             work: 0,
             work_of_advance: 0,
+            is_tear_undecided: false,
             fault: None,
         };
         let ledger = GuardLedger {

@@ -218,7 +218,7 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
                 && ((0..vertices.len()).any(is_deep)
                     || has_deep_face(&looked_at, &increment.start, (vertices, triangles)))
         };
-        // What is left of the budget for no other solve is put outside after the last round.
+        // A body whose budget allows no other solve is put outside after the last round.
         result.is_done = !asks || !step.affords(result, 1);
         count += usize::from(asks);
     }

@@ -90,10 +90,11 @@ pub fn advancing(world: &mut World, step: &StepContext) -> usize {
     );
     let mut count = 0;
     for (result, tearing) in world.query_mut::<Query>() {
-        let tears =
-            step.affords(result, 1) && tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
-        result.is_done = !tears;
-        count += usize::from(tears);
+        let tears = tearing.is_some_and(|(tables, tearing)| will_tear(tables, tearing, step));
+        let is_solved = tears && step.affords(result, 1);
+        result.is_tear_undecided |= tears && !is_solved;
+        result.is_done = !is_solved;
+        count += usize::from(is_solved);
     }
     count
 }

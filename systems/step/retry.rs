@@ -53,7 +53,6 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
         };
         most = gone.max(most);
         if let Ok(ledger) = world.query_one_mut::<&mut GuardLedger>(body) {
-            // The next step leaves work for a fallback sub-step.
             ledger.is_step_limited |= settings.budget.is_some() && gone == 0.0;
             if let Some(before) = before {
                 ledger.fallback_shortenings =
@@ -111,6 +110,7 @@ impl Retried<'_, '_> {
         if work::all_afford(self.world, &self.context(time, dt), 1) { self.part(time, dt, 0) } else { 0.0 }
     }
 
+    /// A part of the step, with what is to be left for those after it.
     fn context(&self, time: f64, dt: f64) -> StepContext {
         StepContext { reserved: self.reserved, ..StepContext::of_step(self.settings, dt, time + dt) }
     }

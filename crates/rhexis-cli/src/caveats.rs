@@ -37,6 +37,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         t.cut_short,
         "a tear could have gone on when the step had used up run.resumes, run.budget or run.static_advances",
     );
+    counted(t.tear_undecided, "a tear was decided on without a second solve (run.budget)");
     counted(t.refinement_put_off, "refinement was left to the next step (run.budget)");
     if t.rolled_back > 0 {
         list.push(format!("{} sub-step(s) were undone and retried in halves", t.rolled_back));

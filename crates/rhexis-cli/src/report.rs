@@ -241,6 +241,8 @@ pub(super) struct SolverFigures {
     pub put_outside: Count,
     /// Steps in which a tear could have gone on when the resumes, the budget or the rounds were used up.
     pub cut_short: Count,
+    /// Steps in which the budget had no room for the second solve of a tear that was due.
+    pub tear_undecided: Count,
     /// Steps that left refinement to the next one, the budget being used up.
     pub refinement_put_off: Count,
     /// Steps that were given up.
@@ -308,6 +310,7 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             most_relaxed_vertices: t.most_relaxed,
             put_outside: t.put_outside,
             cut_short: t.cut_short,
+            tear_undecided: t.tear_undecided,
             refinement_put_off: t.refinement_put_off,
             failed: t.failed,
             rolled_back: t.rolled_back,

@@ -61,6 +61,9 @@ pub(super) struct Tally {
     pub ambiguous: Vec<AmbiguousDecision>,
     /// Steps in which a tear could have gone on when the step's resumes, or rounds, were used up.
     pub cut_short: Count,
+    /// Steps in which the budget had no room for the second solve of a tear.
+    #[serde(default)]
+    pub tear_undecided: Count,
     /// Steps that left refinement to the next one, the budget being used up.
     #[serde(default)]
     pub refinement_put_off: Count,
@@ -148,6 +151,7 @@ impl Tally {
         self.put_outside.note(report.bodies.iter().any(|body| body.is_put_outside), o.step);
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
+        self.tear_undecided.note(report.bodies.iter().any(|body| body.is_tear_undecided), o.step);
         self.refinement_put_off.note(report.bodies.iter().any(|body| body.is_refinement_put_off), o.step);
         self.rolled_back += u64::from(report.rolled_back);
         for (index, body) in

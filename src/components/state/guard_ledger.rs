@@ -11,7 +11,8 @@ pub struct GuardLedger {
     pub start_spurious_energy: [f64; 2],
     /// Whether the spurious energy of the last solve exceeds the limit.
     pub creates_energy: bool,
-    /// Whether this step is limited to a fraction of its increment, lest that happen.
+    /// Whether this step is limited to a fraction of its increment, lest that happen; with a budget also whether it failed. The next one
+    /// leaves work for a fallback sub-step.
     pub is_step_limited: bool,
     /// Number of times the next fallback sub-step is shortened: once more each time that the body is step-limited again.
     pub fallback_shortenings: u32,

@@ -32,6 +32,8 @@ pub struct SolveResult {
     pub work: u32,
     /// Work of an advance of a tear; none of a body that does not tear.
     pub work_of_advance: u32,
+    /// Whether a tear that was due has had to do without its second solve, for which the budget had no room.
+    pub is_tear_undecided: bool,
     /// Why the last step of the body was given up.
     pub fault: Option<Fault>,
 }
