@@ -10,7 +10,7 @@
 //! 2. **Right.** The force is the gradient of an energy, the tear criterion's maximum is exact, the stress at a tip has a length
 //!    of its own. Every formula names its source, and every departure from the paper is listed in [`theory`].
 //! 3. **Fast at equal error.** Speed is judged at the error reached, never by a number of iterations.
-//! 4. **Pleasant to embed.** It owns no loop, no window and no global; what a body does not carry costs nothing; everything you
+//! 4. **Pleasant to embed.** It owns no loop, no window and no global; components that a body lacks cost nothing; everything you
 //!    see is plain arrays.
 //!
 //! Not goals for now: volumetric meshes, rendering, running on a GPU.
@@ -43,9 +43,9 @@
 //! }
 //! ```
 //!
-//! [`Membrane`](membrane::Membrane) makes a body, [`components`] are what it can carry, [`Simulation`](simulation::Simulation)
-//! steps it, [`snapshot`](mod@snapshot) and [`replay`] go back and repeat, [`event`] and [`frame`](mod@frame) are what
-//! you see of it. A program that embeds it has slices and changes ([`Simulation::view`](simulation::Simulation::view)),
+//! [`Membrane`](membrane::Membrane) makes a body, [`components`] are its data, [`Simulation`](simulation::Simulation)
+//! steps it, [`snapshot`](mod@snapshot) and [`replay`] go back and repeat, [`event`] and [`frame`](mod@frame) are the
+//! output. A program that embeds it has slices and changes ([`Simulation::view`](simulation::Simulation::view)),
 //! a clock ([`FixedStep`](simulation::FixedStep)), pins, rays, systems of its own and a haptic model
 //! ([`Haptics`](simulation::Haptics)). The order of a step is one list, [`schedule::STEP`]. Units are fixed: mm, g, ms,
 //! hence N, MPa, mJ.
