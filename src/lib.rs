@@ -91,5 +91,54 @@ pub use error::{Error, ErrorKind, Result};
 pub use systems::step::schedule;
 pub use {glam, hecs};
 
-#[doc = include_str!("../docs/theory.md")]
-pub mod theory {}
+// Of two definitions of a link the first counts: here the module, in the file the chapter beside it.
+/// [elasticity]: crate::theory::elasticity
+/// [fibres]: crate::theory::fibres
+/// [bending]: crate::theory::bending
+/// [contact]: crate::theory::contact
+/// [integration]: crate::theory::integration
+/// [solver]: crate::theory::solver
+/// [holds]: crate::theory::holds
+/// [energy]: crate::theory::energy
+/// [sleep]: crate::theory::sleep
+/// [criterion]: crate::theory::criterion
+/// [release]: crate::theory::release
+/// [starts]: crate::theory::starts
+/// [advance]: crate::theory::advance
+/// [departures]: crate::theory::departures
+#[doc = include_str!("../docs/theory/README.md")]
+pub mod theory {
+    #[doc = include_str!("../docs/theory/elasticity.md")]
+    pub mod elasticity {}
+    #[doc = include_str!("../docs/theory/fibres.md")]
+    pub mod fibres {}
+    #[doc = include_str!("../docs/theory/bending.md")]
+    pub mod bending {}
+    #[doc = include_str!("../docs/theory/contact.md")]
+    pub mod contact {}
+    #[doc = include_str!("../docs/theory/integration.md")]
+    pub mod integration {}
+    #[doc = include_str!("../docs/theory/solver.md")]
+    pub mod solver {}
+    #[doc = include_str!("../docs/theory/holds.md")]
+    pub mod holds {}
+    #[doc = include_str!("../docs/theory/energy.md")]
+    pub mod energy {}
+    #[doc = include_str!("../docs/theory/sleep.md")]
+    pub mod sleep {}
+    #[doc = include_str!("../docs/theory/criterion.md")]
+    pub mod criterion {}
+    /// [what a tear pays]: crate::theory::advance#what-a-tear-pays
+    /// [starts]: crate::theory::starts
+    #[doc = include_str!("../docs/theory/release.md")]
+    pub mod release {}
+    /// [strength or toughness]: crate::theory::criterion#strength-or-toughness
+    #[doc = include_str!("../docs/theory/starts.md")]
+    pub mod starts {}
+    /// [stress or energy]: crate::theory::release
+    #[doc = include_str!("../docs/theory/advance.md")]
+    pub mod advance {}
+    /// [tangent]: crate::theory::elasticity#tangent
+    #[doc = include_str!("../docs/theory/departures.md")]
+    pub mod departures {}
+}
