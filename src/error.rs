@@ -37,8 +37,8 @@ pub enum ErrorKind {
     Threads,
 }
 
-/// Any error of the engine.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+/// Any error of the engine. `Debug` prints the words of `Display`: a `main` that returns it tells the user the remedy.
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[error(transparent)]
 #[non_exhaustive]
 pub enum Error {
@@ -80,6 +80,12 @@ pub enum Error {
     Snapshot(#[from] SnapshotError),
     /// Of a replay.
     Replay(#[from] ReplayError),
+}
+
+impl std::fmt::Debug for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{self}")
+    }
 }
 
 impl Error {
@@ -148,6 +154,7 @@ mod tests {
         }
         let error = missing().unwrap_err();
         assert_eq!((error.kind(), error.to_string().as_str()), (ErrorKind::NotFound, "there is no such body"));
+        assert_eq!(format!("{error:?}"), "there is no such body");
         let kinds = [
             (Error::from(BadCurve::Empty), ErrorKind::InvalidInput),
             (Error::from(CutError::NothingThere), ErrorKind::NothingDone),

@@ -12,7 +12,6 @@ mod sweeps;
 
 use crate::components::{
     Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolveResult, SolverScratch, Swept,
-    TearDecisions,
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -200,13 +199,10 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
         return 0;
     }
     let mut count = 0;
-    type Query<'a> = (
-        (&'a Vertices, &'a Triangles, &'a Topology, &'a Increment),
-        &'a mut SolveResult,
-        (Option<&'a Contact>, Option<&'a TearDecisions>),
-    );
-    for ((vertices, triangles, topology, increment), result, (contact, decisions)) in world.query_mut::<Query>() {
-        let was_solved = result.newton_iterations > 0 && is_in_step(vertices, increment, step, decisions);
+    type Query<'a> =
+        ((&'a Vertices, &'a Triangles, &'a Topology, &'a Increment), &'a mut SolveResult, Option<&'a Contact>);
+    for ((vertices, triangles, topology, increment), result, contact) in world.query_mut::<Query>() {
+        let was_solved = result.newton_iterations > 0 && result.is_in_step;
         let asks = contact.is_some() && was_solved && {
             let looked_at = looked_at(&obstacles, increment);
             let is_deep = |v: usize| {
@@ -223,16 +219,6 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
         count += usize::from(asks);
     }
     count
-}
-
-/// Whether a body has begun the step and not done it: a body that is done only waits for others, perhaps with another mesh.
-fn is_in_step(
-    vertices: &Vertices,
-    increment: &Increment,
-    step: &StepContext,
-    decisions: Option<&TearDecisions>,
-) -> bool {
-    increment.start.len() == vertices.len() && !step.is_done(decisions)
 }
 
 /// Penetration depth \[mm\] that a solve may leave in an obstacle at rest, whatever its edges: vertices inside were pushed
@@ -265,15 +251,11 @@ fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&
 pub fn put_outside(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     let mut count = 0;
-    type Query<'a> = (
-        (&'a mut Vertices, &'a mut Increment),
-        (&'a Triangles, &'a Topology, &'a mut SolverScratch),
-        (Option<&'a Contact>, Option<&'a TearDecisions>),
-    );
-    for ((vertices, increment), (triangles, topology, scratch), (contact, decisions)) in
-        world.query_mut::<Query>().with::<&SolveResult>()
+    type Query<'a> =
+        ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a Topology, &'a mut SolverScratch), &'a SolveResult);
+    for ((vertices, increment), (triangles, topology, scratch), result) in world.query_mut::<Query>().with::<&Contact>()
     {
-        if contact.is_none() || !is_in_step(vertices, increment, step, decisions) {
+        if !result.is_in_step {
             continue;
         }
         let obstacles = looked_at(&obstacles, increment);
@@ -300,15 +282,9 @@ pub fn keep_sides(world: &mut World, step: &StepContext) -> usize {
         return 0;
     }
     let mut count = 0;
-    type Query<'a> = (
-        (&'a mut Vertices, &'a mut Increment),
-        (&'a Triangles, &'a mut SolverScratch),
-        (Option<&'a Contact>, Option<&'a TearDecisions>),
-    );
-    for ((vertices, increment), (triangles, scratch), (contact, decisions)) in
-        world.query_mut::<Query>().with::<&SolveResult>()
-    {
-        if contact.is_none() || !is_in_step(vertices, increment, step, decisions) {
+    type Query<'a> = ((&'a mut Vertices, &'a mut Increment), (&'a Triangles, &'a mut SolverScratch), &'a SolveResult);
+    for ((vertices, increment), (triangles, scratch), result) in world.query_mut::<Query>().with::<&Contact>() {
+        if !result.is_in_step {
             continue;
         }
         count += 1;

@@ -68,10 +68,9 @@ pub fn start(world: &mut hecs::World, step: &StepContext) -> usize {
 
 /// Begins the second stage where the first has ended: the guess is that the body goes on as it did.
 pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
-    for (result, sleeping) in world.query_mut::<(&mut SolveResult, Option<&Sleeping>)>() {
+    for result in world.query_mut::<&mut SolveResult>() {
         result.newton_iterations = 0;
-        let is_asleep = sleeping.is_some_and(Sleeping::is_asleep);
-        (result.is_done, result.has_converged) = (is_asleep, is_asleep);
+        result.take_part(result.is_in_step);
     }
     parallel::for_bodies::<Stage>(
         world,
@@ -95,7 +94,9 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
         (Prescription<'a>, Option<&'a Planar>, Option<&'a TearDecisions>),
     );
     for ((vertices, increment, result, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
-        result.is_done = step.is_done(decisions);
+        // The others keep what their last solve has come to.
+        result.is_in_step &= !step.is_done(decisions);
+        result.is_done = !result.is_in_step;
         if result.is_done {
             continue;
         }

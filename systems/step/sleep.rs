@@ -238,7 +238,7 @@ fn lie_down(body: Body) {
     vertices.velocity.fill(DVec3::ZERO);
     increment.start_velocity.fill(DVec3::ZERO);
     increment.delta.fill(DVec3::ZERO);
-    (result.is_done, result.has_converged) = (true, true);
+    result.take_part(false);
 }
 
 /// A ball around points.

@@ -22,6 +22,9 @@ pub struct SolveResult {
     pub imbalance: f64,
     /// Whether the systems pass the body by: it is done with this part of the step, waits for others, or sleeps.
     pub is_done: bool,
+    /// Whether the body takes part in this phase of the step: awake, and not done with a step that is resumed for others. Its increment
+    /// then belongs to this step and to the mesh as it is.
+    pub is_in_step: bool,
     /// Whether Newton's iteration has reached its tolerance; of a linearly implicit step, whether the solve has an answer.
     pub has_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.
@@ -47,7 +50,14 @@ impl SolveResult {
     /// Begins a step; a body that sleeps is done with it.
     pub(crate) fn begin(&mut self, is_asleep: bool) {
         (self.iterations, self.newton_iterations, self.is_late) = (0, 0, false);
-        (self.is_done, self.has_converged, self.fell_back, self.fault) = (is_asleep, is_asleep, false, None);
+        (self.fell_back, self.fault) = (false, None);
+        self.take_part(!is_asleep);
+    }
+
+    /// Takes the body into the phase that begins, or leaves it out as done.
+    pub(crate) fn take_part(&mut self, is_in_step: bool) {
+        self.is_in_step = is_in_step;
+        (self.is_done, self.has_converged) = (!is_in_step, !is_in_step);
     }
 
     /// Forgets what an attempt that is undone has come to.
