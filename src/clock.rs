@@ -25,7 +25,7 @@ impl Moment {
         self.0.elapsed()
     }
 
-    /// The moment so much later; `None` without a clock, or beyond what it counts.
+    /// The moment so much later; `None` without a clock, or beyond its range.
     pub(crate) fn after(self, time: Duration) -> Option<Self> {
         self.0.checked_add(time).map(Self)
     }

@@ -1,4 +1,4 @@
-//! What happened to the tissue, in order.
+//! Events in the tissue, in order.
 
 mod causes;
 
@@ -20,7 +20,7 @@ pub struct Event {
     /// The body.
     #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
     pub body: Entity,
-    /// What happened.
+    /// Kind of the event.
     pub kind: EventKind,
 }
 
@@ -54,7 +54,7 @@ impl fmt::Display for Course {
     }
 }
 
-/// What the criterion says for a decision, and how sure it is.
+/// Criterion value behind a decision, and its margin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Verdict {
@@ -66,7 +66,7 @@ pub struct Verdict {
     pub is_ambiguous: bool,
 }
 
-/// What an advance costs by the toughness of its body, and by how much it came too late.
+/// Toughness and overshoot of an advance: its cost, and how late it came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearCost {
@@ -74,7 +74,7 @@ pub struct TearCost {
     pub area: f64,
     /// Toughness G_c in the direction that was taken \[N/mm\].
     pub toughness: f64,
-    /// Overshoot G/G_c − 1 in the direction that was chosen: what a tear finds in excess when a step ends.
+    /// Overshoot G/G_c − 1 in the direction that was chosen: the excess at the end of a step.
     pub overshoot: f64,
 }
 
@@ -85,7 +85,7 @@ impl TearCost {
     }
 }
 
-/// What woke a body.
+/// Cause of a body's waking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum WokenBy {
@@ -113,7 +113,7 @@ impl fmt::Display for WokenBy {
     }
 }
 
-/// What left a new tip.
+/// Cause of a new tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Renewal {
@@ -141,7 +141,7 @@ pub enum EventKind {
     Started {
         /// The new tip.
         tip: TipKey,
-        /// Where it is \[mm\].
+        /// Position of the tip \[mm\].
         at: DVec3,
         /// The criterion's verdict where it began the tear; `None` for a cut.
         verdict: Option<Verdict>,
@@ -167,9 +167,9 @@ pub enum EventKind {
         by: DecidedBy,
         /// Energy that the advance was to release per area of tear \[N/mm\], where the criterion is on energy.
         release: Option<f64>,
-        /// What it costs, where the body has a toughness and no blade led it.
+        /// Cost of the advance, where the body has a toughness and no blade led it.
         cost: Option<TearCost>,
-        /// Whether it went there, or which other way.
+        /// Direction taken: there, or which other way.
         course: Course,
     },
     /// A body with an [`EnergyAudit`](crate::components::EnergyAudit) has found its equilibrium after tears have advanced or it
@@ -194,18 +194,18 @@ pub enum EventKind {
     Renewed {
         /// The new tip.
         tip: TipKey,
-        /// Where it is \[mm\].
+        /// Position of the tip \[mm\].
         at: DVec3,
-        /// What left it.
+        /// Cause of the new tip.
         by: Renewal,
     },
     /// Tissue parted where no tip led.
     Parted {
-        /// Where \[mm\].
+        /// Position of the event \[mm\].
         at: DVec3,
-        /// How far beyond what it bears: smallest criterion across the strand, or stretch over the ultimate one.
+        /// Load over the strength of the strand: smallest criterion across the strand, or stretch over the ultimate one.
         value: f64,
-        /// Why.
+        /// Reason of the event.
         by: PartedBy,
     },
     /// A piece came free.
@@ -215,7 +215,7 @@ pub enum EventKind {
     },
     /// The tissue was parted at a vertex that a hold or a grip has hold of: it keeps both lips, so the tear stays shut there.
     HeldShut {
-        /// Where \[mm\].
+        /// Position of the event \[mm\].
         at: DVec3,
     },
     /// A tip wants to advance where the mesh is too coarse for the averaging radius: the load depends on the mesh there.
@@ -223,7 +223,7 @@ pub enum EventKind {
     UnderResolved {
         /// The tip.
         tip: TipKey,
-        /// Where \[mm\].
+        /// Position of the event \[mm\].
         at: DVec3,
         /// Averaging radius over edge length; should be 3 or more.
         edges_per_radius: f64,
@@ -233,7 +233,7 @@ pub enum EventKind {
     HeldBack {
         /// The tip.
         tip: TipKey,
-        /// Where \[mm\].
+        /// Position of the event \[mm\].
         at: DVec3,
         /// The criterion there.
         criterion: f64,
@@ -246,9 +246,9 @@ pub enum EventKind {
     Refused {
         /// The tip.
         tip: Option<TipKey>,
-        /// Where \[mm\].
+        /// Position of the event \[mm\].
         at: DVec3,
-        /// Why.
+        /// Reason of the event.
         reason: String,
     },
     /// Jaws were pulled harder than their force limit. Reported once, until they are not any more.
@@ -264,7 +264,7 @@ pub enum EventKind {
     FellAsleep,
     /// A body that slept woke.
     Woke {
-        /// What woke it.
+        /// Cause of the waking.
         by: WokenBy,
     },
     /// The energy guard began to act on a body; reported again once a step has passed without it.
@@ -280,7 +280,7 @@ pub enum EventKind {
     },
     /// A step left no usable state and was undone; the last good state stands.
     StepFailed {
-        /// Why.
+        /// Reason of the event.
         reason: String,
     },
     /// A tool has cut a body.

@@ -1,4 +1,4 @@
-//! What an observer sees of a simulation at one moment: plain arrays for pictures, files and tests.
+//! Observable state of a simulation at one moment: plain arrays for pictures, files and tests.
 
 use crate::components::Attributes;
 use glam::{DMat3, DVec2, DVec3};
@@ -31,7 +31,7 @@ pub struct BodyFrame {
     pub triangles: Vec<[u32; 3]>,
     /// Biot stress \[MPa\] per triangle, turned into space by the triangle's rotation.
     pub stress: Vec<DMat3>,
-    /// Its two in-plane principal values \[MPa\], larger first.
+    /// In-plane principal values of the Biot stress \[MPa\], larger first.
     pub principal_stress: Vec<DVec2>,
     /// Current unit fibre direction per triangle.
     pub fibres: Vec<DVec3>,

@@ -17,17 +17,17 @@ pub enum GenerateError {
     /// A length that is zero, negative or not a number.
     #[error("the {what} is {value} mm; it must be a finite length above zero")]
     Length {
-        /// Which length.
+        /// Name of the length.
         what: &'static str,
-        /// Its value \[mm\].
+        /// Value of the length \[mm\].
         value: f64,
     },
     /// Too few pieces.
     #[error("the {what} is {value}; it must be at least {least}")]
     TooFew {
-        /// Which count.
+        /// Name of the count.
         what: &'static str,
-        /// Its value.
+        /// Value of the count.
         value: usize,
         /// The least it may be.
         least: usize,
@@ -38,9 +38,9 @@ pub enum GenerateError {
     /// A count with a divisor.
     #[error("the {what} is {value}; it must be a multiple of {of}")]
     NotMultiple {
-        /// Which count.
+        /// Name of the count.
         what: &'static str,
-        /// Its value.
+        /// Value of the count.
         value: usize,
         /// The divisor.
         of: usize,

@@ -1,4 +1,4 @@
-//! What the crates of this workspace share with the engine. It is no part of the public interface and may change in any version.
+//! Items that the crates of this workspace share with the engine. It is no part of the public interface and may change in any version.
 
 pub use crate::generate::{Random, bounded, length};
 pub use crate::snapshot::hash::sum as fingerprint;
@@ -8,7 +8,7 @@ pub use crate::storage::mesh::{THINNEST, by_corners, slenderness};
 /// have asked for them.
 pub const HAS_FACTORS: bool = cfg!(feature = "direct");
 
-/// A simulation with one sheet of 10 mm, held at its left rim, which tears and notes its changes: what examples in the docs begin with.
+/// A simulation with one sheet of 10 mm, held at its left rim, which tears and notes its changes: the start of examples in the docs.
 ///
 /// # Errors
 /// None: the sheet is sound.

@@ -10,7 +10,7 @@
 //! 2. **Right.** The force is the gradient of an energy, the tear criterion's maximum is exact, the stress at a tip has a length
 //!    of its own. Every formula names its source, and every departure from the paper is listed in [`theory`].
 //! 3. **Fast at equal error.** Speed is judged at the error reached, never by a number of iterations.
-//! 4. **Pleasant to embed.** It owns no loop, no window and no global; what a body does not carry costs nothing; everything you
+//! 4. **Pleasant to embed.** It owns no loop, no window and no global; components that a body lacks cost nothing; everything you
 //!    see is plain arrays.
 //!
 //! Not goals for now: volumetric meshes, rendering, running on a GPU.
@@ -43,9 +43,9 @@
 //! }
 //! ```
 //!
-//! [`Membrane`](membrane::Membrane) makes a body, [`components`] are what it can carry, [`Simulation`](simulation::Simulation)
-//! steps it, [`snapshot`](mod@snapshot) and [`replay`] go back and repeat, [`event`] and [`frame`](mod@frame) are what
-//! you see of it. A program that embeds it has slices and changes ([`Simulation::view`](simulation::Simulation::view)),
+//! [`Membrane`](membrane::Membrane) makes a body, [`components`] are its data, [`Simulation`](simulation::Simulation)
+//! steps it, [`snapshot`](mod@snapshot) and [`replay`] go back and repeat, [`event`] and [`frame`](mod@frame) are the
+//! output. A program that embeds it has slices and changes ([`Simulation::view`](simulation::Simulation::view)),
 //! a clock ([`FixedStep`](simulation::FixedStep)), pins, rays, systems of its own and a haptic model
 //! ([`Haptics`](simulation::Haptics)). The order of a step is one list, [`schedule::STEP`]. Units are fixed: mm, g, ms,
 //! hence N, MPa, mJ.
@@ -91,5 +91,54 @@ pub use error::{Error, ErrorKind, Result};
 pub use systems::step::schedule;
 pub use {glam, hecs};
 
-#[doc = include_str!("../docs/theory.md")]
-pub mod theory {}
+// Of two definitions of a link the first counts: here the module, in the file the chapter beside it.
+/// [elasticity]: crate::theory::elasticity
+/// [fibres]: crate::theory::fibres
+/// [bending]: crate::theory::bending
+/// [contact]: crate::theory::contact
+/// [integration]: crate::theory::integration
+/// [solver]: crate::theory::solver
+/// [holds]: crate::theory::holds
+/// [energy]: crate::theory::energy
+/// [sleep]: crate::theory::sleep
+/// [criterion]: crate::theory::criterion
+/// [release]: crate::theory::release
+/// [starts]: crate::theory::starts
+/// [advance]: crate::theory::advance
+/// [departures]: crate::theory::departures
+#[doc = include_str!("../docs/theory/README.md")]
+pub mod theory {
+    #[doc = include_str!("../docs/theory/elasticity.md")]
+    pub mod elasticity {}
+    #[doc = include_str!("../docs/theory/fibres.md")]
+    pub mod fibres {}
+    #[doc = include_str!("../docs/theory/bending.md")]
+    pub mod bending {}
+    #[doc = include_str!("../docs/theory/contact.md")]
+    pub mod contact {}
+    #[doc = include_str!("../docs/theory/integration.md")]
+    pub mod integration {}
+    #[doc = include_str!("../docs/theory/solver.md")]
+    pub mod solver {}
+    #[doc = include_str!("../docs/theory/holds.md")]
+    pub mod holds {}
+    #[doc = include_str!("../docs/theory/energy.md")]
+    pub mod energy {}
+    #[doc = include_str!("../docs/theory/sleep.md")]
+    pub mod sleep {}
+    #[doc = include_str!("../docs/theory/criterion.md")]
+    pub mod criterion {}
+    /// [what a tear pays]: crate::theory::advance#what-a-tear-pays
+    /// [starts]: crate::theory::starts
+    #[doc = include_str!("../docs/theory/release.md")]
+    pub mod release {}
+    /// [strength or toughness]: crate::theory::criterion#strength-or-toughness
+    #[doc = include_str!("../docs/theory/starts.md")]
+    pub mod starts {}
+    /// [stress or energy]: crate::theory::release
+    #[doc = include_str!("../docs/theory/advance.md")]
+    pub mod advance {}
+    /// [tangent]: crate::theory::elasticity#tangent
+    #[doc = include_str!("../docs/theory/departures.md")]
+    pub mod departures {}
+}

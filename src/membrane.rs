@@ -12,7 +12,7 @@ use glam::DVec3;
 use hecs::{EntityBuilder, EntityBuilderClone};
 use std::sync::Arc;
 
-/// What differs from triangle to triangle.
+/// Parameters that vary by triangle.
 #[derive(Clone, Default)]
 struct PerTriangle {
     thickness: Option<Vec<f64>>,
@@ -183,7 +183,7 @@ impl Membrane {
     /// Checks mesh, material and components as [`spawn`](crate::simulation::Simulation::spawn) does.
     ///
     /// # Errors
-    /// Names what is refused, and what it must be.
+    /// Names the rejected parameter and the range it must lie in.
     pub fn validate(&self) -> Result<(), BodyError> {
         self.clone().build(0).map(|_| ())
     }
@@ -288,7 +288,7 @@ impl Membrane {
 /// Least mass of a triangle \[g\]: sums and fractions of it keep all their digits.
 const LEAST_MASS: f64 = 1e-290;
 
-/// Splits share masses out: what is near the least number would lose digits, or all of itself.
+/// Splits share masses out: masses near the smallest normal number would lose digits, or all of itself.
 fn enough_mass(what: &'static str, value: f64) -> Result<(), BodyError> {
     let is_right = value >= LEAST_MASS && value.is_finite();
     number("Material", what, value, (is_right, "it must be at least 1e-290, and finite"))

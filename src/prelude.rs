@@ -1,4 +1,4 @@
-//! What most programs that embed the engine use: `use rhexis::prelude::*;`.
+//! Items that most programs embedding the engine use: `use rhexis::prelude::*;`.
 
 pub use crate::components::{
     Attributes, Bending, Changes, Contact, Curve, Damping, EnergyCriterion, Fibres, Grasp, Gravity, Hold, Jaws,

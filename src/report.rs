@@ -1,4 +1,4 @@
-//! What a step did and what it cost.
+//! Report of a step: results and cost.
 
 mod opening;
 mod tear_account;
@@ -18,7 +18,7 @@ use std::time::Duration;
 pub struct SystemReport {
     /// The system's name.
     pub name: &'static str,
-    /// Bodies it ran on, added over Newton iterations; zero means skipped: no body carries what it needs.
+    /// Bodies it ran on, added over Newton iterations; zero means skipped: no body carries the components it needs.
     pub bodies: usize,
     /// Time spent; exactly zero where it ran on no body.
     pub time: Duration,
@@ -31,15 +31,15 @@ pub struct BodyReport {
     /// The body.
     #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
     pub body: Entity,
-    /// Its vertices now.
+    /// Number of the body's vertices now.
     pub vertex_count: usize,
-    /// Its triangles now.
+    /// Number of the body's triangles now.
     pub triangle_count: usize,
-    /// Its tear tips now.
+    /// Number of the body's tear tips now.
     pub tip_count: usize,
     /// Linear iterations, added over Newton iterations.
     pub iterations: u32,
-    /// Work of the step, retries and resumes included, in iterations of linear solves, as [counted](crate::settings::Settings::budget): what a [budget](crate::settings::Settings::budget) limits.
+    /// Work of the step, retries and resumes included, in iterations of linear solves, as [counted](crate::settings::Settings::budget): the quantity that a [budget](crate::settings::Settings::budget) limits.
     pub work: u32,
     /// Estimated error of positions after the last solve, over the mean edge; zero unless
     /// [asked for](crate::settings::LinearParams::position_tolerance).
@@ -70,7 +70,7 @@ pub struct BodyReport {
     pub is_refinement_put_off: bool,
     /// Whether the last sub-step was limited to a fraction of its increment, lest it create energy; with a budget also where it failed.
     pub is_held_back: bool,
-    /// Whether it went only a part of its way in any part of the step.
+    /// Whether the body took only a fraction of its increment in any sub-step.
     pub went_part_of_way: bool,
     /// Whether vertices were put back outside an obstacle in any part of the step: no solve had left them there.
     pub is_put_outside: bool,
@@ -82,7 +82,7 @@ pub struct BodyReport {
     pub held_back_criterion: f64,
     /// Why the body's step was given up, where it was: its last good state stands, at this time or before.
     pub fault: Option<Fault>,
-    /// What the energy guard did to the body in this step.
+    /// Energy guard's actions on the body in this step.
     pub guard: GuardFigures,
     /// Whether the body sleeps: no system ran on it, and the other figures are those of the last step that did.
     pub is_asleep: bool,
@@ -114,8 +114,8 @@ impl Report {
         self.systems.iter().map(|s| s.time).sum()
     }
 
-    /// Work of all bodies per millisecond of the step: times a frame's milliseconds, what [`Settings::budget`](crate::settings::Settings::budget)
-    /// holds it to on this machine. `None` where no time was measured or no work was done.
+    /// Work of all bodies per millisecond of the step: times a frame's milliseconds, the value of
+    /// [`Settings::budget`](crate::settings::Settings::budget) for that frame time on this machine. `None` where no time was measured or no work was done.
     pub fn work_per_millisecond(&self) -> Option<f64> {
         let work: f64 = self.bodies.iter().map(|body| f64::from(body.work)).sum();
         let milliseconds = self.total_time().as_secs_f64() * 1e3;

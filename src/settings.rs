@@ -1,4 +1,4 @@
-//! How a simulation solves: every number with its unit, default and what it costs.
+//! How a simulation solves: every number with its unit, default and cost.
 
 mod range;
 
@@ -36,8 +36,8 @@ pub enum Integrator {
     #[default]
     BackwardEuler,
     /// TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): of second order. One stage by the trapezoidal rule over 0.586 of the step,
-    /// one by the backward difference formula over the rest. It damps like backward Euler what is far too fast for the step, and
-    /// hardly at all what the step resolves. Two solves per step. Second order takes two Newton iterations per stage with the
+    /// one by the backward difference formula over the rest. It damps motion far too fast for the step like backward Euler, and
+    /// hardly damps motion that the step resolves. Two solves per step. Second order takes two Newton iterations per stage with the
     /// projected tangent, or the exact one. A single rotated solve per stage damps noise, but is of first order and less accurate
     /// than backward Euler. It makes a body that spins about its normal spin faster. An energy audit is of backward Euler only.
     TrBdf2,
@@ -73,7 +73,7 @@ pub enum Preconditioner {
     Cholesky,
 }
 
-/// What the iterations of dynamic steps compute in. Answers agree within the solve's tolerance.
+/// Arithmetic precision of the iterations of dynamic steps. Answers agree within the solve's tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Precision {
@@ -101,12 +101,12 @@ pub struct LinearParams {
     /// decides alone.
     pub stress_tolerance: f64,
     /// Position error at which a dynamic solve may stop whatever its residual, as a fraction of the mean edge: the mean over the masses that the
-    /// error's energy allows at most. `INFINITY`, the default, does not ask for it. What such a solve leaves unsolved does no work. A free piece much
+    /// error's energy allows at most. `INFINITY`, the default, disables it. The residual of such a solve does no work. A free piece much
     /// smaller than the body may be off by more.
     pub position_tolerance: f64,
     /// Stop after so many iterations at the latest; the report then shows the residual reached.
     pub iterations: u32,
-    /// Stop when a solve has taken so long: a frame must go out. What is reached then depends on the machine and its load, so
+    /// Stop when a solve has taken so long: a frame must go out. The result then depends on the machine and its load, so
     /// that such a step is not the same on every run; the report marks it. `None` by default, and of no effect where there is no clock.
     pub time: Option<Duration>,
 }
@@ -139,7 +139,7 @@ pub struct Settings {
     pub linear: LinearParams,
     /// The preconditioner of linear solves, static ones and those of dynamic steps.
     pub preconditioner: Preconditioner,
-    /// What the iterations of dynamic steps compute in.
+    /// Arithmetic precision of the iterations of dynamic steps.
     pub precision: Precision,
     /// Tangent of a dynamic step.
     pub tangent: Tangent,
@@ -156,8 +156,8 @@ pub struct Settings {
     /// and one more advance per tip. With 0 a tip makes one advance per step.
     pub resumes: u32,
     /// Further solves at the most from where a linearly implicit step leads, if it would create energy: Newton's method along the projected
-    /// tangent with a line search on the incremental potential, for the bodies in space that holds, pins or jaws hold. What would still create
-    /// energy is retried in halves. 0 for none: halves are a little nearer to the truth where tears spring open, but many where a hand
+    /// tangent with a line search on the incremental potential, for the bodies in space under holds, pins or jaws. A step that would still
+    /// create energy is retried in halves. 0 for none: halves are a little nearer to the truth where tears spring open, but many where a hand
     /// flings slack cloth.
     pub corrections: u32,
     /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. A
@@ -166,9 +166,9 @@ pub struct Settings {
     /// Work that a body may take in one step, in iterations of linear solves; `None`, the default, for any amount. Counted are iterations, 7 for each
     /// evaluation, 11 for each matrix with its preconditioner, and advances of tears and halved triangles by the size of the body; retries and
     /// resumes included. The count, and so the answer, is the same on every machine;
-    /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) has what this one does.
+    /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) measures the rate on this machine.
     ///
-    /// What it leaves too little for is not begun: the step ends with the best answer so far, and where that would create energy with a
+    /// Work beyond the budget is not begun: the step ends with the best answer so far, and where that would create energy with a
     /// fraction of it (`went_part_of_way`). One solve, of 4 iterations at the least, and one advance are made whatever the budget; so are
     /// the solves of Newton's method. Tears and refinement that are due go on in the next step, the tip first that has waited longest.
     /// With a budget no Cholesky factor serves.

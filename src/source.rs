@@ -10,7 +10,7 @@ use std::path::Path;
 /// The bytes of a regular file, `most` at the most.
 ///
 /// # Errors
-/// Where the system refuses, for what is no regular file, and for more bytes.
+/// Where the system refuses, for a path that is no regular file, and for more bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     // Judged before it is opened: opening a pipe waits for somebody to write into it.
     if !fs::metadata(path)?.is_file() {

@@ -1,5 +1,5 @@
-//! What every system of a step receives: its length, its limits and its formula. By the formula the displacement u since its start
-//! gives the velocity and what the masses bring along.
+//! The context that every system of a step receives: its length, its limits and its formula. By the formula the displacement u
+//! since its start gives the velocity and the inertial terms.
 //!
 //! Every formula has the form v = (u − a)/s and M·u/s² = f + M·b with a span s and knowns a, b of its own. Backward Euler: s = Δt.
 //! TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): both stages have s = (1 − 1/√2)·Δt, so that one matrix serves both. The
@@ -13,7 +13,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 /// Relative residual of the solves of a fallback sub-step.
 const TIGHT: f64 = 1e-8;
 
-/// Where the first stage of TR-BDF2 ends: γ = 2 − √2, for which both stages have one span.
+/// Fraction of the step at which the first stage of TR-BDF2 ends: γ = 2 − √2, for which both stages have one span.
 const GAMMA: f64 = 2.0 - SQRT_2;
 
 /// The span over Δt: γ/2 = (1 − γ)/(2 − γ).
@@ -46,27 +46,27 @@ pub struct StepContext {
     pub dt: f64,
     /// Time at the end of the step or stage \[ms\]: where prescribed motion and loads are taken.
     pub time: f64,
-    /// Of what is evaluated or solved.
+    /// Time integration formula of the stage that is evaluated or solved.
     pub formula: Formula,
     /// Equilibrium without inertia, damping and drag.
     pub is_static: bool,
     /// Redone after tears have advanced: no new allowance for tips.
     pub is_resumed: bool,
-    /// A part of a step that has failed: a few vertices that would create energy find their own way.
+    /// Retried part of a step that has failed: a few vertices that would create energy are relaxed locally.
     pub is_retried: bool,
     /// Fallback sub-step: no shorter one is tried, and a body that would create energy takes a fraction of its increment.
     pub is_fallback: bool,
     /// The second solve of a step, which decides on tears that are due.
     pub is_decisive: bool,
-    /// Further solves from where this one leads, where it would create energy.
+    /// Maximum Newton corrections from the state reached, where the step would create energy.
     pub corrections: u32,
-    /// Whether this is one of them.
+    /// Whether this solve is a Newton correction.
     pub is_correction: bool,
     /// Tangent of the solves.
     pub tangent: Tangent,
     /// Limits of each linear solve.
     pub linear: LinearParams,
-    /// How often a step is redone while tears may advance further in it.
+    /// Maximum re-solves per step while a tear may still advance.
     pub resumes: u32,
     /// Work that a body may take in the whole step, of which this may be a part.
     pub budget: Option<u32>,
@@ -111,7 +111,7 @@ impl StepContext {
         }
     }
 
-    /// The same part of a step, which is to leave enough for so many more solves.
+    /// This part of a step with so many more solves reserved after it.
     pub fn before(self, solves: u32) -> Self {
         Self { reserved: self.reserved + solves, ..self }
     }
@@ -207,7 +207,7 @@ impl StepContext {
         if self.is_static { 0.0 } else { 1.0 / self.span() }
     }
 
-    /// What vertex `v` travels in the span at its velocity \[mm\]: times [`rate`](Self::rate) that velocity.
+    /// Displacement of vertex `v` over the span at its velocity \[mm\]: times [`rate`](Self::rate) that velocity.
     #[inline]
     pub fn travel(&self, increment: &Increment, v: usize) -> DVec3 {
         match self.formula {
@@ -218,7 +218,7 @@ impl StepContext {
         }
     }
 
-    /// What the mass of vertex `v` brings along less what its displacement takes: its force over its mass \[mm/ms²\].
+    /// Inertial force of vertex `v` over its mass \[mm/ms²\]: the known term of the formula less the term of its displacement.
     #[inline]
     pub fn momentum(&self, increment: &Increment, v: usize) -> DVec3 {
         let (inertia, rate) = (self.inertia(), self.rate());
@@ -235,7 +235,7 @@ impl StepContext {
         known - increment.displacement[v] * inertia
     }
 
-    /// How much of the tissue's own least shear stiffness the rotated tangent has beyond the geometric one. One solve by backward
+    /// Fraction of the tissue's own least shear stiffness that the rotated tangent has beyond the geometric one. One solve by backward
     /// Euler is stable down to half of the true stiffness. One per stage of TR-BDF2 is stable only where nothing is missing: at 0.9
     /// of it a wave grows by 1.3 % per step, at two thirds by 15 %. The geometric stiffness is that of one kind of wave; the whole
     /// of the shear stiffness covers the others. Tuned on `rhexis verify stability`: half of it is just too little at 30 % stretch

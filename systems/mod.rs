@@ -1,8 +1,9 @@
 //! Behaviour: one file per system of the step, wired into an order by [`crate::systems::step::schedule`].
 //!
-//! A system is a plain function of the world and the step's context. Its query is its declaration: what it borrows mutably it
-//! writes, what it borrows it reads, and a body without one of the components is not touched. It returns how many bodies it
-//! ran on. Systems do not name each other; what two of them need is a kernel, or the linear operator in [`solver`].
+//! A system is a plain function of the world and the step's context. Its query is its declaration: it writes the components
+//! that it borrows mutably and reads the others, and a body without one of the components is not touched. It returns how many
+//! bodies it ran on. Systems do not name each other; code that two of them need is a kernel, or the linear operator in
+//! [`solver`].
 
 pub mod bending;
 pub mod contact;

@@ -50,7 +50,7 @@ impl StepContext {
         self.budget.map(|budget| budget.saturating_sub(result.work).saturating_sub(reserved))
     }
 
-    /// Whether that is enough for so many more solves.
+    /// Whether a body's budget is enough for so many more solves.
     pub fn affords(&self, result: &SolveResult, solves: u32) -> bool {
         self.left(result).is_none_or(|left| left >= solves.saturating_mul(least(result)))
     }

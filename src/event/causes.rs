@@ -66,7 +66,7 @@ impl fmt::Display for DecidedBy {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct WithheldStart {
-    /// Where \[mm, rest shape\].
+    /// Position of the start \[mm, rest shape\].
     pub at: DVec3,
     /// The criterion of strength there, above 1.
     pub criterion: f64,
@@ -114,7 +114,7 @@ pub enum GuardCause {
     Damping,
     /// Energy by masses or drag, in a step that is solved more than once.
     Drag,
-    /// Energy by what the linear solve left unsolved: its tolerance is too loose.
+    /// Energy from the residual of the linear solve: its tolerance is too loose.
     Residual,
     /// Energy left by several Newton iterations or by a step of two stages.
     Iterations,

@@ -46,7 +46,7 @@ pub enum Input {
         /// The body.
         #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
-        /// Its points \[mm, rest shape\].
+        /// Points of the cut \[mm, rest shape\].
         polyline: Vec<DVec3>,
     },
     /// A body was put into the world.
@@ -60,16 +60,16 @@ pub enum Input {
         /// The obstacle.
         #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         obstacle: Entity,
-        /// Where it is at the end of the next step.
+        /// Shape of the obstacle at the end of the next step.
         shape: Shape,
     },
     /// Forceps were put into the world.
     SpawnForceps {
-        /// Their name.
+        /// Name of the forceps.
         name: String,
-        /// How they hold.
+        /// Jaws of the forceps.
         jaws: Jaws,
-        /// Where they are.
+        /// Pose of the forceps.
         pose: Pose,
     },
     /// Forceps were moved.
@@ -77,9 +77,9 @@ pub enum Input {
         /// The forceps.
         #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         forceps: Entity,
-        /// Where they go.
+        /// Target pose of the forceps.
         pose: Pose,
-        /// In this time \[ms\].
+        /// Time of the motion \[ms\].
         within: f64,
     },
     /// Forceps were closed.
@@ -90,16 +90,16 @@ pub enum Input {
         /// The body between them.
         #[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))]
         body: Entity,
-        /// What of it.
+        /// Grasp on the body.
         grasp: Grasp,
     },
     /// Forceps were opened.
     OpenForceps(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
     /// A blade was put into the world.
     SpawnBlade {
-        /// How far it reaches \[mm\].
+        /// Reach of the blade \[mm\].
         reach: f64,
-        /// Its shortest cut \[mm\].
+        /// Shortest cut of the blade \[mm\].
         least: f64,
     },
     /// A blade was drawn.

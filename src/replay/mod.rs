@@ -1,4 +1,4 @@
-//! What a host has done to a simulation, recorded and repeated to the same bits.
+//! Recordings of a host's calls to a simulation, repeated to the same bits.
 //!
 //! [`Simulation::record`](crate::simulation::Simulation::record) begins with a snapshot and writes down every call that changes
 //! anything, in order:
@@ -41,7 +41,7 @@ pub enum ReplayError {
     },
 }
 
-/// A run as its start, what was done to it, and its end.
+/// Recorded run: its start, its inputs and its end.
 #[derive(Clone)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Recording {
@@ -51,7 +51,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// What begins so, goes on so and ends so.
+    /// Recording from a start, inputs and an end.
     pub fn new(start: Snapshot, inputs: Vec<Input>, end: StateHash) -> Self {
         Self { start, inputs, end }
     }
@@ -61,7 +61,7 @@ impl Recording {
         &self.start
     }
 
-    /// What was done, in order.
+    /// Inputs, in order.
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
     }
@@ -84,7 +84,7 @@ impl std::fmt::Debug for Recording {
 pub(crate) struct Recorder {
     start: Snapshot,
     inputs: Vec<Input>,
-    /// What has been handed out to be changed, as it was before.
+    /// Parameters handed out to be changed, as they were before.
     lent: Vec<(Entity, Parameters)>,
 }
 
@@ -103,7 +103,7 @@ impl Recorder {
         self.lent.push((entity, before));
     }
 
-    /// What has been handed out since the last input.
+    /// Parameters handed out since the last input, as they were before.
     pub(crate) fn take_lent(&mut self) -> Vec<(Entity, Parameters)> {
         std::mem::take(&mut self.lent)
     }

@@ -1,13 +1,13 @@
-//! What a tear that has closed has opened: the figures by which surgeons judge a capsulorhexis, from its outline in the rest shape.
+//! Opening made by a closed tear: the figures by which surgeons judge a capsulorhexis, from its outline in the rest shape.
 //!
 //! The outline is looked at along its own mean normal, as through the microscope. With its area A and length P there:
 //!
 //! | figure | definition | source |
 //! |---|---|---|
 //! | diameter | 2·√(A/π), of the circle of the same area | Kránitz et al. 2011, J Refract Surg 27:558 |
-//! | circularity | 4πA/P², 1 for a circle, less for what is long or jagged | Cox 1927, J Paleontol 1:179; Kránitz et al. 2011 |
+//! | circularity | 4πA/P², 1 for a circle, less for long or jagged outlines | Cox 1927, J Paleontol 1:179; Kránitz et al. 2011 |
 //! | decentration | from the axis to the centroid of the area | distance of centres, as Kránitz et al. 2011 |
-//! | largest radius | from the axis to the farthest point of the outline | that which must stay clear of the zonules |
+//! | largest radius | from the axis to the farthest point of the outline | the radius that must stay clear of the zonules |
 //!
 //! The axis goes through the centroid of the body's outer rim, along the rim's mean normal: for a lens capsule its pole.
 
@@ -25,7 +25,7 @@ const SLIT: f64 = 1e-4;
 pub struct Axis {
     /// A point on it \[mm\].
     pub point: DVec3,
-    /// Its direction \[unit\].
+    /// Direction of the axis \[unit\].
     pub direction: DVec3,
 }
 
@@ -81,7 +81,7 @@ impl Opening {
         Self::with_outlines(vertices, triangles, topology, axis).into_iter().map(|(opening, _)| opening).collect()
     }
 
-    /// The same, each with the rows of its outline.
+    /// Openings of a body, each with the rows of its outline.
     pub(super) fn with_outlines(
         vertices: &Vertices,
         triangles: &Triangles,

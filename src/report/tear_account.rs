@@ -1,19 +1,18 @@
-//! The energy account of a body's tears: what the toughness claims for them, and where the energy that they release goes.
+//! The energy account of a body's tears: the fracture work by the toughness, and where the energy that they release goes.
 //!
-//! An advance is made at fixed positions and takes nothing out of the body. What it sets free becomes motion in the steps after it, which
-//! damping and the scheme use up. So the toughness's claim, G_c·h·da, is no term of the balance beside those: it is what of them the
+//! An advance is made at fixed positions and takes nothing out of the body. Energy set free becomes motion in later steps, which
+//! damping and the scheme use up. So the toughness's claim, G_c·h·da, is no further term of the balance: it is the part of those that the
 //! tissue would have taken. How far the two are apart shows over the span from one step with advances to the next:
 //!
 //! | figure | definition |
 //! |---|---|
 //! | surface energy | Σ G_c·h·da of the advances and starts at the beginning of the span |
 //! | work | of holds, jaws and loads within it |
-//! | released | work and edits less the growth of the elastic energy: all that has left it |
-//! | damping, drag, numerical, other | where that went; what is missing is motion, `kinetic_change` |
+//! | released | work and edits less the growth of the elastic energy |
+//! | damping, drag, numerical, other | dissipation of the released energy; the remainder is motion, `kinetic_change` |
 //!
-//! Over the whole time between the first and the last advance, work per torn area is what a hand pays. Where the tear is steady, it
-//! is to be compared with the toughness. Elsewhere the released energy per torn area is, from which what the load goes on storing
-//! is taken.
+//! Over the whole time between the first and the last advance, work per torn area is the cost to the hand. Where the tear is steady, it
+//! is to be compared with the toughness. Elsewhere it is the released energy per torn area, less the energy that the load goes on storing.
 
 use crate::components::{EnergyBalance, Grips, TearLog};
 use crate::event::{Event, EventKind};
@@ -29,7 +28,7 @@ pub struct Overshoot {
     pub max: f64,
 }
 
-/// What came in and where it went in the time from one step with advances to a later one, all in mJ.
+/// Energy supplied and dissipated from one step with advances to a later one, all in mJ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearSpan {
@@ -44,23 +43,23 @@ pub struct TearSpan {
 }
 
 impl TearSpan {
-    /// What has left the elastic energy \[mJ\]: work, and what edits have put in, less its growth.
+    /// Energy released from the elastic energy \[mJ\]: work and the energy of edits, less the growth of the elastic energy.
     pub fn released(&self) -> f64 {
         let balance = &self.balance;
         balance.work() + balance.edits.elastic + balance.edits.kinetic - balance.stored.elastic
     }
 
-    /// Small terms \[mJ\]: the residual's work, what is unbalanced, what static solves have relaxed, and the imbalance.
+    /// Small terms \[mJ\]: the residual's work, unbalanced energy, energy relaxed by static solves, and the imbalance.
     pub fn other(&self) -> f64 {
         self.balance.residual + self.balance.unbalanced + self.balance.released + self.balance.imbalance()
     }
 
-    /// Work per torn area \[N/mm\]: what a hand pays.
+    /// Work per torn area \[N/mm\]: the cost to the hand.
     pub fn work_per_area(&self) -> f64 {
         self.balance.work() / self.area
     }
 
-    /// What has left the elastic energy per torn area \[N/mm\]: the same where loading and stored energy repeat from advance to advance.
+    /// Released elastic energy per torn area \[N/mm\]: the work per area where loading and stored energy repeat from advance to advance.
     pub fn released_per_area(&self) -> f64 {
         self.released() / self.area
     }

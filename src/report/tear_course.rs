@@ -62,7 +62,7 @@ pub struct CourseFigures {
     pub time: f64,
     /// Root mean square of the force at closed jaws \[N\].
     pub force_rms: f64,
-    /// Its peak \[N\].
+    /// Peak of the force \[N\].
     pub force_peak: f64,
 }
 
@@ -70,15 +70,15 @@ pub struct CourseFigures {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct GraspFigures {
-    /// End of its first step with closed jaws \[ms\].
+    /// End of the first step of the grasp with closed jaws \[ms\].
     pub from: f64,
-    /// End of its last one \[ms\].
+    /// End of the last step of the grasp \[ms\].
     pub until: f64,
     /// Mean of the force's amount over its steps \[N\].
     pub force_mean: f64,
-    /// Root mean square of it \[N\].
+    /// Root mean square of the force \[N\].
     pub force_rms: f64,
-    /// Its peak \[N\].
+    /// Peak of the force \[N\].
     pub force_peak: f64,
     samples: u64,
 }
@@ -259,7 +259,7 @@ impl TearCourse {
         self.note_radius(to);
     }
 
-    /// Counts in the angle of a point and returns it: continued from the one before it, else the nearest to what was passed.
+    /// Counts in the angle of a point and returns it: continued from the one before it, else the nearest to the angles already passed.
     fn pass(&mut self, last: Option<(f64, DVec3)>, point: DVec3) -> f64 {
         let offset = self.axis.offset(point);
         let angle = match last {

@@ -6,9 +6,9 @@
 pub struct OutOfRange {
     /// Name of the setting or argument.
     pub what: &'static str,
-    /// Its value.
+    /// Value given for the setting.
     pub value: f64,
-    /// What it must be.
+    /// Condition that the value must meet.
     pub must: &'static str,
 }
 
@@ -18,7 +18,7 @@ impl OutOfRange {
         is_right.then_some(()).ok_or(Self { what, value, must })
     }
 
-    /// Refuses what is no tolerance.
+    /// Rejects a value that is no valid tolerance.
     pub(crate) fn unless_tolerance(what: &'static str, value: f64) -> Result<(), Self> {
         Self::unless(value >= 0.0 && value.is_finite(), what, value, "it must be zero or more, and finite")
     }

@@ -1,4 +1,4 @@
-//! What helps where no static equilibrium was found.
+//! Advice where no static equilibrium was found.
 
 use super::Simulation;
 use crate::components::{Bending, Body, Contact, Grips, Holds, Planar, PreStretch, Springs};
@@ -10,7 +10,7 @@ use hecs::Entity;
 const FLAT: f64 = 1e-9;
 
 impl Simulation {
-    /// A sentence on what keeps a body from an equilibrium, where that is plain.
+    /// Sentence on the obstacle to a body's equilibrium, where that is plain.
     pub(super) fn advice(&self, body: Entity) -> Option<String> {
         self.free_piece(body).or_else(|| self.slack_sheet(body))
     }
@@ -64,7 +64,7 @@ impl Simulation {
     }
 }
 
-/// What may help any body; `is_used_up` where the iterations were, without coming nearer.
+/// General advice for any body; `is_used_up` where the iterations were used up, without coming nearer.
 pub(super) fn in_general(is_used_up: bool) -> String {
     let iterations = if is_used_up { "the iterations are used up and the imbalance no longer falls: " } else { "" };
     format!("{iterations}use smaller load steps, more holds, or a dynamic run")

@@ -1,4 +1,4 @@
-//! What cannot be seen of a body, as coloured line segments: for debugging and teaching, made on request only.
+//! Hidden state of a body as coloured line segments: for debugging and teaching, made on request only.
 
 use super::frame::RestToSpace;
 use super::{Simulation, SimulationError};
@@ -9,7 +9,7 @@ use crate::systems::fracture::{Surface, SurfaceQuery};
 use glam::DVec3;
 use hecs::Entity;
 
-/// What a line shows.
+/// Kind of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DebugKind {
@@ -59,9 +59,9 @@ impl DebugKind {
 pub struct DebugLine {
     /// One end \[mm\].
     pub from: DVec3,
-    /// The other \[mm\].
+    /// Second end of the line \[mm\].
     pub to: DVec3,
-    /// What it shows.
+    /// Kind of the line.
     pub kind: DebugKind,
 }
 

@@ -12,7 +12,7 @@ use crate::systems::step::run::{Aside, Running};
 
 impl Simulation {
     /// Moves time on by `dt` \[ms\] and finds the static equilibrium there by Newton's method with the exact tangent. It stops at
-    /// `tolerance`, the largest free nodal imbalance over the largest corner force, or at what rounding allows.
+    /// `tolerance`, the largest free nodal imbalance over the largest corner force, or at the limit of rounding.
     ///
     /// # Errors
     /// For a `dt` or a tolerance that is negative or not finite, and where no equilibrium is found; the state is then the one
@@ -107,7 +107,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Whether the energies of all bodies, and what their audits have put in, are numbers.
+    /// Whether the energies of all bodies, and the energies that their audits have put in, are finite.
     fn have_finite_energies(&mut self) -> bool {
         self.bodies().into_iter().all(|body| {
             // Whoever looks next finds the stresses of the answer.

@@ -1,4 +1,4 @@
-//! Why a simulation could not be made or could not go on, and what is refused at its door.
+//! Why a simulation could not be made or could not go on, and the inputs it rejects.
 
 use crate::registry::Refused;
 use crate::settings::OutOfRange;
@@ -31,7 +31,7 @@ pub enum SimulationError {
         /// The body's name.
         body: String,
     },
-    /// A body or obstacle does not carry what was asked for.
+    /// A body or obstacle lacks the components asked for.
     #[error("the body or obstacle does not carry all of the components asked for")]
     NoSuchComponents,
     /// No equilibrium was found; the last good state stands.
@@ -43,7 +43,7 @@ pub enum SimulationError {
         imbalance: f64,
         /// Newton iterations done.
         iterations: u32,
-        /// What helps.
+        /// Advice towards convergence.
         advice: String,
     },
     /// The iterations of a static solve were used up while it still came nearer; the last good state stands.

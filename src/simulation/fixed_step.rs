@@ -72,7 +72,7 @@ impl FixedStep {
             self.owed -= self.dt;
             steps += 1;
         }
-        // What is left over the most is dropped; the part of a step stays, so that pictures do not jump.
+        // Time beyond the maximum is dropped; the part of a step stays, so that pictures do not jump.
         let part = self.owed % self.dt;
         self.lost += self.owed - part;
         self.owed = part;

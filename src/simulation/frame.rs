@@ -1,4 +1,4 @@
-//! What an observer sees: the state of every body as plain arrays.
+//! Observable state: the state of every body as plain arrays.
 
 use super::Simulation;
 use super::material_force::material_force;

@@ -1,7 +1,7 @@
 //! How a device passes from one haptic model to the next: without a jump of the force, and without a gain of energy.
 //!
-//! Each model takes the place of the last over an interval. What is felt meanwhile, (1 − s)·F₁(x) + s·F₂(x), is a model too: its
-//! stiffness is positive semidefinite as both are, and it is what the next one takes the place of. The force is therefore continuous
+//! Each model takes the place of the last over an interval. The force felt meanwhile, (1 − s)·F₁(x) + s·F₂(x), is a model too: its
+//! stiffness is positive semidefinite as both are, and the next model replaces it. The force is therefore continuous
 //! whenever models come. Models that change while the hand moves may still give energy: a force there on the way along it, and gone on the way
 //! back. An observer keeps account of the hand's work (time-domain passivity, Hannaford, Ryu 2002). Where it would be given more
 //! than it has put in since the first model, the force along its motion is cut: it is given at most half of one call's work too much. The account holds no more than tissue under this load can: F·S⁻¹·F, twice the
@@ -30,8 +30,8 @@ pub struct HapticBlend {
 }
 
 impl HapticBlend {
-    /// A blend in which each model takes the place of the last within `interval` \[ms\], best the time between two models. What is not a
-    /// positive number is taken for no time at all: forces then jump.
+    /// A blend in which each model takes the place of the last within `interval` \[ms\], best the time between models. A value that is not
+    /// a positive number is taken for no time at all: forces then jump.
     pub fn new(interval: f64) -> Self {
         let interval = if interval > 0.0 { interval } else { 0.0 };
         Self { interval, from: None, to: None, part: 1.0, credit: 0.0, withheld: 0.0, last: None }
@@ -69,7 +69,7 @@ impl HapticBlend {
         let mut force = model.force_at(position);
         if let Some((before, force_before)) = self.last {
             let way = position - before;
-            // By the trapezoidal rule, exact for the forces of one model: with half of what is felt now kept back for the next call.
+            // By the trapezoidal rule, exact for the forces of one model: with half of the force felt now kept back for the next call.
             let most = (self.credit + 0.5 * force_before.dot(way)).max(0.0);
             let excess = -force.dot(way) - most;
             if let Some(along) = way.try_normalize().filter(|_| excess > 0.0) {

@@ -1,6 +1,6 @@
-//! Models at a part of a step's cost, from what the step's own solve has left.
+//! Models at a part of a step's cost, from data that the step's own solve has left.
 //!
-//! The operator A + K_g of the last solve and its preconditioner serve the tool as well: what it answers is then the motion within
+//! The operator A + K_g of the last solve and its preconditioner serve the tool as well: the response is then the motion within
 //! one step. The answers U of the last models are the guess; each model improves one of the three in turn, by a few iterations, and
 //! takes the best that all three together can do. With K = A + K_g and B = Uᵀ·K_g·E that is S = Eᵀ·K_g·E − Bᵀ·(Uᵀ·K·U)⁻¹·B
 //! (Rayleigh, Ritz): the least energy among all their combinations. So it is symmetric, positive semidefinite, and between the
@@ -73,7 +73,7 @@ impl Haptics {
         Ok(HapticModel { time: simulation.report.time, position, force, stiffness })
     }
 
-    /// What the last model has taken, in iterations and products of the body's operator: no more than six for one that
+    /// Work of the last model, in iterations and products of the body's operator: no more than six for one that
     /// [`refresh`](Self::refresh) has not had to make anew.
     pub fn work(&self) -> u32 {
         self.work

@@ -3,7 +3,7 @@
 //! K_g are the tool's springs between its points and the vertices it holds, and A is the rest of the body's tangent at its present
 //! state. The vertices answer a small motion d of the tool by u with (A + K_g)·u = K_g·E·d, where E gives every vertex the motion
 //! of the tool. The force then changes by S·d with S = Eᵀ·K_g·(E − U), the Schur complement: U has the answers to the three unit
-//! motions. What is computed is the energy (E − U)ᵀ·K_g·(E − U) + Uᵀ·A·U, equal to S for the exact U. It is symmetric and positive
+//! motions. The computed quantity is the energy (E − U)ᵀ·K_g·(E − U) + Uᵀ·A·U, equal to S for the exact U. It is symmetric and positive
 //! semidefinite for any U, and too stiff by the square of the error of U alone. So a loose solve is enough, and no loop gains
 //! energy from it. A tool with pins has no springs: U is E at its vertices, and S = Uᵀ·A·U.
 //!
@@ -91,7 +91,7 @@ pub enum HapticError {
     Written(#[from] Refused),
 }
 
-/// Makes linear models of one tool on one body; keeps what the next model can use, and its memory.
+/// Makes linear models of one tool on one body; keeps data that the next model can use, and its memory.
 #[derive(Debug, Default)]
 pub struct Haptics {
     horizon: f64,
@@ -121,8 +121,8 @@ pub struct Haptics {
 }
 
 impl Haptics {
-    /// Models that hold for motions of the tool slower than `horizon` \[ms\]: the tissue's masses and damping resist what is
-    /// faster. With 1000 and more it is the answer in equilibrium; with the length of a step that which the step will give. What is
+    /// Models that hold for motions of the tool slower than `horizon` \[ms\]: the tissue's masses and damping resist motions that are
+    /// faster. With 1000 and more it is the answer in equilibrium; with the length of a step that which the step will give. A value that is
     /// not a positive number is taken for 1000, and longer ones too: tissue that hangs loose has no equilibrium.
     pub fn new(horizon: f64) -> Self {
         let horizon = if horizon > 0.0 { horizon.min(1000.0) } else { 1000.0 };
@@ -279,7 +279,7 @@ impl Haptics {
         self.pinned.iter().for_each(|&v| free.set(v, DVec3::ZERO));
     }
 
-    /// What acts on the body beside the tool, as the last step evaluated it, and the tool's springs.
+    /// Stiffness of the other loads on the body, as the last step evaluated it, and the tool's springs.
     fn add_stiffness(&mut self, count: usize, external: Option<&ExternalStiffness>, is_in_steps: bool) {
         let block = &mut self.external.block;
         block.clear();

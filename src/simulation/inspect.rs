@@ -1,4 +1,4 @@
-//! What is there: tips, pieces, obstacles, tools, and where a point of the tissue is now.
+//! Contents of a simulation: tips, pieces, obstacles, tools, and where a point of the tissue is now.
 
 use super::query::At;
 use super::{Hit, Simulation, SimulationError};
@@ -12,7 +12,7 @@ use hecs::{Component, Entity};
 /// A tear tip of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
-    /// Its key, as events name it.
+    /// Key of the tip, as events name it.
     pub key: TipKey,
     /// The vertex at which it stands.
     pub vertex: VertexKey,
@@ -158,10 +158,10 @@ impl Simulation {
         self.pick(body, At::Rest, |rest, corners| pick::nearest(rest, corners, rest_point, f64::INFINITY))
     }
 
-    /// Checks all bodies, obstacles and tools as the next step would: numbers, tables and what components say of each other.
+    /// Checks all bodies, obstacles and tools as the next step would: numbers, tables and consistency between components.
     ///
     /// # Errors
-    /// Names the first entity, component and row that is refused, and what it must be.
+    /// Names the first entity, component and row that is refused, and the condition it must meet.
     ///
     /// # Examples
     /// ```

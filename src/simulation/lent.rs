@@ -1,4 +1,4 @@
-//! What was handed out to be written, judged before anything relies on it.
+//! Validation of entities that the host may have changed through `world_mut`.
 
 use super::Simulation;
 use crate::registry::{Refused, complete_in, judge, judge_tables};
@@ -36,7 +36,7 @@ impl Lent {
 }
 
 impl Simulation {
-    /// Judges what was handed out, and gives it what it needs beside; nothing is looked at where nothing was.
+    /// Validates entities that were handed out and adds required components; a no-op where none was.
     pub(super) fn admit(&mut self) -> Result<(), Refused> {
         if self.schedule.has_callers() {
             self.complete_all();
@@ -57,12 +57,12 @@ impl Simulation {
         Ok(())
     }
 
-    /// Judges an entity that was handed out: what reads all of it reads no others.
+    /// Validates an entity that was handed out: code that reads all of it reads no others.
     pub(super) fn judge_lent(&self, entity: Entity) -> Result<(), Refused> {
         if self.lent.has(entity) { judge(&self.world, entity) } else { Ok(()) }
     }
 
-    /// Judges the tables of a body that was handed out: what looks at it reads no others.
+    /// Validates the tables of a body that was handed out: code that looks at it reads no others.
     pub(super) fn admit_tables(&self, body: Entity) -> Result<(), Refused> {
         if self.lent.has(body) { judge_tables(&self.world, body) } else { Ok(()) }
     }
@@ -74,7 +74,7 @@ impl Simulation {
         all.iter().for_each(|&entity| complete_in(world, entity));
     }
 
-    /// After the systems of a step: an error where one of the caller's has written what is refused, with the step taken back.
+    /// After the systems of a step: an error where one of the caller's has written a rejected value, with the step taken back.
     pub(super) fn check_callers(&mut self, step: &StepContext) -> Result<(), Refused> {
         let Some((refused, has_begun)) = self.schedule.take_refused() else { return Ok(()) };
         if has_begun {

@@ -13,7 +13,7 @@ use hecs::Entity;
 pub struct TipForce {
     /// The tip.
     pub tip: TipKey,
-    /// Where it is \[mm\].
+    /// Position of the tip \[mm\].
     pub at: DVec3,
     /// Material force per thickness \[N/mm\]: an advance along the unit direction d releases the energy force·d per area of tear.
     pub force: DVec3,

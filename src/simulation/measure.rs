@@ -1,4 +1,4 @@
-//! What is read of a body between steps: energies, reactions, stresses.
+//! Measurements of a body between steps: energies, reactions, stresses.
 
 use super::{Simulation, SimulationError};
 use crate::components::{

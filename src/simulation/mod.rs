@@ -188,7 +188,7 @@ impl Simulation {
         self.report.time
     }
 
-    /// What the last step did.
+    /// Report of the last step.
     ///
     /// # Examples
     /// ```

@@ -42,7 +42,7 @@ impl Simulation {
         self.spawn_turning_obstacle(obstacle, path, None)
     }
 
-    /// Puts an obstacle into the world that is turned, then displaced over time. What it meets on the way is taken along.
+    /// Puts an obstacle into the world that is turned, then displaced over time. Tissue that it meets on the way is taken along.
     ///
     /// # Errors
     /// As [`spawn_moving_obstacle`](Self::spawn_moving_obstacle), and for a turn whose numbers are not finite.
@@ -60,7 +60,7 @@ impl Simulation {
         Ok(self.world.spawn((obstacle, path, Swept { from: origin, turn: None })))
     }
 
-    /// Moves an obstacle during the next step: it begins where it is and ends as `shape`. What it meets on a straight way is taken
+    /// Moves an obstacle during the next step: it begins where it is and ends as `shape`. Tissue met on a straight way is taken
     /// along; a turn, or another shape, is only looked at in its end. A path that it followed is forgotten.
     ///
     /// # Errors

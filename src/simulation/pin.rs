@@ -55,9 +55,9 @@ pub enum PinError {
 pub struct Pin {
     /// The vertex.
     pub vertex: VertexKey,
-    /// Where it is in the rest shape \[mm\]: by this, copies that a tear has made are moved like what they are copies of.
+    /// Position of the vertex in the rest shape \[mm\]: by this, copies that a tear has made are moved like their originals.
     pub rest_position: DVec3,
-    /// Where it is held \[mm\].
+    /// Position at which the vertex is held \[mm\].
     pub place: DVec3,
 }
 
@@ -148,7 +148,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Lets go what is pinned under a name, copies that tears have made included. The name stays listed.
+    /// Releases the vertices pinned under a name, copies that tears have made included. The name stays listed.
     ///
     /// # Errors
     /// For a name that no hold has, and for that of a hold that is no pin.
@@ -171,7 +171,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Moves what is pinned under a name, copies that tears have made included: at the end of the next step every vertex is where
+    /// Moves the vertices pinned under a name, copies that tears have made included: at the end of the next step every vertex is where
     /// `place` says \[mm\]. It is asked twice for each.
     ///
     /// # Errors
@@ -213,7 +213,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// What is pinned under a name, in the order of rows.
+    /// Pins under a name, in the order of rows.
     ///
     /// # Errors
     /// For a name that no hold has, and for that of a hold that is no pin.
@@ -231,7 +231,7 @@ impl Simulation {
     }
 }
 
-/// The vertices of a body, and what is pinned under a name.
+/// The vertices of a body, and the hold under a name.
 fn pins<'a>(world: &'a mut hecs::World, body: Entity, name: &str) -> Result<(&'a Vertices, &'a mut Hold), PinError> {
     let found = world.query_one_mut::<(&Vertices, Option<&mut Holds>)>(body).map_err(|_| PinError::NoSuchBody)?;
     let (vertices, holds) = found;

@@ -1,4 +1,4 @@
-//! What membrane and criterion say of a body as it stands, whether it steps or not.
+//! Membrane stresses and criterion values of a body as it stands, whether it steps or not.
 
 use super::{Simulation, SimulationError};
 use crate::components::{EnergyCriterion, Forces, TearDecision, Tearing};

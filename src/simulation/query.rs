@@ -1,4 +1,4 @@
-//! What a tool points at: rays, nearest points.
+//! Queries of the surface: rays, nearest points.
 
 use super::Simulation;
 use crate::storage::{TriangleKey, Triangles, VertexKey, Vertices};
@@ -11,13 +11,13 @@ use hecs::Entity;
 pub struct Hit {
     /// The triangle.
     pub triangle: TriangleKey,
-    /// Its corners.
+    /// Corners of the triangle.
     pub corners: [VertexKey; 3],
     /// Weights of the corners at the point, with sum 1.
     pub barycentric: [f64; 3],
     /// The point \[mm\].
     pub position: DVec3,
-    /// The same point of the tissue in the rest shape \[mm\]: where a [cut](Simulation::cut) or a grip is asked for.
+    /// Point of the tissue in the rest shape \[mm\]: where a [cut](Simulation::cut) or a grip is asked for.
     pub rest_position: DVec3,
     /// Unit normal of the triangle, from which its corners are seen counter-clockwise; zero for one without area.
     pub normal: DVec3,

@@ -1,4 +1,4 @@
-//! Recording what is done to a simulation, and doing it again.
+//! Recording and replay of the calls to a simulation.
 
 use super::{Simulation, order};
 use crate::components::{Body, SolverScratch};
@@ -8,7 +8,7 @@ use crate::snapshot::Saved;
 use hecs::Entity;
 
 impl Simulation {
-    /// Records from now on what is done; what was recorded before is dropped. Memory grows by some bytes per call.
+    /// Records all inputs from now on; an earlier recording is dropped. Memory grows by some bytes per call.
     ///
     /// # Examples
     /// ```
@@ -31,12 +31,12 @@ impl Simulation {
         self.recorder.take().map(|recorder| recorder.finish(end))
     }
 
-    /// Whether what is done is recorded.
+    /// Whether inputs are being recorded.
     pub fn is_recording(&self) -> bool {
         self.recorder.is_some()
     }
 
-    /// Writes a call down, after what was changed before it.
+    /// Writes a call down, after the changes made before it.
     pub(super) fn note(&mut self, input: impl FnOnce() -> Input) {
         self.note_changes();
         if let Some(recorder) = &mut self.recorder {
@@ -50,7 +50,7 @@ impl Simulation {
         self.keep_lent(entity);
     }
 
-    /// Keeps what an entity, or all of them, is before it is changed.
+    /// Keeps the parameters of an entity, or of all, before they are changed.
     pub(super) fn keep_lent(&mut self, entity: Option<Entity>) {
         let Self { world, recorder: Some(recorder), .. } = self else { return };
         match entity {
@@ -62,7 +62,7 @@ impl Simulation {
         }
     }
 
-    /// Writes down what has been changed of what was handed out.
+    /// Records changes to the parameters that were handed out.
     fn note_changes(&mut self) {
         let Self { world, recorder: Some(recorder), .. } = self else { return };
         for (entity, before) in recorder.take_lent() {
@@ -105,7 +105,7 @@ impl Simulation {
         recorder.note_stops(stops.into_iter().map(|(_, taken)| taken).collect());
     }
 
-    /// Does once more what was recorded. What was refused then is refused now.
+    /// Repeats a recorded input. An input refused then is refused now.
     pub fn repeat(&mut self, input: &Input) {
         match input {
             Input::Step { dt, stops } => _ = self.step_with(*dt, stops),

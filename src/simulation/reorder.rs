@@ -12,11 +12,11 @@ use hecs::Entity;
 
 impl Simulation {
     /// Sorts the rows of a body's vertices and triangles so that neighbours in the tissue are neighbours in memory. A mesh from a
-    /// file may come in any order, and tears and refinement append what they add: on large bodies steps then wait for
+    /// file may come in any order, and tears and refinement append new rows: on large bodies steps then wait for
     /// memory. No step does this by itself: it moves the whole body and takes as long as several steps, and the Cholesky factor
     /// is made anew. Call it between steps, once after loading, or when a tenth of the triangles are new.
     ///
-    /// Every position, velocity, material and key stays what it was; holds, springs, grips, loads, tips and
+    /// Every position, velocity, material and key is unchanged; holds, springs, grips, loads, tips and
     /// reactions refer to the same vertices under their new rows. Masses, and from then on every sum over triangles, are added
     /// up in the new order, so that the last digits of later steps differ from those without it. Rows that you have kept
     /// yourself, also in components of your own, are void: keep keys.

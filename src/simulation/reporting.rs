@@ -1,4 +1,4 @@
-//! The report of a step or a static solve, and what stays of one that is undone.
+//! The report of a step or a static solve, and the part kept of one that is undone.
 
 use super::Simulation;
 use crate::components::{Body, GuardLedger, Increment, Refined, Sleeping, SolveResult, TearLog};
@@ -11,7 +11,7 @@ use hecs::{Entity, World};
 use smallvec::SmallVec;
 
 impl Simulation {
-    /// Undoes a static solve. The report keeps what the attempt has reached where that is a number.
+    /// Undoes a static solve. The report keeps the figures that the attempt has reached where they are finite.
     pub(super) fn undo(&mut self, step: &StepContext) {
         for body in &mut self.report.bodies {
             body.fault = fault_in(&self.world, body.body);

@@ -1,4 +1,4 @@
-//! Parameters given to what is in the world, and taken off it: the one validated way.
+//! Parameters set on entities of the world and removed from them: the one validated way.
 
 use super::Simulation;
 use crate::components::check::Owner;
@@ -18,29 +18,29 @@ pub enum SetError {
     /// The component belongs to another kind of entity.
     #[error("{owner}: {component} belongs to {needs}")]
     AnotherOwner {
-        /// What the entity is.
+        /// Kind of the entity.
         owner: String,
         /// The component.
         component: &'static str,
-        /// What it belongs to.
+        /// Kind of entity that the component belongs to.
         needs: &'static str,
     },
     /// Without it the entity would be nothing.
     #[error("{owner}: {component} stays as long as the entity does: despawn it instead")]
     Irremovable {
-        /// What the entity is.
+        /// Kind of the entity.
         owner: String,
         /// The component.
         component: &'static str,
     },
-    /// Its numbers or rows, or what it would contradict.
+    /// Rejected component: its numbers or rows, or a contradiction with another.
     #[error(transparent)]
     Refused(#[from] Refused),
 }
 
 impl Simulation {
     /// Gives a body, an obstacle or a tool a component, in place of the one that it has: loads, springs, material laws beside the
-    /// tissue's own, a criterion, a shape. What it needs beside it comes with it, and a body that sleeps is woken.
+    /// tissue's own, a criterion, a shape. Required components come with it, and a body that sleeps is woken.
     ///
     /// ```
     /// use rhexis::components::{Gravity, Material, PointLoad, PointLoads, Curve};
@@ -59,7 +59,7 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// For an entity that is gone or of another kind, a number out of range, a row or edge that is not there, and what contradicts
+    /// For an entity that is gone or of another kind, a number out of range, a row or edge that is not there, and a value that contradicts
     /// another component; nothing has changed then.
     ///
     /// # Examples
@@ -88,8 +88,8 @@ impl Simulation {
     /// Takes a component off a body or an obstacle; whether it was there. A body that sleeps is woken.
     ///
     /// # Errors
-    /// For an entity that is gone or of another kind, for what makes an obstacle or a tool one, and for what another component
-    /// needs; nothing has changed then.
+    /// For an entity that is gone or of another kind, for the defining component of an obstacle or a tool, and for one that another
+    /// component needs; nothing has changed then.
     ///
     /// # Examples
     /// ```
@@ -129,7 +129,7 @@ impl Simulation {
         is_right.then_some(found).ok_or_else(other)
     }
 
-    /// Sets once more what was recorded.
+    /// Sets recorded parameters again.
     pub(super) fn set_again(&mut self, entity: Entity, to: &Parameters) {
         to.tell(&mut Again { simulation: self, entity });
     }
@@ -143,7 +143,7 @@ struct Again<'a> {
 
 impl Told for Again<'_> {
     fn set<C: Parameter>(&mut self, to: &C) {
-        // What was refused is refused again.
+        // A set refused in the recording is refused again.
         let _ = self.simulation.set(self.entity, to.clone());
     }
 

@@ -1,4 +1,4 @@
-//! What a caller has to do with bodies that sleep.
+//! Sleeping bodies: waking and queries for the caller.
 
 use super::{Simulation, SimulationError};
 use crate::components::{Body, Sleeping, TearLog};

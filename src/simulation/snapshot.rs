@@ -49,12 +49,12 @@ impl Simulation {
 
     /// Goes back to a snapshot, of this simulation or of another one: from there on it takes the same steps to the same
     /// bits. Bodies and obstacles are those of the snapshot, under their handles; others are gone. Components of your
-    /// own stay on what lives on, and entities of your own stay where no handle of the snapshot needs their place;
+    /// own stay on entities that live on, and entities of your own stay where no handle of the snapshot needs their place;
     /// those that are gone since are there again, empty. Settings are the snapshot's, but for the threads and their
     /// instructions.
     ///
     /// # Errors
-    /// Where what a solver is made of does not fit together; nothing has changed then. That of a snapshot that was taken in
+    /// Where the parts of a solver do not fit together; nothing has changed then. That of a snapshot that was taken in
     /// this process does.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let contents = &*snapshot.0;
@@ -84,7 +84,7 @@ impl Simulation {
         self.schedule.reset_reports(&mut self.report.systems);
         self.events.clone_from(&contents.events);
         self.next_order = contents.next_order;
-        // One that was taken of what is not yet judged is not judged.
+        // A snapshot taken before validation is not validated.
         self.lent.note(None);
         for body in snapshot.bodies() {
             // A body of the snapshot is there, with tables or not.
@@ -119,8 +119,8 @@ impl Simulation {
         self.note_spawned(saved.entity);
     }
 
-    /// A number that tells the state and its topology from others: the same on every platform of equal arithmetic. What it
-    /// runs over is said at [`StateHash`].
+    /// A number that tells the state and its topology from others: the same on every platform of equal arithmetic. The data it
+    /// runs over are listed at [`StateHash`].
     pub fn hash(&self) -> StateHash {
         hash_of(&self.world, self.report.step, self.report.time)
     }
@@ -155,8 +155,8 @@ fn solvers(saved: &Saved) -> Result<Solvers, SnapshotError> {
     Ok(Some((factor, mixed)))
 }
 
-/// New handles are those that the simulation of the snapshot would give, unless things of the host's own are in the way. What the
-/// host had then and has no more is there again as an empty entity.
+/// New handles are those that the simulation of the snapshot would give, unless things of the host's own are in the way. Entities that the
+/// host had then and has no more are there again, empty.
 fn set_free_handles(world: &mut World, contents: &Contents) {
     let Contents { entities, handles: Handles { others, free }, .. } = contents;
     let mut is_taken = vec![false; entities.len() + others.len() + free.len()];

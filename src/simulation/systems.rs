@@ -17,7 +17,7 @@ impl Simulation {
     /// | after `criterion` | the stresses that tips are judged by | [`TearDecisions`](crate::components::TearDecisions), to forbid an advance |
     /// | after `split` | everything, as the step leaves it | components of your own |
     ///
-    /// Never written: positions and velocities within a step, the columns and rows of the tables, what the engine derives. A body
+    /// Never written: positions and velocities within a step, the columns and rows of the tables, derived components. A body
     /// has no [`ExternalStiffness`](crate::components::ExternalStiffness) unless it carries springs, grips, drag or contact, or is
     /// given one: `membrane.with(ExternalStiffness::default())`. Without stiffness a force is explicit, and stable only for steps
     /// short against the masses it acts on.

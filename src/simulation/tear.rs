@@ -17,7 +17,7 @@ use crate::systems::step::schedule::Stage;
 use glam::DVec3;
 use hecs::Entity;
 
-/// What a cut has done.
+/// Result of a cut.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cut {
     /// Points along the cut \[mm, rest shape\], one stroke after the other.
@@ -91,7 +91,7 @@ fn length(path: &[DVec3]) -> f64 {
 impl Simulation {
     /// Cuts a body along a polyline \[mm, rest shape\], taken at the nearest points of the surface. A polyline that starts on
     /// the boundary makes a notch, one that starts inside a slit with two ends. Where the body can tear, the cut's ends
-    /// inside the tissue become tips; a cut that starts at a tip leads that tip on. What lies outside the body is left out, and
+    /// inside the tissue become tips; a cut that starts at a tip leads that tip on. The part outside the body is left out, and
     /// behind a hole, a slit or its own line the cut goes on. Points that are too near to each other for the mesh are thinned out.
     /// An end that finds no room goes on along its line by up to half an edge, to the boundary if that is there, or back by as much:
     /// [`Cut::off_line`] says how far.
@@ -169,7 +169,7 @@ impl Simulation {
         if has_begun { self.energies(body).ok() } else { None }
     }
 
-    /// Tells the audit of a body, where it has begun, what was done to its energies since `before`.
+    /// Tells the audit of a body, where it has begun, the change of its energies since `before`.
     pub(super) fn note_edited_energies(&mut self, body: Entity, before: Option<Energies>) {
         if let (Some(before), Some(after)) = (before, self.audited_energies(body))
             && let Ok(audit) = self.world.query_one_mut::<&mut EnergyAudit>(body)

@@ -1,4 +1,4 @@
-//! Forceps while the simulation runs: the host sets their pose, closes and opens them, and reads what they feel.
+//! Forceps while the simulation runs: the host sets their pose, closes and opens them, and reads their forces.
 
 use super::Simulation;
 use crate::components::{Body, Forceps, Grasp, Grips, Jaws, Motion, Pinch, Pose};
@@ -53,9 +53,9 @@ pub enum ToolError {
         name: String,
         /// Which number.
         what: &'static str,
-        /// Its value.
+        /// Value given for the parameter.
         value: f64,
-        /// What it must be.
+        /// Condition that the value must meet.
         must: &'static str,
     },
     /// Something that was written past the calls is refused.
@@ -92,7 +92,7 @@ impl Simulation {
     }
 
     /// Moves forceps from where they are now to a pose, evenly within a time \[ms\]: that of the step or of the frame that is
-    /// about to be simulated. What they hold goes along.
+    /// about to be simulated. Held vertices move along.
     ///
     /// # Errors
     /// If there are no such forceps, and for a pose or a time that is no rigid motion.
@@ -126,7 +126,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Closes forceps on a body: they hold what lies in their jaws, where it is, until they open or it slips. Returns the number of
+    /// Closes forceps on a body: they hold the tissue in their jaws, where it is, until they open or it slips. Returns the number of
     /// vertices held.
     ///
     /// # Errors

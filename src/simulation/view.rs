@@ -1,4 +1,4 @@
-//! A body as slices of its own arrays, and what has changed in them.
+//! A body as slices of its own arrays, and the changes in them.
 
 use super::{Simulation, SimulationError};
 use crate::components::{Attributes, ChangeSet, Changes, Increment, Sleeping};
@@ -6,8 +6,8 @@ use crate::storage::{TriangleKey, Triangles, VertexKey, Vertices};
 use glam::DVec3;
 use hecs::Entity;
 
-/// A body's arrays as they are: nothing is copied or computed. Rows change in steps and cuts, by what
-/// [`Simulation::drain_changes`] tells.
+/// A body's arrays as they are: nothing is copied or computed. Rows change in steps and cuts, as
+/// [`Simulation::drain_changes`] reports.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyView<'a> {
     /// Positions \[mm\] by vertex.
@@ -50,7 +50,7 @@ impl BodyView<'_> {
         single(&normals, into);
     }
 
-    /// Positions \[mm\] at `behind` \[ms\] before now, on a straight line from where the last step of `dt` \[ms\] began: what a
+    /// Positions \[mm\] at `behind` \[ms\] before now, on a straight line from where the last step of `dt` \[ms\] began: those a
     /// picture between two steps shows. A vertex that is new has begun between its parents, one that has never moved where it is.
     /// The buffer is filled anew and keeps its memory.
     pub fn positions_before(&self, behind: f64, into: &mut Vec<DVec3>) {
@@ -117,7 +117,7 @@ impl Simulation {
         })
     }
 
-    /// Takes what has changed in the mesh of a body with [`Changes`] since the last call; the first time all of it.
+    /// Takes the changes in the mesh of a body with [`Changes`] since the last call; the first time all of it.
     ///
     /// # Errors
     /// If there is no such body, and for one without [`Changes`].

@@ -4,8 +4,8 @@
 //! factors, 2 the body is compressed), length of the body before compression (u64), XXH3 of the body as it stands (u64). The
 //! body is [postcard](https://postcard.jamesmunns.com)'s encoding, in an LZ4 block where that is shorter.
 //!
-//! Bytes are never trusted: the checksum tells of damage, not of malice. A reader takes no more memory than a fixed multiple of what
-//! it is given, and what it reads is judged before it becomes a state.
+//! Bytes are never trusted: the checksum tells of damage, not of malice. A reader takes no more memory than a fixed multiple of the bytes
+//! it is given, and the contents are validated before they become a state.
 
 use super::hash::sum;
 use super::{Contents, Snapshot, SnapshotError, check, migrate};
@@ -25,7 +25,7 @@ const HEAD: usize = 28;
 /// A body that claims to be more times as long as its bytes is refused; one that would be is written as it is.
 const MOST_RATIO: usize = 16;
 
-/// What bytes hold.
+/// Kind of the contents: snapshot or recording.
 #[derive(Clone, Copy)]
 pub enum Kind {
     /// A snapshot.
@@ -119,7 +119,7 @@ pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, Snapsh
 }
 
 /// Writes bytes beside `path` and renames: the file is the old one or the new one, never half of it, whatever ends the program or the
-/// machine. What is neither file nor directory is refused: renaming would put a file in its place.
+/// machine. A path that is neither file nor directory is refused: renaming would put a file in its place.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
@@ -178,7 +178,7 @@ impl Snapshot {
         Self::of(unpack(Kind::Snapshot, bytes)?)
     }
 
-    /// Judges what was read.
+    /// Validates contents that were read.
     pub(crate) fn of(mut contents: Contents) -> Result<Self, SnapshotError> {
         check::complete(&mut contents)?;
         Ok(Self(Arc::new(contents)))

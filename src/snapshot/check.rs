@@ -1,4 +1,4 @@
-//! What is judged of a state that was read or is to be written, so that no step can meet what its own kind would not have left.
+//! Validation of a state that was read or is to be written, so that steps meet only states that a step could have left.
 
 use super::{Contents, Saved, SnapshotError};
 use crate::components::check::{Host, MOST};
@@ -7,7 +7,7 @@ use crate::storage::{Topology, validate};
 use hecs::Entity;
 use std::collections::HashSet;
 
-/// Judges a state that was read, and fills in what follows from the rest of it.
+/// Validates a state that was read, and derives the data that follow from the rest of it.
 pub(super) fn complete(contents: &mut Contents) -> Result<(), SnapshotError> {
     let topologies = judge(contents)?;
     contents.entities.iter_mut().zip(topologies).for_each(|(saved, topology)| saved.topology = topology);

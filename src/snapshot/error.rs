@@ -10,7 +10,7 @@ pub enum SnapshotError {
     /// The bytes begin otherwise.
     #[error("this is no {expected} of Rhexis")]
     AnotherFile {
-        /// What was asked for: a snapshot or a recording.
+        /// Expected kind of file: a snapshot or a recording.
         expected: &'static str,
     },
     /// Another version of the format.
@@ -38,25 +38,25 @@ pub enum SnapshotError {
     /// A body's mesh or components.
     #[error("body `{body}`: {source}")]
     Body {
-        /// Its name.
+        /// Name of the body.
         body: String,
-        /// What is wrong.
+        /// Cause of the rejection.
         source: BodyError,
     },
     /// The components of an obstacle or a tool.
     #[error("{owner}: {source}")]
     Component {
-        /// Which of both.
+        /// Name of the obstacle or tool.
         owner: String,
-        /// What is wrong.
+        /// Cause of the rejection.
         source: BodyError,
     },
     /// Anything else that contradicts itself.
     #[error("{owner}: {what}")]
     Contradiction {
-        /// Whose.
+        /// Name of the owner.
         owner: String,
-        /// What is wrong.
+        /// Cause of the rejection.
         what: &'static str,
     },
     /// The settings.
@@ -68,9 +68,9 @@ pub enum SnapshotError {
     /// A file cannot be read or written.
     #[error("{path}: {reason}")]
     File {
-        /// Which.
+        /// Path of the file.
         path: String,
-        /// Why.
+        /// Reason of the failure.
         reason: String,
     },
 }

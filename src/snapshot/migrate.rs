@@ -1,6 +1,6 @@
 //! Snapshots of earlier versions, brought to the present one step by step.
 //!
-//! A change of what is saved raises the version and adds a step here that turns a body of the version before into one of the next. A
+//! A change of the saved format raises the version and adds a step here that turns a body of the version before into one of the next. A
 //! step may go when a release has read its version for a year.
 
 use super::bytes::VERSION;
@@ -9,7 +9,7 @@ use std::borrow::Cow;
 /// The oldest version of snapshots that is read.
 pub(super) const OLDEST: u16 = 14;
 
-/// What turns a body of a version into one of the next, from [`OLDEST`] on.
+/// Conversions of a body from a version to the next one, from [`OLDEST`] on.
 const STEPS: [fn(Vec<u8>) -> Vec<u8>; (VERSION - OLDEST) as usize] = [with_writer];
 
 /// A body of this version as one of the present version.

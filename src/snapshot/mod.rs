@@ -1,13 +1,13 @@
 //! The whole state of a simulation, to go back to and to go on from.
 //!
-//! [`Simulation::snapshot`](crate::simulation::Simulation::snapshot) takes one, in memory; clones of it share what it holds. With
+//! [`Simulation::snapshot`](crate::simulation::Simulation::snapshot) takes one, in memory; clones of it share its contents. With
 //! the crate's feature `snapshot` it has a form as bytes and as a file, versioned and guarded by a checksum. A simulation that
 //! [goes back](crate::simulation::Simulation::restore) to a snapshot goes on from it to the same bits as the one it was taken of,
-//! in the middle of a tear too. Handles and keys name what they named, and what solvers remember from step to step is kept as well.
-//! Of that only what does not follow from the rest is kept. A Cholesky factor is made anew from its matrix, and multigrid's levels
-//! from the mesh, the choice of their nodes and the numbers of the finest one. Charts and discs at tips follow from the rest shape.
+//! in the middle of a tear too. Handles and keys stay valid, and the solvers' memory from step to step is kept as well.
+//! Of that memory, only data that do not follow from the rest are kept. Cholesky factors are rebuilt from their matrix, and multigrid
+//! levels from the mesh, the choice of their nodes and the numbers of the finest one. Charts and discs at tips follow from the rest shape.
 //!
-//! What there is to keep is one list, in `src/registry.rs`. Your own components are not in it: on entities that live on they stay as
+//! Saved components are one list, in `src/registry.rs`. Your own components are not in it: on entities that live on they stay as
 //! they are, in bytes they are not.
 
 #[cfg(feature = "snapshot")]
@@ -41,7 +41,7 @@ use std::sync::Arc;
 #[derive(Clone)]
 pub struct Snapshot(pub(crate) Arc<Contents>);
 
-/// What a snapshot holds.
+/// Contents of a snapshot.
 #[derive(Clone)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Contents {

@@ -1,4 +1,4 @@
-//! One entity as a snapshot keeps it: what the registry says is saved, and what solvers remember.
+//! One entity as a snapshot keeps it: the components that the registry lists as saved, and the solvers' memory.
 
 #[cfg(feature = "snapshot")]
 use crate::components::check::{Check, Host};
@@ -44,7 +44,7 @@ macro_rules! saved {
             /// Of a body: follows from its triangles.
             #[cfg_attr(feature = "snapshot", serde(skip))]
             pub topology: Option<Topology>,
-            /// What the last solve of a body reached, and the account of its guard.
+            /// Result of a body's last solve, and the account of its guard.
             #[cfg_attr(feature = "snapshot", serde(with = "super::solve"))]
             pub solve: Option<(SolveResult, GuardLedger)>,
             #[cfg_attr(feature = "snapshot", serde(with = "super::factor"))]
@@ -53,7 +53,7 @@ macro_rules! saved {
         }
 
         impl Saved {
-            /// What there is to keep of an entity; `None` for one that is neither a body nor an obstacle nor a tool.
+            /// Saved state of an entity; `None` for one that is neither a body nor an obstacle nor a tool.
             pub(crate) fn of(entity: EntityRef<'_>) -> Option<Self> {
                 if !is_ours(entity) {
                     return None;
@@ -73,7 +73,7 @@ macro_rules! saved {
                 })
             }
 
-            /// Judges every component, and what must hold between them.
+            /// Validates every component, and the conditions between them.
             #[cfg(feature = "snapshot")]
             pub(crate) fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
                 $( if let Some(component) = &self.$name {
@@ -82,7 +82,7 @@ macro_rules! saved {
                 check_rules(self)
             }
 
-            /// Its components, but for the solvers.
+            /// Components of the entity, except the solvers.
             pub(crate) fn into_components(mut self) -> EntityBuilder {
                 if let Self {
                     tearing: Some(_), vertices: Some(vertices), triangles: Some(triangles), topology: Some(topology), ..

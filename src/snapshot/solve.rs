@@ -4,7 +4,7 @@ use crate::components::{GuardLedger, SolveResult};
 use crate::settings::Tangent;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The block. What version 14 kept of a step's temporaries is written as none and passed over.
+/// The block. Temporaries of a step, kept by version 14, are written as none and skipped on reading.
 #[derive(Serialize, Deserialize)]
 struct Block {
     stored: f64,

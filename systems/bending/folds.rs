@@ -30,7 +30,8 @@ use glam::DVec3;
 pub use hinge::Dihedral;
 use taut::Part;
 
-/// What the rest data of a triangle are made of: besides, its neighbours and the factor of its law.
+/// Data from which a triangle's rest bending follows, beside its neighbours: rest shape, neighbour rows, bending law and the
+/// factor of that law.
 type MadeOf = (RestTriangle, [u32; 3], Orthotropic, f64);
 
 /// The shape a triangle bends from.
@@ -41,13 +42,13 @@ struct RestBending {
     angle: DVec3,
     /// ω over the stiffness of the mid-edge normals \[1/(N·mm)\].
     turn: DVec3,
-    /// The same edge as the triangle across has it, three times that triangle plus the edge; [`NONE`] at the boundary.
+    /// Per edge the matching edge of the neighbouring triangle, as three times its row plus the edge; [`NONE`] at the boundary.
     across: [u32; 3],
-    /// What bending adds at most to the stiffness along normals, as a form of the slope of the triangle \[N·mm\].
+    /// Upper bound of the stiffness that bending adds along normals, as a quadratic form of the triangle's slope \[N·mm\].
     stiffest: Sym2,
 }
 
-/// What bending of a body needs. *Derived*: rest data follow the mesh by themselves.
+/// Bending state of a body. *Derived*: rest data follow the mesh by themselves.
 #[derive(Debug, Default)]
 pub struct DihedralAngles {
     rest: Vec<RestBending>,
@@ -57,9 +58,9 @@ pub struct DihedralAngles {
     groups: Vec<RestX4>,
     edges: Edges,
     tilt: Vec<TiltX4>,
-    /// Half of what the angles are off their rest values.
+    /// Half the deviations of the dihedral angles from their rest values.
     half: Vec<EdgeValuesX4>,
-    /// What of the triangles is in the majorant, filled up to a multiple of four.
+    /// Part of each triangle that the majorant includes, padded to a multiple of four.
     part: Vec<Part>,
     is_slack: Vec<bool>,
     /// Whether its moments are in the majorant.
@@ -78,8 +79,8 @@ fn is_first(t: usize, e: usize, across: u32) -> bool {
 }
 
 impl DihedralAngles {
-    /// Brings rest data up to the mesh, where that or the material has changed. They are a function of the mesh alone: what has
-    /// followed edits has the same bits as what is made anew.
+    /// Updates rest data where the mesh or the material has changed. They are a function of the mesh alone: data updated after
+    /// edits have the same bits as data rebuilt from scratch.
     pub fn refresh(
         &mut self,
         (vertices, triangles, topology): Body<'_>,
@@ -168,18 +169,18 @@ impl DihedralAngles {
         self.find_angles(corners, x, passes);
     }
 
-    /// Half of what the angles around a triangle are off their rest values.
+    /// Half the deviations of the dihedral angles around a triangle from their rest values.
     fn half(&self, t: usize) -> DVec3 {
         bending_lanes::of_triangle(&self.half, t)
     }
 
-    /// What the differences of moments turn the mid-edge normals of a triangle by.
+    /// Rotations of a triangle's mid-edge normals by the differences of moments across its edges.
     fn turned(&self, t: usize, moment: impl Fn(usize) -> DVec3) -> DVec3 {
         let rest = &self.rest[t];
         (self.others(t, &moment) - moment(t)) * rest.turn
     }
 
-    /// What the triangles across the edges of a triangle have there; zero at the boundary.
+    /// Values that the neighbouring triangles have at the edges of a triangle; zero at the boundary.
     fn others(&self, t: usize, value: impl Fn(usize) -> DVec3) -> DVec3 {
         let mut others = DVec3::ZERO;
         for (e, &across) in self.rest[t].across.iter().enumerate() {
@@ -209,7 +210,8 @@ impl DihedralAngles {
         second(t) + bending::product(&self.rest[t].law, self.turned(t, second))
     }
 
-    /// Adds the forces \[N\] at the angles last evaluated; `travel` is what the vertices travel in the span of the step.
+    /// Adds the bending forces \[N\] at the angles last evaluated; `travel` holds the displacements of the vertices over the
+    /// span of the step.
     pub fn add_forces(
         &self,
         corners: &[[u32; 3]],
@@ -271,7 +273,7 @@ impl DihedralAngles {
         if self.part[t] == Part::Whole { self.rest[t].law.map(|q| q * self.factor) } else { EdgeMatrix::default() }
     }
 
-    /// Its entry for an edge by itself.
+    /// Diagonal entry of a triangle's law in the majorant for one edge, times 1 + β/s \[N·mm\].
     #[inline(always)]
     pub fn stiffness(&self, t: usize, e: usize) -> f64 {
         if self.part[t] == Part::Whole { self.rest[t].law[e] * self.factor } else { 0.0 }

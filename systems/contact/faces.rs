@@ -17,7 +17,7 @@ use crate::systems::kernels::simd::{Pass, pass};
 use glam::DVec3;
 
 /// A triangle whose longest edge is no longer than this part of the obstacle's least radius of curvature is left to its vertices.
-/// Beyond, the stiffness grows with the edge, for one place then bears what many vertices would. Three vertices that are 1.7 radii
+/// Beyond, the stiffness grows with the edge, for one place then bears the load of many vertices. Three vertices that are 1.7 radii
 /// apart let a ball through.
 const SMALL: f64 = 0.5;
 
@@ -28,24 +28,24 @@ const NEAR: f64 = 1e-6;
 /// Rounds in which triangles are put outside.
 const ROUNDS: u32 = 40;
 
-/// A corner is put no farther in a round than so many times the depth. Where all corners are free none has to go farther than 1.4
-/// times. But beside corners that are held, or in a plane that the normal stands off, what little is free would have to go any
-/// distance.
+/// A corner is put no farther in a round than so many times the depth. Where all corners are free none has to go farther than
+/// 1.4 times. But beside corners that are held, or in a plane that the normal stands off, the few free axes would have to go
+/// any distance.
 const LONGEST: f64 = 2.0;
 
 /// A triangle that a contact holds.
 pub(super) struct HeldFace {
-    /// Where in the triangle.
+    /// Barycentric weights of the place of contact.
     pub weights: [f64; 3],
     pub held: Held,
     /// The shorter of its longest edge and the obstacle's least radius of curvature \[mm\].
     pub size: f64,
-    /// So many times the stiffness of a vertex it is held.
+    /// Stiffness of the contact as a multiple of that of a vertex.
     pub part: f64,
 }
 
 impl HeldFace {
-    /// Whether it is further inside than a solve may leave it.
+    /// Whether the triangle is further inside than a solve may leave it.
     pub(super) fn is_deep(&self) -> bool {
         self.part.min(1.0) * self.held.depth > DEEP * self.size
     }
@@ -132,7 +132,7 @@ fn nearest_to_segment(x: [DVec3; 3], [a, b]: [DVec3; 2]) -> [f64; 3] {
     all.min_by(|p, q| p.0.total_cmp(&q.0)).map_or([1.0, 0.0, 0.0], |(_, weights)| weights)
 }
 
-/// How far along the first segment the point lies that is nearest to the second (Ericson 2005, Real-Time Collision Detection, 5.1.9).
+/// Parameter along the first segment of its point nearest to the second (Ericson 2005, Real-Time Collision Detection, 5.1.9).
 fn nearest_of_segments([p, q]: [DVec3; 2], [a, b]: [DVec3; 2]) -> f64 {
     let (u, v, w) = (q - p, b - a, p - a);
     let (uu, vv, uv, uw, vw) = (u.dot(u), v.dot(v), u.dot(v), u.dot(w), v.dot(w));
@@ -156,7 +156,8 @@ fn held_face(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3]) -> Option<HeldFace
     if longest > radius * radius { held_at(moved, start, x, (longest.sqrt(), radius)) } else { None }
 }
 
-/// The same where the longest edge is longer than the `radius` up to which triangles are left to their vertices, both \[mm\].
+/// The plane that holds a triangle back whose longest edge exceeds the `radius` up to which triangles are left to their
+/// vertices, both \[mm\].
 fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64, f64)) -> Option<HeldFace> {
     let (obstacle, travel) = moved;
     let shape = &obstacle.shape;
@@ -247,7 +248,7 @@ struct NextLong<'a> {
 }
 
 impl Pass for NextLong<'_> {
-    /// Its first triangle.
+    /// First triangle of the group found.
     type Output = Option<usize>;
 
     #[inline(always)]

@@ -2,9 +2,9 @@
 //!
 //! Every vertex is judged in the frame of the obstacle at the end of the step, and a plane holds it. Where it began outside, that
 //! is the plane at which its way, the obstacle's motion included, enters. Where it began inside, as at rest it does by a little, it
-//! is the plane at the closest point, unless that has changed sides. What a solve has carried into an obstacle asks for another,
-//! and what is still inside then is put back onto its plane. Triangles that are large beside an obstacle are judged in the same way
-//! at their deepest point; and none passes through one, whatever comes of that.
+//! is the plane at the closest point, unless that has changed sides. A vertex that a solve has carried into an obstacle asks
+//! for another solve, and one that is still inside then is put back onto its plane. Triangles that are large beside an obstacle
+//! are judged in the same way at their deepest point; and none passes through one, whatever comes of that.
 
 mod faces;
 mod side;
@@ -44,12 +44,12 @@ type Moved = (Obstacle, Travel);
 struct Travel {
     /// Displacement of its anchor \[mm\].
     offset: DVec3,
-    /// Its turn, and where its anchor was \[mm\].
+    /// Rotation of the obstacle, and the start position of its anchor \[mm\].
     turn: Option<(DMat3, DVec3)>,
 }
 
 impl Travel {
-    /// How an obstacle has moved since the start of the step.
+    /// Motion of an obstacle since the start of the step.
     fn of(obstacle: &Obstacle, swept: Option<&Swept>) -> Self {
         swept.map_or(Self::default(), |swept| {
             let anchor = swept.from.anchor();
@@ -65,7 +65,7 @@ impl Travel {
         }
     }
 
-    /// Where a point that goes with the obstacle is at the end of the step.
+    /// Position at the end of the step of a point that goes with the obstacle.
     fn carry(&self, start: DVec3) -> DVec3 {
         match self.turn {
             None => start + self.offset,
@@ -82,7 +82,7 @@ type Obstacles = SmallVec<[Moved; 8]>;
 
 /// A plane that holds a vertex back.
 struct Held {
-    /// How far the vertex is behind it \[mm\].
+    /// Depth of the vertex behind the plane \[mm\].
     depth: f64,
     normal: DVec3,
 }
@@ -221,8 +221,9 @@ pub fn penetrating(world: &mut World, step: &StepContext) -> usize {
     count
 }
 
-/// How deep a solve may leave a body in an obstacle that stands, whatever its edges \[mm\]: what is inside was pushed there, and is
-/// pushed out in the steps that come. But what springs back goes deeper than that in one step, out at the other side.
+/// Penetration depth \[mm\] that a solve may leave in an obstacle at rest, whatever its edges: vertices inside were pushed
+/// there, and are pushed out in the steps that come. But tissue that springs back goes deeper than that in one step, out at the
+/// other side.
 fn bearable((obstacle, travel): &Moved) -> f64 {
     if travel.is_none() { BEARABLE * obstacle.shape.least_half_width() } else { 0.0 }
 }
@@ -244,8 +245,9 @@ fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&
     is_any
 }
 
-/// Puts what is still deep in an obstacle, or through it, back onto the plane that should have held it. Where a large step
-/// stretches a body far, no number of solves is sure to end on the right side. The velocity goes with it.
+/// Depenetrates vertices and faces that are still deep in an obstacle, or through it, onto the plane that should have held
+/// them. Where a large step stretches a body far, no number of solves is sure to end on the right side. The velocity goes with
+/// it.
 pub fn put_outside(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     let mut count = 0;
@@ -273,7 +275,7 @@ pub fn put_outside(world: &mut World, step: &StepContext) -> usize {
     count
 }
 
-/// Holds back what would pass through an obstacle in the step.
+/// Prevents tunnelling: holds back triangles that would pass through an obstacle in the step.
 pub fn keep_sides(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     if obstacles.is_empty() {

@@ -1,10 +1,11 @@
-//! No triangle passes through an obstacle within a step, whatever solves and corrections have made of it.
+//! Clamp against tunnelling: no triangle passes through an obstacle within a step, whatever solves and corrections have made of
+//! it.
 //!
-//! The core of an obstacle is nine tenths of it: of a ball and a capsule what is so near to centre or axis, of an
-//! ellipsoid the similar one. A triangle comes from one side of the obstacle to the other through the core or round it.
-//! So the way of each is followed, in the frame of the obstacle, to where it would enter the core. From there on its corners go
-//! along with the obstacle, and so do those of neighbours that would enter because of that. What does not move against the obstacle
-//! enters nothing, so that there is an end to it.
+//! The core of an obstacle is nine tenths of it: of a ball and a capsule the points so near to centre or axis, of an ellipsoid
+//! the similar one. A triangle comes from one side of the obstacle to the other through the core or round it. So the way of
+//! each is followed, in the frame of the obstacle, to where it would enter the core. From there on its corners go along with
+//! the obstacle, and so do those of neighbours that would enter because of that. Triangles that do not move against the
+//! obstacle enter nothing, so the procedure ends.
 
 use super::faces::{at, deepest};
 use super::{Moved, shift};
@@ -16,13 +17,13 @@ use glam::DVec3;
 /// The core's size over the obstacle's.
 const CORE: f64 = 0.9;
 
-/// What touches the core may go on half-way to this size in a step, so that it is free to slide and to leave.
+/// A triangle that touches the core may go on half-way to this size in a step, so that it is free to slide and to leave.
 const INNERMOST: f64 = 0.87;
 
-/// What is further inside, as it may have begun, may come nearer to the middle by this factor: never to it.
+/// A triangle that is further inside, as it may have begun, may come nearer to the middle by this factor: never to it.
 const NEARER: f64 = 0.99;
 
-/// Of the distance that there was, what is left at the latest where a way ends, and the steps to there at the most.
+/// Remaining part of the initial distance at which the search along a way ends, and the most steps to there.
 const NEAR: f64 = 1e-3;
 const MOST: u32 = 60;
 
@@ -31,7 +32,7 @@ const MOST: u32 = 60;
 const SHORTENED: u32 = 8;
 const STOPPED: u32 = 200;
 
-/// How near a triangle is to the middle of a shape, over the shape's own size. `None` for a plane and a mesh.
+/// Distance of a triangle from the middle of a shape, over the shape's own size. `None` for a plane and a mesh.
 fn nearness(shape: &Shape, x: [DVec3; 3]) -> Option<f64> {
     let point = at(x, deepest(shape, x)?);
     match *shape {

@@ -46,7 +46,7 @@ mod tests {
         assert!(!sweeps.is_due(0, corners[0]) && sweeps.is_due(1, corners[1]) && !sweeps.is_due(1, corners[1]));
         sweeps.note(2, counts);
         assert!(sweeps.is_due(0, corners[0]) && sweeps.is_due(1, corners[1]));
-        // What another body has left in it counts for nothing.
+        // Entries left by another body are discarded.
         sweeps.begin();
         assert!(!sweeps.is_due(1, corners[1]));
         sweeps.note(0, (8, 9));

@@ -40,8 +40,8 @@ pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// Sets the nodal forces to those of the membrane. `viscosity` is β/s with the span s of the step's formula, by which the stretch
-/// rate of what the vertices `travel` in it adds to the strain, at the present stiffness.
+/// Sets the nodal forces to those of the membrane. `viscosity` is β/s with the span s of the step's formula, by which the
+/// stretch rate of the displacements `travel` over that span adds to the strain, at the present stiffness.
 pub fn membrane_forces(
     (triangles, topology): (&Triangles, &Topology),
     frames: &Frames,

@@ -1,4 +1,4 @@
-//! Sums at the vertices of what triangles have for their corners.
+//! Sums at the vertices over the corner values of triangles.
 
 use crate::storage::Topology;
 use crate::systems::kernels::simd::{Kernel, run};
@@ -8,7 +8,7 @@ use glam::DVec3;
 /// Triangles whose corners are written down at a time where one thread adds up: 18 kB, which stay in the first cache.
 const BLOCK: usize = 256;
 
-/// Sets `out` to the sums per vertex of what the kernel has for the corners of the triangles, in the order of their rows; `seen` is
+/// Sets `out` to the sums per vertex of the kernel's corner values of the triangles, in the order of their rows; `seen` is
 /// shown all corners on the way. `corner` is scratch.
 ///
 /// One thread adds up block by block. Several write down all corners, then every vertex gathers its own: 72 bytes per triangle, and

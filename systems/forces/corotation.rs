@@ -95,7 +95,8 @@ pub fn evaluate(
     stiffen(frames, triangles, unstretched, states.has_faded.into_inner(), fibres);
 }
 
-/// Fills in the stiffness where it is not that of the material, and adds to the stress what fibres do beyond the linear law.
+/// Fills in the stiffness where it is not that of the material, and adds to the stress the part of fibres beyond the linear
+/// law.
 fn stiffen(frames: &mut Frames, triangles: &Triangles, unstretched: Sym2, has_faded: bool, fibres: Option<&FibreLaw>) {
     let is_planar = frames.is_planar();
     let Frames { solid, flat, stiffened, .. } = frames;

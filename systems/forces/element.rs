@@ -4,7 +4,7 @@ use crate::math::{ElementState, FibreLaw, Sym2};
 use crate::storage::Triangles;
 use crate::systems::kernels::path_work::Element;
 
-/// Law of a body's triangles, without what each has of its own.
+/// Law of a body's triangles, without the properties of each triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyLaw<'a> {
     /// Whether the body stays in its plane.

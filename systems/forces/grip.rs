@@ -82,7 +82,8 @@ pub fn grip(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
-/// Takes down what springs pull with where the step has ended, lets tissue slip that is pulled too hard, and tells the forceps.
+/// Records the spring forces where the step has ended, lets tissue slip that is pulled too hard, and reports the forces to the
+/// forceps.
 pub fn feel(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     let mut told: SmallVec<[(Entity, DVec3, DVec3, bool); 8]> = SmallVec::new();

@@ -1,13 +1,13 @@
-//! What prescribes where vertices are: holds, and jaws without a stiffness.
+//! Prescribed motion of vertices: holds, and jaws without a stiffness.
 
 use crate::components::{Grips, Guide, HoldGuides, HoldTurns, Holds, Increment, Pinch, Planar, SolverScratch};
 use crate::storage::Vertices;
 use glam::DVec3;
 
-/// What prescribes where vertices are: holds, and jaws that are a constraint.
+/// Query of prescribed motion: holds, and jaws that are a constraint.
 pub type Prescription<'a> = ((Option<&'a Holds>, Option<&'a HoldTurns>, Option<&'a HoldGuides>), Option<&'a mut Grips>);
 
-/// Marks the free axes, and puts what is left of the prescribed motion into the first guess.
+/// Marks the free axes, and puts the rest of the prescribed motion into the initial guess.
 pub fn mark_axes(
     vertices: &Vertices,
     increment: &mut Increment,
@@ -56,7 +56,7 @@ pub fn mark_axes(
     }
 }
 
-/// Makes the displacements of those that move alike one, and of these again what is left of the step.
+/// Makes the displacements of vertices that move alike one, and of these again the rest of the step.
 fn level(
     vertices: &Vertices,
     increment: &mut Increment,
@@ -77,7 +77,7 @@ fn level(
     }
 }
 
-/// Prescribes what jaws without a stiffness hold, along the axes that nothing else prescribes.
+/// Prescribes the vertices held by jaws without a stiffness, along the axes that nothing else prescribes.
 fn mark_pinched(
     vertices: &Vertices,
     increment: &mut Increment,

@@ -6,7 +6,7 @@ use crate::storage::{Edit, EditRecord, NONE, Refusal, measure::rest_corners};
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-/// What happens to the edge of a step.
+/// Opening of the edge of a step.
 pub(super) enum Opening<'p> {
     /// The path that leads up to the tip, and this edge, are opened.
     After(&'p [u32]),
@@ -39,7 +39,7 @@ impl Cutter<'_, '_> {
         self.advance_from(&tip, direction)
     }
 
-    /// The same, with the chart of the tip as the mesh is now.
+    /// Advances a tear in free mode by at most one triangle, from a tip whose chart fits the present mesh.
     ///
     /// # Errors
     /// As [`advance`](Self::advance).
@@ -128,7 +128,7 @@ impl Cutter<'_, '_> {
         Some(advance)
     }
 
-    /// The same where the smallest angle \[rad\] that is left is at least `least`; after `None` everything is as it was.
+    /// Attempts a way that leaves a smallest angle \[rad\] of at least `least`; after `None` everything is as it was.
     fn attempt_for(
         &mut self,
         least: f64,

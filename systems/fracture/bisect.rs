@@ -2,9 +2,9 @@
 //!
 //! To halve a triangle, go over its longest edge to the neighbour, over that one's longest edge to the next, and so on. Where two
 //! triangles share the longest edge of both, or the boundary is met, that edge is split in the middle (Rivara 1997, "longest-edge
-//! propagation path"). The mesh stays conforming, and its sizes graded. However often a triangle with smallest angle α is halved
-//! so, no angle falls below arctan(sin α/(2 − cos α)) (Rosenberg, Stenger 1975): 21° for α = 25°, 9.7° for 10°. What tears have
-//! left thin is flipped before it gets thinner.
+//! propagation path"). The mesh stays conforming, and its sizes graded. However often a triangle with smallest angle α is
+//! halved so, no angle falls below arctan(sin α/(2 − cos α)) (Rosenberg, Stenger 1975): 21° for α = 25°, 9.7° for 10°. Thin
+//! triangles left by tears are flipped before they get thinner.
 
 use super::{Cutter, TearRefusal};
 use crate::storage::{Edit, NONE, measure::rest_corners};

@@ -1,8 +1,8 @@
 //! The blade: a cut along a polyline in the rest shape. From the boundary it is a notch, from inside a slit with two tips.
 //!
-//! The line is thinned to what the mesh resolves and broken into strokes where it meets a boundary or itself; each stroke is cut
-//! by itself. Its points become vertices first; then the cut runs from one to the next like a tear on a given path, so that it ends
-//! exactly where it should. Where that would leave the line, the line is laid into the mesh before it opens.
+//! The line is coarsened to the resolution of the mesh and broken into strokes where it meets a boundary or itself; each stroke
+//! is cut by itself. Its points become vertices first; then the cut runs from one to the next like a tear on a given path, so
+//! that it ends exactly where it should. Where that would leave the line, the line is embedded into the mesh before it opens.
 
 use super::advance::Opening;
 use super::cut_line::{distance_to_segment, length, thinned};
@@ -22,18 +22,18 @@ const SHIFTS: [f64; 5] = [0.0, 0.25, -0.25, 0.5, -0.5];
 /// An end goes back by this part of the last segment at the most.
 const FARTHEST_BACK: f64 = 0.5;
 
-/// What a cut may do to leave good triangles, the best first.
+/// Deviations allowed to a cut for the sake of good triangles, the best first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Manner {
-    /// It stays on its line.
+    /// The cut stays on its line.
     OnTheLine,
-    /// Its ends go to vertices of the boundary that are all but there.
+    /// The ends of the cut go to vertices of the boundary that are all but there.
     EndsMoved,
-    /// It leaves its line.
+    /// The cut leaves its line.
     BesideTheLine,
 }
 
-/// What a stroke of a cut has done.
+/// Outcome of one stroke of a cut.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CutOutcome {
     /// Points along the cut \[mm, rest shape\].
@@ -42,7 +42,7 @@ pub struct CutOutcome {
     pub ends: [u32; 2],
     /// Rows of the tips and the directions \[unit, rest shape\] in which they point.
     pub tips: SmallVec<[(u32, DVec3); 2]>,
-    /// Triangles of each piece that came free.
+    /// Numbers of triangles of the fragments cut free.
     pub freed: SmallVec<[usize; 2]>,
     /// Whether the stroke has run into a boundary.
     pub has_met_boundary: bool,
@@ -53,7 +53,7 @@ pub struct CutOutcome {
 }
 
 impl CutOutcome {
-    /// The same stroke, begun at its end.
+    /// Reverses the stroke, so that it begins at its end.
     fn reversed(mut self) -> Self {
         self.path.reverse();
         self.tips.reverse();
@@ -65,9 +65,9 @@ impl CutOutcome {
 
 impl Cutter<'_, '_> {
     /// Cuts along a polyline of at least two points \[mm, rest shape\], taken at the nearest points of the surface. A first
-    /// point on the boundary, or nearer to it than a tenth of a triangle's height, starts a notch there. What lies outside the
-    /// body is left out, and behind a boundary the cut goes on: one outcome per stroke, at least one. An end that finds no room goes up
-    /// to half an edge along its line, to the boundary if that is there.
+    /// point on the boundary, or nearer to it than a tenth of a triangle's height, starts a notch there. Parts outside the body
+    /// are left out, and behind a boundary the cut goes on: one outcome per stroke, at least one. An end that finds no room
+    /// goes up to half an edge along its line, to the boundary if that is there.
     ///
     /// # Errors
     /// Why the cut cannot be made; the mesh is as it was.
@@ -85,7 +85,7 @@ impl Cutter<'_, '_> {
         let mut outcomes = self.cut_lines(&lines, polyline);
         let lacks_room = |why: &TearRefusal| !matches!(why, TearRefusal::BadPolyline | TearRefusal::OutsideBody);
         if outcomes.as_ref().is_err_and(lacks_room) {
-            // The first refusal is what is reported: it is that of the line as it was asked for.
+            // The first refusal is reported: it is that of the line as it was asked for.
             for (lines, shift) in self.shifted(&lines, edge) {
                 if let Ok(mut moved) = self.cut_lines(&lines, polyline) {
                     moved.iter_mut().for_each(|outcome| outcome.off_line = outcome.off_line.max(shift));
@@ -116,8 +116,8 @@ impl Cutter<'_, '_> {
         Err(refused.unwrap_or(TearRefusal::BadPolyline))
     }
 
-    /// The same lines with their ends inside the body farther on or farther back, and by how much \[mm\] the farther one of them; the
-    /// nearest first.
+    /// Variants of the lines with their ends inside the body moved farther on or farther back, and the larger of those shifts
+    /// \[mm\]; the smallest shift first.
     fn shifted(&self, lines: &[Vec<DVec3>], edge: f64) -> Vec<(Vec<Vec<DVec3>>, f64)> {
         let shifts_at = |end: Option<&DVec3>| match end {
             Some(&end) if self.is_tissue(end) => SHIFTS.as_slice(),
@@ -180,7 +180,7 @@ impl Cutter<'_, '_> {
                 }
                 self.roll_back(mark);
                 self.cut_laid(stroke, polyline, 0.0).or_else(|refusal| {
-                    // What finds no way from one end may find it from the other.
+                    // A stroke that finds no way from one end may find it from the other.
                     self.roll_back(mark);
                     let reversed: Vec<DVec3> = stroke.iter().rev().copied().collect();
                     self.cut_laid(&reversed, polyline, 0.0).map(CutOutcome::reversed).map_err(|_| refusal)
@@ -191,7 +191,7 @@ impl Cutter<'_, '_> {
         }
     }
 
-    /// Mean length \[mm\] of the edges in the rest shape: what the mesh resolves.
+    /// Mean length \[mm\] of the edges in the rest shape: the resolution of the mesh.
     fn mean_edge(&self) -> f64 {
         let triangles = 0..self.mesh.triangles.corners.len() as u32;
         let count = (3 * triangles.len()).max(1) as f64;
@@ -217,7 +217,7 @@ impl Cutter<'_, '_> {
         Ok(targets)
     }
 
-    /// One stroke, edge by edge, and whether it has kept to its line.
+    /// Cuts one stroke, edge by edge; also returns whether it has kept to its line.
     fn cut_through(
         &mut self,
         stroke: &[DVec3],
@@ -236,7 +236,7 @@ impl Cutter<'_, '_> {
         }
         while let Some(&target) = targets.get(next) {
             if run.outcome.has_met_boundary || run.tip == target {
-                // What lies behind a boundary is not reached this way.
+                // Points behind a boundary are not reached this way.
                 run.is_exact &= run.tip == target;
                 next += 1;
                 continue;
@@ -309,7 +309,7 @@ impl Cutter<'_, '_> {
         }
     }
 
-    /// One step from a vertex towards another, which it reaches where an edge joins them.
+    /// Cuts one step from a vertex towards another, which it reaches where an edge joins them.
     fn step_towards(
         &mut self,
         from: u32,

@@ -8,8 +8,8 @@ use crate::systems::kernels::fan::FanChart;
 /// cos 2°: nearer than that to the best direction there is no other.
 const COS_APART: f64 = 0.999_390_827_019_095_8;
 
-/// The largest criterion at a vertex whose triangles have these `factors` of what the body has, with the factor where it is.
-/// `evaluate` answers for directions in a sector all of which have one. `None` where no direction is admissible.
+/// The largest criterion at a vertex whose triangles have these `factors` of the body's strength or toughness, with the factor
+/// where it is. `evaluate` answers for directions in a sector all of which have one. `None` where no direction is admissible.
 pub(super) fn in_runs(
     factors: &Uniform<f64>,
     (surface, vertex, chart): (&Surface, u32, &FanChart),

@@ -74,7 +74,8 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
                 let is_held = |row: u32| held().chain(gripped()).any(|&other| other == row);
                 let stretched = beyond_stretch(&surface, ultimate, &tips.vertex, &is_held);
                 let strand = decisions.parting.as_deref();
-                // A tip that tissue too far stretched leads on goes first; of two partings the one farther beyond what it bears.
+                // A tip that tissue too far stretched leads on goes first; of two ligament failures the one farther beyond its
+                // limit.
                 let leads = |found: &Parting| match found.site {
                     TearSite::Vertex(_) => true,
                     TearSite::Triangle(_) => strand.is_none_or(|strand| found.value > strand.value),
@@ -164,7 +165,7 @@ fn coupled_start(
     }
 }
 
-/// Where a site lies \[mm, rest shape\].
+/// Position of a site \[mm, rest shape\].
 fn site_at(surface: &Surface, site: TearSite) -> DVec3 {
     let at = |v: u32| surface.vertices.rest_position[v as usize];
     match site {
@@ -173,8 +174,8 @@ fn site_at(surface: &Surface, site: TearSite) -> DVec3 {
     }
 }
 
-/// Offers what the criterion says of every place that may start a tear, triangles before vertices of the boundary, by rows. The
-/// cheap bound comes first. A triangle whose own largest principal stress is under every threshold cannot be the centre of a start.
+/// Offers the criterion at every place that may start a tear, triangles before vertices of the boundary, by rows. The cheap
+/// bound comes first. A triangle whose own largest principal stress is under every threshold cannot be the centre of a start.
 /// Nor can a vertex of the boundary whose triangles are all under the thresholds of the weakest triangle.
 fn for_each_start(
     surface: &Surface,

@@ -1,7 +1,7 @@
 //! The line of a cut: which parts of it lie on the body, and in which strokes they are cut.
 //!
 //! The line is broken where it crosses the boundary (a rim, a hole, a slit) and where it comes back to itself: by then its
-//! first part is a boundary too. What lies outside the body or along its boundary is left out.
+//! first part is a boundary too. Parts outside the body or along its boundary are left out.
 
 use super::Cutter;
 use super::locate::SurfacePoint;
@@ -57,7 +57,8 @@ pub(super) fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
 }
 
 impl Cutter<'_, '_> {
-    /// The strokes of a polyline, in order. Points that are neither breaks nor too near to the boundary stay exactly what they are.
+    /// The strokes of a polyline, in order. Points that are neither breaks nor too near to the boundary stay exactly where they
+    /// are.
     pub(super) fn strokes(&self, line: &[DVec3]) -> Vec<Vec<DVec3>> {
         let reach = ROUNDING * length(line);
         let line: &[DVec3] = &line.iter().map(|&point| self.settled(point, reach)).collect::<Vec<_>>();
@@ -136,7 +137,7 @@ impl Cutter<'_, '_> {
         rim
     }
 
-    /// Where a segment, seen along the normals of the surface, crosses boundary edges.
+    /// Crossings of a segment, seen along the normals of the surface, with boundary edges.
     fn rim_breaks(&self, rim: &[([DVec3; 2], DVec3)], from: DVec3, to: DVec3, reach: f64) -> Vec<Break> {
         let mut breaks = Vec::new();
         for &([a, b], normal) in rim {
@@ -177,7 +178,7 @@ impl Cutter<'_, '_> {
         breaks
     }
 
-    /// Where a segment meets other segments of its own line. The stroke ends where the other one comes first.
+    /// Crossings of a segment with other segments of its own line. The stroke ends where the other one comes first.
     fn own_breaks(&self, line: &[DVec3], segment: usize, reach: f64) -> Vec<Break> {
         let (from, to) = (line[segment], line[segment + 1]);
         let is_closed = line.first().zip(line.last()).is_some_and(|(a, b)| a.distance(*b) <= reach);
@@ -220,7 +221,7 @@ impl Cutter<'_, '_> {
             || (0..3).any(|edge| is_on_edge(edge) && self.mesh.topology.neighbours[triangle][edge] == NONE)
     }
 
-    /// Where a point of the surface is in the rest shape \[mm\].
+    /// Position of a point of the surface in the rest shape \[mm\].
     pub(super) fn position(&self, at: &SurfacePoint) -> DVec3 {
         let x = rest_corners(self.mesh.vertices, self.mesh.triangles.corners[at.triangle as usize]);
         x[0] * at.weights[0] + x[1] * at.weights[1] + x[2] * at.weights[2]

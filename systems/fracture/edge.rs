@@ -14,7 +14,7 @@ pub struct EdgePlan {
     pub reaches: u32,
     /// Angle \[rad\] between the direction and the edge.
     pub deviation: f64,
-    /// Where the tear would be then \[mm, rest shape\] if it could leave the edges.
+    /// Position that the tear would then have \[mm, rest shape\] if it could leave the edges.
     pub ideal: DVec3,
 }
 
@@ -84,7 +84,7 @@ impl Cutter<'_, '_> {
         self.advance_along_edge_from(&tip, ideal, direction)
     }
 
-    /// The same, with the chart of the tip as the mesh is now.
+    /// Advances a tear along mesh edges from a tip whose chart fits the present mesh.
     ///
     /// # Errors
     /// As [`advance_along_edge`](Self::advance_along_edge).

@@ -9,7 +9,7 @@ use crate::math::elementary;
 use crate::systems::kernels::failure::{self, Strength, TipField, evaluate_pull, evaluate_release};
 use glam::{DVec2, DVec3};
 
-/// What a body's tips decide by.
+/// Material data by which a body's tips decide.
 #[derive(Clone, Copy, Debug)]
 pub struct EnergyTerms<'a> {
     /// Cone, exponent and R.
@@ -18,7 +18,7 @@ pub struct EnergyTerms<'a> {
     pub energy: &'a EnergyCriterion,
 }
 
-/// What was read at a tip: how much energy an advance releases, by direction.
+/// Energy release at a tip as a function of the direction of advance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EnergyReading {
     /// The field of a plane crack, which knows how a kink unloads its surroundings.
@@ -29,7 +29,7 @@ pub enum EnergyReading {
         release: DVec2,
         /// Unit direction of the fibre.
         fibre: DVec2,
-        /// Why there is no field.
+        /// Reason why there is no field.
         fault: RingFault,
     },
 }
@@ -82,7 +82,7 @@ impl EnergyTerms<'_> {
     }
 }
 
-/// As `tip_decision`, by energy; with what was read.
+/// Decision at a tip by the energy criterion, as `tip_decision` by strength; with the release that it was found from.
 pub fn energy_decision(
     surface: &Surface,
     terms: EnergyTerms<'_>,

@@ -1,4 +1,4 @@
-//! Components that refer to vertices and follow what edits do to them.
+//! Components that refer to vertices and follow edits of the mesh.
 
 use crate::components::{
     Attributes, Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, StepForces,
@@ -6,7 +6,7 @@ use crate::components::{
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
 use crate::systems::solver::Factor;
 
-/// Query of the components that follow edits, but for the list of what has been added to the mesh.
+/// Query of the components that follow edits, without the list of additions to the mesh.
 pub type FollowersQuery<'a> = (
     (&'a mut Increment, &'a mut Factor),
     (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
@@ -14,12 +14,12 @@ pub type FollowersQuery<'a> = (
     (Option<&'a mut Attributes>, Option<&'a mut Changes>),
 );
 
-/// Those that a body carries.
+/// Components of a body that follow edits.
 #[derive(Debug)]
 pub struct Followers<'a> {
-    /// Its increment: where the step started and how far it has come.
+    /// Increment of the body: where the step started and how far it has come.
     pub increment: &'a mut Increment,
-    /// Its factor.
+    /// Factor of the body's matrix.
     pub factor: &'a mut Factor,
     /// Prescribed vertices.
     pub holds: Option<&'a mut Holds>,
@@ -33,7 +33,7 @@ pub struct Followers<'a> {
     pub edge_loads: Option<&'a mut EdgeLoads>,
     /// Forces of one step.
     pub step_forces: Option<&'a mut StepForces>,
-    /// The list of what has been added to the mesh.
+    /// The list of additions to the mesh.
     pub refined: Option<&'a mut Refined>,
     /// Numbers of the host's.
     pub attributes: Option<&'a mut Attributes>,
@@ -42,7 +42,7 @@ pub struct Followers<'a> {
 }
 
 impl<'a> Followers<'a> {
-    /// Those of a body, with the list of what has been added to its mesh.
+    /// The followers of a body, with the list of additions to its mesh.
     pub fn of(
         (body, (holds, springs, grips), (point_loads, edge_loads, step_forces), (attributes, changes)): FollowersQuery<
             'a,
@@ -79,7 +79,7 @@ impl Followers<'_> {
         is_held || self.grips.as_ref().is_some_and(|grips| grips.hold(vertex))
     }
 
-    /// Whether a vertex may vanish in a collapse without changing what holds or loads the body: it is free, no load acts on
+    /// Whether a vertex may vanish in a collapse without changing supports or loads of the body: it is free, no load acts on
     /// it, and along a loaded rim it lies between two loaded edges.
     pub fn can_spare(&self, vertex: u32) -> bool {
         let is_loaded =

@@ -28,7 +28,7 @@ pub struct Way {
     pub reaches: u32,
     /// Angle \[rad\] between the ray and the way.
     pub deviation: f64,
-    /// What kind of way it is.
+    /// Kind of way.
     pub course: Course,
 }
 
@@ -46,7 +46,7 @@ pub struct Ways {
     pub exact: SmallVec<[Way; 4]>,
     /// Existing vertices near the ray, nearest in angle first.
     pub snaps: SmallVec<[Way; 4]>,
-    /// What is left when these fail.
+    /// Detours, tried when all other ways fail.
     pub detours: SmallVec<[Way; 8]>,
 }
 

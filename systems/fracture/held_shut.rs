@@ -1,4 +1,4 @@
-//! Where the field at a tip has its centre: elements hold a crack shut for a part of an edge behind the vertex of its tip.
+//! Centre of the field at a tip: elements hold a crack shut for a part of an edge behind the vertex of its tip.
 //!
 //! Linear triangles cannot open as √r does just behind a tip. They are too stiff there by a surplus of energy in proportion to
 //! K²·(edge). A crack shorter by a part of an edge has released too little by as much: G·δ per thickness. Away from the tip the
@@ -60,7 +60,7 @@ pub fn lay_at_tip(disc: &mut Disc, surface: &Surface, (vertex, radius): (u32, f6
 }
 
 /// The size \[mm\] of the triangles at the corners of a vertex' fan, those nearer counted more often. Single fans are more
-/// uneven than what holds the crack shut: measured by these alone δ scatters twice as much.
+/// uneven than the zone that holds the crack shut: measured by these alone δ scatters twice as much.
 fn local_edge(surface: &Surface, vertex: u32) -> f64 {
     let (mut area, mut count) = (0.0, 0.0);
     for t in triangles_around(surface, vertex) {

@@ -1,8 +1,8 @@
-//! A stroke that is laid before it is opened. Its line becomes edges of the mesh first, exactly, whatever triangles that leaves.
-//! Then the triangles along it are mended, and the whole line is opened at once.
+//! Exact cuts: the line of a stroke is embedded as mesh edges, whatever triangles that leaves, then opened. In between the
+//! triangles along it are mended; the whole line is opened at once.
 //!
-//! The blade's own way, edge by edge, leaves the line where a triangle would be poor, and where it does depends on the end from which
-//! it comes. This one stays on the line, so that the lips are the same from either end.
+//! A cut edge by edge leaves the line where a triangle would be poor, and where it does depends on the end from which it comes.
+//! An embedded cut stays on the line, so that the lips are the same from either end.
 
 use super::advance::Opening;
 use super::blade::{CutOutcome, off_line};
@@ -52,7 +52,7 @@ impl Cutter<'_, '_> {
         let laid = self.lay(stroke, miss);
         self.quality = quality;
         let mut laid = laid?;
-        // What was moved out of the line's way may have left a poor triangle farther off.
+        // Vertices moved out of the line's way may have left a poor triangle farther off.
         let angle = self.mend(&mut laid).min(self.smallest_touched(start));
         if angle < least {
             return Err(TearRefusal::NoRoom { angle });
@@ -146,7 +146,8 @@ impl Cutter<'_, '_> {
         worst.map_or(std::f64::consts::PI, |(angle, _)| angle)
     }
 
-    /// Does a mend and the flips that follow; the smallest angle \[rad\] along the line and around what has moved, and the line.
+    /// Does a mend and the flips that follow; the smallest angle \[rad\] along the line and around the moved vertices, and the
+    /// line.
     fn try_mend(&mut self, laid: &Laid, edit: &Edit) -> Option<(f64, Laid)> {
         let start = self.scratch.records.len();
         self.edit(edit).ok()?;
@@ -168,7 +169,7 @@ impl Cutter<'_, '_> {
         Some((angle.min(star), laid))
     }
 
-    /// What may mend a triangle: the other diagonal of an edge, a vertex moved along an edge, or taken out.
+    /// Edits that may mend a triangle: the other diagonal of an edge, a vertex moved along an edge, or taken out.
     fn mends(&self, laid: &Laid, triangle: u32) -> Vec<Edit> {
         let corners = self.mesh.triangles.corners[triangle as usize];
         let neighbours = self.mesh.topology.neighbours[triangle as usize];

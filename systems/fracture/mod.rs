@@ -2,8 +2,8 @@
 //!
 //! An advance is decided in the chart of the tip's fan ([`TipChart`]) and planned without touching the mesh ([`plan_free`],
 //! [`plan_edge`]). A [`Cutter`] carries it out: edits that bring a vertex onto the path, the opening of the edge to it, and flips
-//! where they raise a small angle. Each edit leaves a record; what cannot be done well enough is taken back by those records and
-//! refused with a reason.
+//! where they raise a small angle. Each edit leaves a record; an advance that cannot be done well enough is taken back by those
+//! records and refused with a reason.
 
 mod advance;
 mod bisect;
@@ -69,7 +69,8 @@ use crate::storage::{Edit, EditRecord, Mesh, Refusal};
 use glam::DVec3;
 use std::fmt;
 
-/// What shapes of triangle a tear may leave. Tuned on random tears through structured, jittered and curved meshes.
+/// Limits on the shapes of triangle that a tear may leave. Tuned on random tears through structured, jittered and curved
+/// meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
     /// The first way whose triangles keep this angle \[rad\] is taken without looking at others; 28°. At 20° tears across
@@ -106,7 +107,7 @@ impl Default for Quality {
     }
 }
 
-/// Why a tear does not advance; the mesh is as it was.
+/// Reason why a tear does not advance; the mesh is as it was.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TearRefusal {
@@ -116,13 +117,13 @@ pub enum TearRefusal {
     /// The vertex lies inside the surface, where a tear has to be started before it can advance.
     #[error("vertex {vertex} lies inside the surface and is no tip")]
     NotATip {
-        /// Its row.
+        /// Row of the vertex.
         vertex: u32,
     },
     /// The vertex does not exist, or its triangles have no area.
     #[error("vertex {vertex} has no fan of triangles")]
     NoFan {
-        /// Its row.
+        /// Row of the vertex.
         vertex: u32,
     },
     /// The direction leaves the surface, or runs along its boundary.
@@ -160,7 +161,7 @@ pub enum TearRefusal {
     },
 }
 
-/// What became of the ways that were tried.
+/// Results of the ways that were tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tried {
     /// Best smallest angle \[rad\] that a way of each course would have left, in the order of [`Course::ALL`]; zero where
@@ -193,15 +194,15 @@ impl fmt::Display for Tried {
 /// One advance of a tear. Positions are in the rest shape \[mm\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Advance {
-    /// Where the tip was.
+    /// Position of the tip before the advance.
     pub from: DVec3,
-    /// Where it is now.
+    /// Position of the tip after the advance.
     pub to: DVec3,
     /// Row of the vertex it reached: the new tip, unless the tear has ended.
     pub vertex: u32,
     /// Angle \[rad\] between the wanted direction and the way taken; zero where the path is exact.
     pub deviation: f64,
-    /// Whether it is the way that was wanted, or which other one.
+    /// Course of the advance: the wanted way, or which other one.
     pub course: Course,
     /// Smallest angle \[rad\] of the triangles whose shape the advance has changed; π where it has changed none.
     pub smallest_angle: f64,
@@ -241,6 +242,6 @@ pub struct Cutter<'c, 'm> {
     pub is_movable: &'c dyn Fn(u32) -> bool,
     /// Limits on triangle shapes.
     pub quality: Quality,
-    /// Buffers and the records of what was done.
+    /// Buffers, and the records of the edits done.
     pub scratch: &'c mut TearScratch,
 }

@@ -1,11 +1,11 @@
-//! Whether a tear that has met a boundary has freed a piece.
+//! Detects fragments freed by tears that have met a boundary.
 
 use super::Cutter;
 use crate::storage::NONE;
 use crate::storage::room::fit;
 
 impl Cutter<'_, '_> {
-    /// Makes room for the walks with the first cut, so that the cut that frees a piece takes none.
+    /// Makes room for the walks with the first cut, so that a cut that frees a fragment allocates none.
     pub(super) fn make_room_to_walk(&mut self) {
         let room = self.mesh.triangles.corners.capacity();
         fit(&mut self.scratch.marks, room);

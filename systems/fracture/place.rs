@@ -14,12 +14,13 @@ const ON_EDGE: f64 = 1e-9;
 pub(super) const ON_BOUNDARY: f64 = 0.1;
 /// A point on a boundary edge may be moved to an end of the edge if that is nearer than this part of its length.
 pub(super) const NEAR_END: f64 = 0.25;
-/// The same of a point from which a cut should not be moved: nearer, no vertex can be put beside the end.
+/// A point from which a cut should not be moved may be put to an end of its edge only if that is nearer than this part of the
+/// length: nearer, no vertex can be put beside the end.
 pub(super) const TOO_NEAR_END: f64 = 0.03;
 /// A corner is moved to a point inside its triangle if its barycentric weight there is at least this.
 const NEAR_CORNER: f64 = 0.4;
 
-/// How far a lip is probed for the tissue behind it, as a part of its triangle's size.
+/// Distance over which a lip is probed for the tissue behind it, as a part of its triangle's size.
 const PROBE: f64 = 1e-3;
 
 /// Edits that bring a vertex to a point, and its row.
@@ -46,7 +47,7 @@ impl Cutter<'_, '_> {
             return Ok(corners[corner]);
         }
         let before = self.smallest_near(at.triangle)?;
-        // What lies on the boundary stays where it is if it can at all.
+        // A point on the boundary stays where it is if it can at all.
         let stays = miss < NEAR_END && self.is_near_rim(&at);
         let mut best: Option<(f64, Placement)> = None;
         for placement in self.placements(&at, held, miss) {
@@ -73,7 +74,7 @@ impl Cutter<'_, '_> {
         }
     }
 
-    /// The same place of the boundary, on the lip that lies towards a point; `None` inside the surface.
+    /// The coinciding place of the boundary on the lip that lies towards a point; `None` inside the surface.
     fn on_side(&self, at: SurfacePoint, inwards: DVec3) -> Option<SurfacePoint> {
         if !self.is_on_rim(&at) {
             return None;

@@ -1,4 +1,4 @@
-//! How far a tip may go in a step, and whether that is far enough for its next triangle.
+//! The advance budget of a tip in a step, and whether it suffices for the tip's next triangle.
 
 use super::tip::fan_chart;
 use crate::components::{SolveResult, TearDecision, TearDecisions, Tearing};
@@ -10,23 +10,23 @@ use smallvec::SmallVec;
 /// A sum of equal parts may miss the way by roundings.
 const ROUNDED: f64 = 1.0 - 1e-9;
 
-/// A criterion above this would exceed 1 after a correction of the step as well. A tip that waits saves up only what it may go by
-/// a corrected criterion, or by one so clear.
+/// A criterion above this would exceed 1 after a correction of the step as well. A tip that waits saves up only the advance
+/// that it may make by a corrected criterion, or by one so clear.
 const CLEAR: f64 = 1.05;
 
-/// How far tips may go.
+/// Advance budget of tips.
 #[derive(Clone, Copy, Debug)]
 pub enum Reach {
-    /// Until they come to rest.
+    /// No limit: tips advance until they come to rest.
     Unlimited,
-    /// So far \[mm\] in a new step.
+    /// Advance \[mm\] that a new step adds.
     New(f64),
-    /// What remains of a step that is redone.
+    /// The rest of the advance of a step that is redone.
     Left,
 }
 
 impl Reach {
-    /// That of a step.
+    /// The advance budget of a step.
     pub fn new(step: &StepContext, tearing: &Tearing) -> Self {
         match *step {
             StepContext { is_static: true, .. } => Self::Unlimited,
@@ -35,19 +35,20 @@ impl Reach {
         }
     }
 
-    /// What a tip may go \[mm\] that has saved up so much, if the way to the end of its triangle is so long. What is too short for
-    /// that is saved up, but for one triangle only: what a step leaves unused beyond it has been forgone.
+    /// Advance \[mm\] allowed to a tip that has saved up so much, if the way to the end of its triangle is so long. An advance
+    /// too short for that is saved up, but for one triangle only: any budget that a step leaves unused beyond it has been
+    /// forgone.
     pub fn allowance(self, saved: f64, way: f64) -> f64 {
         if let Self::New(more) = self { saved.min(way) + more } else { saved }
     }
 
-    /// Whether that is enough.
+    /// Whether an allowance \[mm\] is enough for a way \[mm\].
     pub fn allows(self, allowance: f64, way: f64) -> bool {
         matches!(self, Self::Unlimited) || allowance >= way * ROUNDED
     }
 }
 
-/// Whether the split is going to act on what the criterion has decided, and a correction may decide otherwise. So it is where a
+/// Whether the split is going to act on the decision of the criterion, and a correction may decide otherwise. So it is where a
 /// tear starts, and where a tip that is to advance may go far enough, or it is not clear that it is to wait.
 fn will_tear(
     tables: (&Vertices, &Triangles, &Topology),

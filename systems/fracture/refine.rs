@@ -1,5 +1,5 @@
-//! Refinement around tear tips and coarsening behind them, before a solve: what the criterion judges afterwards is the stress
-//! of a mesh that is fine around every tip.
+//! Refinement around tear tips and coarsening behind them, before a solve: the criterion then judges the stress of a mesh that
+//! is fine around every tip.
 
 use crate::components::{
     EnergyAudit, FibreLaws, Planar, PreStretch, Refined, Refinement, SolveResult, TearDecisions, Tearing, fibre_law,
@@ -14,14 +14,14 @@ use crate::systems::{StepContext, work};
 use glam::DVec3;
 
 /// Triangles with an angle below this \[rad\] are flipped where that helps; 14°. A flip strains the tissue anew, a bisection
-/// does not, so only what a tear has left thin is worth it.
+/// does not, so only thin triangles left by a tear are worth it.
 const FLIP: f64 = 0.244_346_095_279_206_1;
 
 /// Vertices are taken out from so many times the reach of refinement on, so that a tip that wavers does not see the mesh waver.
 const BEHIND: f64 = 1.5;
-/// Nor do they leave a large triangle nearer than this.
+/// Collapses leave no large triangle nearer than this multiple of the reach of refinement.
 const CLEAR: f64 = 1.25;
-/// One that could not be taken out at so many times the reach stays for good, so that the list of those to look at stays short.
+/// Vertices that could not be taken out at so many times the reach stay for good, so that the list of those to look at stays short.
 const FORGOTTEN: f64 = 5.0;
 
 /// Refines the bodies whose tips have gone on since they were last refined.
@@ -72,7 +72,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
             fibres,
         };
         if is_behind {
-            // Those of the last step tell of rows that others take now.
+            // Decisions of the last step refer to rows that others take now.
             decisions.forget();
             refiner.coarsen();
         }
@@ -81,7 +81,7 @@ pub fn refine(world: &mut hecs::World, step: &StepContext) -> usize {
             let halvings = refiner.refine(step.budget.map(|budget| work::halvings_within(budget / 2, triangles)));
             result.work = result.work.saturating_add(work::of_halvings(halvings, triangles));
         }
-        // Those of the last step are of another mesh.
+        // Loads of the last step are of another mesh.
         if let Some(audit) = audit {
             audit.forget_loads();
         }
@@ -120,8 +120,8 @@ struct Refiner<'a> {
 }
 
 impl Refiner<'_> {
-    /// Halves what is too large around the tips, once each, until nothing is; should the budget end it, then evenly everywhere.
-    /// After `most` halvings the next step goes on. Returns their number.
+    /// Halves triangles that are too large around the tips, once each, until none is; should the budget end it, then evenly
+    /// everywhere. After `most` halvings the next step goes on. Returns their number.
     fn refine(&mut self, most: Option<usize>) -> usize {
         let before = self.refined.split_count;
         let radius = self.tearing.radius;
@@ -186,8 +186,8 @@ impl Refiner<'_> {
         self.refined.queue.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
-    /// Halves a triangle, and what must be halved before, unless that has halved it already. `false` where the budget does not
-    /// allow it. A triangle that cannot be halved stays.
+    /// Halves a triangle, and those that must be halved before, unless that has halved it already. `false` where the budget
+    /// does not allow it. A triangle that cannot be halved stays.
     fn halve(&mut self, triangle: u32, edge: f64, has_split: &mut bool) -> bool {
         let most = self.refinement.most_added(self.refined.start_count);
         let area = |mesh: &Mesh<'_>| mesh.triangles.rest[triangle as usize].area;

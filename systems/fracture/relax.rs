@@ -1,5 +1,5 @@
-//! Flips that raise the smallest angle (Lawson 1977), near what was just edited and only where an angle is poor: a flip
-//! interpolates the state anew, so good triangles are left alone.
+//! Flips that raise the smallest angle (Lawson 1977), near recent edits and only where an angle is poor: a flip interpolates
+//! the state anew, so good triangles are left alone.
 
 use super::Cutter;
 use crate::math::{Orthotropic, SmallestAngle, Sym2, elementary};
@@ -85,8 +85,8 @@ fn are_coplanar(n: DVec3, m: DVec3) -> bool {
     n.dot(m) >= COPLANAR * n.length() * m.length()
 }
 
-/// Whether a vertex may be moved in the rest surface: it lies inside, where that is nearly flat. To move a corner or a ridge takes off what
-/// stands out: an octahedron lost a quarter of its area.
+/// Whether a vertex may be moved in the rest surface: it lies inside, where that is nearly flat. Moving a corner or a ridge
+/// takes off the protruding part: an octahedron lost a quarter of its area.
 pub(super) fn may_slide(mesh: &Mesh, vertex: u32) -> bool {
     let corners_of = |t: u32| mesh.triangles.corners[t as usize].map(|v| mesh.vertices.rest_position[v as usize]);
     let around = &mesh.topology.incident[vertex as usize];

@@ -18,9 +18,9 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// The weight is 1 up to this part of the radius and falls to 0 at the radius. So the triangles at the tip, whose stress is the
-/// worst, do not enter. Nor does the piece of the lips between the field's tip and the vertex ahead of it. J over a ring of R about
-/// the vertex met the loads of `tear-load` to 1.3 % and 5.2 % at four and two edges per R. Without the core it met them to 2.2 %
-/// and 6.0 %.
+/// worst, do not enter. Nor does the part of the lips between the field's tip and the vertex ahead of it. J over a ring of R
+/// about the vertex met the loads of `tear-load` to 1.3 % and 5.2 % at four and two edges per R. Without the core it met them
+/// to 2.2 % and 6.0 %.
 const CORE: f64 = 0.4;
 /// Fewest edges to the radius: the core is then about one of them. With 2.8 the loads of `tear-load` are met to 1.6 %, with two
 /// to 6.4 %.
@@ -66,7 +66,7 @@ struct Member {
     modes: [(Sym2, DVec2); 2],
 }
 
-/// What a ring tells.
+/// Results of the contour integrals over a ring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contour {
     /// The field at the tip, in the axes in which the ring was laid.
@@ -248,7 +248,7 @@ impl Member {
         membrane::gradient(x, &surface.triangles.rest[t])
     }
 
-    /// The same columns along the axes of the crack.
+    /// Columns of the deformation gradient along the axes of the crack.
     fn in_crack_axes(&self, (f1, f2): (DVec3, DVec3)) -> [DVec3; 2] {
         let DVec2 { x: c, y: s } = self.fibre;
         [f1 * c - f2 * s, f1 * s + f2 * c]

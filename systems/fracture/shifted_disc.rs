@@ -1,7 +1,7 @@
 //! The disc about a tip whose rest shape is shifted for the material force ([`material_force`](crate::systems::kernels::material_force)).
 //!
-//! It is laid out in the rest shape and stays as it is until an edit touches its triangles; only what is in them changes from step
-//! to step.
+//! It is laid out in the rest shape and stays as it is until an edit touches its triangles; only the field in them changes from
+//! step to step.
 
 use super::Surface;
 use super::shifted_folds::ShiftedFolds;
@@ -21,8 +21,8 @@ const CORE: f64 = 0.4;
 
 /// Fewest edges to the radius: the core is then about one of them.
 const LEAST_EDGES: f64 = 3.0;
-/// Most edges to the radius: what is ahead is the same for all discs, what is across for small ones alone, which bent lips, jaws and
-/// other tears hardly reach.
+/// Most edges to the radius: the field ahead is the same for all discs, the field across for small ones alone, which bent lips,
+/// jaws and other tears hardly reach.
 const MOST_EDGES: f64 = 6.0;
 
 /// cos 60°: a boundary that turns from a lip's first edge by more is no lip any more.
@@ -45,13 +45,13 @@ pub struct ShiftedDisc {
     rim: Vec<u32>,
     /// Vertices of some weight.
     nodes: Vec<Node>,
-    /// Where the body bends.
+    /// Bending triangles of the disc.
     folds: ShiftedFolds,
     /// Edges of boundaries in it.
     lips: Vec<[u32; 2]>,
     /// Mean thickness at its centre \[mm\].
     thickness: f64,
-    /// Buffer.
+    /// Buffer of triangles strained side by side.
     pack: Pack,
 }
 
@@ -69,7 +69,7 @@ struct Member {
     nodes: [u32; 3],
 }
 
-/// A vertex of the disc, and what its triangles add up to.
+/// A vertex of the disc, and the sums over its triangles.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     vertex: u32,
@@ -84,7 +84,7 @@ struct Node {
 pub struct MaterialForce {
     /// Energy released per area of tear and direction \[N/mm\]: G(d) = release·d.
     pub release: DVec2,
-    /// The part of it that is the derivative of stored energy alone; the rest is what other forces on the disc carry.
+    /// The part of the release that is the derivative of stored energy alone; the rest is carried by other forces on the disc.
     pub stored: DVec2,
 }
 
@@ -94,7 +94,7 @@ impl ShiftedDisc {
         wanted.max(LEAST_EDGES * edge).min(MOST_EDGES * edge)
     }
 
-    /// Makes room for what a disc usually holds, so that the first one that is laid while a tear runs does not allocate.
+    /// Reserves room for the usual size of a disc, so that the first one that is laid while a tear runs does not allocate.
     pub fn make_room(&mut self) {
         if self.members.capacity() == 0 {
             self.members.reserve(USUAL);
@@ -210,7 +210,7 @@ impl ShiftedDisc {
         self.members.iter().map(|member| member.triangle).chain(self.rim.iter().copied()).chain(bends)
     }
 
-    /// Whether it was laid for tissue that bends as this surface does.
+    /// Whether the disc was laid for tissue that bends as this surface does.
     pub fn bends_as(&self, surface: &Surface) -> bool {
         self.folds.bending() == surface.bending.copied()
     }
@@ -246,7 +246,7 @@ impl ShiftedDisc {
     }
 }
 
-/// Some triangles of the disc side by side, as the kernels of the step take them, and what these find.
+/// Some triangles of the disc side by side, as the kernels of the step take them, and the results of these.
 #[derive(Clone, Debug, Default)]
 struct Pack {
     corners: Vec<[u32; 3]>,
@@ -303,7 +303,7 @@ impl Pack {
         simd::run(&CornerForces { state, rest, thickness: PerRow::each(thickness) }, 0, forces);
     }
 
-    /// What is in the triangle of a member, in the axes of the disc, and its area at rest \[mm²\].
+    /// Strain state of a member's triangle, in the axes of the disc, and its area at rest \[mm²\].
     fn strained(&self, place: usize, member: &Member, surface: &Surface) -> (Strained, f64) {
         let (rest, stiffness) = (&self.rest[place], &self.stiffness[place]);
         let x = self.corners[place].map(|v| surface.vertices.position[v as usize]);

@@ -1,4 +1,5 @@
-//! What bending adds to the material force: the change of its energy under the shift of the rest shape, at fixed positions.
+//! Contribution of bending to the material force: the change of its energy under the shift of the rest shape, at fixed
+//! positions.
 //!
 //! Its energy is ½·φ·Q·φ summed over triangles, with mid-edge normals turned by differences of moments
 //! ([`DihedralAngles`](crate::systems::bending::DihedralAngles)). Laws Q and turns follow the shift; the angles between triangles do not.
@@ -15,19 +16,20 @@ struct Bend {
     triangle: u32,
     /// Q \[N·mm\].
     law: EdgeMatrix,
-    /// Its change by shifts along the axes of the disc \[N\].
+    /// Change of the law Q by shifts along the axes of the disc \[N\].
     shifted: [EdgeMatrix; 2],
     /// Angles at rest.
     rest: DVec3,
-    /// Per edge the entry of the triangle across and its edge, if it is listed, and what a difference of moments turns the normal by.
+    /// Per edge the entry of the triangle across and its edge, if it is listed, and the rotation of the normal per difference
+    /// of moments.
     across: [Option<(u32, usize)>; 3],
     turn: DVec3,
-    /// How it tilts now.
+    /// Tilt of the triangle at the current positions.
     tilt: Tilt,
-    /// Half of what the angles are off those at rest, and the moments of these \[N\].
+    /// Half the deviations of the angles from those at rest, and the moments of these \[N\].
     half: DVec3,
     moment: DVec3,
-    /// The same with the mid-edge normals turned.
+    /// Half the deviations of the angles, and their moments \[N\], with the mid-edge normals turned.
     angles: DVec3,
     balanced: DVec3,
     /// The change of the whole energy by half of an angle \[N·mm\].
@@ -37,10 +39,10 @@ struct Bend {
 /// The triangles of a disc that bend.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ShiftedFolds {
-    /// What they were laid for.
+    /// Bending for which the triangles were laid.
     bending: Option<Bending>,
     bends: Vec<Bend>,
-    /// Buffer.
+    /// Buffer of triangles to be laid.
     listed: Vec<Listed>,
     /// Triangles across the outermost edges, to which there are angles.
     beyond: Vec<u32>,
@@ -53,14 +55,14 @@ type Listed = (u32, bool, DVec2, DVec2);
 const USUAL: usize = 512;
 
 impl ShiftedFolds {
-    /// Forgets what was laid.
+    /// Removes all laid triangles.
     pub(super) fn clear(&mut self) {
         self.bending = None;
         self.bends.clear();
         self.beyond.clear();
     }
 
-    /// What they were laid for, if they were.
+    /// Bending for which the triangles were laid, if they were.
     pub(super) fn bending(&self) -> Option<Bending> {
         self.bending
     }
@@ -86,7 +88,7 @@ impl ShiftedFolds {
             let around = topology.neighbours[self.listed[place].0 as usize].into_iter().filter(|&n| n != NONE);
             self.listed.extend(around.map(|n| (n, true, DVec2::ZERO, DVec2::X)));
         }
-        // What was listed at first comes before what is around it.
+        // Triangles of the disc come before those around it.
         self.listed.sort_unstable_by_key(|&(triangle, is_around, ..)| (triangle, is_around));
         self.listed.dedup_by_key(|&mut (triangle, ..)| triangle);
         for &(triangle, _, fall, fibre) in &self.listed {
@@ -179,21 +181,21 @@ impl ShiftedFolds {
             return [DVec3::ZERO; 3];
         };
         let bend = &self.bends[place];
-        // Half an angle turns by half of what either triangle tilts.
+        // Half an angle turns by half the tilt of either triangle.
         let moments = [0, 1, 2].map(|e| {
             bend.across[e].map_or(0.0, |(other, f)| 0.5 * (bend.slope[e] + self.bends[other as usize].slope[f]))
         });
         bend.tilt.along(DVec3::from_array(moments)).to_array().map(|along| bend.tilt.normal * -along)
     }
 
-    /// What the differences of moments turn the mid-edge normals of a triangle by. A free edge bears no moment.
+    /// Rotations of a triangle's mid-edge normals by the differences of moments. A free edge bears no moment.
     fn turned(&self, bend: &Bend, moment: impl Fn(&Bend) -> DVec3) -> DVec3 {
         let others = bend.across.map(|across| across.map_or(0.0, |(other, f)| moment(&self.bends[other as usize])[f]));
         (DVec3::from_array(others) - moment(bend)) * bend.turn
     }
 
-    /// What a unit of shift along an axis changes ½·φ·Q·φ of a triangle by \[N\]. Of the angles φ half of those to its neighbours are
-    /// fixed; what the difference of the moments M turns the mid-edge normals by is not.
+    /// Change of ½·φ·Q·φ of a triangle \[N\] by a unit of shift along an axis. Of the angles φ half of those to its neighbours
+    /// are fixed; the rotations of the mid-edge normals by the difference of the moments M are not.
     fn change(&self, bend: &Bend, axis: usize) -> f64 {
         let shifted = |bend: &Bend| bending::product(&bend.shifted[axis], bend.half);
         let mut changes = self.turned(bend, shifted);

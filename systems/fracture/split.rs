@@ -18,10 +18,10 @@ use crate::systems::{StepContext, work};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// With fewer edges per averaging radius the tear load depends on the mesh.
+/// Edges per averaging radius below which the tear load depends on the mesh.
 const RESOLVED: f64 = 3.0;
 
-/// Carries out what the criterion has decided: one advance per tip, in the order of the tips' rows, then one start.
+/// Carries out the decisions of the criterion: one advance per tip, in the order of the tips' rows, then one start.
 pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
@@ -107,7 +107,7 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
-/// Counts a step in which a start has the stress and not the energy, and tells of it once.
+/// Counts a step in which a nucleation is blocked by energy: the stress suffices, the energy does not. It is reported once.
 fn note_withheld(decisions: &mut TearDecisions, log: &mut TearLog) {
     let was_told = std::mem::replace(&mut decisions.is_withheld_told, decisions.withheld.is_some());
     if let Some(withheld) = decisions.withheld {
@@ -118,7 +118,7 @@ fn note_withheld(decisions: &mut TearDecisions, log: &mut TearLog) {
     }
 }
 
-/// A tip that does not want to advance saves nothing up; only what it went too far is paid off in time.
+/// A tip that does not want to advance saves nothing up; only an advance beyond its budget is paid off in time.
 fn rest(tips: &mut Tips, tip: usize, reach: Reach) {
     let more = if let Reach::New(more) = reach { more } else { 0.0 };
     tips.allowance[tip] = (tips.allowance[tip] + more).min(0.0);
@@ -136,7 +136,7 @@ struct Tearer<'a> {
     scratch: &'a mut TearScratch,
     /// The vertices that the last cut has parted.
     parted: SmallVec<[u32; 4]>,
-    /// The same with the copies that the last cut has made of them.
+    /// The vertices that the last cut has parted, with their copies.
     touched: SmallVec<[u32; 8]>,
     /// Whether a tip has to wait because it may go no further in this step.
     is_held_back: bool,
@@ -155,7 +155,7 @@ impl Tearer<'_> {
         self.is_waiting |= self.may_reach(tip, chart.as_ref(), decision.direction, reach);
     }
 
-    /// Adds this step's allowance to a tip's; tells whether it is enough for the next triangle in this direction.
+    /// Adds this step's allowance to a tip's; returns whether it is enough for the next triangle in this direction.
     fn may_reach(&mut self, tip: usize, chart: Option<&TipChart>, direction: DVec3, reach: Reach) -> bool {
         let exit = chart.and_then(|tip| tip.chart.exit(tip.chart.to_chart(direction)));
         let way = exit.map_or(0.0, |exit| exit.distance);
@@ -211,7 +211,8 @@ impl Tearer<'_> {
         self.log.held_back_criterion = self.log.held_back_criterion.max(criterion);
     }
 
-    /// Takes down an advance from where the sheet was so thick \[mm\] into a triangle with this factor of the body's toughness.
+    /// Records an advance, with the thickness \[mm\] of the sheet at its start, into a triangle with this factor of the body's
+    /// toughness.
     fn record_advance(
         &mut self,
         key: TipKey,
@@ -288,7 +289,7 @@ impl Tearer<'_> {
         Some(terms.toughness().threshold(delta) * factor)
     }
 
-    /// What follows from a cut, once the tip that made it has moved on.
+    /// Finishes a cut, once the tip that made it has moved on.
     fn finish_cut(&mut self, freed: Option<usize>) {
         note_parted(&self.parted, Some(self.tips), self.log, &self.followers, self.mesh.vertices);
         if let Some(triangle_count) = freed {
@@ -297,7 +298,7 @@ impl Tearer<'_> {
         }
     }
 
-    /// One triangle or edge further from a tip, with where it would be if it could leave the edges.
+    /// Cuts one triangle or edge further from a tip; the second value is where the tip would be if it could leave the edges.
     fn cut_from(&mut self, tip: &TipChart, ideal: DVec3, direction: DVec3) -> Result<(Advance, DVec3), TearRefusal> {
         let mode = self.tearing.mode;
         self.cut(|cutter| match mode {
@@ -351,7 +352,7 @@ pub fn add_tip(tips: &mut Tips, tip: NewTip) -> TipKey {
     tips.push(fresh)
 }
 
-/// What it means for vertices that they were parted: a tip there is gone, and what has hold of one keeps it shut.
+/// Updates tips and events for parted vertices: a tip there is gone, and supports of one keep it shut.
 pub fn note_parted(
     parted: &[u32],
     tips: Option<&mut Tips>,

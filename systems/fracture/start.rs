@@ -15,7 +15,7 @@ pub struct NewTip {
     pub vertex: u32,
     /// The direction that was wanted, from the start to here \[unit, rest shape\].
     pub direction: DVec3,
-    /// Where the tip would be \[mm, rest shape\] if it could leave the edges; in free mode where it is.
+    /// Position that the tip would have \[mm, rest shape\] if it could leave the edges; in free mode its position.
     pub ideal: DVec3,
 }
 
@@ -24,7 +24,7 @@ pub struct NewTip {
 pub struct Slit {
     /// Rows of the vertices along it; the ones between tips are now doubled.
     pub path: SmallVec<[u32; 4]>,
-    /// Its tips. An end at a boundary is none.
+    /// Tips of the new tear. An end at a boundary is none.
     pub tips: SmallVec<[NewTip; 2]>,
     /// Smallest angle \[rad\] of the triangles whose shape has changed; π where it has changed none.
     pub smallest_angle: f64,
@@ -137,7 +137,7 @@ impl Cutter<'_, '_> {
         Slit { path: smallvec![behind, centre, ahead], tips, smallest_angle, freed }
     }
 
-    /// One step from a vertex inside to the one whose row is returned. Vertices in `held` must not move.
+    /// Advances one step from a vertex inside to the one whose row is returned. Vertices in `held` must not move.
     fn step_inside(
         &mut self,
         vertex: u32,

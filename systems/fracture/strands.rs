@@ -1,6 +1,7 @@
-//! Strands: tissue narrower than the disc, between two rims.
+//! Ligaments: tissue narrower than the disc, between two rims.
 //!
-//! Where strands are follows from the rest shape, so they are found once after each edit; their stress is asked for in each step.
+//! The places of ligaments follow from the rest shape, so they are found once after each edit; their stress is evaluated in
+//! each step.
 
 use super::Surface;
 use crate::components::{PartedBy, Parting, TearSite};
@@ -10,9 +11,9 @@ use crate::systems::kernels::failure::{self, Strength};
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
 
-/// Triangles on a way across a strand: R has some ten edges at most.
+/// Most triangles on a way across a ligament: R has some ten edges at most.
 const MOST_CROSSED: usize = 64;
-/// Fewest triangles on it: a spike of one or two carries what just they do, and swings.
+/// Fewest triangles on a way across a ligament: a spike of one or two carries only its own load, and swings.
 const FEWEST_CROSSED: usize = 3;
 /// Ways from one vertex of the rim, the shortest first: which of them is the weakest depends on the fibres.
 const WAYS: usize = 3;
@@ -24,7 +25,7 @@ const ROOM: usize = 256;
 /// a straight rim. Ways along the rim, as the chords of a round one, cut off no strand.
 const LEAN: f64 = 2.0 / 3.0;
 
-/// *Derived.* The strands of a body.
+/// *Derived.* The ligaments of a body.
 #[derive(Clone, Debug, Default)]
 pub struct Strands {
     /// When, and for which radius \[mm\], they were found.
@@ -42,7 +43,7 @@ pub struct Strands {
 #[derive(Clone, Debug)]
 struct Way {
     vertices: [u32; 2],
-    /// Its triangles in [`Strands::crossed`].
+    /// Triangles of the way in [`Strands::crossed`].
     crossed: std::ops::Range<u32>,
 }
 
@@ -55,7 +56,7 @@ struct Inwards {
 }
 
 impl Strands {
-    /// Finds the strands narrower than `radius` \[mm\], unless they are known.
+    /// Finds the ligaments narrower than `radius` \[mm\], unless they are known.
     pub fn find(&mut self, surface: &Surface, radius: f64) {
         let wanted = Some((surface.topology.log.now(), radius));
         if self.found_for == wanted {
@@ -114,8 +115,9 @@ impl Strands {
         self.facing = facing;
     }
 
-    /// The strand with the largest criterion above 1, of those whose middle \[mm, rest shape\] may part: every triangle on the way across
-    /// it exceeds it. The tension at a rim follows the rim, so that its own direction says little about the way across.
+    /// The ligament with the largest criterion above 1, of those whose middle \[mm, rest shape\] may part: every triangle on
+    /// the way across it exceeds it. The tension at a rim follows the rim, so that its own direction says little about the way
+    /// across.
     pub fn weakest(&self, surface: &Surface, strength: &Strength, may_part: &dyn Fn(DVec3) -> bool) -> Option<Parting> {
         let rest = &surface.vertices.rest_position;
         let mut best: Option<Parting> = None;

@@ -10,18 +10,18 @@ use crate::systems::kernels::path_work::Element;
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// The angle \[rad\] that is left is at least this, or no smaller than what was there; 20°.
+/// The smallest angle \[rad\] left by a collapse is at least this, or no smaller than before; 20°.
 const GOOD: f64 = 0.349_065_850_398_865_9;
 /// Cosine of the largest turn of a triangle's normal in the rest shape: 10°.
 const FLAT_AT_REST: f64 = 0.984_807_753_012_208;
 /// Cosine of the largest turn of a triangle's normal in space: 20°. Folds stay.
 const FLAT_IN_SPACE: f64 = 0.939_692_620_785_908_4;
-/// The elastic energy around the vertex may change by this part. It is of second order in what the stress changes by: 5 % stand
-/// for 22 % of the stress, what the linear triangles of a mesh that is not refined are off by as well (up to 16 % in `fig2`).
+/// The elastic energy around the vertex may change by this part. It is of second order in the change of the stress: 5 % stand
+/// for 22 % of the stress, the error that linear triangles of a mesh that is not refined have as well (up to 16 % in `fig2`).
 const ENERGY: f64 = 0.05;
-/// Or by the energy of a stress of this part of the least strength: where that little changes, nothing tears. Tuned, with the
-/// above, on `fig2-tear` at 60° and 90°. There what is taken out behind the tip changes 0.5 % of the energy, and all that goes at
-/// once when the tear has ended 1.5 % more.
+/// The elastic energy may also change by the energy of a stress of this part of the least strength: where that little changes,
+/// nothing tears. Tuned, with [`ENERGY`], on `fig2-tear` at 60° and 90°. There vertices taken out behind the tip change 0.5 %
+/// of the energy, and all those that go at once when the tear has ended 1.5 % more.
 const FAINT: f64 = 0.2;
 
 /// A vertex that can be taken out.
@@ -29,7 +29,7 @@ const FAINT: f64 = 0.2;
 pub struct ThinOut {
     /// Row of the vertex that it is to be collapsed into.
     pub into: u32,
-    /// By how much the elastic energy changes \[mJ\].
+    /// Change of the elastic energy \[mJ\].
     pub energy_change: f64,
 }
 
@@ -42,7 +42,7 @@ pub fn plan_thin_out(
     is_wanted: &dyn Fn([DVec3; 3], f64) -> bool,
 ) -> Option<ThinOut> {
     let fan = surface.topology.fan(vertex);
-    // What differs from triangle to triangle stays where it is.
+    // Vertices between triangles of different properties stay where they are.
     if !are_uniform(surface.triangles, &fan) {
         return None;
     }

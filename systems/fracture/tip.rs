@@ -11,9 +11,9 @@ use smallvec::SmallVec;
 pub struct TipChart {
     /// Row of the vertex.
     pub vertex: u32,
-    /// The triangles.
+    /// The triangles around the vertex.
     pub fan: Fan,
-    /// Their layout.
+    /// Layout of the triangles in a plane.
     pub chart: FanChart,
 }
 

@@ -71,7 +71,7 @@ pub(super) fn decision_in_fan(vertex: u32, answer: &Decision, chart: &FanChart, 
     TearDecision { other, ..decision(vertex, answer, average, chart.axes(), chart.to_surface(direction)) }
 }
 
-/// The answer of the criterion with what it was found from.
+/// The answer of the criterion with the data that it was found from.
 pub fn decision(
     row: u32,
     answer: &Decision,

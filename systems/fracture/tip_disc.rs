@@ -1,4 +1,5 @@
-//! The disc around a tip in the rest shape: which triangles it holds, with what weight, and how their axes lie in its own.
+//! The disc around a tip in the rest shape: its triangles, their weights, and the directions of their axes in those of the
+//! disc.
 //!
 //! All of it follows from the rest shape and the topology. So a disc stays as it is until an edit touches one of its triangles,
 //! those just beyond its rim included. Only the stress in it changes from step to step. Triangles are found by walking from
@@ -30,7 +31,7 @@ pub struct Disc {
     pub area: f64,
     /// Unit mean fibre in the disc's axes: the principal axis of the mean of f ⊗ f.
     pub fibre: DVec2,
-    /// How the fibre's angle changes over the disc \[rad/mm\]: the gradient of a linear fit.
+    /// Gradient of the fibre's angle over the disc \[rad/mm\], by a linear fit.
     pub fibre_turn: DVec2,
     /// R over the mean edge length in the disc; under 3 the average is under-resolved.
     pub edges_per_radius: f64,
@@ -45,10 +46,10 @@ struct Member {
     mixed: f64,
 }
 
-/// Buffers of the walk, to be kept between discs.
+/// Buffers of the walk over triangles, to be kept between discs.
 #[derive(Clone, Debug, Default)]
 pub struct Walk {
-    /// Per triangle the number of the last walk that came by.
+    /// Number of the last walk that visited each triangle.
     visited: Vec<u32>,
     walk: u32,
     queue: Vec<u32>,

@@ -1,5 +1,5 @@
-//! What the criterion keeps between steps: the table of its search and, per tip, the chart and the disc, as long as no edit
-//! touches their triangles. A resting tip then costs the stress in its disc and one search.
+//! State that the criterion keeps between steps: the table of its search and, per tip, the chart and the disc, as long as no
+//! edit touches their triangles. A resting tip then costs the stress in its disc and one search.
 
 use super::held_shut::{field_centre, lay_at_tip, triangles_around};
 use super::ring::Ring;
@@ -11,21 +11,21 @@ use crate::storage::{EditLog, Revision};
 use crate::systems::kernels::failure::{Search, Strength};
 use crate::systems::kernels::fan::FanChart;
 
-/// *Derived.* The criterion's memory of one body, whose topology's log of edits tells what still holds.
+/// *Derived.* The criterion's memory of one body; the topology's log of edits shows which parts are still valid.
 #[derive(Clone, Debug, Default)]
 pub struct TipMemory {
     search: Option<Box<Search>>,
-    /// By the rows of the tips.
+    /// Charts and discs by the rows of the tips.
     places: Vec<Option<TipPlace>>,
-    /// The same for bodies that decide by energy; empty otherwise.
+    /// Rings by the rows of the tips, for bodies that decide by energy; empty otherwise.
     rings: Vec<Kept<Ring>>,
     /// Discs for the material force, where it is asked for.
     shifted: Vec<Kept<ShiftedDisc>>,
-    /// Of a body that has torn.
+    /// Ligaments of a body that has torn.
     strands: Option<Box<Strands>>,
-    /// For discs that are not kept.
+    /// Buffer for discs that are not kept.
     pub passing: Disc,
-    /// Buffers.
+    /// Buffers of the walk.
     pub walk: Walk,
 }
 
@@ -34,25 +34,25 @@ pub struct TipMemory {
 struct TipPlace {
     vertex: u32,
     radius: f64,
-    /// When this was last found up to date.
+    /// Revision at which the surroundings were last found up to date.
     checked: Revision,
     chart: FanChart,
     disc: Disc,
 }
 
-/// What is laid out around a tip, and follows from the rest shape alone.
+/// A domain laid out around a tip, which follows from the rest shape alone.
 #[derive(Clone, Debug, Default)]
 struct Kept<T> {
     vertex: Option<u32>,
     radius: f64,
-    /// When this was last found up to date.
+    /// Revision at which the domain was last found up to date.
     checked: Revision,
     laid: T,
 }
 
-/// What depends on some triangles alone.
+/// A domain that depends on some triangles alone.
 trait Laid: Default {
-    /// Their rows.
+    /// Rows of the triangles.
     fn rows(&self) -> impl Iterator<Item = u32>;
 }
 
@@ -69,7 +69,7 @@ impl Laid for ShiftedDisc {
 }
 
 impl<T: Laid> Kept<T> {
-    /// What is kept at a tip.
+    /// The entry kept at a tip.
     fn at(list: &mut Vec<Self>, tip: usize) -> &mut Self {
         if list.len() <= tip {
             list.resize_with(tip + 1, Self::default);
@@ -77,7 +77,7 @@ impl<T: Laid> Kept<T> {
         &mut list[tip]
     }
 
-    /// Whether it has to be laid out anew; it counts as up to date from now on.
+    /// Whether the domain has to be laid out anew; it counts as up to date from now on.
     fn is_due(&mut self, vertex: u32, radius: f64, log: &EditLog) -> bool {
         let is_known = self.vertex == Some(vertex) && self.radius == radius;
         let is_due = !is_known || log.have_changed(self.laid.rows(), self.checked);
@@ -93,14 +93,14 @@ impl TipMemory {
         self.search.insert(kept.unwrap_or_else(|| Box::new(Search::new(strength))))
     }
 
-    /// The strands of a body narrower than a radius \[mm\].
+    /// The ligaments of a body narrower than a radius \[mm\].
     pub fn strands(&mut self, surface: &Surface, radius: f64) -> &Strands {
         let strands = self.strands.get_or_insert_default();
         strands.find(surface, radius);
         strands
     }
 
-    /// For the `tip`th tip of a body, at `vertex`: the chart of its fan, the search for these strengths and the averages
+    /// Finds for the `tip`th tip of a body, at `vertex`, the chart of its fan, the search for these strengths and the averages
     /// over its disc of this radius \[mm\]. `None` where its fan has no area.
     pub fn at_tip(
         &mut self,
@@ -114,7 +114,8 @@ impl TipMemory {
         Some((&place.chart, self.search.as_deref()?, DiscAverage::over(&place.disc, radius, surface)?))
     }
 
-    /// The same with the ring of another radius \[mm\] about the same point.
+    /// Finds chart, search and averages at a tip as [`at_tip`](Self::at_tip), with the ring of another radius \[mm\] about the
+    /// same point.
     pub fn at_tip_with_ring(
         &mut self,
         surface: &Surface,
@@ -157,7 +158,7 @@ impl TipMemory {
         Some((&place.chart, kept.laid.force(surface)?))
     }
 
-    /// Brings what is kept of a tip up to date; `None` where its fan has no area.
+    /// Updates the memory of a tip; `None` where its fan has no area.
     fn look(&mut self, surface: &Surface, (tip, vertex): (usize, u32), strength: Strength, radius: f64) -> Option<()> {
         self.search(strength);
         if self.places.len() <= tip {

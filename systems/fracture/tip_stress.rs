@@ -19,7 +19,7 @@ pub struct Surface<'a> {
     pub vertices: &'a Vertices,
     /// Rest data, fibres and material.
     pub triangles: &'a Triangles,
-    /// For the walk.
+    /// Neighbours of the triangles, for the walk.
     pub topology: &'a Topology,
     /// Whether the body stays in its plane.
     pub is_planar: bool,
@@ -44,7 +44,7 @@ pub struct DiscAverage {
     pub stress: Sym2,
     /// Unit mean fibre: the principal axis of the mean of f ⊗ f.
     pub fibre: DVec2,
-    /// How the fibre's angle changes over the disc \[rad/mm\]: the gradient of a linear fit.
+    /// Gradient of the fibre's angle over the disc \[rad/mm\], by a linear fit.
     pub fibre_turn: DVec2,
     /// R \[mm\].
     pub radius: f64,

@@ -1,5 +1,5 @@
-//! The trial of a start where both a strength and a toughness are in force (coupled criterion, Leguillon 2002). The stress reaches
-//! the strength along a whole length, and opening that length releases the toughness on average.
+//! Coupled stress-energy nucleation criterion, where both a strength and a toughness are in force (Leguillon 2002). The stress
+//! reaches the strength along a whole length, and opening that length releases the toughness on average.
 //!
 //! The release is that of a crack on whose lips the tractions are taken away which the tissue carried there (Bueckner 1958). From
 //! inside it is that in a wide plate, from the boundary that at a straight rim.
@@ -21,12 +21,12 @@ const RIM: [f64; 2] = [0.6147, 0.2040];
 const POINTS: u32 = 24;
 /// Square of the largest principal stress around a tip over K/√(2πr), at 60° from its direction.
 const LARGEST_SQ: f64 = 1.69;
-/// Where a way is looked at to see which triangle it enters, in lengths of a step or a zone.
+/// Distance ahead at which a way is probed for the triangle it enters, in lengths of a step or a zone.
 const NEAR: f64 = 0.01;
 /// Triangles that one step of the walk may cross.
 const MOST_CROSSED: usize = 64;
 
-/// What a trial has found.
+/// Result of the coupled stress-energy nucleation criterion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     /// Length to open \[mm\], to either side of a start from inside.
@@ -39,10 +39,10 @@ pub struct Trial {
     pub opens: bool,
 }
 
-/// Buffers of a trial.
+/// Buffers of the coupled criterion.
 pub type TrialBuffers<'a> = (&'a mut Disc, &'a mut Walk);
 
-/// What stands at a point of the way: tractions across and along it \[MPa\] and the toughness \[N/mm\].
+/// Stresses at a point of the way: tractions across and along it \[MPa\] and the toughness \[N/mm\].
 #[derive(Clone, Copy)]
 struct Sample {
     opening: f64,
@@ -104,7 +104,7 @@ impl EnergyTerms<'_> {
         }
     }
 
-    /// How far the field of a tip by itself reaches the strength of its direction \[mm\]: its largest stress is 1.3·K/√(2πr) at the distance r (mode I,
+    /// Distance over which the field of a tip by itself reaches the strength of its direction \[mm\]: its largest stress is 1.3·K/√(2πr) at the distance r (mode I,
     /// isotropic). Zero where the tip's decision is on no energy.
     pub fn overstressed(&self, surface: &Surface, decision: &TearDecision) -> f64 {
         let Some(release) = decision.release else { return 0.0 };
@@ -136,7 +136,7 @@ impl EnergyTerms<'_> {
         }
     }
 
-    /// The criterion of strength where a ray stands, and what is taken away there.
+    /// The criterion of strength at the position of a ray, and the tractions released there.
     fn sample(&self, surface: &Surface, ray: &Ray, (disc, walk): TrialBuffers<'_>) -> Option<(f64, Sample)> {
         let axes = [ray.ahead, ray.normal(surface).cross(ray.ahead)];
         let average = disc_average(surface, ray.at, axes, self.tearing.radius, [ray.triangle], (disc, walk))?;

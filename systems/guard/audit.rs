@@ -1,15 +1,14 @@
 //! The energy audit: every term of [`EnergyBalance`](crate::components::EnergyBalance) over a step, each from its own formula.
 //!
-//! Six short systems. `begin` lets the last step stand; `refined` measures what changes the mesh before the step;
-//! `membrane` and `loads` keep the forces of the last evaluation apart; `account` sums the terms when the iterations
-//! have ended; `edits` measures what tears have changed at fixed positions. Reactions, residual and nodal forces are
-//! those of the step itself; what the scheme did with the membrane is computed anew, triangle by triangle, so that an
-//! error in either leaves an imbalance.
+//! Six short systems. `begin` lets the last step stand; `refined` measures the mesh changes before the step; `membrane` and
+//! `loads` keep the forces of the last evaluation apart; `account` sums the terms when the iterations have ended; `edits`
+//! measures the changes by tears at fixed positions. Reactions, residual and nodal forces are those of the step itself; the
+//! scheme's works on the membrane are computed anew, triangle by triangle, so that an error in either leaves an imbalance.
 //!
-//! A dynamic step by backward Euler, the only formula that these terms are of, ends with M·(v₁ − v₀)/dt = f(x_k) −
-//! K·δ + loads + reactions − residual, linearised at its last evaluation x_k = x₁ − δ. It is multiplied by u = x₁ − x₀:
-//! what M gives is Δkinetic and ½·(v₁ − v₀)·M·(v₁ − v₀). A static solve only knows its two ends; its works are those of
-//! the mean of the forces there.
+//! A dynamic step by backward Euler, the only formula that these terms are of, ends with
+//! M·(v₁ − v₀)/dt = f(x_k) − K·δ + loads + reactions − residual, linearised at its last evaluation x_k = x₁ − δ.
+//! It is multiplied by u = x₁ − x₀: the term of M gives Δkinetic and ½·(v₁ − v₀)·M·(v₁ − v₀). A static solve only knows its two
+//! ends; its works are those of the mean of the forces there.
 
 mod carried;
 
@@ -29,7 +28,7 @@ use crate::systems::{StepContext, parallel};
 use carried::Carried;
 use glam::DVec3;
 
-/// What the elastic energy depends on beside positions.
+/// Data on which the elastic energy depends beside positions.
 #[derive(Clone, Copy)]
 pub struct Sheet<'a> {
     triangles: &'a Triangles,
@@ -49,7 +48,7 @@ impl<'a> Sheet<'a> {
         Self { triangles, bending: None, is_planar: planar.is_some(), pre_stretch, fibres }
     }
 
-    /// With the energy of bending, where there is any.
+    /// Adds the energy of bending, where there is any.
     pub fn bent(self, bending: Option<&'a Bending>, vertices: &'a Vertices, topology: &'a Topology) -> Self {
         Self { bending: bending.map(|bending| (bending, vertices, topology)), ..self }
     }
@@ -101,7 +100,7 @@ pub fn begin(world: &mut hecs::World, _: &StepContext) -> usize {
     count
 }
 
-/// Measures what refinement and coarsening have changed between two steps.
+/// Measures the energy changes by refinement and coarsening between two steps.
 pub fn refined(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
@@ -218,7 +217,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
     count
 }
 
-/// Measures what tears have changed in the end of the step and, should it be redone, in its start.
+/// Measures the energy changes by tears at the end of the step and, should it be redone, at its start.
 pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (
@@ -238,8 +237,8 @@ pub fn edits(world: &mut hecs::World, _: &StepContext) -> usize {
     count
 }
 
-/// Remembers an equilibrium. Where tears have advanced since the last one and nothing else has moved on, tells what they have
-/// released: the fall of the elastic energy and the work of the loads.
+/// Records an equilibrium. Where tears have advanced since the last one and nothing else has moved on, it reports the energy
+/// they have released: the fall of the elastic energy and the work of the loads.
 fn note_equilibrium(audit: &mut EnergyAudit, log: &mut TearLog, step: &StepContext, has_converged: bool) {
     let now = Equilibrium { time: step.time, elastic: audit.ends[1].elastic, torn: log.length };
     if let Some(last) = audit.equilibrium.filter(|last| has_converged && last.time == now.time && last.torn < now.torn)

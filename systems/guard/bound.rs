@@ -1,4 +1,4 @@
-//! Bounds what triangles create where none goes far, at a fraction of the price of the sum.
+//! Bounds the spurious energy of triangles where none goes far, at a fraction of the price of the sum.
 
 use crate::components::{Frames, Increment};
 use crate::math::{ElementState, Faded};
@@ -7,8 +7,8 @@ use crate::systems::kernels::membrane_lanes::Far;
 use crate::systems::parallel;
 use glam::DVec2;
 
-/// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than 0.1, and
-/// what it creates has a bound.
+/// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than
+/// 0.1, and its spurious energy has a bound.
 const FAR: f64 = 0.1;
 
 /// Upper bound \[mJ\] of the spurious energy of the triangles; infinite where the gradient of one changes by more than [`FAR`].
@@ -32,8 +32,8 @@ pub(super) fn bound(
     (twice_stored * missed).sqrt() + missed
 }
 
-/// The mean stretch, between 0 and 1, or what part of it is no mirror image. A turn changes the gradient of a triangle that is
-/// crushed by so much less. Where nothing is left of its stretches, or the law fades, any change may turn it over.
+/// The mean stretch, between 0 and 1, or the part of it that is no mirror image. A turn changes the gradient of a triangle that
+/// is crushed by so much less. Where nothing is left of its stretches, or the law fades, any change may turn it over.
 fn uncrushed(state: &ElementState, is_planar: bool) -> f64 {
     let stretch = state.polar.stretch;
     if Faded::at(stretch, is_planar).is_some() {

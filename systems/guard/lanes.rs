@@ -14,7 +14,7 @@ use crate::systems::kernels::simd::Kernel;
 /// Triangles of a body, every one with its whole displacement: the rows have nothing in them.
 pub(super) struct Whole<'a, 'b, S> {
     pub solved: &'a Solved<'b>,
-    /// Of every triangle, as the body's are stored.
+    /// States of all triangles, as the body's are stored.
     pub state: &'a [S],
 }
 
@@ -74,7 +74,7 @@ impl<S: Stored> Kernel<(), f64> for Whole<'_, '_, S> {
                 let along = plus(rate, scaled(earlier, seen));
                 work = work + viscosity * contract(linear_stress(law, earlier), along);
             }
-            // What is stored at both ends.
+            // Energy stored at both ends.
             let f = gradient([less(x1, x), less(x2, x)], gradients);
             let end = rotated(lanes, [plus(f[0], d[0]), plus(f[1], d[1])], solved.law.is_planar);
             let before = contract(t, less(stretch, free));
@@ -164,7 +164,7 @@ mod tests {
             with_sheet(is_planar, |solved| {
                 let count = solved.operator.triangles.len();
                 let before = force_portable(true);
-                // The step's first solve; a later one, with what damping has done in the first or without.
+                // The step's first solve; a later one, with the work of damping in the first or without.
                 for (is_damped_before, is_counted) in [(false, false), (true, true), (true, false)] {
                     (solved.is_damped_before, solved.is_counted) = (is_damped_before, is_counted);
                     let each: Vec<f64> = (0..count).map(|t| solved.of_triangle(t, 1.0)).collect();
@@ -212,7 +212,7 @@ mod tests {
                     let passes = &mut BendingPasses::default();
                     solved.spurious_energy(1.0, &mut Sums { partials: &mut Vec::new(), passes })
                 });
-                // Rounding of the spurious energy, some hundred times what drag takes.
+                // Rounding of the spurious energy, some hundred times the dissipation by drag.
                 assert!((without - with - 2e-3 * way).abs() < 1e-12 * without.abs(), "{without} {with} {way}");
             }
         });

@@ -1,7 +1,7 @@
-//! The fraction of a way that lowers the incremental potential: of a further solve's answer, or of what vertices have made of it.
+//! The fraction of a way that lowers the incremental potential: of a Newton correction, or of a local relaxation of it.
 //!
-//! A = K + D/dt + M/dt² + … is the matrix of a solve that starts where an earlier one of the step has led. Its answer obeys A·d = r
-//! but for what it leaves, and −r is the gradient of the incremental potential Φ. Along a fraction p of a way u
+//! A = K + D/dt + M/dt² + … is the matrix of a solve that starts where an earlier one of the step has led. Its answer obeys A·d
+//! = r up to its residual, and −r is the gradient of the incremental potential Φ. Along a fraction p of a way u
 //!
 //! Φ(x + p·u) − Φ(x) = E(x + p·u) − E(x) + p·f·u − ½·p²·u·K·u − p·r·u + ½·p²·u·A·u.
 //!
@@ -17,13 +17,13 @@ use glam::DVec3;
 /// Smallest fraction.
 const LEAST: f64 = 1.0 / 64.0;
 
-/// The part of what the slope promises by which Φ has to fall (Armijo 1966).
+/// The part of the decrease promised by the slope by which Φ has to fall (Armijo 1966).
 const PROMISED: f64 = 1e-4;
 
 /// A fraction of a way along free axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fraction {
-    /// In (0, 1].
+    /// Fraction of the way, in (0, 1].
     pub fraction: f64,
     /// Energy \[mJ\] that going so far creates.
     pub created: f64,

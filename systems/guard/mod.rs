@@ -6,27 +6,28 @@
 //!
 //! E(x + u) − E(x) ≤ −f·u + uᵀ·K·u + ½·Δv·M·Δv.
 //!
-//! A step that is solved once more, for its tears or for contact, goes on from the state that it has reached, by a displacement that adds
-//! w to its velocity. With v₀ at its start and the same loads, what the two iterations together create is what the first one does and
-//! E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀.
+//! A step that is solved once more, for its tears or for contact, goes on from the state that it has reached, by a displacement
+//! that adds w to its velocity. With v₀ at its start and the same loads, the two iterations together create the energy of the
+//! first one and E(x + u) − E(x) + f·u − uᵀ·K·u − ½·w·M·w + w·M·v₀.
 //!
-//! Where the step takes only a fraction p of u along free axes, p·(1 − p)·u·A·u of that work is not done. Here A is the matrix of
-//! the step, whose equations p·u does not solve. What is created is less by that, and with a small enough fraction energy is lost.
+//! Where the step takes only a fraction p of u along free axes, p·(1 − p)·u·A·u of that work is not done. Here A is the matrix
+//! of the step, whose equations p·u does not solve. The spurious energy is less by that, and with a small enough fraction
+//! energy is lost.
 //!
-//! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2. So a flap or a free piece that
-//! turns far in one step breaks the inequality. A solve that stops at the residual r does the spurious work −u·r. Where stiff
-//! fibres are crushed, a ten-thousandth of their forces is as much as what is in the body. Repeated, spurious energy grows without
-//! bound. So it is summed from step to step, down to zero. A solve that takes the sum beyond a share of the energy in the body
-//! meets these remedies, in this order:
+//! A turn by the angle ω stores nothing along the tangent but in truth stretches the tissue by ω²/2. So a flap or a free
+//! fragment that turns far in one step breaks the inequality. A solve that stops at the residual r does the spurious work −u·r.
+//! Where stiff fibres are crushed, a ten-thousandth of their forces is as much as the energy in the body. Repeated, spurious
+//! energy grows without bound. So it is summed from step to step, down to zero. A solve that takes the sum beyond a share of
+//! the energy in the body meets these remedies, in this order:
 //!
 //! 1. a patch: vertices of the triangles that create the most descend on the incremental potential itself;
 //! 2. in a fallback sub-step, or where the budget allows no other solve, the largest fraction of the increment that stays below the limit;
-//! 3. a [further solve](crate::settings::Settings::corrections) with the projected tangent and a line search, where settings
-//!    allow it;
+//! 3. a [Newton correction](crate::settings::Settings::corrections) with the projected tangent and a line search, where
+//!    settings allow it;
 //! 4. refusal: the step is undone and [retried in halves](crate::settings::Settings::halvings).
 //!
-//! Damping counts as external work: the stress that earlier solves of the step have left works along the displacement of this one, so that
-//! what it dissipates cancels spurious energy. So does drag.
+//! Damping counts as external work: the stress that earlier solves of the step have left works along the displacement of this
+//! one, so that its dissipation cancels spurious energy. So does drag.
 //!
 //! For a body that bends, E includes the energy of bending, f its moments, and K its majorant.
 
@@ -56,20 +57,21 @@ use glam::DVec3;
 use solved::{Solved, Sums};
 use verdict::{Judged, Permitted};
 
-/// Limit of the spurious energy, as a share of the energy in the body. What a step adds the next ones mostly take away, so that a
-/// much smaller share would refuse steps that do no harm.
+/// Limit of the spurious energy, as a share of the energy in the body. The next steps mostly take away the energy that one
+/// adds, so that a much smaller share would refuse steps that do no harm.
 const SHARE: f64 = 0.1;
 
 /// Share of the limit up to which unchecked bounds do in place of sums.
 const UNCHECKED: f64 = 0.1;
 
-/// Triangles that may make up for what a whole step creates, for their vertices to find their own way at once.
+/// Triangles that may make up for the spurious energy of a whole step, for their vertices to be relaxed locally at once.
 const SPIKE: usize = 2;
 
-/// Steps in which vertices find their own way at once after one in which some had to: where a spike flaps, it does so for a while.
+/// Steps in which vertices are relaxed locally at once after one in which some had to: where a spike flaps, it does so for a
+/// while.
 const RELAXING: u32 = 8;
 
-/// A strain whose energy counts as being in the body: what is slack and at rest stores nothing, and may turn.
+/// A strain whose energy counts as being in the body: slack tissue at rest stores nothing, and may turn.
 const SLACK: f64 = 0.01;
 
 /// Fraction of the increment down to which a body is tried at halves.
@@ -107,7 +109,7 @@ pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
 /// sub-step such a body takes the largest fraction of its increment along free axes that stays below it, and is refused where even zero
 /// exceeds it.
 pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
-    // What several solves have come to is judged at their end.
+    // Energy created by several solves is judged at their end.
     if step.is_static || step.newton_iterations > 1 || step.formula != Formula::BackwardEuler {
         return 0;
     }
@@ -116,12 +118,12 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
         |((_, triangles, ..), _, (result, ..), ..)| result.rows_to_solve(triangles.len()),
         |body| enforce_in(body, step),
     );
-    // Those of bodies that did not go the whole answer's way.
+    // Reactions of bodies that took only a part of the answer.
     reactions::of_part(world, step);
     count
 }
 
-/// The same for one body.
+/// The energy guard for one body.
 fn enforce_in(
     (
         (vertices, triangles, topology, frames),
@@ -141,9 +143,9 @@ fn enforce_in(
     let operator = Operator { folds, inertia: step.inertia(), viscosity, ..membrane };
     let fibres = fibre_law(fibres, pre_stretch);
     let (is_planar, unstretched) = (planar.is_some(), PreStretch::unstretched(pre_stretch));
-    // Neither halves of the step nor a further solve with a fallback sub-step after it.
+    // Neither halves of the step nor a Newton correction with a fallback sub-step after it.
     let is_last = !step.affords(result, 2);
-    // After the first further solve there is enough left for a fallback sub-step.
+    // After the first Newton correction there is enough left for a fallback sub-step.
     let may_correct = step.corrections > 0
         && step.affords(result, if step.is_correction { 1 } else { 2 })
         && scratch.allowed.is_empty()
@@ -163,10 +165,10 @@ fn enforce_in(
         drag: drag.map_or(0.0, |drag| drag.coefficient * step.rate()),
         rate: step.rate(),
     };
-    // What the solve before has created is in the body where this one starts, and it is to take it away.
+    // Energy created by the previous solve is in the body where this one starts, and this one is to take it away.
     let is_corrected = to_correct.is_some();
     let limit = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(twice_stored, tautness.slack, partials));
-    // Once the body has lost energy, its share of what is still there is the most that can be spurious.
+    // Once the body has lost energy, its share of the rest is the most that can be spurious.
     let mut before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
     ledger.unchecked_bound = ledger.unchecked_bound.min(UNCHECKED * limit);
     let bound = if is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
@@ -194,7 +196,7 @@ fn enforce_in(
         before: if is_corrected { before } else { before.min(most) },
         more,
         work,
-        // What rounding makes of nothing is nothing.
+        // Rounding of zero energy counts as zero.
         most: most * (1.0 + ROUNDING),
     };
     let may = Permitted {
@@ -226,13 +228,13 @@ fn shorter(fraction: f64) -> f64 {
     }
 }
 
-/// No less \[N/mm\] than what strains of a triangle meet, over its thickness.
+/// Stiffness \[N/mm\] against strains of a triangle, over its thickness: a lower bound.
 fn stiffness(triangles: &Triangles, t: usize) -> f64 {
     let q = &triangles.stiffness[t];
     (q.q11 + q.q22).max(2.0 * q.q66) * triangles.thickness[t]
 }
 
-/// What a body whose triangles have such laws would store at the strain [`SLACK`] \[mJ\].
+/// Energy that a body whose triangles have such laws would store at the strain [`SLACK`] \[mJ\].
 fn slack_energy<'a>(triangles: &Triangles, law: impl Fn(usize) -> &'a Orthotropic) -> f64 {
     let of_triangle = |t: usize| {
         let q = law(t);

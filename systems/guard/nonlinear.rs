@@ -1,22 +1,22 @@
 //! Finds steps of several Newton iterations, or of two stages, that have created energy.
 //!
 //! A converged step obeys its formula and nothing else: in a large turn of stiff tissue the formula itself makes
-//! energy, two iterations leave an imbalance, and TR-BDF2 loses none but where it must. Such steps are judged by what
-//! they have come to. With the energy E stored at x, the body's own forces f (stress, damping, bending), the imbalance
-//! r on free axes, and by the formula
+//! energy, two iterations leave an imbalance, and TR-BDF2 loses none but where it must. Such steps are judged by their final
+//! state. With the energy E stored at x, the body's own forces f (stress, damping, bending), the imbalance r on free axes, and
+//! by the formula
 //!
 //! M·(v_γ − v₀) = s·(F₀ + F_γ),     M·(v₁ − v_γ) = s·((m − 1)·(F₀ + F_γ) + F₁),     F = f + (holds and loads) − r,
 //!
-//! what the step does is the mean of F in each stage along its way, u_γ and w = u₁ − u_γ. Holds and loads are the part
-//! of it that is neither f nor r:
+//! the step does the work of the mean of F in each stage along its way, u_γ and w = u₁ − u_γ. Holds and loads are the part of
+//! it that is neither f nor r:
 //!
 //! W = ½·(v_γ + v₀)·M·(v_γ − v₀) + w·M·(v₁ − v_γ)/τ − ½·u_γ·(f₀ + f_γ − r_γ) − w·((m − 1)·(f₀ + f_γ − r_γ) + f₁ − r₁)/√2,
 //!
-//! with τ = √2·s, the second stage's length; in backward Euler, which has one stage, W = u·M·(v₁ − v₀)/Δt − u·(f₁ −
-//! r₁). What E and the energy of motion have grown by beyond W is added to the same sum as the spurious energy of [linearised
-//! steps](super), with the same bounds. A step that is refused is retried in halves, at last by a linearised one.
+//! with τ = √2·s, the second stage's length; in backward Euler, which has one stage, W = u·M·(v₁ − v₀)/Δt − u·(f₁ − r₁). The
+//! growth of E and the kinetic energy beyond W is added to the same sum as the spurious energy of [linearised steps](super),
+//! with the same bounds. A step that is refused is retried in halves, at last by a linearised one.
 //!
-//! Where tears have changed the mesh and the step is redone, what is added is that of the way from there, along which
+//! Where tears have changed the mesh and the step is redone, the energy created along the way from there is added, along which
 //! holds and loads act as at its end.
 
 use super::place::of_triangle;
@@ -36,7 +36,7 @@ use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// What the energy of a body depends on.
+/// Query of the components on which the energy of a body depends.
 type Elastic<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
     (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>),
@@ -79,7 +79,7 @@ pub fn begin(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// Where each stage is one solve: takes the body's own forces on to where that leads, along its tangent.
+/// Extrapolates the body's own forces along its tangent to the end of the solve, where each stage is one solve.
 pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
     if !is_judged(step) || step.newton_iterations > 1 {
         return 0;
@@ -118,7 +118,7 @@ pub fn second_stage(world: &mut hecs::World, _: &StepContext) -> usize {
     )
 }
 
-/// Adds up what the step has created, and marks the bodies where that is too much.
+/// Adds up the spurious energy of the step, and marks the bodies where that is too much.
 pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     if !is_judged(step) {
         return 0;

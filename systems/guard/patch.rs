@@ -1,11 +1,11 @@
-//! Vertices that find their own way, where the solve's answer for them would create energy.
+//! Local relaxation by vertex block descent, where the linear solution would create energy.
 //!
 //! A step of backward Euler seeks the minimum of the incremental potential Φ(x) = E(x) + ½·(x − y)·M/dt²·(x − y) + …. Here E is the
 //! energy, and y the place to which inertia alone would carry. The solve takes E by its tangent. Where a triangle turns far the
 //! tangent says nothing, and most often that is a single one: a spike at a torn edge, which hangs on by one side. Its vertices are
 //! then moved by descent on Φ itself, one after the other with all others at rest (block coordinate descent; Chen et al. 2024,
 //! *Vertex Block Descent*, ACM Trans Graph 43:116). Every move lowers Φ, and so creates nothing. Bending, damping and loads stay as
-//! the solve has them, quadratic. All other vertices keep the solve's answer. What the patch leaves of the residual, its own and
+//! the solve has them, quadratic. All other vertices keep the solve's answer. The residual that the patch leaves, its own and
 //! that of the vertices beside it, counts as work that no load has done.
 
 use super::solved::Solved;
@@ -21,50 +21,50 @@ const SWEEPS: u32 = 40;
 /// A sweep that moves no vertex by more than this part of the size of a triangle is the last.
 const SETTLED: f64 = 1e-4;
 
-/// A move is halved at the most so often, until it lowers the potential by this part of what its slope promises (Armijo 1966).
+/// Most halvings of a move, until it lowers the potential by this part of the decrease promised by its slope (Armijo 1966).
 const HALVINGS: u32 = 12;
 const PROMISED: f64 = 1e-4;
 
-/// So often it is made larger at the most.
+/// Most times that a patch is enlarged.
 const ROUNDS: u32 = 4;
 
-/// A vertex keeps the solve's way that jaws, springs or its own mass hold by so many times what the membrane does.
+/// A vertex keeps the solve's way where jaws, springs or its own mass hold it by this multiple of the membrane's stiffness.
 const LED: f64 = 10.0;
 
-/// Size limit of a patch, as a part of the vertices: what more of them do is the whole body's fault.
+/// Size limit of a patch, as a part of the vertices: energy created by more of them is the whole body's fault.
 const MOST: f64 = 0.05;
 
-/// The same in small bodies, up to [`FEW`] vertices.
+/// Size limit of a patch in small bodies, up to [`FEW`] vertices, as a part of the vertices.
 const MOST_OF_FEW: f64 = 0.15;
 
 /// Vertices of a patch that count as few.
 const FEW: f64 = 24.0;
 
-/// How many times as many vertices a patch may have whose body is solved further anyway, and its sweeps at the most.
+/// Factor on the vertices of a patch in a body that gets a Newton correction anyway, and its most sweeps.
 const WIDER: usize = 4;
 const FEW_SWEEPS: u32 = 8;
 
 /// The part of an excess that triangles of a given number have to make up for.
 const NEARLY: f64 = 0.9;
 
-/// Vertices of a body that find their own way.
+/// Vertices of a body that are relaxed locally.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Patch {
-    /// In ascending order.
+    /// Rows of the relaxed vertices, in ascending order.
     rows: Vec<u32>,
-    /// Whether a vertex of the body is one of them.
+    /// Whether each vertex of the body is one of the relaxed ones.
     is_in: Vec<bool>,
     /// The way of every vertex of the body \[mm\].
     pub way: Vec<DVec3>,
-    /// By how much it is off the solve's.
+    /// Deviation of every vertex's way from the solve's \[mm\].
     off: Vec<DVec3>,
 }
 
-/// How large a patch may be.
+/// Size limits of a patch.
 pub(super) struct Extent {
-    /// Triangles at the most that are taken to begin with.
+    /// Most triangles that are taken to begin with.
     pub triangles: usize,
-    /// Whether a patch will do that leaves some of the excess, for a further solve.
+    /// Whether a patch may leave some of the excess to a Newton correction.
     pub is_partial: bool,
 }
 
@@ -110,8 +110,8 @@ impl Patch {
         self.rows.len()
     }
 
-    /// Takes in the triangles that create the most, until they make up for an `excess` \[mJ\]; where those are in it already, what is around
-    /// it. Whether the patch has room for them; one that has none takes them as far as it has.
+    /// Takes in the triangles that create the most, until they make up for an `excess` \[mJ\]; where those are in it already,
+    /// the triangles around it. Whether the patch has room for them; one that has none takes them as far as it has.
     fn grow(&mut self, solved: &Solved, excess: f64, extent: &Extent) -> bool {
         let Operator { triangles, topology, .. } = solved.operator;
         let judged = self.judged(solved);
@@ -179,7 +179,7 @@ impl Patch {
         let Operator { triangles, topology, frames, .. } = *full;
         let undamped = Operator { viscosity: 0.0, ..*full };
         let free = DMat3::from_diagonal(solved.free[v]);
-        // Forces that do not follow the membrane, and what of the matrix belongs to it.
+        // Forces that do not follow the membrane, and their part of the matrix.
         let mut other = solved.residual[v] - full.apply_at(v, &self.off);
         let (mut elastic, mut pull, mut size) = (DMat3::ZERO, DVec3::ZERO, f64::INFINITY);
         for &c in &topology.incident[v] {
@@ -195,7 +195,7 @@ impl Patch {
             size = size.min(rest.area.sqrt());
         }
         let own = full.diagonal_block(v) - elastic;
-        // What jaws or springs lead goes where they lead it: their force is a stiff spring's over a tiny way.
+        // Vertices led by jaws or springs go where they are led: their force is a stiff spring's over a tiny way.
         if trace(&own) > LED * trace(&elastic) {
             return 0.0;
         }

@@ -1,11 +1,11 @@
-//! Names what creates the energy of a solve that is refused, and where. It runs where a solve is refused only.
+//! Names the place and the cause of the spurious energy of a solve that is refused. It runs where a solve is refused only.
 
 use super::solved::{Solved, Sums};
 use crate::components::{ExternalStiffness, Grips};
 use crate::event::{GuardCause, GuardPlace};
 use crate::storage::{Triangles, Vertices};
 
-/// What may hold vertices of a body.
+/// Query of the components that may hold vertices of a body.
 pub(super) type Holders<'a> = (Option<&'a Grips>, Option<&'a ExternalStiffness>);
 
 /// A triangle's place in the rest shape.
@@ -33,7 +33,7 @@ impl Solved<'_> {
             let damped = self.damped_along(t, whole);
             damping -= damped;
             membrane += of_triangle + damped;
-            // What is no number is the worst.
+            // A value that is not a number is the worst.
             if !(of_triangle <= most) {
                 (most, worst) = (of_triangle, Some(t));
                 if of_triangle.is_nan() {
@@ -70,7 +70,7 @@ impl Solved<'_> {
         let is_held = |v: &u32| {
             let dragged = self.drag * topology.vertex_area(triangles, *v);
             let block = external.and_then(|external| external.block.get(*v as usize));
-            // Beyond rounding of what drag has put there.
+            // Beyond rounding of the drag terms there.
             block.is_some_and(|block| block.diagonal.element_sum() > 3.0 * dragged * (1.0 + 1e-9))
         };
         if corners.iter().any(is_held) { GuardCause::Contact } else { GuardCause::Membrane }

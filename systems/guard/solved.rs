@@ -21,9 +21,9 @@ pub(super) struct Solved<'a> {
     pub(super) delta: &'a [DVec3],
     pub(super) free: &'a FreeAxes,
     pub(super) law: BodyLaw<'a>,
-    /// What the solve has left of its equations, b − A·δ \[N\].
+    /// Residual of the solve, b − A·δ \[N\].
     pub(super) residual: &'a [DVec3],
-    /// Whether the spurious energy of earlier solves of the step is in the sum, with what they have dissipated.
+    /// Whether the spurious energy of earlier solves of the step is in the sum, with their dissipation.
     pub(super) is_counted: bool,
     /// Whether there is damping, and something that an earlier solve of the step has gone.
     pub(super) is_damped_before: bool,
@@ -37,7 +37,7 @@ pub(super) struct Solved<'a> {
 pub(super) struct Bounds {
     /// Spurious energy of earlier solves.
     pub(super) before: f64,
-    /// What the residual has done.
+    /// Work of the residual.
     pub(super) work: f64,
     /// See [`Solved::unsolved`].
     pub(super) unsolved: f64,
@@ -106,7 +106,8 @@ impl Solved<'_> {
         self.damped(t, membrane::stretch_rate(&frames.state(t).polar, &triangles.rest[t], u))
     }
 
-    /// What damping by what the step's earlier solves have gone does along a stretch rate \[mJ\], and in these where they are not counted.
+    /// Work along a stretch rate \[mJ\] of the damping stress from the step's earlier solves, and in these where they are not
+    /// counted.
     pub(super) fn damped(&self, t: usize, rate: Sym2) -> f64 {
         let Operator { triangles, frames, viscosity, .. } = self.operator;
         if !self.is_damped_before {
@@ -125,7 +126,7 @@ impl Solved<'_> {
         if sum == 0.0 { 0.0 } else { sum - self.dissipated(fraction, sums.partials) }
     }
 
-    /// What membrane and bending create \[mJ\] along this `fraction` of the answer, before dissipation.
+    /// Spurious energy of membrane and bending \[mJ\] along this `fraction` of the answer, before dissipation.
     pub(super) fn strained(&self, fraction: f64, sums: &mut Sums<'_>) -> f64 {
         let Self { operator: Operator { triangles, tangent, .. }, .. } = self;
         let is_alike = fraction == 1.0 && self.law.fibres.is_none() && *tangent == Tangent::Rotated;
@@ -142,7 +143,8 @@ impl Solved<'_> {
         sum + self.bent(fraction, sums)
     }
 
-    /// What backward Euler and drag dissipate \[mJ\] along this `fraction` of the answer, less the work of the motion at the start of the step.
+    /// Dissipation by backward Euler and drag \[mJ\] along this `fraction` of the answer, less the work of the motion at the
+    /// start of the step.
     pub(super) fn dissipated(&self, fraction: f64, partials: &mut Vec<f64>) -> f64 {
         let Self { operator: Operator { vertices, triangles, topology, .. }, increment, .. } = self;
         let dissipated = |v: usize| {

@@ -1,4 +1,4 @@
-//! The verdict on a solve's answer: it is kept, gone in part, solved further or refused.
+//! The verdict on a solve's answer: it is kept, taken in part, corrected by a further Newton solve or refused.
 
 use super::patch::{Extent, Patch};
 use super::solved::{Bounds, Solved, Sums};
@@ -9,15 +9,15 @@ use crate::systems::solver::Operator;
 use crate::systems::solver::solve::restrain;
 use glam::DVec3;
 
-/// What may be done about an answer that creates too much.
+/// Remedies permitted for an answer that creates too much energy.
 pub(super) struct Permitted {
-    /// Triangles of the first patch at the most, whose vertices find their own way.
+    /// Most triangles of the first patch, whose vertices are relaxed locally.
     pub triangles: usize,
     /// Whether the body may take a fraction of the answer.
     pub is_shortened: bool,
-    /// Whether the answer is a further solve's.
+    /// Whether the answer is a Newton correction's.
     pub is_corrected: bool,
-    /// Whether the body may be solved further.
+    /// Whether the body may get a Newton correction.
     pub is_solved_further: bool,
 }
 
@@ -35,15 +35,15 @@ pub(super) struct Judged<'a> {
     pub most: f64,
 }
 
-/// What becomes of an answer, and the spurious energy \[mJ\] with it.
+/// Verdict on an answer, with the resulting spurious energy \[mJ\].
 pub(super) enum Verdict {
-    /// The body goes its way, or that of a patch.
+    /// The body takes the whole answer, or that of a patch.
     Kept(f64, Option<Patch>),
-    /// It goes this fraction of it.
+    /// The body takes this fraction of the answer.
     Limited(f64, f64),
-    /// It goes this fraction of it or of a patch's way, and is solved further from there.
+    /// The body takes this fraction of the answer or of a patch's way, and gets a Newton correction from there.
     SolvedFurther(f64, f64, Option<Patch>),
-    /// The step is undone.
+    /// The step of the body is undone.
     Refused,
 }
 
@@ -69,7 +69,7 @@ impl Judged<'_> {
         (verdict, place)
     }
 
-    /// The operator of the solve, with what holds the body.
+    /// The operator of the solve, with the supports of the body.
     fn full(&self) -> Operator<'_> {
         Operator { external: self.holders.1, ..self.solved.operator }
     }
@@ -93,7 +93,8 @@ impl Judged<'_> {
         if sum <= most { Verdict::Limited(sum, fraction) } else { Verdict::Refused }
     }
 
-    /// `sum` is what the answer creates; `part` a patch that takes some of it away, with what is then created.
+    /// `sum` is the spurious energy of the answer; `part` a patch that takes some of it away, with the spurious energy then
+    /// left.
     fn solved_further(&self, is_corrected: bool, sum: f64, part: Option<(Patch, f64)>, sums: &mut Sums<'_>) -> Verdict {
         // The first answer carries the prescribed motion, and goes all its way.
         if !is_corrected {

@@ -1,4 +1,4 @@
-//! What may be wrong with a body after a solve, and the way back to its last good state.
+//! Faults of a body after a solve, and the way back to its last good state.
 
 use super::run::Aside;
 use crate::components::Fault;
@@ -12,7 +12,7 @@ use glam::DVec3;
 use hecs::{Entity, World};
 use smallvec::SmallVec;
 
-/// What is wrong with a body after a solve.
+/// Fault of a body after a solve, if it has one.
 fn fault(vertices: &Vertices, (result, scratch, ledger): Solve<'_>) -> Option<Fault> {
     if result.linear_residual.is_nan() {
         return Some(Fault::Unsolvable);
@@ -33,12 +33,12 @@ type Solve<'a> = (&'a SolveResult, &'a SolverScratch, &'a GuardLedger);
 
 type Judged<'a> = (&'a Vertices, Solve<'a>, Option<&'a Sleeping>);
 
-/// Of a body that is awake; what sleeps was sound when it fell asleep.
+/// Fault of a body that is awake; a sleeping body was sound when it fell asleep.
 fn fault_of((vertices, solve, sleeping): Judged<'_>) -> Option<Fault> {
     if sleeping.is_some_and(Sleeping::is_asleep) { None } else { fault(vertices, solve) }
 }
 
-/// What is wrong with a body, if anything is.
+/// Fault of a body, if it has one.
 pub fn fault_in(world: &World, body: Entity) -> Option<Fault> {
     world.query_one::<Judged>(body).get().ok().and_then(fault_of)
 }
@@ -73,7 +73,7 @@ pub(super) fn roll_back_unsound(world: &mut World, failed: &mut Aside) -> bool {
     world.query_mut::<&SolveResult>().into_iter().next().is_some()
 }
 
-/// Why and where a body's step is undone.
+/// Cause and place of the fault for which a body's step is undone.
 fn refused_at(fault: Fault, vertices: &Vertices, increment: &mut Increment) -> GuardPlace {
     let found = increment.creates_at.take();
     let cause = match fault {
@@ -83,7 +83,7 @@ fn refused_at(fault: Fault, vertices: &Vertices, increment: &mut Increment) -> G
     };
     let Vertices { position, velocity, mass, .. } = vertices;
     let motion = |v: usize| mass[v] * velocity[v].length_squared();
-    // A solve without an answer leaves what it started from.
+    // A solve without an answer leaves the state that it started from.
     let started = |v: usize| increment.start_velocity.get(v).map_or(0.0, |start| mass[v] * start.length_squared());
     let is_finite = |v: usize| position[v].is_finite() && motion(v).is_finite() && started(v).is_finite();
     let nowhere = GuardPlace::nowhere(cause);
@@ -120,7 +120,7 @@ fn set_back(((vertices, increment, audit), (result, scratch, ledger), read): Sta
     }
 }
 
-/// Tells forceps what their jaws pull with, where a step was undone.
+/// Reports the forces of their jaws to the forceps, where a step was undone.
 pub fn report_to_forceps(world: &mut World) {
     let pinches = world.query_mut::<&Grips>().into_iter().flat_map(|grips| &grips.pinches);
     let told = pinches.filter_map(|pinch| Some((pinch.forceps?, pinch.force, pinch.torque)));

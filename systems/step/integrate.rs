@@ -11,7 +11,7 @@ use crate::systems::forces::hold::{Prescription, mark_axes};
 use crate::systems::{StepContext, parallel};
 use glam::DVec3;
 
-/// What the free axes and the first guess of a stage are made of.
+/// Query of the components for the free axes and the initial guess of a stage.
 type Stage<'a> =
     ((&'a Vertices, &'a mut Increment, &'a SolveResult, &'a mut SolverScratch), (Prescription<'a>, Option<&'a Planar>));
 
@@ -85,8 +85,8 @@ pub fn second_stage(world: &mut hecs::World, step: &StepContext) -> usize {
     )
 }
 
-/// Redoes the step for the bodies whose tears have advanced and may advance further. It is the same step from the same start, on
-/// the mesh as it is now and with what it has reached so far; of two stages, the last. The others are done.
+/// Redoes the step for the bodies whose tears have advanced and may advance further. It is the same step from the same start,
+/// on the mesh as it is now and with the state reached so far; of two stages, the last. The others are done.
 pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
     let mut count = 0;
     type Query<'a> = (

@@ -1,4 +1,4 @@
-//! The order of a step's stages, with its loops and what they are repeated for: one list, run by [`run`](super::run).
+//! The order of a step's stages, with its loops and their conditions: one list, run by [`run`](super::run).
 
 use super::schedule::Stage;
 use crate::settings::{LinearParams, Tangent};
@@ -9,7 +9,7 @@ use std::slice::from_ref;
 /// at a tip may be several times that in the body as a whole.
 const DECISIVE: f64 = 0.2;
 
-/// Relative residual that a further solve of a step that would create energy goes down to at least.
+/// Upper bound of the relative residual for Newton corrections of a step that fails the energy check.
 const FURTHER: f64 = 1e-6;
 
 /// Maximum contact rounds per step.
@@ -21,17 +21,17 @@ pub enum Phase {
     Run(Stage),
     /// Bodies left in no sound state are set back and put aside; the step ends where none is left.
     Check,
-    /// As [`Check`](Self::Check), where the caller has systems of its own after the last one.
+    /// Check of bodies as [`Check`](Self::Check), where the caller has systems of its own after the last one.
     CheckCallers,
-    /// These phases.
+    /// Phases run in order.
     Group(&'static [Phase]),
-    /// These phases, where the step asks for them.
+    /// Phases run where the step asks for them.
     When(fn(&StepContext) -> bool, &'static [Phase]),
-    /// These phases with another context: of another stage of time integration.
+    /// Phases run with another context: of another stage of time integration.
     With(fn(&StepContext) -> StepContext, &'static [Phase]),
     /// Rounds while a stage counts bodies that need one.
     While(Loop),
-    /// The same after a first round that is made anyway.
+    /// Rounds while a stage counts bodies that need one, after a first round that is made anyway.
     AtLeastOnce(Loop),
 }
 
@@ -43,7 +43,7 @@ pub struct Loop {
     pub most: fn(&StepContext) -> u32,
     /// The context of a round, by the number of rounds before.
     pub context: fn(&StepContext, u32) -> StepContext,
-    /// What is repeated.
+    /// Phases that are repeated.
     pub phases: &'static [Phase],
     /// Phases run where the repetitions are used up and bodies still need one; if there are none, need is not counted again.
     pub used_up: &'static [Phase],
@@ -90,7 +90,7 @@ const FIRST_STAGE: &[Phase] = &[
 /// The solve of a step or a stage of it.
 const SOLVE: &[Phase] = &[When(is_linear, LINEAR), When(|step| !is_linear(step), from_ref(&NEWTON))];
 
-/// Newton's iteration. The last one of a dynamic step only evaluates what the ones before have reached.
+/// Newton's iteration. The last one of a dynamic step only evaluates the state reached by the ones before.
 const NEWTON: Phase = AtLeastOnce(Loop {
     needed: Stage::Unconverged,
     most: |step| step.newton_iterations,

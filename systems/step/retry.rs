@@ -44,7 +44,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
         // As in `give_back`.
         let _ = world.insert_one(body, result);
         let mut retried = Retried { world, settings, running, tries: 0, reserved: 0, is_fallback: false };
-        // What could not go all of its way even in the smallest part of the last step is not tried in parts again.
+        // A body that could not go all of its way even in the smallest part of the last step is not tried in parts again.
         let before =
             step_limited.iter().find(|(held, _)| *held == body).map(|(_, fallback_shortenings)| *fallback_shortenings);
         let gone = match before {
@@ -84,7 +84,7 @@ struct Retried<'a, 'b> {
 }
 
 impl Retried<'_, '_> {
-    /// Two halves of what has failed. Returns the time that was done.
+    /// Retries a failed step in two halves. Returns the time that was done.
     fn in_halves(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         self.running.report.rolled_back += 1;
         if halvings == 0 || !work::all_afford(self.world, &self.context(time, dt), 2) {
@@ -110,7 +110,7 @@ impl Retried<'_, '_> {
         if work::all_afford(self.world, &self.context(time, dt), 1) { self.part(time, dt, 0) } else { 0.0 }
     }
 
-    /// A part of the step, with what is to be left for those after it.
+    /// Context of a part of the step, with solves reserved for the parts after it.
     fn context(&self, time: f64, dt: f64) -> StepContext {
         StepContext { reserved: self.reserved, ..StepContext::of_step(self.settings, dt, time + dt) }
     }

@@ -9,11 +9,11 @@ use crate::systems::StepContext;
 use hecs::{Entity, World};
 use std::ops::ControlFlow;
 
-/// What a step is run by, and where it is reported what it did.
+/// Schedule, report and spare lists with which a step is run.
 pub struct Running<'a> {
-    /// The systems.
+    /// Schedule of the systems.
     pub schedule: &'a mut Schedule,
-    /// Their report.
+    /// Report of the systems.
     pub report: &'a mut Report,
     /// Lists of bodies put aside that are empty again.
     pub spare: &'a mut Vec<Aside>,

@@ -22,11 +22,12 @@ pub enum Stage {
     Start,
     /// Once, between the two stages of a step.
     SecondStage,
-    /// The linear solve on what was evaluated, its energy guard and time integration.
+    /// The linear solve on the evaluated forces and tangent, its energy guard and time integration.
     Solve,
     /// After a solve of several iterations: selects and counts the bodies that need another one.
     Unconverged,
-    /// After the one solve of a linearly implicit step: selects and counts the bodies that would create energy and are solved further; all others are passed by.
+    /// Energy check after the one solve of a linearly implicit step: selects and counts the bodies that need a Newton
+    /// correction; all others are passed by.
     Uncorrected,
     /// Ends the iterations of a linearly implicit solve.
     Solved,
@@ -34,7 +35,7 @@ pub enum Stage {
     Judge,
     /// Selects and counts the bodies of which a solve has carried a vertex deep into an obstacle, or through it.
     Penetrating,
-    /// Where the rounds of contact are used up and a vertex is still deep in an obstacle.
+    /// Depenetration where the rounds of contact are used up and a vertex is still deep in an obstacle.
     Outside,
     /// Clamp against tunnelling: after contact in each pass, and after the solve for the tips.
     Sides,
@@ -44,7 +45,7 @@ pub enum Stage {
     Advancing,
     /// Each time the iterations have ended for good.
     Account,
-    /// Tears by what was decided.
+    /// Tears by the decisions of the criterion.
     Tear,
     /// Counts the bodies whose tips may advance further in the step.
     Unfinished,

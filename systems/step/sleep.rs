@@ -1,9 +1,9 @@
 //! Sleep: who wakes at the start of a step, and who falls asleep in it.
 //!
-//! What a body at x with the velocity v would still move is bounded by (K + M/T²)⁻¹·f(x) and (K + M/T²)⁻¹·M·v/dt, with its tangent
-//! K and the forces f at x. The first is the way to its equilibrium, the second the way on which its momentum of a step is used up.
-//! In an oscillation one is largest where the other is zero, so both must be small. The mass over T = a thousand steps stands for
-//! what has no stiffness of its own.
+//! The remaining displacement of a body at x with the velocity v is bounded by (K + M/T²)⁻¹·f(x) and (K + M/T²)⁻¹·M·v/dt, with
+//! its tangent K and the forces f at x. The first is the way to its equilibrium, the second the way on which its momentum of a
+//! step is used up. In an oscillation one is largest where the other is zero, so both must be small. The mass over T = a
+//! thousand steps stands for parts that have no stiffness of their own.
 
 use crate::components::{
     Contact, EdgeLoads, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, HoldGuides, HoldTurns, Holds, Increment,
@@ -19,7 +19,7 @@ use crate::systems::{Formula, StepContext, parallel};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// Steps in which what has no stiffness may still move.
+/// Steps in which parts without stiffness may still move.
 const HORIZON: f64 = 1000.0;
 
 /// The solves before sleep. A bound needs no more digits than this.
@@ -28,7 +28,7 @@ const TRIAL: LinearParams = LinearParams::by_residual(1e-3, 1000);
 /// Quiet steps between two trials at the most.
 const LONGEST_WAIT: u32 = 128;
 
-/// What drives a body from outside.
+/// Query of the external drives of a body.
 type Drive<'a> = (
     (Option<&'a Holds>, Option<&'a HoldTurns>, Option<&'a HoldGuides>, Option<&'a Grips>),
     (Option<&'a Pressure>, Option<&'a PointLoads>, Option<&'a EdgeLoads>),
@@ -37,7 +37,7 @@ type Drive<'a> = (
 /// Bending.
 type Bent<'a> = Option<(&'a DihedralAngles, &'a mut BendingPasses)>;
 
-/// What the solves before sleep take.
+/// Query of the components that the solves before sleep take.
 type Body<'a> = (
     (&'a mut Vertices, &'a Triangles, &'a Topology),
     (&'a Frames, &'a mut Forces, Option<&'a ExternalStiffness>, Bent<'a>),
@@ -164,8 +164,8 @@ fn is_ready(sleeping: &mut Sleeping, body: &Body, step: &StepContext) -> bool {
     state.quiet_steps >= state.wait.max(sleeping.steps)
 }
 
-/// Σᵢ |uᵢ|·|∇Nᵢ|: no strain and no rotation of a triangle is larger, and none of its heights times this is less than what its
-/// corners move.
+/// Σᵢ |uᵢ|·|∇Nᵢ|: no strain and no rotation of a triangle is larger, and none of its heights times this is less than the
+/// displacement of its corners.
 fn strain_of(triangles: &Triangles, t: usize, moved: impl Fn(usize) -> f64) -> f64 {
     let gradients = triangles.rest[t].all_gradients();
     (0..3).map(|i| moved(triangles.corners[t][i] as usize) * gradients[i].length()).sum()
@@ -187,7 +187,7 @@ fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
         && (!tearing.may_initiate || is_sound())
 }
 
-/// The largest strain of what the body would still move; NaN where a solve does not tell.
+/// The largest strain of the remaining displacement of a body; NaN where a solve gives none.
 fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f64 {
     let ((vertices, triangles, topology), (frames, forces, external, bent), (increment, mixed, _, scratch)) = body;
     state.first_guess.clone_from(&increment.delta);
@@ -207,7 +207,7 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
         inertia,
         ..Operator::membrane((vertices, triangles, topology, frames), Tangent::Rotated)
     };
-    // Guided vertices count as held: what moves them is in balance, or the body is not at rest.
+    // Guided vertices count as held: the forces that move them are in balance, or the body is not at rest.
     let allowed = std::mem::take(&mut scratch.allowed);
     let mut is_converged = true;
     for is_momentum in [false, true] {

@@ -17,9 +17,9 @@ use std::f64::consts::PI;
 /// An edge between two triangles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
-    /// As the triangle that is first at it has it, and as the one across: three times the triangle plus the edge.
+    /// The edge in its first triangle and in the one across, each as three times the triangle's row plus the edge.
     sides: [u32; 2],
-    /// Its rest angle.
+    /// Rest value of the dihedral angle.
     angle: f64,
 }
 
@@ -64,7 +64,8 @@ impl Edges {
         }
     }
 
-    /// Finds half of what the angles are off their rest values, for triangles with such normals and vertices at `x`.
+    /// Finds half the deviations of the dihedral angles from their rest values, for triangles with such normals and vertices at
+    /// `x`.
     pub(super) fn find(
         &self,
         corners: &[[u32; 3]],
@@ -77,7 +78,7 @@ impl Edges {
         parallel::for_chunks(&mut half[..count], &Angles { edges: &self.edges, corners, normal, x });
     }
 
-    /// What the edges of four triangles have; zero at the boundary.
+    /// Values at the edges of four triangles; zero at the boundary.
     #[inline(always)]
     pub(super) fn around(&self, four: usize, value: &[f64]) -> EdgeValuesX4 {
         let mut around = EdgeValuesX4::default();
@@ -90,7 +91,7 @@ impl Edges {
     }
 }
 
-/// Half of what the angle at an edge is off its rest value: [`bending::angle`] where it is less than a right one.
+/// Half the deviation of an edge's dihedral angle from its rest value: [`bending::angle`] where it is less than a right one.
 struct Angles<'a, N, X> {
     edges: &'a [Edge],
     corners: &'a [[u32; 3]],

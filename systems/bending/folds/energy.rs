@@ -60,7 +60,8 @@ impl DihedralAngles {
         [ends[1] - ends[0], mean[0] + mean[1], 0.0, ends[0], ends[1]]
     }
 
-    /// The same for a dynamic step whose last solve was at the displacement `at`, where the angles were last evaluated.
+    /// Terms of the energy balance over a dynamic step whose last solve was at the displacement `at`, where the angles were
+    /// last evaluated.
     pub fn works_of_step(
         &self,
         body: Body<'_>,

@@ -12,22 +12,22 @@ use crate::systems::kernels::simd::Kernel;
 use crate::systems::parallel;
 use glam::DVec3;
 
-/// Numbers that passes over the triangles leave for each other. *Derived.* Lists of [`EdgeValuesX4`] end with zeros, for the boundary.
+/// Intermediate values of the passes over the triangles. *Derived.* Lists of [`EdgeValuesX4`] end with zeros, for the boundary.
 #[derive(Debug, Default)]
 pub struct BendingPasses {
     /// Tilts of a displacement, at last forces on corners along the normals.
     pub(super) rows: Vec<EdgeValuesX4>,
     /// Moments without any turn of the mid-edge normals, at last with all.
     pub(super) first: Vec<EdgeValuesX4>,
-    /// Moments of what is turned.
+    /// Moments of the rotations of the mid-edge normals.
     pub(super) second: Vec<EdgeValuesX4>,
-    /// Per edge half of what its angle is off its rest value.
+    /// Per edge half the deviation of its dihedral angle from the rest value.
     pub(super) off: Vec<f64>,
-    /// Whether that is at the end of the motion.
+    /// Whether the deviations are those at the end of the motion.
     pub(super) is_at_end: bool,
-    /// Of a motion: where vertices go and where they end.
+    /// Displacements and final positions of the vertices in a motion.
     pub(super) motion: Vec<[DVec3; 2]>,
-    /// Normals at its end.
+    /// Normals at the end of the motion.
     pub(super) ends: Vec<[DVec3; DOUBLES]>,
     pub(super) halves: Vec<Halves>,
 }
@@ -56,7 +56,7 @@ impl DihedralAngles {
         parallel::for_x4(tilt, &Evaluation { groups, corners, x });
     }
 
-    /// Half of what the angles are off their rest values at `x`, where the tilts have been found.
+    /// Finds half the deviations of the dihedral angles from their rest values at `x`, where the tilts have been found.
     pub(super) fn find_angles(&mut self, corners: &[[u32; 3]], x: &[DVec3], passes: &mut BendingPasses) {
         let Self { edges, tilt, half, .. } = self;
         // Steps mostly begin where the last one's motion has been judged to end.
@@ -148,7 +148,7 @@ impl DihedralAngles {
         are_whole
     }
 
-    /// What of four triangles is in the majorant.
+    /// Parts of four triangles that the majorant includes.
     #[inline(always)]
     fn parts(&self, four: usize) -> [Part; DOUBLES] {
         let mut parts = [Part::None; DOUBLES];
@@ -173,7 +173,7 @@ impl Kernel<TiltX4> for Evaluation<'_> {
     }
 }
 
-/// What triangles have at their edges of what edges have.
+/// Gathers edge values at the edges of triangles.
 struct Around<'a> {
     edges: &'a super::angles::Edges,
     off: &'a [f64],
@@ -281,7 +281,7 @@ impl Kernel<EdgeValuesX4> for Second<'_> {
     }
 }
 
-/// And with what turning does itself.
+/// Moments with the mid-edge normals turned by the first ones and by the moments of that turn.
 struct Third<'a> {
     groups: &'a [RestX4],
     second: &'a [EdgeValuesX4],

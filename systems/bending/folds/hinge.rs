@@ -17,8 +17,8 @@ pub struct Dihedral {
 }
 
 impl DihedralAngles {
-    /// The dihedral at an edge of a triangle: without what couples the edges of a triangle, for preconditioners. `None` at the
-    /// boundary.
+    /// The dihedral at an edge of a triangle: without the terms that couple the edges of a triangle, for preconditioners.
+    /// `None` at the boundary.
     pub fn hinge(&self, corners: &[[u32; 3]], t: usize, e: usize) -> Option<Dihedral> {
         let across = self.rest[t].across[e];
         if across == NONE {

@@ -15,7 +15,7 @@ use glam::DVec3;
 const LEVEL: f64 = 1e-3;
 
 impl DihedralAngles {
-    /// The energy \[mJ\] of the angles last evaluated, but for what is next to nothing.
+    /// Bending energy \[mJ\] of the angles last evaluated; triangles with negligible angles are left out.
     pub fn stored(&self, partials: &mut Vec<f64>) -> f64 {
         parallel::sum(self.rest.len(), partials, |t| {
             let half = self.half(t);
@@ -66,12 +66,12 @@ impl DihedralAngles {
     }
 }
 
-/// Of every triangle four half angles per edge, and their products with the law: at the start of a motion, at its end, their change
-/// along the tilts, and that of the motion before.
+/// Four half angles per edge of every triangle, and their products with the law: at the start of a motion, at its end, their
+/// change along the tilts, and that of the motion before.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Halves {
     half: [EdgeValuesX4; 4],
-    /// Per edge and triangle the four products.
+    /// Products of the four half angles with the law, per edge and triangle.
     first: [[F64x4; DOUBLES]; 3],
 }
 

@@ -17,14 +17,14 @@ use crate::systems::parallel;
 /// The part of the stiffness by tension that may be left out.
 const LEAST: f64 = 0.5;
 
-/// What of a triangle is in the majorant.
+/// Part of a triangle that the majorant includes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Part {
     /// Nothing.
     None,
-    /// Its tilts only, for a neighbour's moments.
+    /// The tilts of the triangle only, for a neighbour's moments.
     Tilts,
-    /// Its tilts and moments.
+    /// The tilts and moments of the triangle.
     #[default]
     Whole,
 }

@@ -1,4 +1,4 @@
-//! What jaws take: the surface that hangs together with the place where they close, as far as their radius reaches.
+//! Vertices taken by jaws: the surface that hangs together with the place where they close, as far as their radius reaches.
 //!
 //! The lips of a cut lie beside each other in the rest shape and are no neighbours, so that distance alone would take both.
 
@@ -7,8 +7,8 @@ use crate::systems::kernels::pick;
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-/// The vertices that jaws take, rows ascending, the nearest of them apart. Jaws close in the middle of a course, where steps allocate
-/// nothing: there is room for what small ones take of a refined mesh.
+/// The vertices that jaws take, rows ascending, the nearest of them apart. Jaws close in the middle of a course, where steps
+/// allocate nothing: there is room for the vertices that small jaws take of a refined mesh.
 pub struct Taken {
     /// The vertex nearest to the place; of equally near ones the lowest row.
     pub nearest: u32,

@@ -1,4 +1,5 @@
-//! What keeps a tear from ending dead: a notch left as a tip, a branch the other way, and tissue that parts without a tip.
+//! Continuation of tears that would end dead: a notch left as a tip, a branch the other way, and tissue that parts without a
+//! tip.
 
 use super::{Tearer, add_tip};
 use crate::components::{PartedBy, Parting, RefusedSite, TearDecision, TearSite};
@@ -126,7 +127,8 @@ impl Tearer<'_> {
         has_parted
     }
 
-    /// Opens a strand from the vertex of the rim at which it was found straight on, to the rim across or as far as the mesh lets it.
+    /// Opens a ligament from the vertex of the rim at which it was found straight on, to the rim across or as far as the mesh
+    /// lets it.
     fn part_strand(&mut self, parting: &Parting) -> Result<(), TearRefusal> {
         let slit = self.open_at(parting.site, parting.fibre, parting.direction)?;
         self.note_parting(parting);
@@ -181,7 +183,7 @@ impl Tearer<'_> {
         self.log.pending.push(EventKind::Parted { at, value: parting.value, by: parting.by });
     }
 
-    /// Takes down one way of a parting, from where the sheet was so thick \[mm\].
+    /// Records one way of a ligament failure, with the thickness \[mm\] of the sheet at its start.
     fn note_way(&mut self, advance: &Advance, thickness: f64, parting: &Parting) {
         let way = (advance.to - advance.from).normalize_or(parting.direction);
         self.log.length += advance.length();

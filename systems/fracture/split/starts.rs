@@ -38,7 +38,7 @@ impl Tearer<'_> {
         Ok(())
     }
 
-    /// Opens the tissue at a site, or at a corner of the triangle, and takes down what that costs.
+    /// Opens the tissue at a site, or at a corner of the triangle, and records the energy that costs.
     pub(super) fn open_at(&mut self, site: TearSite, fibre: DVec3, direction: DVec3) -> Result<Slit, TearRefusal> {
         let mode = self.tearing.mode;
         let corners = match site {
@@ -83,7 +83,7 @@ impl Tearer<'_> {
         }
     }
 
-    /// Where a start lies \[mm, rest shape\].
+    /// Position of a start \[mm, rest shape\].
     fn site_at(&self, site: TearSite) -> DVec3 {
         let at = |v: u32| self.mesh.vertices.rest_position[v as usize];
         match site {
@@ -92,7 +92,7 @@ impl Tearer<'_> {
         }
     }
 
-    /// Tells of a start or parting that was refused, unless the last one was refused at the same site.
+    /// Reports a start or ligament failure that was refused, unless the last one was refused at the same site.
     pub(super) fn tell_refused(
         &mut self,
         started: Result<(), (TearSite, TearRefusal)>,

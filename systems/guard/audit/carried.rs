@@ -1,4 +1,4 @@
-//! What a step was when its iterations have ended, and the terms of the balance that follow from it.
+//! State of a step when its iterations have ended, and the terms of the balance that follow from it.
 
 use super::{Sheet, dot, kinetic};
 use crate::components::{
@@ -81,7 +81,7 @@ impl Carried<'_> {
         let GeometricStiffness { mut normal, mut in_plane } = self.frames.geometric_stiffness(t);
         let is_exact = self.result.tangent != Tangent::Rotated;
         if !is_exact {
-            // The frames may hold what goes with another tangent, which was indefinite; what goes with this one stays.
+            // The frames may hold terms of another tangent, which was indefinite; those of this one stay.
             normal = normal.positive_part();
             let law = &triangles.stiffness[t];
             in_plane = shear_majorant(state.stress, state.polar.stretch, law, StepContext::RESERVE_OF_EULER);
@@ -106,7 +106,7 @@ impl Carried<'_> {
         holds.groups.iter().zip(&reactions.groups).map(of_group).sum()
     }
 
-    /// The same of jaws that prescribe.
+    /// Work along the step of the jaws that prescribe, by their force on each vertex: the reactions, or others.
     fn work_of_jaws(&self, force: Option<&[DVec3]>) -> f64 {
         let u = &self.increment.displacement;
         let of_pinch = |pinch: &Pinch| {
@@ -118,8 +118,9 @@ impl Carried<'_> {
         pinches.filter(|pinch| pinch.is_constraint()).map(of_pinch).sum()
     }
 
-    /// What keeps every vertex on its way beside the forces of the step \[N\]: where the solve's answer was not gone as it is, A·δ − b for
-    /// what was gone since the last evaluation. On prescribed axes those are the reactions, on free ones nothing exerts them.
+    /// Forces that keep every vertex on its way beside the forces of the step \[N\]: where the solve's answer was not followed
+    /// in full, A·δ − b for the displacement since the last evaluation. On prescribed axes those are the reactions, on free
+    /// ones nothing exerts them.
     fn missing_forces(&self, audit: &EnergyAudit, step: &StepContext) -> Vec<DVec3> {
         let Increment { displacement, .. } = self.increment;
         let gone: Vec<DVec3> = displacement.iter().zip(&audit.displacement).map(|(u, at)| *u - *at).collect();
@@ -179,8 +180,8 @@ impl Carried<'_> {
         }
     }
 
-    /// In a relaxation, which follows an equilibrium at the same time, what the trapezoidal rule is off belongs to what is
-    /// released; else the scheme's works are off by it.
+    /// In a relaxation, which follows an equilibrium at the same time, the error of the trapezoidal rule belongs to the
+    /// released energy; else the scheme's works are off by it.
     pub(super) fn static_terms(&self, audit: &mut EnergyAudit, sums: &Shares, is_relaxation: bool) -> EnergyBalance {
         let Increment { start_velocity, displacement: u, .. } = self.increment;
         let [start_membrane, start_loads] = &audit.start;

@@ -8,16 +8,16 @@ use crate::systems::StepContext;
 use hecs::World;
 use std::time::Duration;
 
-/// Where a system of your own is put: it runs in the stage of the system that is named.
+/// Place of a system of your own in the step: it runs in the stage of the system that is named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place<'a> {
     /// Right before the system of this name.
     Before(&'a str),
-    /// Right after the system of this name, and after what was put there earlier.
+    /// Right after the system of this name, and after the systems put there earlier.
     After(&'a str),
 }
 
-/// Why a system was not put in or taken out.
+/// Reason why a system was not put in or taken out.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BadPlace {
@@ -53,7 +53,7 @@ struct Entry {
 /// The systems of a simulation in their order.
 pub struct Schedule {
     entries: Vec<Entry>,
-    /// What a system of the caller's has written that is refused, and whether the step had begun to move by then.
+    /// Rejection of data written by a system of the caller's, and whether the step had begun to move by then.
     refused: Option<(Refused, bool)>,
 }
 
@@ -69,7 +69,7 @@ impl Schedule {
     /// Puts a system in.
     ///
     /// # Errors
-    /// For a name that is taken, and for a place that there is not.
+    /// If the name is taken, or the place does not exist.
     pub fn insert(
         &mut self,
         place: Place<'_>,
@@ -98,7 +98,7 @@ impl Schedule {
     /// Takes a system out that was put in.
     ///
     /// # Errors
-    /// For a name that there is not, and for a system of the engine.
+    /// If no system has the name, or it is a system of the engine.
     pub fn remove(&mut self, name: &str) -> Result<(), BadPlace> {
         let row = self.find(name)?;
         if matches!(self.entries[row].run, Run::Engines(_)) {
@@ -126,12 +126,12 @@ impl Schedule {
         self.entries.len() > STEP.len()
     }
 
-    /// Whether one of them has written what is refused: no system runs any more until it was taken.
+    /// Whether a system of the caller's has written rejected data: no system runs any more until the rejection was taken.
     pub(crate) fn has_invalid_caller_data(&self) -> bool {
         self.refused.is_some()
     }
 
-    /// What is refused, and whether the step had begun to move by then.
+    /// Takes the rejection, and whether the step had begun to move by then.
     pub(crate) fn take_refused(&mut self) -> Option<(Refused, bool)> {
         self.refused.take()
     }
