@@ -1,7 +1,8 @@
 //! The registry of components: each is named once, with its kind, and all that is done with every one of them is made from that list:
-//! judging what comes in, snapshots, recordings, [`Simulation::set`](crate::simulation::Simulation::set).
+//! validation of input, snapshots, recordings, [`Simulation::set`](crate::simulation::Simulation::set).
 //!
-//! Its check stands in the component's own file. A new component is its own file, its system and a line here (two where hosts change it); a line that is saved or
+//! The check of a component stands in its own file. A new component is its own file, its system and a line here (two where
+//! hosts change it); a line that is saved or
 //! moved is a new version of the bytes (`snapshot::bytes::VERSION`).
 
 mod check;
@@ -17,7 +18,8 @@ pub(crate) use parameters::{Parameters, Told};
 
 use crate::components::check::Check;
 
-/// Hands the list to a macro. What is *saved* is in snapshots, as what a step has come to (*outcome*) is; what is *recorded* hosts may change between two calls.
+/// Hands the list to a macro. *Saved* components are in snapshots, as results of a step (*outcome*) are; hosts may change
+/// *recorded* ones between two calls.
 macro_rules! components {
     ($made:ident) => {
         $made! {
@@ -128,13 +130,13 @@ macro_rules! recorded_components {
     };
 }
 
-/// What only components of the list are.
+/// Seal of the components of the list.
 pub(crate) mod sealed {
     use super::{Check, Parameters};
 
     /// A recorded component.
     pub trait Listed: Check {
-        /// The list of changes that has this one alone: what it becomes, or that it goes.
+        /// List of changes with this one alone: its new value, or its removal.
         fn change(to: Option<Self>) -> Parameters
         where
             Self: Sized;
@@ -144,6 +146,6 @@ pub(crate) mod sealed {
 /// A component that hosts may change while a simulation runs, by [`Simulation::set`](crate::simulation::Simulation::set): the recorded
 /// ones of the engine, and no others.
 pub trait Parameter: hecs::Component + Clone + PartialEq + sealed::Listed {
-    /// Its name in errors.
+    /// Name of the component in errors.
     const NAME: &'static str;
 }

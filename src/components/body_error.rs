@@ -18,21 +18,21 @@ pub enum BodyError {
     Material {
         /// The triangle's index.
         triangle: usize,
-        /// What is wrong.
+        /// Reason why the material is inadmissible.
         source: InadmissibleMaterial,
     },
     /// A number outside its range.
     #[error("{component}: {what}{} is {value:?}: {must}", at(*row))]
     OutOfRange {
-        /// Of which component.
+        /// Name of the component.
         component: &'static str,
         /// Which number.
         what: &'static str,
         /// At which vertex, where it belongs to one.
         row: Option<u32>,
-        /// Its value.
+        /// Rejected value.
         value: f64,
-        /// What it must be.
+        /// Requirement on the value.
         must: &'static str,
     },
     /// Refinement around the tips of a body that has none.
@@ -58,7 +58,7 @@ pub enum BodyError {
     /// Values and triangles differ in number.
     #[error("{given} {what} for {needed} triangles: give one per triangle")]
     ValueCount {
-        /// Of which kind, in plural.
+        /// Kind of the values, in plural.
         what: &'static str,
         /// How many were given.
         given: usize,
@@ -88,7 +88,7 @@ pub enum BodyError {
     /// A vertex row that does not exist.
     #[error("{component}: {what} names vertex {row}, but the mesh has {count} vertices")]
     NoSuchVertex {
-        /// Of which component.
+        /// Name of the component.
         component: &'static str,
         /// Who names it.
         what: String,
@@ -100,7 +100,7 @@ pub enum BodyError {
     /// An edge that does not exist, or lies inside the surface.
     #[error("{component}: {what} names the edge from vertex {} to {}: it must be one of the boundary", edge[0], edge[1])]
     NoSuchEdge {
-        /// Of which component.
+        /// Name of the component.
         component: &'static str,
         /// Who names it.
         what: String,
@@ -122,9 +122,9 @@ pub enum BodyError {
     /// Parts that do not fit together.
     #[error("{component}: {what}")]
     Contradiction {
-        /// Of which component.
+        /// Name of the component.
         component: &'static str,
-        /// What is wrong, and how to mend it.
+        /// Contradiction, and how to mend it.
         what: &'static str,
     },
 }

@@ -80,7 +80,7 @@ pub(crate) fn finite(
     values.into_iter().try_for_each(|value| number(component, what, value, (value.is_finite(), "it must be finite")))
 }
 
-/// The same judgement, of one row.
+/// Adds a vertex row to an out-of-range error.
 pub(crate) fn at_row(row: u32) -> impl Fn(BodyError) -> BodyError {
     move |error| match error {
         BodyError::OutOfRange { component, what, value, must, .. } => {

@@ -1,4 +1,4 @@
-//! How state is judged: tables, what they rest on, and what a step remembers.
+//! Checks of state: tables, their foundations, and values that a step remembers.
 
 use super::check::{Check, Host, MOST};
 use super::{Body, BodyError, EnergyAudit, Increment, Planar, Reactions, Refined, TearDecisions, TearLog};
@@ -13,7 +13,7 @@ fn must(component: &'static str, is_right: bool, what: &'static str) -> Result<(
     is_right.then_some(()).ok_or(BodyError::Contradiction { component, what })
 }
 
-/// Its place in the order is judged among all bodies.
+/// The place of a body in the order is judged among all bodies.
 impl Check for Body {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         Ok(())
@@ -116,7 +116,7 @@ impl Check for Increment {
     }
 }
 
-/// What holds felt is reported, and no step reads it.
+/// Reactions of holds are reported, and no step reads them.
 impl Check for Reactions {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         Ok(())

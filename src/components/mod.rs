@@ -1,10 +1,10 @@
-//! What an entity can carry. Each component is exactly one of *state* (in the tables, copied on a split, saved), *parameter*
+//! Components of an entity. Each component is exactly one of *state* (in the tables, copied on a split, saved), *parameter*
 //! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
 //! system that would read it finds no match.
 //!
-//! What has hold of tissue has one word each:
+//! Means of holding tissue have one word each:
 //!
-//! | word | what it is |
+//! | word | meaning |
 //! |---|---|
 //! | [hold](Hold) | prescribed vertices, along a curve over time |
 //! | [pin](crate::simulation::Simulation::pin) | a hold at fixed places, put on and taken off between two steps |

@@ -57,7 +57,7 @@ impl From<ElementState> for FlatState {
     }
 }
 
-/// What the stress in a triangle adds to its tangent.
+/// Geometric stiffness: contribution of the stress in a triangle to its tangent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GeometricStiffness {
     /// Out-of-plane stiffness \[MPa\]: second Piola–Kirchhoff stress, its tensile part but for the exact tangent.

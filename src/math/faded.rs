@@ -2,16 +2,16 @@
 
 use super::{Orthotropic, Sym2, elementary};
 
-/// tr U from which on down the law loses its directions: half of what is left of a mean stretch by a quarter.
+/// tr U from which on down the law loses its directions: that of a mean stretch of a quarter.
 pub const FADES_FROM: f64 = 0.5;
 
 /// How much of a law is left in a triangle of a planar body where tr U is small.
 ///
 /// In a plane F is a turn and a stretch of all directions alike, p, and a mirror image, q, of the sizes |p| = tr U and
 /// |q| = |dev U|·√2: where p vanishes the rotation may be any, and with it the axes of the tissue in the mirror image. An anisotropic law
-/// has there as many energies as there are rotations, and a body that passes by gains what the steepest step between them gives. So from
+/// has there as many energies as there are rotations, and a body that passes by gains the energy of the steepest step between them. So from
 /// t₀ = [`FADES_FROM`] on down the energy is that of w·E + (1 − w)·Ē with w = s³·(10 − 15s + 6s²), s = tr U/t₀: Ē, of the law's
-/// [isotropic mean](Orthotropic::isotropic_mean), knows of the rotation nothing. Both are positive, hence so is what is between, and the
+/// [isotropic mean](Orthotropic::isotropic_mean), knows of the rotation nothing. Both are positive, hence so is every mixture, and the
 /// stress T = w·∂E/∂U + (1 − w)·∂Ē/∂U + w′·(E − Ē)·I has no step either. In space tr U is at least |F|, and nothing fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faded {
@@ -21,7 +21,7 @@ pub struct Faded {
 }
 
 impl Faded {
-    /// What is left at a stretch; none where that is all.
+    /// Faded law at a stretch; `None` where nothing has faded.
     #[inline]
     pub fn at(stretch: Sym2, is_planar: bool) -> Option<Self> {
         let s = stretch.trace() / FADES_FROM;
@@ -122,7 +122,7 @@ mod tests {
         let edge = Sym2::new(0.3, 0.2 - 1e-9, 0.1);
         let (faded, stress) = (Faded::at(edge, true).unwrap(), LAW.stress(edge - Sym2::IDENTITY));
         let d = faded.stress(&LAW, edge, Sym2::IDENTITY) - stress;
-        // What is missing of t₀ enters the slope of the weight squared.
+        // The shortfall from t₀ enters the slope of the weight squared.
         assert!(d.xx.abs().max(d.yy.abs()).max(d.xy.abs()) < 1e-12, "{d:?}");
     }
 

@@ -8,7 +8,7 @@ use super::{Orthotropic, PreparedLaw, StiffeningFibres, Sym2};
 pub enum FibreLaw {
     /// Fibres that stiffen by their stretch, beside it.
     Stiffening(StiffeningFibres),
-    /// That of Holzapfel, Gasser and Ogden, with its own matrix or beside it.
+    /// Law of Holzapfel, Gasser and Ogden, with its own matrix or beside the linear law.
     Published(PreparedLaw),
 }
 
@@ -30,7 +30,7 @@ impl FibreLaw {
         }
     }
 
-    /// Its own energy per volume \[mJ/mm³\] at a stretch, in a triangle of a material.
+    /// Energy per volume \[mJ/mm³\] of the fibre law alone at a stretch, in a triangle of a material.
     pub fn energy(&self, stretch: Sym2, unstretched: Sym2, material: &Orthotropic) -> f64 {
         match self {
             Self::Stiffening(fibres) => fibres.energy(stretch, unstretched),
@@ -38,7 +38,7 @@ impl FibreLaw {
         }
     }
 
-    /// Its own Biot stress \[MPa\].
+    /// Biot stress \[MPa\] of the fibre law alone.
     #[inline]
     fn own_stress(&self, stretch: Sym2, unstretched: Sym2, material: &Orthotropic) -> Sym2 {
         match self {
@@ -98,7 +98,7 @@ impl FibreLaw {
 /// Stiffness that couples strains and shear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoupledStiffness {
-    /// Its orthotropic part.
+    /// Orthotropic part of the stiffness.
     pub law: Orthotropic,
     /// Stress along the fibre per engineering shear \[MPa\].
     pub q16: f64,

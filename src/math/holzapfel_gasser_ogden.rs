@@ -64,7 +64,7 @@ pub enum GroundSubstance {
 pub struct HolzapfelGasserOgden {
     /// Up to four families; none leaves the matrix alone.
     pub families: Vec<FibreFamily>,
-    /// What is around them.
+    /// Ground substance around the fibres.
     pub matrix: GroundSubstance,
 }
 
@@ -75,7 +75,7 @@ impl HolzapfelGasserOgden {
         Self { families: vec![family(degrees), family(-degrees)], matrix: GroundSubstance::NeoHookean }
     }
 
-    /// What is out of range, if anything, in a body with the pre-stretch `held`: its name, its value, and what it must be.
+    /// Checks the ranges in a body with the pre-stretch `held`; an error holds the parameter's name, value and requirement.
     pub fn check(&self, held: Sym2) -> Result<(), (&'static str, f64, &'static str)> {
         let (count, strain) = (self.families.len(), held.principal_values().0);
         if !(strain <= MOST_PRE_STRETCH) {
@@ -114,12 +114,12 @@ impl HolzapfelGasserOgden {
 /// One family, ready for evaluation.
 #[derive(Clone, Copy, Debug, Default)]
 struct Family {
-    /// Of E.
+    /// Exponential law in E.
     curve: Exponential,
     kappa: f64,
     /// κ·I + (1 − 3κ)·a⊗a, in the tissue free of stress.
     structure: Sym2,
-    /// The same there where the body is drawn: U₀⁻¹·(…)·U₀⁻¹.
+    /// Structure tensor where the body is drawn: U₀⁻¹·(κ·I + (1 − 3κ)·a⊗a)·U₀⁻¹.
     drawn: Sym2,
 }
 
@@ -153,9 +153,9 @@ struct Thickening {
 /// How a law answers in sum.
 #[derive(Clone, Copy, Debug)]
 struct Sums {
-    /// What multiplies tr C, as a tensor: ∂W/∂C but for what goes by the area \[MPa\].
+    /// Factor of tr C, as a tensor: ∂W/∂C but for the part that goes by the area \[MPa\].
     along: Sym2,
-    /// What multiplies 1/D² \[MPa\].
+    /// Factor of 1/D² \[MPa\].
     across: f64,
 }
 
@@ -230,7 +230,7 @@ impl PreparedLaw {
         sum.law.q66 += 0.5 * along.trace();
         sum.q16 += along.xy;
         sum.q26 += along.xy;
-        // What det dU, the second part of the area's change, is multiplied by.
+        // Factor of det dU, the second part of the area's change.
         let pressure = across * thickening.slope;
         if thickening.is_crushed {
             sum.law.q11 -= pressure;

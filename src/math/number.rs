@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Sub};
 /// A number, or several side by side, one for each of several triangles.
 ///
 /// A formula over it gives the same bits for a triangle alone as for one among others. It is marked `#[inline(always)]` and calls no closure:
-/// what is not inlined cannot take wide instructions.
+/// code that is not inlined cannot take wide instructions.
 pub trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     /// A constant of the same kind.
     fn constant(self, x: f64) -> Self;

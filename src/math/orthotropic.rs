@@ -29,7 +29,7 @@ pub enum InadmissibleMaterial {
     Modulus {
         /// Name of the modulus.
         name: &'static str,
-        /// Its value \[MPa\].
+        /// Rejected modulus \[MPa\].
         value: f64,
     },
     /// ν_F²·E_T/E_F ≥ 1.
@@ -114,7 +114,7 @@ impl Orthotropic {
         Self { q11: area + shear, q12: area - shear, q22: area + shear, q66: shear }
     }
 
-    /// The same with Q16 and Q26 \[MPa\] beside, which couple strain along and across the fibre with engineering shear.
+    /// Stress with Q16 and Q26 \[MPa\] beside, which couple strain along and across the fibre with engineering shear.
     #[inline(always)]
     pub fn coupled_stress(&self, [q16, q26]: [f64; 2], strain: Sym2) -> Sym2 {
         let mut stress = self.stress(strain);

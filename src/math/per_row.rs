@@ -2,11 +2,11 @@
 
 use std::ops::Index;
 
-/// One value per row, or one for all of them: what a kernel reads of a list that keeps a uniform value only once.
+/// One value per row, or one for all of them: a kernel's view of a list that keeps a uniform value only once.
 #[derive(Clone, Copy, Debug)]
 pub struct PerRow<'a, T> {
     values: &'a [T],
-    /// What of a row is the place of its value: nothing or all of it.
+    /// Mask from a row to the place of its value: no bits or all.
     mask: usize,
 }
 

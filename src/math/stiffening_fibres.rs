@@ -11,9 +11,9 @@ const MOST_EXPONENT: f64 = 4.0;
 /// W(e) = k₁/(2·k₂)·(exp(k₂·e²) − 1)  for e > 0, and nothing for e ≤ 0
 ///
 /// (Holzapfel, Gasser, Ogden, *A new constitutive framework for arterial wall mechanics*, J. Elast. 61 (2000) 1, its fibre part with the
-/// strain λ − λ₀ in place of their λ² − 1). λ₀ is 1, or what a held pre-stretch leaves of it. Small strains have Young's modulus
+/// strain λ − λ₀ in place of their λ² − 1). λ₀ is 1, or the part that a held pre-stretch leaves. Small strains have Young's modulus
 /// E_F + k₁ along the fibre in tension and E_F in compression. From e = 2/√k₂ on, where the stiffness is 491·k₁, the stress goes on
-/// along its tangent: no strain overflows. What converts toughness into strength is the linear law at no strain. *Parameter*, of
+/// along its tangent: no strain overflows. The linear law at no strain converts toughness into strength. *Parameter*, of
 /// the whole body.
 ///
 /// ```
@@ -32,7 +32,7 @@ pub struct StiffeningFibres {
     pub k2: f64,
 }
 
-/// What the fibres add at a strain.
+/// Contribution of the fibres at a strain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FibreResponse {
     /// W \[mJ/mm³\].
@@ -44,7 +44,7 @@ pub struct FibreResponse {
 }
 
 impl StiffeningFibres {
-    /// What is out of range, if anything: its name, its value, and what it must be.
+    /// Checks the ranges; an error holds the parameter's name, value and requirement.
     pub fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
         if !(self.k1 > 0.0 && self.k1 <= 1e12) {
             return Err(("k1 of the stiffening fibres", self.k1, "it must be above 0 and at most 1e12 MPa"));

@@ -1,4 +1,4 @@
-//! Symmetric 3×3 matrices: what a point resists, by directions.
+//! Symmetric 3×3 matrices: resistance of a point, by directions.
 
 use glam::{DMat3, DVec3};
 use std::ops::{Add, AddAssign, Mul, Sub};
@@ -19,7 +19,7 @@ impl Sym3 {
     /// The identity.
     pub const IDENTITY: Self = Self { diagonal: DVec3::ONE, beside: DVec3::ZERO };
 
-    /// The same in all directions.
+    /// Isotropic matrix: one value in all directions.
     pub fn isotropic(value: f64) -> Self {
         Self { diagonal: DVec3::splat(value), beside: DVec3::ZERO }
     }
@@ -78,7 +78,7 @@ impl Mul<DVec3> for Sym3 {
 mod tests {
     use super::*;
 
-    /// What is done by six numbers is done by all nine: the same products and sums, so the same bits.
+    /// Six numbers give the results of all nine: the same products and sums, so the same bits.
     #[test]
     fn six_numbers_stand_for_nine() {
         let (n, u) = (DVec3::new(0.3, -1.7, 2.9), DVec3::new(-0.1, 5.3, 0.7));

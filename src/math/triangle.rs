@@ -3,7 +3,7 @@
 use super::elementary;
 use glam::{DVec2, DVec3};
 
-/// What the mechanics needs of a triangle's rest shape. The frame's first axis is the fibre, so the fibre appears nowhere
+/// Rest-shape data of a triangle for the mechanics. The frame's first axis is the fibre, so the fibre appears nowhere
 /// else: it lives in the gradients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
@@ -64,7 +64,7 @@ pub struct SmallestAngle {
 }
 
 impl SmallestAngle {
-    /// That of the triangle with corners `x` \[mm\].
+    /// Smallest angle of the triangle with corners `x` \[mm\].
     #[inline]
     pub fn new(x: [DVec3; 3]) -> Self {
         // It stands opposite to the shortest side.
@@ -80,7 +80,7 @@ impl SmallestAngle {
         triangles.map(Self::new).reduce(Self::or_smaller)
     }
 
-    /// The other one where that is smaller.
+    /// The smaller of two angles; this one where they are alike.
     #[inline]
     pub fn or_smaller(self, other: Self) -> Self {
         if other.is_smaller_than(&self) { other } else { self }

@@ -1,4 +1,4 @@
-//! The judgement of entities: every component by its own check, then what must hold between them.
+//! Validation of entities: every component by its own check, then the rules between components.
 
 use super::components;
 use crate::components::check::{Check, Host};
@@ -14,9 +14,9 @@ use std::any::{Any, TypeId};
 pub struct Refused {
     /// The body, obstacle or tool.
     pub entity: Entity,
-    /// What it is, and its name where it has one.
+    /// Kind of the entity, and its name where it has one.
     pub owner: String,
-    /// The component, what of it, and what it must be.
+    /// Component, its rejected value and the requirement.
     pub source: BodyError,
 }
 
@@ -58,14 +58,14 @@ impl<P: Component> Look for Changed<'_, P> {
     }
 }
 
-/// Declares the walk over what hosts may change.
+/// Declares the walk over components that hosts may change.
 macro_rules! walk {
     (
         parameter, saved, recorded { $($p:ident: $parameter:ty,)* }
         state, saved, recorded { $($t:ident: $tool:ty,)* }
         $($rest:tt)*
     ) => {
-        /// Judges all that hosts may change, and what must hold between components.
+        /// Validates components that hosts may change, and the rules between components.
         pub(crate) fn check_changed(entity: &impl Look, host: &Host<'_>) -> Result<(), BodyError> {
             $( entity.look(|component: &$parameter| Check::check(component, host)).transpose()?; )*
             $( entity.look(|component: &$tool| Check::check(component, host)).transpose()?; )*
@@ -75,7 +75,7 @@ macro_rules! walk {
 }
 components!(walk);
 
-/// What must hold between the components of a body.
+/// Rules between the components of a body.
 pub(crate) fn check_rules(body: &impl Look) -> Result<(), BodyError> {
     let rules = [
         (body.has::<Refinement>() && !body.has::<Tearing>(), BodyError::RefinementWithoutTearing),
@@ -93,7 +93,7 @@ pub(crate) fn check_rules(body: &impl Look) -> Result<(), BodyError> {
     body.look(|law: &HolzapfelGasserOgden| law.check_under(held)).unwrap_or(Ok(()))
 }
 
-/// What must hold between holds and what says how they turn and what they leave free.
+/// Rules between holds, their rotations and the axes they leave free.
 fn check_holds(body: &impl Look) -> Result<(), BodyError> {
     let is_planar = body.has::<Planar>();
     let beside =
@@ -106,7 +106,7 @@ fn check_holds(body: &impl Look) -> Result<(), BodyError> {
     body.look(guided).transpose().map(|_| ())
 }
 
-/// Judges all of an entity that may have been written past the calls. What is gone, or none of the engine's, is right.
+/// Validates an entity that may have been edited directly. One that is gone, or none of the engine's, passes.
 pub(crate) fn judge(world: &World, entity: Entity) -> Result<(), Refused> {
     let Ok(found) = world.entity(entity) else { return Ok(()) };
     with_host(found, |host| {
@@ -152,7 +152,7 @@ fn check_tables(entity: &impl Look, host: &Host<'_>) -> Result<(), BodyError> {
     entity.look(|topology: &Topology| topology.check(host)).transpose().map(|_| ())
 }
 
-/// What an entity is, for errors.
+/// Kind and name of an entity, for errors.
 pub(crate) fn owner_of(entity: EntityRef<'_>) -> String {
     let body = || entity.look(|body: &Body| format!("body `{}`", body.name));
     let forceps = || entity.look(|forceps: &Forceps| format!("forceps `{}`", forceps.name));

@@ -1,4 +1,4 @@
-//! What a component needs beside it: one rule for spawning, for setting, and for what was written past the calls.
+//! Required components, added at spawn, by `set` and after direct edits of the world.
 
 use super::Look;
 use crate::components::*;
@@ -55,7 +55,7 @@ pub(crate) fn complete_in(world: &mut World, entity: Entity) {
     }
 }
 
-/// Adds what the components of a body or an obstacle need beside them.
+/// Adds the required components of a body or an obstacle.
 pub(crate) fn complete(entity: &mut impl Give) {
     if entity.has::<ObstaclePath>()
         && !entity.has::<Swept>()

@@ -1,4 +1,4 @@
-//! What a host may change of a body or an obstacle between two calls: its parameters, and where its vertices are.
+//! Changes that a host may make to a body or an obstacle between two calls: its parameters, and its vertex positions.
 
 use super::{Parameter, components, sealed};
 use crate::components::*;
@@ -44,7 +44,7 @@ macro_rules! parameters {
                 }
             }
 
-            /// Those that differ from what they were; `None` where none does.
+            /// Parameters that differ from those before; `None` where none does.
             pub fn since(mut self, before: &Self) -> Option<Self> {
                 let mut is_any = false;
                 $( if self.$name == before.$name { self.$name = None } else { is_any = true } )*

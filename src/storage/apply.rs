@@ -25,7 +25,7 @@ impl Mesh<'_> {
         Tables { vertices: self.vertices, triangles: self.triangles }
     }
 
-    /// Gives up the way back: the keys of what edits have removed so far are freed, and these edits cannot be undone any
+    /// Gives up the way back: the keys of rows that edits have removed so far are freed, and these edits cannot be undone any
     /// more. Whoever drops the records of collapses calls it; without it a removed row leaves some bytes behind.
     pub fn release(&mut self) {
         self.vertices.release();
@@ -54,11 +54,11 @@ pub fn apply(mesh: &mut Mesh<'_>, edit: &Edit) -> Result<EditRecord, Refusal> {
     Ok(record)
 }
 
-/// Takes the last edit back: every column of every row has the bits it had, what was removed lives again under the same
-/// keys, and the topology is what it was. Keys of rows that the edit had added are dead.
+/// Takes the last edit back: every column of every row has the bits it had, removed rows live again under the same
+/// keys, and the topology is as it was. Keys of rows that the edit had added are dead.
 ///
 /// # Errors
-/// [`Refusal::NotTheLast`] where rows were added or removed after this edit, or what it had removed has been
+/// [`Refusal::NotTheLast`] where rows were added or removed after this edit, or the rows it had removed have been
 /// [released](Mesh::release); nothing has changed then.
 pub fn undo(mesh: &mut Mesh<'_>, record: &EditRecord) -> Result<(), Refusal> {
     if !is_last(mesh, record) {
@@ -116,7 +116,7 @@ fn commit(mesh: &mut Mesh<'_>, edit: &Edit, draft: &mut Draft) -> EditRecord {
         corners_of(mesh, draft)
     });
     let touched = with_moved.as_ref().unwrap_or(&patch);
-    // Extended where they lie: what is collected is moved, a kilobyte each time.
+    // Extended in place: a collected value is moved, a kilobyte each time.
     let old = touched.iter().take_while(|&&v| v < record.first_vertex);
     record.changed_vertices.extend(old.map(|&v| (v, mesh.vertices.at(v))));
     for (row, after) in &draft.changed {
@@ -157,7 +157,7 @@ fn commit(mesh: &mut Mesh<'_>, edit: &Edit, draft: &mut Draft) -> EditRecord {
     record
 }
 
-/// What a draft takes away.
+/// Vertex and triangles that a draft removes.
 fn removed(mesh: &Mesh<'_>, draft: &Draft) -> Option<Removed> {
     let (vertex, into) = draft.removed_vertex?;
     let triangle =

@@ -4,7 +4,7 @@
 //! becomes a member with the interpolated value, so that a grip along a rim has no gap. No other new vertex becomes one:
 //! an edge inside the surface between two members says nothing about the points between, unless the members
 //! [fill an area](Attached::fill_in). Sliding a member keeps its value; a member that is collapsed is gone with its value, and
-//! the vertex it went into stays what it was.
+//! the vertex it went into stays as it was.
 //!
 //! Values are therefore per vertex (a position, a curve) or per unit of tributary mass or area (a stiffness density), never
 //! totals: a total would double where a vertex is duplicated.
@@ -54,7 +54,7 @@ impl<T: Attachment> Attached<T> {
         set
     }
 
-    /// The same in the room that this one has, for few members or ascending rows.
+    /// Replaces the members in the allocated room, for few members or ascending rows.
     pub fn replace(&mut self, members: impl IntoIterator<Item = (u32, T)>) {
         self.clear();
         self.buried.clear();
@@ -204,7 +204,7 @@ impl<T: Attachment> Follow for Attached<T> {
 
 #[cfg(feature = "snapshot")]
 mod serial {
-    //! What bytes say is a set only if it has a value for every row, and the rows ascend.
+    //! Bytes form a set only if it has a value for every row, and the rows ascend.
 
     use super::{Attached, VertexKey};
     use serde::{Deserialize, Deserializer, de::Error};

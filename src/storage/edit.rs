@@ -138,7 +138,7 @@ pub enum Refusal {
     /// No vertex of the path would fall into several fans: a single edge with both ends inside stays whole.
     #[error("opening the path would separate nothing")]
     NothingOpens,
-    /// The record to undo is not that of the last edit, or what it removed has been released.
+    /// The record to undo is not that of the last edit, or the rows it removed have been released.
     #[error("only the last edit can be undone")]
     NotTheLast,
 }

@@ -47,7 +47,7 @@ impl EditLog {
         since != self.now && (since.history != self.now.history || is_touched())
     }
 
-    /// The same of any of some triangles; true for an earlier moment in another history.
+    /// Whether any of some triangles may have changed since an earlier moment; true for a moment in another history.
     pub(crate) fn have_changed(&self, mut triangles: impl Iterator<Item = u32>, since: Revision) -> bool {
         let is_other = since.history != self.now.history;
         is_other || since != self.now && triangles.any(|triangle| self.has_changed(triangle, since))

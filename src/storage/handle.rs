@@ -1,4 +1,4 @@
-//! Entities as bytes: by their bits, so that handles stay what they are.
+//! Entities as bytes: by their bits, so that handles stay as they are.
 
 use hecs::Entity;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
@@ -14,7 +14,7 @@ pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<
     Entity::from_bits(bits).ok_or_else(|| D::Error::custom("no entity has these bits"))
 }
 
-/// The same of an entity that there may be.
+/// Optional entities as bytes, by their bits.
 pub(crate) mod option {
     use super::{Deserialize, Deserializer, Entity, Error, Serialize, Serializer};
 

@@ -1,7 +1,7 @@
-//! What follows from the tables: rest triangles, lumped masses, totals.
+//! Quantities that follow from the tables: rest triangles, lumped masses, totals.
 //!
 //! Rest data and masses are pure functions of corners, rest positions, fibres, thickness and density. Edits recompute them
-//! for what they touch, so that patched and rebuilt values have the same bits.
+//! for the rows they touch, so that patched and rebuilt values have the same bits.
 
 use super::{Broken, Mesh, Topology, TriangleRow, Triangles, Vertices};
 use crate::math::{RestTriangle, smallest_angle};

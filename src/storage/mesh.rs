@@ -1,6 +1,6 @@
 //! A triangle mesh as it comes from a file or a generator, and the checks at the door.
 //!
-//! What [`TriangleMesh::check`] lets through is an oriented manifold with boundary. Every edge belongs to one or two triangles, two
+//! A mesh that [`TriangleMesh::check`] lets through is an oriented manifold with boundary. Every edge belongs to one or two triangles, two
 //! triangles run their shared edge in opposite directions, and the triangles of a vertex form one fan.
 
 use glam::DVec3;
@@ -12,7 +12,7 @@ use super::{MeshError, NONE};
 /// lost more than half the digits of an `f64` by then.
 pub const THINNEST: f64 = 1e-9;
 
-/// An indexed triangle mesh with an optional fibre direction per triangle: what readers and generators give and a body takes.
+/// Indexed triangle mesh with an optional fibre direction per triangle, as readers and generators give and a body takes it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
     /// Vertex positions \[mm\].

@@ -1,11 +1,11 @@
-//! What can be wrong with a triangle mesh, and how to mend it.
+//! Defects of a triangle mesh, and how to mend them.
 
 use glam::DVec3;
 
 use super::NONE;
 use super::mesh::THINNEST;
 
-/// The most triangles at a vertex: what goes round a vertex takes the square of their number.
+/// Most triangles at a vertex: a walk round a vertex takes the square of their number.
 pub(super) const MOST_AT_VERTEX: usize = 1000;
 
 /// The first few of a list that may be as long as a file, and their number.
@@ -36,7 +36,7 @@ pub enum MeshError {
     NonFinitePosition {
         /// The vertex.
         vertex: usize,
-        /// Its position \[mm\].
+        /// Position of the vertex \[mm\].
         position: DVec3,
     },
     /// A corner names a vertex that does not exist.
@@ -134,7 +134,7 @@ pub enum MeshError {
     Crowded {
         /// The vertex.
         vertex: usize,
-        /// Its triangles.
+        /// Number of triangles at the vertex.
         triangles: usize,
     },
     /// A vertex without triangles has no mass and cannot be solved for.

@@ -7,9 +7,9 @@
 //! `EditRecord` by which derived data `Follow` and `undo` goes back; the topology's `EditLog` tells which triangles
 //! have changed since a moment; [`validate`] names the first broken invariant.
 //!
-//! Rows stay dense: where an edit removes one, the last row of the table moves into its place, and the record holds what was
-//! removed and who moved. Whoever keeps rows has to follow; a key names the same part before and after. The keys of what was
-//! removed are kept free for [`undo`] until [`Mesh::release`].
+//! Rows stay dense: where an edit removes one, the last row of the table moves into its place, and the record holds the removed
+//! and the moved rows. Whoever keeps rows has to follow; a key names the same part before and after. The keys of removed
+//! parts are kept free for [`undo`] until [`Mesh::release`].
 
 mod apply;
 mod attached;

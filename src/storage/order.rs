@@ -1,7 +1,7 @@
-//! A new order of a mesh's rows: along a space-filling curve through the rest shape. What is near in the tissue is then near in
+//! A new order of a mesh's rows: along a space-filling curve through the rest shape. Neighbours in the tissue are then near in
 //! memory, whatever edits have put at the end of the tables.
 //!
-//! Keys stay with what they name. Whoever keeps rows maps them by the [`Order`].
+//! Keys stay with the parts they name. Whoever keeps rows maps them by the [`Order`].
 
 use super::{Mesh, NONE, Vertices, measure};
 use glam::DVec3;
@@ -49,7 +49,7 @@ impl Order {
         sort(&self.vertices, values);
     }
 
-    /// The same for triangles.
+    /// Sorts a list of triangles' values; one of another length belongs to another mesh and is emptied.
     pub fn sort_triangles<T: Copy>(&self, values: &mut Vec<T>) {
         sort(&self.triangles, values);
     }
@@ -93,7 +93,7 @@ fn inverse(order: &[u32]) -> Vec<u32> {
     rows
 }
 
-/// Brings values into an order, which has the old place of every new one; what was reserved stays. Values of another length belong
+/// Brings values into an order, which has the old place of every new one; reserved room stays. Values of another length belong
 /// to another mesh and are emptied.
 pub fn sort<T: Copy>(order: &[u32], values: &mut Vec<T>) {
     if values.len() != order.len() {

@@ -1,4 +1,4 @@
-//! What an edit would do to the shapes of triangles, for whoever has to choose among edits.
+//! Effect of an edit on the shapes of triangles, for whoever has to choose among edits.
 
 use super::draft::draft;
 use super::measure::rest_corners;
@@ -17,7 +17,7 @@ pub struct Outlook {
     pub longest_edge: f64,
 }
 
-/// What an edit would do; nothing changes.
+/// Outlook of an edit; nothing changes.
 ///
 /// # Errors
 /// Why the edit would be refused.

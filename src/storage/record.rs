@@ -1,4 +1,4 @@
-//! What an edit did: enough to undo it bit for bit, and for everything derived from the mesh to follow.
+//! Record of an edit: enough to undo it bit for bit, and for everything derived from the mesh to follow.
 
 use super::{Edit, TriangleKey, TriangleRow, Triangles, VertexKey, VertexRow, Vertices};
 use smallvec::SmallVec;
@@ -58,29 +58,29 @@ impl Parents {
 pub struct NewTriangle {
     /// Row of the triangle it was cut from, which also keeps a part.
     pub parent: u32,
-    /// Its corners.
+    /// Corners of the added triangle.
     pub corners: [u32; 3],
 }
 
 /// A triangle that an edit has changed, or moved to another row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChangedTriangle {
-    /// Its row after the edit.
+    /// Row of the triangle after the edit.
     pub row: u32,
-    /// Its row before the edit: another one only where a removal has moved it.
+    /// Row of the triangle before the edit: another one only where a removal has moved it.
     pub row_before: u32,
     /// All its columns before the edit.
     pub before: TriangleRow,
-    /// Its corners after the edit.
+    /// Corners of the triangle after the edit.
     pub corners: [u32; 3],
 }
 
-/// What a collapse has taken away. Rows are those before the edit.
+/// Vertex and triangles that a collapse has removed. Rows are those before the edit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Removed {
     /// Row of the vertex.
     pub vertex: u32,
-    /// Its key, which is buried until the edit is undone or released.
+    /// Key of the vertex, which is buried until the edit is undone or released.
     pub vertex_key: VertexKey,
     /// All its columns.
     pub vertex_before: VertexRow,
@@ -93,9 +93,9 @@ pub struct Removed {
 /// A triangle that a collapse has taken away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RemovedTriangle {
-    /// Its row before the edit.
+    /// Row of the triangle before the edit.
     pub row: u32,
-    /// Its key, which is buried until the edit is undone or released.
+    /// Key of the triangle, which is buried until the edit is undone or released.
     pub key: TriangleKey,
     /// All its columns.
     pub before: TriangleRow,
@@ -119,7 +119,7 @@ pub struct EditRecord {
     pub changed_vertices: SmallVec<[(u32, VertexRow); 24]>,
     /// Triangles whose row, corners or rest data have changed; ascending by the row before the edit.
     pub changed_triangles: SmallVec<[ChangedTriangle; 16]>,
-    /// What a collapse has removed.
+    /// Vertex and triangles that a collapse has removed.
     pub removed: Option<Removed>,
 }
 
@@ -157,7 +157,7 @@ impl EditRecord {
         after_removals(row, self.first_triangle, removed.map(|triangle| triangle.row))
     }
 
-    /// Where what belonged to the vertex at `row` before the edit is to be found after it: with the vertex, or with the one
+    /// Row after the edit of the heir of the vertex at `row` before it: the vertex itself, or the one
     /// that it was collapsed into.
     pub fn heir(&self, row: u32) -> u32 {
         let row = self.removed.as_ref().filter(|removed| removed.vertex == row).map_or(row, |removed| removed.into);
@@ -219,7 +219,7 @@ pub struct Tables<'a> {
 
 /// Something derived from the mesh, or attached to it, that follows edits instead of being rebuilt.
 ///
-/// After `apply` it must equal what a rebuild would give; after `undo` it must be what it was.
+/// After `apply` it must equal the result of a rebuild; after `undo` it must be as it was.
 pub trait Follow {
     /// Follows an edit that was just applied to the tables.
     fn apply(&mut self, record: &EditRecord, tables: Tables<'_>);
@@ -227,6 +227,6 @@ pub trait Follow {
     /// Goes back behind the last edit, which was just undone in the tables.
     fn undo(&mut self, record: &EditRecord, tables: Tables<'_>);
 
-    /// The edits so far will not be undone any more: drops what was kept for that.
+    /// Drops the data kept for undoing: the edits so far will not be undone any more.
     fn release(&mut self) {}
 }

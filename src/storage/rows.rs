@@ -67,7 +67,7 @@ impl<K: Key> Rows<K> {
         Some(key)
     }
 
-    /// Brings the key that was buried last back to `row`; what is there moves to the end. `None` where no key is buried, or
+    /// Brings the key that was buried last back to `row`; the key there moves to the end. `None` where no key is buried, or
     /// `row` is beyond the end.
     pub fn exhume(&mut self, row: u32) -> Option<K> {
         let last = self.keys.len();

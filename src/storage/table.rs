@@ -2,7 +2,7 @@
 
 use super::order;
 
-/// What a table asks of a list beyond what every list has.
+/// Operations that a table needs of a list beyond those of every list.
 pub(super) trait Column<T> {
     /// Overwrites a row.
     fn put(&mut self, row: usize, value: T);
@@ -73,7 +73,7 @@ macro_rules! table {
                 Some($row { $( $column: self.$column.swap_remove(row as usize), )* })
             }
 
-            /// Puts a row back under the key that was buried last; what is at `row` moves to the end. `None` where no key is
+            /// Puts a row back under the key that was buried last; the one at `row` moves to the end. `None` where no key is
             /// buried, or `row` is beyond the end.
             pub fn exhume(&mut self, row: u32, value: $row) -> Option<$key> {
                 let key = self.rows.exhume(row)?;

@@ -13,7 +13,7 @@ use std::ops::{Index, IndexMut};
 pub struct Uniform<T> {
     /// One value or none while it is uniform, else one per row.
     values: Vec<T>,
-    /// What of a row is the place of its value: nothing while it is uniform, else all of it.
+    /// Mask from a row to the place of its value: no bits while the list is uniform, else all.
     mask: usize,
     len: usize,
     /// Rows that there is to be room for, should they come to differ.
@@ -181,7 +181,7 @@ impl<'de, T: Copy + PartialEq + serde::Deserialize<'de>> serde::Deserialize<'de>
 mod tests {
     use super::*;
 
-    /// Whatever is done to it, it holds what a plain list would.
+    /// Whatever is done to it, it holds the values of a plain list.
     #[test]
     fn it_is_a_list() {
         let (mut column, mut list) = (Uniform::default(), Vec::new());

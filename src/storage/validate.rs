@@ -48,13 +48,13 @@ pub enum Broken {
         /// Row of the vertex.
         vertex: u32,
     },
-    /// A neighbour list differs from what the corners say.
+    /// A neighbour list disagrees with the corners.
     #[error("the neighbours of triangle {triangle} differ from a rebuild")]
     Neighbours {
         /// Row of the triangle.
         triangle: u32,
     },
-    /// An incidence list differs from what the corners say, or is not sorted.
+    /// An incidence list disagrees with the corners, or is not sorted.
     #[error("the triangles around vertex {vertex} differ from a rebuild")]
     Incidence {
         /// Row of the vertex.
@@ -74,7 +74,7 @@ pub enum Broken {
         /// Row of the triangle.
         triangle: u32,
     },
-    /// Rest data differ from what corners, rest positions and fibre give.
+    /// Rest data disagree with corners, rest positions and fibre.
     #[error("the rest data of triangle {triangle} differ from a rebuild")]
     RestData {
         /// Row of the triangle.

@@ -1,8 +1,8 @@
 //! Bending of a triangle: how it tilts about its edges, and its moments against the tilts.
 //!
 //! Edge `e` runs from corner `e` to the next. Along it two triangles meet at the angle θ, zero where they are level and positive
-//! where they form a valley, seen from the side of the normals. The angle θ changes by what either triangle tilts about the edge. A
-//! tilt is linear in what the corners move along the normal.
+//! where they form a valley, seen from the side of the normals. The angle θ changes by the tilt of either triangle about the edge. A
+//! tilt is linear in the displacements of the corners along the normal.
 
 use super::formulas::{Vector, cross, dot, less, scaled};
 use crate::math::number::{Number, Real};
@@ -53,7 +53,7 @@ impl Tilt {
         Self { normal: DVec3::from_array(scaled(normal, inverse)), minus_cotangent, inverse_length }
     }
 
-    /// What a unit of height at a corner tilts the triangle by about an edge \[1/mm\].
+    /// Tilt of the triangle about an edge per unit of height at a corner \[1/mm\].
     #[inline(always)]
     pub fn by_corner(&self, edge: usize, corner: usize) -> f64 {
         let [own, last] = [self.minus_cotangent[edge], self.minus_cotangent[(edge + 2) % 3]];
@@ -71,7 +71,7 @@ impl Tilt {
         DVec3::from_array(tilts(self.minus_cotangent.to_array(), a, b)) * self.inverse_length
     }
 
-    /// What moments about the three edges exert on the corners along the normal: the transpose of [`of`](Self::of).
+    /// Forces on the corners along the normal from moments about the three edges: the transpose of [`of`](Self::of).
     pub fn along(&self, moment: DVec3) -> DVec3 {
         let moment = moment * self.inverse_length;
         DVec3::from_array(forces_along(self.minus_cotangent.to_array(), moment.to_array()))

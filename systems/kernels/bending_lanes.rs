@@ -1,7 +1,7 @@
 //! Bending of four triangles side by side: the formulas of [`super::bending`], lane by lane.
 //!
 //! Layout: numbers over the edges of four triangles are [`EdgeValuesX4`], edge by edge; those of all triangles, one list, in which an edge of
-//! a triangle has its `place`. The list ends with zeros, which are what the boundary has across.
+//! a triangle has its `place`. The list ends with zeros, which stand for the triangle across at the boundary.
 
 use super::bending::{self, EdgeMatrix, Tilt, least_twice_area};
 use super::formulas::{dot, less, scaled};
@@ -23,13 +23,13 @@ fn place(t: usize, e: usize) -> usize {
     t / DOUBLES * NUMBERS + e * DOUBLES + t % DOUBLES
 }
 
-/// What an edge of a triangle has.
+/// The value of an edge of a triangle.
 #[inline(always)]
 pub fn at(values: &[EdgeValuesX4], t: usize, e: usize) -> f64 {
     values[t / DOUBLES][e][t % DOUBLES]
 }
 
-/// What the edges of a triangle have.
+/// The values of the edges of a triangle.
 #[inline(always)]
 pub fn of_triangle(values: &[EdgeValuesX4], t: usize) -> DVec3 {
     DVec3::new(at(values, t, 0), at(values, t, 1), at(values, t, 2))
@@ -38,12 +38,12 @@ pub fn of_triangle(values: &[EdgeValuesX4], t: usize) -> DVec3 {
 /// A triangle across an edge, and which edge of that it is.
 pub type Across = Option<(usize, usize)>;
 
-/// What four triangles bend from, and how.
+/// Rest state and bending coefficients of four triangles.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RestX4 {
-    /// Their laws.
+    /// Bending laws of the four triangles.
     law: [F64x4; 6],
-    /// What a difference of moments turns the mid-edge normals by; none where a lane has no triangle.
+    /// Rotation of the mid-edge normals per difference of moments; none where a lane has no triangle.
     turn: EdgeValuesX4,
     /// 1 where there is a triangle across, else 0.
     inside: EdgeValuesX4,
@@ -80,7 +80,7 @@ impl RestX4 {
         bending::symmetric_product(&doubles(lanes, &self.law), v)
     }
 
-    /// What the triangles across the edges have there of a list; zero at the boundary.
+    /// Values of a list at the edges in the triangles across; zero at the boundary.
     #[inline(always)]
     pub fn others<L: Lanes>(&self, lanes: L, values: &[EdgeValuesX4]) -> Vectors<L> {
         let values = values.as_flattened().as_flattened();
@@ -105,13 +105,13 @@ impl RestX4 {
         ]
     }
 
-    /// What the triangles across have more than they have themselves.
+    /// Values in the triangles across less those of the triangles themselves.
     #[inline(always)]
     pub fn differences<L: Lanes>(&self, lanes: L, four: usize, values: &[EdgeValuesX4]) -> Vectors<L> {
         less(self.others(lanes, values), doubles(lanes, &values[four]))
     }
 
-    /// Angles with what differences of moments turn the mid-edge normals by.
+    /// Angles plus the rotations of the mid-edge normals by differences of moments.
     #[inline(always)]
     pub fn plus_turned<L: Lanes>(&self, lanes: L, angles: Vectors<L>, differences: Vectors<L>) -> Vectors<L> {
         let turn = doubles(lanes, &self.turn);
@@ -176,7 +176,7 @@ pub fn unit_normals<L: Lanes>(
     if is_sound { vectors(lanes, normal) } else { alone(triangles, x, rest, |tilt| tilt.normal) }
 }
 
-/// What each of four triangles has by itself.
+/// A value of each of four triangles, found by itself.
 #[inline(never)]
 fn alone<T: Default + Copy>(
     (corners, first): (&[[u32; 3]], usize),
@@ -192,7 +192,7 @@ fn alone<T: Default + Copy>(
 }
 
 impl TiltX4 {
-    /// Of the four triangles from `first` on with vertices at `x`.
+    /// Tilts of the four triangles from `first` on with vertices at `x`.
     #[inline(always)]
     pub fn new<L: Lanes>(
         lanes: L,
@@ -223,7 +223,7 @@ impl TiltX4 {
         }
     }
 
-    /// That of one of them.
+    /// Tilt of one of the four triangles.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Tilt {
         let (c, l) = (&self.minus_cotangent, &self.inverse_length);
@@ -246,7 +246,7 @@ impl TiltX4 {
         [tilts[0] * l[0], tilts[1] * l[1], tilts[2] * l[2]]
     }
 
-    /// What moments about the edges exert on the corners along the normal.
+    /// Forces on the corners along the normal from moments about the edges.
     #[inline(always)]
     pub fn along<L: Lanes>(&self, lanes: L, moment: Vectors<L>) -> Vectors<L> {
         let (c, l) = (doubles(lanes, &self.minus_cotangent), doubles(lanes, &self.inverse_length));
@@ -261,7 +261,7 @@ mod tests {
     use super::super::simd::{Kernel, force_portable, run};
     use super::*;
 
-    /// What is found of four triangles: tilts, and by a displacement and by moments what they do.
+    /// Results for four triangles: tilts, and the effects of a displacement and of moments.
     #[derive(Clone, Default)]
     struct Found {
         tilt: TiltX4,

@@ -20,7 +20,7 @@ pub const NUMBERS: usize = 3 * LANES;
 /// One number of each of eight triangles.
 type Entry = [f32; SINGLES];
 
-/// What bends eight triangles; a lane without one has zeros.
+/// Bending data of eight triangles; a lane without one has zeros.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BendingPack {
     /// Components of the normal.
@@ -71,7 +71,7 @@ impl BendingPack {
         [entry(lanes, a), entry(lanes, b), entry(lanes, c)]
     }
 
-    /// The sums of what its triangles and those across have at their edges; anything at the boundary.
+    /// The sums of its triangles' values and those across at their edges; anything at the boundary.
     #[inline(always)]
     fn with_others<L: Lanes>(&self, lanes: L, pack: usize, all: &[f32]) -> [Singles<L>; 3] {
         let mut sums = [Singles::splat(lanes, 0.0); 3];

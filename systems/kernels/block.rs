@@ -1,5 +1,5 @@
-//! 3×3 blocks in single precision, as three columns of four numbers of which the last is zero: what every processor can load at
-//! once.
+//! 3×3 blocks in single precision, as three columns of four numbers of which the last is zero: a layout that every processor can load
+//! at once.
 
 use glam::{DMat3, DVec3, Mat4, Vec4, Vec4Swizzles};
 
@@ -108,7 +108,7 @@ pub fn is_positive(a: &Block, free: Vec4) -> bool {
     xx > 0.0 && yy > 0.0 && yy * zz - yz * yz > 0.0
 }
 
-/// What stands for the inverse of a symmetric block that has none: that of its mean stiffness; zero for an empty block.
+/// Substitute for the inverse of a symmetric block that has none: that of its mean stiffness; zero for an empty block.
 #[inline(always)]
 pub fn invert_alone(own: &Block, free: Vec4) -> Block {
     let free = free * Vec4::new(1.0, 1.0, 1.0, 0.0);

@@ -1,4 +1,4 @@
-//! Two 3×3 blocks of one row side by side: what a wide processor multiplies at once.
+//! Two 3×3 blocks of one row side by side: the operand that a wide processor multiplies at once.
 
 use super::block::Block;
 use super::lanes::{Lanes, Singles};

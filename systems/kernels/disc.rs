@@ -65,7 +65,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// Adds what the edge from `a` to `b` sees. Whether any of it lies inside the disc.
+    /// Adds the contribution of the edge from `a` to `b`. Whether any of it lies inside the disc.
     fn add_edge(&mut self, a: DVec2, b: DVec2, r: f64, is_inside: bool) -> bool {
         let edge = b - a;
         let cross = a.perp_dot(edge);

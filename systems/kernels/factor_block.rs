@@ -1,4 +1,4 @@
-//! What a factor in rows of blocks is made of: 3×3 blocks, or 2×2 ones for a body in a plane, by themselves and two by two.
+//! Blocks of a factor in rows: 3×3 blocks, or 2×2 ones for a body in a plane, by themselves and two by two.
 
 use super::block::{self, Block};
 use super::block_pair::{self, BlockPair};
@@ -16,7 +16,7 @@ pub trait FactorBlock: Coefficient {
     /// Two zero blocks.
     const NO_PAIR: Self::Pair;
 
-    /// What there is of a block in space: all of it, or the part along x and y.
+    /// The block of this kind from a block in space: all of it, or the part along x and y.
     fn of(block: &Block) -> Self;
     /// The transpose.
     fn transposed(&self) -> Self;
@@ -45,11 +45,11 @@ pub trait FactorBlock: Coefficient {
     fn set(pairs: &mut [Self::Pair], k: usize, block: &Self);
     /// Adds a block to the one in the `k`-th place of a list of pairs.
     fn add_to(pairs: &mut [Self::Pair], k: usize, block: &Self);
-    /// What [`total`](Self::total) makes the sum a·u + b·v of, for blocks a and b.
+    /// Partial products of blocks a and b, from which [`total`](Self::total) makes the sum a·u + b·v.
     fn times_pair<L: Lanes>(lanes: L, pair: &Self::Pair, u: Vec4, v: Vec4) -> Singles<L>;
     /// The sum of products.
     fn total<L: Lanes>(sum: Singles<L>) -> Vec4;
-    /// The products aᵀ·u and bᵀ·u of blocks a and b; what is not an axis of them holds anything. That of `u` is zero in space.
+    /// The products aᵀ·u and bᵀ·u of blocks a and b; entries that are not an axis of them hold anything. That of `u` is zero in space.
     fn times_pair_transposed<L: Lanes>(lanes: L, pair: &Self::Pair, u: Vec4) -> [Vec4; 2];
 }
 

@@ -51,7 +51,7 @@ pub struct Strength {
 pub struct InadmissibleStrength {
     /// Name of the parameter.
     pub name: &'static str,
-    /// Its value.
+    /// Value of the parameter.
     pub value: f64,
 }
 
@@ -124,7 +124,7 @@ impl Candidate {
     }
 }
 
-/// What kind of point a maximum is.
+/// Kind of point that a maximum is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// A stationary point between the kinks.
@@ -142,7 +142,7 @@ pub enum Origin {
 pub struct Decision {
     /// The exact maximiser.
     pub best: Candidate,
-    /// What kind of maximum it is.
+    /// Kind of the maximum.
     pub origin: Origin,
     /// The best other local maximum at least 2° away.
     pub runner_up: Option<Candidate>,
@@ -168,7 +168,7 @@ impl Decision {
         self.margin() <= TIE
     }
 
-    /// The same where all thresholds are `factor` times as large.
+    /// The result where all thresholds are `factor` times as large.
     #[must_use]
     pub fn over(self, factor: f64) -> Self {
         let over = |candidate: Candidate| Candidate { value: candidate.value / factor, ..candidate };

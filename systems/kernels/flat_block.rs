@@ -1,4 +1,4 @@
-//! 2×2 blocks in single precision for a body in a plane: what a third of the memory of a [`super::block`] holds, and the product that
+//! 2×2 blocks in single precision for a body in a plane, in a third of the memory of a [`super::block`], and the product that
 //! sweeps over either kind are made of.
 
 use super::block::{self, Block, LEAST_PIVOT};
@@ -6,11 +6,11 @@ use super::factor_block::FactorBlock;
 use super::lanes::{Lanes, Singles};
 use glam::{DVec2, Vec4, Vec4Swizzles};
 
-/// What a sweep over rows multiplies by.
+/// Coefficient that a sweep over rows multiplies by.
 pub trait Coefficient: Copy + Send + Sync {
-    /// The product with a vector; what is not an axis of it holds anything.
+    /// The product with a vector; entries that are not an axis of it hold anything.
     fn times(&self, v: Vec4) -> Vec4;
-    /// A sum of such products, zero in what is not an axis.
+    /// A sum of such products, zero in entries that are not an axis.
     fn only_axes(sum: Vec4) -> Vec4;
 }
 
@@ -37,7 +37,7 @@ impl FlatBlock {
         Self(entries)
     }
 
-    /// The same in space, with zeros along z.
+    /// The 3×3 block in space, with zeros along z.
     #[inline(always)]
     pub fn in_space(self) -> Block {
         [self.0.xy().extend(0.0).extend(0.0), self.0.zw().extend(0.0).extend(0.0), Vec4::ZERO]

@@ -95,7 +95,7 @@ impl FlatPack {
         ([k00, k11, k22].map(by_lane), [k10, k20, k21].map(by_lane))
     }
 
-    /// The same matrices in space, for what reads their blocks.
+    /// The matrices as a pack in space, for readers of its blocks.
     #[inline(always)]
     pub fn in_space(&self) -> Pack {
         let ([k11, k12, k22], zero) = ([&self.k11[..], &self.k12, &self.k22], Entry::default());

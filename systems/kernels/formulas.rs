@@ -1,7 +1,7 @@
 //! The formulas of the membrane, each once: for one triangle, and for several side by side.
 //!
 //! Vectors are components; symmetric tensors in the axes of fibre and transverse direction are xx, yy, xy, other matrices there
-//! 11, 12, 21, 22. [`super::membrane`] says what they mean, and is their side for one triangle; [`super::membrane_lanes`] and
+//! 11, 12, 21, 22. [`super::membrane`] defines them, and is their side for one triangle; [`super::membrane_lanes`] and
 //! [`super::product_lanes`] are that for lanes.
 
 use super::membrane::LEAST_TRACE;
@@ -111,7 +111,8 @@ pub fn rotated_in_space<N: Real>(f: [Vector<N>; 2]) -> (Rotated<N>, N) {
     (rotated_about(f, scaled(normal, area.constant(1.0) / area), trace), area)
 }
 
-/// The area ratio up to which the cross product of a membrane in space is all rounding, far under what U resolves; 1 over more is finite.
+/// The area ratio up to which the cross product of a membrane in space is all rounding, far under the resolution of U;
+/// 1 over more is finite.
 #[inline(always)]
 pub fn least_area<N: Real>(f: [Vector<N>; 2]) -> N {
     let lengths_sq = lengths_sq(f);
@@ -156,7 +157,7 @@ pub fn spread<N: Number>([p1, p2]: [Vector<N>; 2], [g1x, g1y, g2x, g2y]: [N; 4])
     [combine(p1, g1x, p2, g1y), combine(p1, g2x, p2, g2y)]
 }
 
-/// What balances the forces on corners 1 and 2, on corner 0.
+/// The force on corner 0 that balances those on corners 1 and 2.
 #[inline(always)]
 pub fn balance<N: Number>([a, b]: [Vector<N>; 2]) -> Vector<N> {
     let minus_one = a[0].constant(-1.0);
@@ -246,7 +247,7 @@ pub fn rotated_rate<N: Real>(a: [N; 4], stretch: Tensor<N>, tangent: Tangent<N>)
     first_piola(stress, stretch, inverse)
 }
 
-/// R·Π + n ⊗ (N·dF)ᵀ·n, by columns: what a tangent with the out-of-plane stiffness N adds up to.
+/// R·Π + n ⊗ (N·dF)ᵀ·n, by columns: the sum of a tangent with the out-of-plane stiffness N.
 #[inline(always)]
 pub fn with_normal_part<N: Number>(
     axes: [Vector<N>; 2],

@@ -1,4 +1,4 @@
-//! What triangles have side by side in memory, taken row by row: four rows, transposed, are lanes.
+//! Data of triangles that stands side by side in memory, taken row by row: four rows, transposed, are lanes.
 //!
 //! A row is one load, where its numbers one by one are four and as many moves into lanes.
 
@@ -55,16 +55,16 @@ pub struct StateLanes<L: Lanes> {
     pub axes: [[Doubles<L>; 3]; 2],
     /// xx, yy and xy of the stretch.
     pub stretch: [Doubles<L>; 3],
-    /// Those of the stress.
+    /// xx, yy and xy of the stress.
     pub stress: [Doubles<L>; 3],
 }
 
-/// What states of triangles are stored as.
+/// Storage format of states of triangles.
 pub trait Stored: Copy + Send + Sync + From<ElementState> + Into<ElementState> {
     /// Stretch and stress.
     fn tensors(&self) -> [Sym2; 2];
 
-    /// Those of four triangles.
+    /// States of four triangles, by lanes.
     fn lanes<L: Lanes>(lanes: L, states: [&Self; DOUBLES]) -> StateLanes<L>;
 }
 

@@ -3,7 +3,7 @@
 //! Kernels are written once, over [`Lanes`]; the wide processor's are registers of 256 bits, the plain one's are halves of
 //! that or plain numbers. Every operation rounds each lane by itself, so that both give the same bits.
 //!
-//! What is generic over lanes is marked `#[inline(always)]` down to the last function and calls no closure. A function that is not
+//! Code that is generic over lanes is marked `#[inline(always)]` down to the last function and calls no closure. A function that is not
 //! inlined into the wide one cannot take the wide instructions in, and calls each of them instead.
 
 #[cfg(target_arch = "x86_64")]
@@ -72,7 +72,7 @@ pub trait Lanes: Copy {
     fn transpose_doubles(self, rows: [Self::Doubles; 4]) -> [Self::Doubles; 4];
 }
 
-/// What every processor has.
+/// Instructions that every processor has.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable;
 
@@ -217,7 +217,7 @@ impl<L: Lanes> Singles<L> {
         Self(lanes, lanes.singles(x))
     }
 
-    /// The same number in every lane.
+    /// One number in every lane.
     #[inline(always)]
     pub fn splat(lanes: L, x: f32) -> Self {
         Self::new(lanes, [Vec4::splat(x); 2])
@@ -269,7 +269,7 @@ impl<L: Lanes> Doubles<L> {
         Self(lanes, lanes.widened(x))
     }
 
-    /// The same number in every lane.
+    /// One number in every lane.
     #[inline(always)]
     pub fn splat(lanes: L, x: f64) -> Self {
         Self::new(lanes, [x; 4])

@@ -1,4 +1,4 @@
-//! The material force: what a shift of the rest shape about a point releases at fixed positions (Eshelby 1951; Maugin 1993), by
+//! The material force: the energy that a shift of the rest shape about a point releases at fixed positions (Eshelby 1951; Maugin 1993), by
 //! the domain form of virtual crack extension (Parks 1974; Li, Shih, Needleman 1985).
 //!
 //! A disc's rest positions move by q·d, with a weight q that is 1 at its centre and 0 at its rim, and all vertices stay where they
@@ -19,7 +19,7 @@ pub struct Strained {
     pub gradient: [DVec3; 2],
     /// V·W: energy stored \[mJ\].
     pub energy: f64,
-    /// Its forces on its corners \[N\].
+    /// Forces of the triangle on its corners \[N\].
     pub forces: [DVec3; 3],
 }
 
@@ -32,7 +32,7 @@ impl Strained {
     }
 }
 
-/// Fᵀ·f: what a unit shift of the rest shape along either axis takes from the work of a force \[N\].
+/// Fᵀ·f: the loss of work of a force per unit shift of the rest shape along either axis \[N\].
 #[inline]
 pub fn pulled_back(gradient: [DVec3; 2], force: DVec3) -> DVec2 {
     DVec2::new(gradient[0].dot(force), gradient[1].dot(force))

@@ -60,7 +60,7 @@ pub fn state(
     ElementState { polar, stress }
 }
 
-/// Twice the energy per volume \[MPa\] of a triangle with the law `stiffness` in a state: of [`state`], with what `fibres` add.
+/// Twice the energy per volume \[MPa\] of a triangle with the law `stiffness` in a state: of [`state`], with the part of `fibres`.
 #[inline]
 pub fn twice_energy(
     ElementState { polar, stress }: &ElementState,
@@ -93,7 +93,7 @@ pub fn nodal_forces(polar: &Polar, stress: Sym2, rest: &RestTriangle, volume: f6
     corner_forces([scaled(a, -volume), scaled(b, -volume)])
 }
 
-/// The forces on corners 1 and 2, with what balances them on corner 0 before.
+/// The forces on corners 1 and 2, with the force that balances them on corner 0 before.
 #[inline(always)]
 fn corner_forces(forces: [[f64; 3]; 2]) -> [DVec3; 3] {
     [DVec3::from_array(balance(forces)), DVec3::from_array(forces[0]), DVec3::from_array(forces[1])]
@@ -144,7 +144,7 @@ fn turning(stress: Sym2, stretch: Sym2, inverse_trace: f64) -> Mat {
 /// Stiffness p \[MPa\] against spin that makes the Hessian of the energy positive semidefinite in the plane, p·ω² at the least.
 ///
 /// With the stretch rate dU and the spin ω as unknowns the Hessian is dU:C:dU + ω·(l:dU) + k·ω². C is positive definite, so that
-/// only one direction can be negative, and it is where the Schur complement k − ¼·l:C⁻¹:l is: p is what that lacks. Where
+/// only one direction can be negative, and it is where the Schur complement k − ¼·l:C⁻¹:l is: p is the amount that it lacks. Where
 /// nothing lacks the Hessian stays as it is. Clamping the negative eigenvalue instead takes an iteration for four axes, and
 /// stiffens strains where this stiffens the turn alone. Q16 and Q26 \[MPa\] belong to C and couple strains and shear.
 #[inline]
@@ -180,11 +180,11 @@ pub struct ElementTangent<'a, S = ElementState> {
     pub rest: &'a RestTriangle,
     /// Elastic constants.
     pub stiffness: &'a Orthotropic,
-    /// Q16 and Q26 beside them \[MPa\]: what couples strain along and across the fibre with engineering shear.
+    /// Q16 and Q26 beside them \[MPa\], which couple strain along and across the fibre with engineering shear.
     pub coupling: [f64; 2],
     /// Out-of-plane stiffness \[MPa\]: S for the exact tangent, S⁺ for the others.
     pub normal: Sym2,
-    /// In-plane stiffness \[MPa\]: what [`shear_majorant`] gives for the rotated tangent, what [`spin_majorant`] gives for the
+    /// In-plane stiffness \[MPa\]: from [`shear_majorant`] for the rotated tangent, from [`spin_majorant`] for the
     /// projected one, zero for the exact one.
     pub in_plane: f64,
     /// A·h times the factor of the elastic part (1, or 1 + β/dt with strain-rate damping β) \[mm³\].
@@ -215,8 +215,8 @@ impl ElementTangent<'_> {
         [u.xy * inverse, (u.xx - u.yy) * inverse]
     }
 
-    /// How the Hessian turns: the spin is inverse·(a₂₁ − a₁₂), and ½·(ω⊗ℓ + ℓ⊗ω) its geometric part in the plane, what makes it
-    /// semidefinite included. The inverse of tr U and ℓ \[MPa\].
+    /// How the Hessian turns: the spin is inverse·(a₂₁ − a₁₂), and ½·(ω⊗ℓ + ℓ⊗ω) its geometric part in the plane, the semidefinite
+    /// correction included. The inverse of tr U and ℓ \[MPa\].
     #[inline]
     pub fn turning(&self) -> (f64, [f64; 4]) {
         let u = self.state.polar.stretch;

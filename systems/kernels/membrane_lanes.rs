@@ -1,6 +1,6 @@
 //! The membrane element for four triangles side by side: [`super::formulas`], lane by lane.
 //!
-//! A step spends most of its time outside the linear solve here. What a lane cannot do in the same way (a collapsed or mirrored
+//! A step spends most of its time outside the linear solve here. A case that a lane cannot do in the same way (a collapsed or mirrored
 //! triangle) is done by the functions for one triangle, against which these are tested.
 
 use super::formulas::{
@@ -50,7 +50,7 @@ pub struct RotatedX4<L: Lanes> {
     pub rotated: Rotated<Doubles<L>>,
     /// Where it is not larger than `least` the triangle is one for the functions for one triangle.
     pub sound: Doubles<L>,
-    /// What it is to be larger than.
+    /// Threshold that `sound` is to be larger than.
     pub least: Doubles<L>,
 }
 
@@ -98,7 +98,7 @@ impl States<'_> {
         membrane::state(x, &self.rest[t], &self.stiffness[t], self.is_planar, self.free(t))
     }
 
-    /// Does over what a lane cannot do in the same way: triangles that are not sound, and strains that are but rounding.
+    /// Does over the cases that a lane cannot do in the same way: triangles that are not sound, and strains that are but rounding.
     #[inline(never)]
     fn mend<T: Stored>(&self, first: usize, out: &mut [T], (sound, least): (F64x4, F64x4), strain_sq: F64x4) {
         for (lane, out) in out.iter_mut().enumerate() {
@@ -238,7 +238,7 @@ impl Kernel<GeometricStiffness> for Geometric<'_, ElementState> {
     }
 }
 
-/// Writes down the forces on the corners of up to four triangles: `a` and `b` on the last two, on the first what balances them.
+/// Writes down the forces on the corners of up to four triangles: `a` and `b` on the last two, on the first the force that balances them.
 #[inline(always)]
 pub fn put_forces<L: Lanes>([a, b]: [Vectors<L>; 2], out: &mut [[DVec3; 3]]) {
     let (c, [bx, by, bz]) = (formulas::balance([a, b]), b);
@@ -319,7 +319,7 @@ impl Kernel<(), DVec2> for Far<'_> {
             let weighted = (Doubles::new(lanes, areas) * change_sq * change_sq).to_array();
             let change_sq = change_sq.to_array();
             for lane in 0..within {
-                // What is no number goes far.
+                // A NaN counts as far.
                 count += usize::from(!(change_sq[lane] <= most_sq));
                 sum += weighted[lane];
             }

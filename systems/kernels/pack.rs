@@ -32,7 +32,7 @@ pub struct Pack {
 /// Where the corners of eight triangles stand in the vectors: per corner one place for each lane.
 pub type Places = [[u16; LANES]; 3];
 
-/// What an exact tangent knows of a triangle's turn, into its lane.
+/// Rotational part of an exact tangent of a triangle, into its lane.
 #[inline(always)]
 pub(super) fn put_turning(element: &ElementTangent<'_>, lane: usize, turning: &mut [[f32; LANES]; 5]) {
     let (inverse, l) = element.turning();
@@ -218,11 +218,11 @@ fn dot<L: Lanes>(a: [Singles<L>; 3], b: [Singles<L>; 3]) -> Singles<L> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// What the matrices of eight triangles are made of in their own planes.
+/// Terms of the matrices of eight triangles in their own planes.
 pub(super) struct InPlane<L: Lanes> {
     /// Shape gradients of corners 1 and 2.
     pub g: [[Singles<L>; 2]; 2],
-    /// Their [`strain_rates`].
+    /// The [`strain_rates`] of corners 1 and 2.
     pub b: [[[Singles<L>; 3]; 2]; 2],
     /// Stiffness 11, 12, 22, 66.
     pub law: [Singles<L>; 4],
@@ -262,7 +262,7 @@ impl<L: Lanes> InPlane<L> {
     }
 }
 
-/// What the matrices of eight triangles are made of.
+/// Terms of the matrices of eight triangles.
 struct Element<L: Lanes> {
     /// r₁, r₂ and the normal in global axes.
     axes: [[Singles<L>; 3]; 3],

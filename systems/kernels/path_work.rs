@@ -17,11 +17,11 @@ const GAUSS: [(f64, f64); 5] = [
 /// Parts of a path on each of which the rule is used, where fibres stiffen.
 const PANELS: u16 = 8;
 
-/// And where the rule is further off than this part of the energies at the ends.
+/// Parts of a path where the rule with [`PANELS`] is further off than [`ROUGH`] of the energies at the ends.
 const MOST_PANELS: u16 = 256;
 const ROUGH: f64 = 1e-9;
 
-/// What does not change along a path.
+/// Constants of a triangle along a path.
 #[derive(Clone, Copy, Debug)]
 pub struct Element<'a> {
     /// Rest shape.

@@ -1,4 +1,4 @@
-//! The triangle that a ray meets first, and the one nearest to a point: what tools point at.
+//! The triangle that a ray meets first, and the one nearest to a point: the targets of pointing tools.
 
 use crate::math::nearest_in_triangle;
 use glam::{DVec2, DVec3};

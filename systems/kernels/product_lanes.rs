@@ -78,7 +78,7 @@ mod tests {
         let rest =
             RestTriangle::new([DVec3::ZERO, DVec3::X, DVec3::new(0.3, 0.8, 0.0)], DVec3::new(1.0, 0.4, 0.0)).unwrap();
         let law = Orthotropic::new(10.0, 2.0, 0.3, 0.7).unwrap();
-        // Stretched, squeezed to next to nothing, at rest, and sheared; some with what couples strain and shear.
+        // Stretched, squeezed to next to nothing, at rest, and sheared; some with terms that couple strain and shear.
         let stretches =
             [Sym2::new(1.2, 0.9, 0.1), Sym2::new(1e-3, 2e-3, 0.0), Sym2::IDENTITY, Sym2::new(1.0, 1.0, -0.4)];
         let states = [0.0_f64, 1.0, 2.0, 3.0].map(|turn| {

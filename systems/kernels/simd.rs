@@ -1,6 +1,6 @@
 //! The instruction set of the loops, chosen when the program runs: one binary for every processor of a family.
 //!
-//! What runs inside [`wide`] is compiled once for the plain processor and once for the wide one (AVX2), and the compiler finds the
+//! Code that runs inside [`wide`] is compiled once for the plain processor and once for the wide one (AVX2), and the compiler finds the
 //! lanes by itself. Kernels are written as plain arithmetic on arrays of [`LANES`] numbers. A closure is compiled so only where it
 //! is small enough to be inlined there; a loop that matters is a [`Kernel`], whose `run` always is. Multiplications and additions
 //! are never contracted to one rounding, so every instruction set gives the same bits.
@@ -19,19 +19,19 @@ thread_local! {
 }
 
 /// Makes this thread's loops use the instructions that every processor of the family has, or the best there are. Returns
-/// what was set before.
+/// the setting before.
 pub fn force_portable(is_portable: bool) -> bool {
     IS_PORTABLE.replace(is_portable)
 }
 
-/// Runs a loop with the best instructions there are: a closure, or what is too large to be inlined by itself and therefore
+/// Runs a loop with the best instructions there are: a closure, or one that is too large to be inlined by itself and therefore
 /// implements [`NullaryFnOnce`], marked `#[inline(always)]`.
 #[inline]
 pub fn wide<F: NullaryFnOnce>(f: F) -> F::Output {
     arch().dispatch(f)
 }
 
-/// The inner loop of a system: what a chunk of rows needs to be filled.
+/// The inner loop of a system: the data to fill a chunk of rows.
 pub trait Kernel<T, S = ()>: Sync {
     /// Fills the rows from `first` on; returns their sum, or nothing. To be marked `#[inline(always)]`: a call that is not
     /// inlined leaves the wide instructions behind.
@@ -48,12 +48,12 @@ pub fn run<T, S, K: Kernel<T, S>>(kernel: &K, first: usize, rows: &mut [T]) -> S
     }
 }
 
-/// A pass over what it holds, row after row.
+/// A pass over the data it holds, row after row.
 pub trait Pass {
-    /// What it finds.
+    /// Result of the pass.
     type Output;
 
-    /// Does it. To be marked `#[inline(always)]`, as that of a kernel.
+    /// Runs the pass. To be marked `#[inline(always)]`, as that of a kernel.
     fn run<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 
@@ -88,7 +88,7 @@ fn arch() -> pulp::Arch {
     if IS_PORTABLE.get() { pulp::Arch::Scalar } else { pulp::Arch::new() }
 }
 
-/// A kernel, what it is to fill and the kind of its sum.
+/// A kernel, the rows to fill and the kind of its sum.
 #[cfg(target_arch = "x86_64")]
 struct Chunk<'a, L, K, T, S> {
     lanes: L,

@@ -17,7 +17,7 @@ use std::sync::Mutex;
 /// thread, small enough that 5,000 triangles still fill two cores.
 const CHUNK: usize = 1024;
 
-/// Calls `run` for every body of a query that has work to do, and returns their number. `work` is what a body's work is, in
+/// Calls `run` for every body of a query that has work to do, and returns their number. `work` is the work of a body, in
 /// rows; with 0 the body is passed over. Several bodies that are worth it run side by side: no body sees another, so that
 /// the result does not depend on which thread takes which.
 pub fn for_bodies<Q: Query>(
@@ -84,8 +84,8 @@ pub fn for_slices<T: Send>(out: &mut [T], f: impl Fn(usize, &mut [T]) + Sync) {
     });
 }
 
-/// Calls `f(first_row, rows, others)` for every chunk of the rows of two lists of one length: what one loop has filled is still near
-/// the processor when the next one reads it.
+/// Calls `f(first_row, rows, others)` for every chunk of the rows of two lists of one length: rows that one loop has filled are still near
+/// the processor when the next one reads them.
 pub fn for_pairs<T: Send, U: Send>(a: &mut [T], b: &mut [U], f: impl Fn(usize, &mut [T], &mut [U]) + Sync) {
     let is_shared = is_worth_sharing(a.len());
     share((Rows(a, CHUNK), Rows(b, CHUNK)), is_shared, &|first, (a, b)| {
@@ -133,7 +133,7 @@ fn in_pieces<T: Send>(rows: Rows<T>, is_shared: bool, kernel: &impl Kernel<T>) {
     });
 }
 
-/// Runs a kernel on every chunk of rows and sums what it returns. `partials` is scratch; it grows once.
+/// Runs a kernel on every chunk of rows and adds up its results. `partials` is scratch; it grows once.
 pub fn sum_chunks<T: Send, S: Copy + Default + Send + Sum>(
     out: &mut [T],
     partials: &mut Vec<S>,
@@ -142,7 +142,7 @@ pub fn sum_chunks<T: Send, S: Copy + Default + Send + Sum>(
     sum_pieces(out, CHUNK, partials, kernel)
 }
 
-/// Runs a kernel on every piece of so many rows and sums what it returns. `partials` is scratch; it grows once.
+/// Runs a kernel on every piece of so many rows and adds up its results. `partials` is scratch; it grows once.
 pub fn sum_pieces<T: Send, S: Copy + Default + Send + Sum>(
     out: &mut [T],
     size: usize,
@@ -152,12 +152,12 @@ pub fn sum_pieces<T: Send, S: Copy + Default + Send + Sum>(
     sum_of(out, size, partials, |first, rows| run(kernel, first, rows))
 }
 
-/// Runs a kernel on every chunk of so many groups of four rows and sums what it returns. `partials` is scratch; it grows once.
+/// Runs a kernel on every chunk of so many groups of four rows and adds up its results. `partials` is scratch; it grows once.
 pub fn sum_x4<S: Copy + Default + Send + Sum>(count: usize, partials: &mut Vec<S>, kernel: &impl Kernel<(), S>) -> S {
     sum_pieces(&mut vec![(); count], CHUNK / DOUBLES, partials, kernel)
 }
 
-/// Calls `f(row, out)` for every row and sums what it returns, one number or several. `partials` is scratch; it grows once.
+/// Calls `f(row, out)` for every row and adds up its results, one number or several. `partials` is scratch; it grows once.
 pub fn sum_rows<T: Send, S: Copy + Default + Send + AddAssign + Sum>(
     out: &mut [T],
     partials: &mut Vec<S>,

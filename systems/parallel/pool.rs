@@ -62,7 +62,7 @@ impl Pool {
         }
     }
 
-    /// The same for a step of bodies with so many rows. Where these are worth sharing one more thread stays awake: loops of some ten
+    /// Runs a step of bodies with so many rows in the pool. Where these are worth sharing one more thread stays awake: loops of some ten
     /// microseconds follow each other, and to wake a thread takes as long as one of them.
     pub fn run_step<R: Send>(&self, rows: usize, f: impl FnOnce() -> R + Send) -> R {
         self.run(|| {
@@ -103,7 +103,7 @@ const AWAKE: Duration = Duration::from_millis(1);
 /// Rests of some ten nanoseconds between two looks for work: looking takes hold of a list that the one who has work writes to.
 const RESTS: u32 = 32;
 
-/// Does what there is to share until the work is done. Threads take the oldest of what one has to share, so that the first to come takes
+/// Works on shared tasks until the work is done. A thread takes the oldest task that another has to share, so that the first to come takes
 /// this, and nothing that others wait for is under it.
 fn stay_awake(is_done: &AtomicBool) {
     let mut since = Moment::now();
@@ -119,7 +119,7 @@ fn stay_awake(is_done: &AtomicBool) {
     }
 }
 
-/// Puts back what was set for this thread, also after a panic.
+/// Restores the settings of this thread, also after a panic.
 struct Alone {
     was: bool,
     was_portable: bool,

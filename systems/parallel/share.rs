@@ -4,8 +4,8 @@
 use super::pool;
 use std::slice::ChunksMut;
 
-/// Does both, side by side where a thread has nothing else to do. Not generic: what rayon makes of a pair of closures is many times as
-/// long as most of them.
+/// Runs both closures, side by side where a thread has nothing else to do. Not generic: the code that rayon makes of a pair of closures is
+/// many times as long as most of them.
 pub(super) fn join(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
     rayon::join(a, b);
 }

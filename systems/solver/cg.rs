@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 /// ten thousand terms are good to some 1e-14 of their largest.
 const ROUNDING: f64 = 1e-12;
 
-/// What a solve reached.
+/// Iterations, relative residual, error energy and outcome of a linear solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CgInfo {
     /// Iterations done.
@@ -31,8 +31,8 @@ pub struct CgInfo {
 /// Why a solve stopped without an answer. The first guess is then as it was.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CgError {
-    /// A direction of zero or negative curvature: the operator is not positive definite. Of one that is, rounding may make such a
-    /// direction: then what has been reached is the answer.
+    /// A direction of zero or negative curvature: the operator is not positive definite. In one that is, rounding may make such a
+    /// direction: then the iterate reached is the answer.
     #[error("the operator is not positive definite (found in iteration {iteration})")]
     Indefinite {
         /// Iteration in which it was found.

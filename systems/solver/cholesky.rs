@@ -13,7 +13,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::{Par, Side, Spec};
 use glam::DVec3;
 
-/// A factor, with what can be kept from one to the next while triangles and free axes stay.
+/// A Cholesky factor, with the data that can be kept from one to the next while triangles and free axes stay.
 pub(super) struct Cholesky {
     pattern: AxisPattern,
     /// Four times the vertex plus the axis of every column.
@@ -40,7 +40,7 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    /// Those of an operator.
+    /// The equations of an operator.
     pub(super) fn of(operator_copy: &OperatorCopy) -> Self {
         let mut matrix = Vec::new();
         let folded = operator_copy.folded();
@@ -77,7 +77,7 @@ pub enum NoFactor {
 }
 
 impl Cholesky {
-    /// Factors an operator, on one thread. What `before` has and can be used again is.
+    /// Factors an operator, on one thread. Parts of `before` that can be used again are.
     ///
     /// # Errors
     /// Where the operator is not positive definite, or there is no memory.
@@ -116,7 +116,7 @@ impl Cholesky {
         Ok(factor)
     }
 
-    /// What the factor was made of.
+    /// Pattern and matrix that the factor was made of.
     pub(super) fn equations(&self) -> Equations {
         let Self { pattern, matrix, .. } = self;
         let (corners, folded, free) = (pattern.corners().to_vec(), pattern.folded().to_vec(), pattern.free().clone());

@@ -1,8 +1,8 @@
 //! Nested dissection of an order of elimination into two subdomains and their separator, for two threads to sweep side by side.
 //!
 //! Eliminating a column changes the columns above it in the elimination tree and no others (Liu 1990, "The role of elimination trees
-//! in sparse factorization"). Cut in two where it is cheapest, an order falls into what comes before the cut, what comes after it
-//! and has nothing from before under it, and the separator. Moved to the end, the separator still comes after all that is under it:
+//! in sparse factorization"). Cut in two where it is cheapest, an order falls into the part before the cut, the part after it
+//! that has nothing from before under it, and the separator. Moved to the end, the separator still comes after all that is under it:
 //! the factor has as many entries as before.
 
 /// Vertices from which on an order is dissected: those of some 8,000 triangles, under which no second thread is kept awake for

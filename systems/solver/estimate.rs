@@ -5,7 +5,7 @@
 //! missing (and the inertia and drag of the motion). So its root over that of twice the stored energy is the relative error of the
 //! stress, in the mean that the compliance weights.
 //!
-//! What later iterations will add is not known yet. But r_k·z_k is the same error measured with the preconditioner, and the
+//! The increments of later iterations are not known yet. But r_k·z_k is the same error measured with the preconditioner, and the
 //! iterations done show how the two compare. The ratio is Σ_{j≤i<k} α_i·(r_i·z_i) over r_j·z_j, the larger of that for the first
 //! residual and for one a few iterations ago. Strakoš, Tichý 2002 justify such sums in floating point.
 
@@ -21,7 +21,7 @@ pub(super) struct Limits {
     pub residual_sq: f64,
     /// Squared energy norm of the error \[mJ\] from which on it may.
     pub energy: f64,
-    /// Squared norm of the residual \[N²\] that is small enough whatever the error: what is stored may be next to nothing.
+    /// Squared norm of the residual \[N²\] that is small enough whatever the error: the stored energy may be next to nothing.
     pub least_sq: f64,
     /// Squared energy norm of the error \[mJ\] from which on it may whatever the residual, for positions are as near as is asked; zero where they
     /// are not asked for.
@@ -69,14 +69,14 @@ impl Limits {
         }
     }
 
-    /// Those of a solve that stops by the squared energy norm of its error \[mJ\] alone, or after so many iterations.
+    /// Limits of a solve that stops by the squared energy norm of its error \[mJ\] alone, or after so many iterations.
     pub(super) fn by_energy(energy: f64, iterations: u32) -> Self {
         let residual_sq = f64::INFINITY;
         Self { residual_sq, energy, least_sq: 0.0, near: 0.0, iterations, end: None, stop: None }
     }
 
-    /// Those of one round in single precision, in units of the residual's norm: a little below what is asked for, but no further than
-    /// single precision can go.
+    /// Limits of one round in single precision, in units of the residual's norm: a little below the tolerance asked for, but no further
+    /// than single precision can go.
     pub(super) fn of_round(self, norm: f64, iterations: u32) -> Self {
         let norm_sq = norm * norm;
         let aim = |residual_sq: f64| (AIM * AIM * residual_sq / norm_sq).max(LEAST_GAIN * LEAST_GAIN);
@@ -99,8 +99,8 @@ impl Limits {
         self.are_met(residual_sq, energy) || self.is_near(energy)
     }
 
-    /// Whether it may stop in the midst of iterations: for positions only after some, and where they have found half of what the guess missed, lest
-    /// what moves by less in a step never move.
+    /// Whether a solve may stop in the midst of iterations: for positions only after some, and where they have found half of the error of
+    /// the guess, lest vertices that move by less in a step never move.
     pub(super) fn allow_stop(&self, residual_sq: f64, error: &EnergyError) -> bool {
         let energy = error.squared();
         self.are_met(residual_sq, energy)

@@ -27,11 +27,11 @@ const STALE: u32 = 4;
 
 /// Cost of a solve without the factor, the baseline (`rhexis bench ladder`).
 struct Baseline {
-    /// An iteration with the factor costs about as much as so many of it,
+    /// Baseline iterations that cost about as much as an iteration with the factor.
     cost: u32,
-    /// and what these go by as so many of them.
+    /// Baseline iterations that cost as much as the preparation of the baseline's preconditioner.
     prepared: u32,
-    /// What the first is taken to need, in iterations.
+    /// Iterations assumed for the first solve.
     first: u32,
 }
 
@@ -40,12 +40,13 @@ const INCOMPLETE: Baseline = Baseline { cost: 5, prepared: 8, first: 60 };
 /// With multigrid, whose numbers last.
 const LEVELS: Baseline = Baseline { cost: 2, prepared: 0, first: 8 };
 
-/// So often in a row a factor may be stale before it has served for as long as it took to make, until there is none for a while.
+/// Consecutive early-stale factors after which factorisation pauses: each stale before it has served for as long as it took to make.
 const STRIKES: u32 = 3;
-/// Solves for which there is then none. What comes after a rest is only tried once, and where it is stale as soon the next rest is
-/// twice as long. A trial makes a step twice as long as others, and tissue that bends and tears as it did has no use for one.
+/// Solves without a factor after [`STRIKES`] stale ones in a row. A factor after such a pause is only tried once; if stale as soon, the
+/// next pause is twice as long. A trial makes a step twice as long as others, and tissue that bends and tears as it did has no use for
+/// one.
 const REST: u32 = 512;
-/// So often at the most a rest is twice as long as the last: after 16,384 solves there is always another trial.
+/// Maximum doublings of the pause: after 16,384 solves there is always another trial.
 const DOUBLINGS: u32 = 5;
 /// Solves with factors made on the spot after one that has come to nothing without: then solves are as before. Tissue
 /// that was crushed has come free by then, or costs one such solve more in so many.
@@ -85,7 +86,7 @@ struct InUse {
 
 struct Pending {
     job: Aside<Result<Cholesky, NoFactor>>,
-    /// What it is made of.
+    /// Data that the pending factor is made of.
     origin: Origin,
     edit_map: EditMap,
     rotation_warp: RotationWarp,
@@ -195,7 +196,7 @@ impl Factor {
         }
         self.rescued -= 1;
         if self.rescued == 0 {
-            // What that one needed tells nothing of those to come.
+            // The iterations of that solve tell nothing of those to come.
             self.without = 0;
         }
         true
@@ -210,7 +211,7 @@ impl Factor {
             {
                 match job.finish().and_then(Result::ok) {
                     Some(cholesky) => self.current = Some(InUse::new(cholesky, edit_map, rotation_warp)),
-                    // What has no factor now will have none in the next solves either.
+                    // An operator without a factor now will have none in the next solves either.
                     None => self.discard(),
                 }
             }

@@ -1,4 +1,4 @@
-//! What a first guess is worth.
+//! Residual reduction by a first guess.
 
 use super::{CgError, Operator};
 use crate::components::FreeAxes;
@@ -6,8 +6,8 @@ use crate::systems::bending::BendingPasses;
 use crate::systems::parallel;
 use glam::{DVec2, DVec3};
 
-/// Fills `without` with the residual \[N\] of no guess, b less what the prescribed motion in `x` takes, and returns its squared norm;
-/// `product` is scratch.
+/// Fills `without` with the residual \[N\] of no guess, b less the product of A with the prescribed motion in `x`, and returns its
+/// squared norm; `product` is scratch.
 ///
 /// # Errors
 /// [`CgError::NotFinite`] where b, the motion or the operator holds a NaN or an infinity.

@@ -153,7 +153,7 @@ fn precondition_guided((allowed, blocks): (&Allowed, &[DMat3]), r: &[DVec3], z: 
     sum
 }
 
-/// Leaves of forces what finds a way, along free axes and guides: the orthogonal projection.
+/// Orthogonal projection of forces onto free axes and guides.
 fn project(allowed: &Allowed, free: &FreeAxes, forces: &mut [DVec3]) {
     allowed.level(forces);
     scale((allowed, free), forces, 1.0);

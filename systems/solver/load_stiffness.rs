@@ -15,7 +15,8 @@ use glam::{DMat3, DVec3};
 const ACROSS: f64 = 1e-6;
 
 /// Whether the load stiffness is not symmetric: some boundary edge d has ends that are free along two axes, and a part along the third.
-/// What it lacks in symmetry are products u·(d × w) of displacements of the ends. A rim in a plane of symmetry, in which it may move, has none.
+/// The asymmetric part consists of products u·(d × w) of displacements of the ends. A rim in a plane of symmetry, in which it may move,
+/// has none.
 pub fn has_free_rim((vertices, triangles, topology): (&Vertices, &Triangles, &Topology), free: &FreeAxes) -> bool {
     let is_free = |[a, b]: [usize; 2]| {
         let edge = vertices.position[b] - vertices.position[a];
@@ -27,7 +28,7 @@ pub fn has_free_rim((vertices, triangles, topology): (&Vertices, &Triangles, &To
     })
 }
 
-/// The edges opposite to the corners `x` \[mm\] of a triangle, times a twelfth of the pressure \[MPa\]: what its load stiffness is made of.
+/// The edges opposite to the corners `x` \[mm\] of a triangle, times a twelfth of the pressure \[MPa\]: the terms of its load stiffness.
 #[inline]
 pub fn edge_loads(x: [DVec3; 3], pressure: f64) -> [DVec3; 3] {
     [x[1] - x[2], x[2] - x[0], x[0] - x[1]].map(|edge| edge * (pressure / 12.0))

@@ -1,4 +1,4 @@
-//! What stands in for a body's Cholesky factor without the feature `direct`: there never is one.
+//! Stand-in for a body's Cholesky factor without the feature `direct`: there never is one.
 
 use super::{MixedPreconditioner, Operator};
 use crate::components::FreeAxes;

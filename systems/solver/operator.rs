@@ -108,7 +108,7 @@ impl Operator<'_> {
         ElementTangent { normal: element.normal.positive_part(), in_plane, is_exact: false, ..element }
     }
 
-    /// Its frames with the geometric stiffness of the rotated tangent; `reserve` is that of the step's formula.
+    /// Frames of the triangles with the geometric stiffness of the rotated tangent; `reserve` is that of the step's formula.
     pub fn rotated_frames(&self, reserve: f64) -> Frames {
         let mut frames = self.frames.clone();
         let majorant = |(state, law): (ElementState, &Orthotropic)| {
@@ -171,7 +171,7 @@ impl Operator<'_> {
         })
     }
 
-    /// `out` = (what triangles and bending have in A)·u \[N\], with the states of the triangles.
+    /// `out` = (the terms of triangles and bending in A)·u \[N\], with the states of the triangles.
     fn apply_membrane<S: Stored>(&self, state: &[S], u: &[DVec3], memory: &mut ProductMemory<'_>, out: &mut [DVec3]) {
         let ProductMemory { corner, passes } = memory;
         let (Triangles { corners, .. }, products) = (self.triangles, Products { operator: self, state, u });
@@ -190,7 +190,7 @@ impl Operator<'_> {
         self.frames.is_planar() && self.folds.is_none()
     }
 
-    /// Whether it is positive definite but for rounding: the masses of a dynamic step make what is semidefinite definite.
+    /// Whether the operator is positive definite but for rounding: the masses of a dynamic step make a semidefinite operator definite.
     pub fn is_definite(&self) -> bool {
         self.inertia > 0.0 && self.tangent != Tangent::Exact
     }

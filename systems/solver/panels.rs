@@ -2,7 +2,7 @@
 //!
 //! A supernode is a run of columns of L with the same rows: a triangle T on the diagonal and a rectangle B under it. Solving
 //! with L takes y = T⁻¹·x and subtracts B·y from the rows below; solving with Lᵀ is the transpose of that. Both are products
-//! with the one panel P = [T⁻¹; B·T⁻¹], which is therefore what is stored: no chain of dependent divisions is left, and every
+//! with the one panel P = [T⁻¹; B·T⁻¹], which is therefore stored: no chain of dependent divisions is left, and every
 //! number is read once on the way down and once on the way up.
 //!
 //! Single precision halves the memory that a solve waits for and is enough of a preconditioner where inertia holds every
@@ -56,7 +56,7 @@ pub(super) struct Panels<T> {
     sums: Vec<T>,
     /// A panel's input or output, for each of two threads.
     work: [Vec<[T; LANES]>; 2],
-    /// One number per column: what to solve for, then the answer.
+    /// One number per column: the right-hand side, then the answer.
     pub column: Vec<T>,
     /// The panel at hand, by columns.
     panel: Vec<f64>,
@@ -138,8 +138,7 @@ impl<T: Real> Panels<T> {
         widest
     }
 
-    /// Replaces `column` by L⁻¹ times it, the way down of a solve; returns the scalar product of what it was with (L·Lᵀ)⁻¹ times it,
-    /// which is the squared norm of what it is now.
+    /// Forward sweep: replaces `column` b by L⁻¹·b; returns the scalar product b·(L·Lᵀ)⁻¹·b, the squared norm of the result.
     pub(super) fn descend(&mut self) -> f64 {
         self.sweep(true);
         let mut sums = [0.0; LANES];
@@ -197,10 +196,10 @@ impl<T: Real> Panels<T> {
 struct Sweep<'a, T> {
     panels: &'a Panels<T>,
     nodes: Range<usize>,
-    /// Their columns, and which the first of them is.
+    /// Columns of the supernodes in the sweep, and which the first of them is.
     own: &'a mut [T],
     own_start: usize,
-    /// The columns of the separator where they are part of what comes before it. On the way up they are only read.
+    /// The columns of the separator where they are part of the columns before it. The backward sweep only reads them.
     above: &'a mut [T],
     above_start: usize,
     work: &'a mut [[T; LANES]],

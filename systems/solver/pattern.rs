@@ -12,7 +12,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::amd};
 use glam::{DMat3, DVec3};
 
-/// The diagonal is raised by this fraction of its vertex' trace, so that what nothing holds (a piece torn free, a slack flap
+/// The diagonal is raised by this fraction of its vertex' trace, so that a part that nothing holds (a fragment torn free, a slack flap
 /// out of its plane) has a factor. Conjugate gradients take the error out again: softer than this over its stiffest direction
 /// no usable body is.
 const SHIFT: f64 = 1e-10;
@@ -35,7 +35,7 @@ pub(super) struct AxisPattern {
     earlier: Vec<u32>,
     column_start: Vec<u32>,
     row: Vec<u32>,
-    /// Where in [`order`](Self::order) the second of two parts begins that do not need each other, and what needs both.
+    /// Where in [`order`](Self::order) the second of two independent subdomains begins, and the separator that needs both.
     subdomains: Option<[usize; 2]>,
 }
 
@@ -113,7 +113,7 @@ impl AxisPattern {
         self.corners == corners && self.free == *free
     }
 
-    /// The columns at which the second of two parts begins that do not need each other, and what needs both.
+    /// The columns at which the second of two independent subdomains begins, and the separator that needs both.
     pub(super) fn subdomains(&self) -> Option<[u32; 2]> {
         let column = |p: usize| self.order.get(p).map_or(self.column_count() as u32, |&v| self.first[v as usize]);
         self.subdomains.map(|starts| starts.map(column))

@@ -1,4 +1,4 @@
-//! The forces of what prescribes where vertices are: holds, and jaws that are a constraint.
+//! Reaction forces of position constraints: holds, and jaws that are a constraint.
 
 use super::Operator;
 use crate::components::{Damping, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, Reactions, SolveResult};
@@ -7,7 +7,7 @@ use crate::systems::StepContext;
 use crate::systems::bending::DihedralAngles;
 use glam::DVec3;
 
-/// What prescribes where vertices are.
+/// Components that prescribe positions of vertices: holds, with their reactions, and grips.
 pub type Prescribers<'a> = (Option<&'a Holds>, Option<&'a mut Reactions>, Option<&'a mut Grips>);
 
 /// Takes down the reactions where `force` \[N\] keeps a vertex on its way.

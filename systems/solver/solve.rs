@@ -25,7 +25,7 @@ use near::{motion_by_an_edge, scale_to_no_work, within_budget};
 /// Relative residual of the linear solve of the first Newton iteration; later ones follow Eisenstat and Walker.
 const FIRST_NEWTON: f64 = 1e-4;
 
-/// The last iteration that there may be is solved so much further: no other mends what it leaves, which would turn a free body.
+/// The last iteration allowed is solved so much further: no other mends its residual, which would turn a free body.
 const LAST_NEWTON: f64 = 0.1;
 
 type Query<'a> = (
@@ -97,7 +97,7 @@ fn solve_body(
     if step.is_static && reject_increment(increment, scratch) {
         return;
     }
-    // Solved as often as it may be: what was reached has been evaluated, and the change that is still to be made is none.
+    // Newton iteration limit reached; the last iterate is already evaluated.
     if !step.is_static && step.newton_iterations > 1 && result.newton_iterations == step.newton_iterations {
         return;
     }
@@ -168,7 +168,7 @@ fn solve_body(
             }
             note(&info, &params, result, scratch);
         }
-        // No answer: what is not finite is caught after the step, which is then rolled back.
+        // No answer: a value that is not finite is caught after the step, which is then rolled back.
         Err(_) => result.linear_residual = f64::NAN,
     }
     if step.newton_iterations == 1 {
@@ -184,7 +184,7 @@ fn solve_body(
     }
 }
 
-/// Notes what a linear solve took and left.
+/// Records the iterations and the residual of a linear solve.
 fn note(info: &CgInfo, params: &LinearParams, result: &mut SolveResult, scratch: &SolverScratch) {
     let SolverScratch { motion_scale, twice_stored, .. } = *scratch;
     let relative = |scale: f64| if scale > 0.0 { (info.error_energy / scale).sqrt() } else { 0.0 };
@@ -196,8 +196,8 @@ fn note(info: &CgInfo, params: &LinearParams, result: &mut SolveResult, scratch:
     result.is_late |= info.is_late;
 }
 
-/// The work \[mJ\] that the residual r = b − A·δ of a linear solve does along the answer, −δ·r on free axes: what a solve that stops early
-/// makes from nothing, or takes.
+/// The work \[mJ\] that the residual r = b − A·δ of a linear solve does along the answer, −δ·r on free axes: the energy that an early stop
+/// creates or takes.
 fn residual_work(increment: &Increment, scratch: &mut SolverScratch) -> f64 {
     let SolverScratch { free, residual, partials, .. } = scratch;
     -parallel::sum(residual.len(), partials, |v| residual[v].dot(increment.delta[v] * free[v]))
@@ -242,7 +242,7 @@ fn imbalance(
         return 0.0;
     }
     let of_vertices = scratch.residual.iter().zip(&scratch.free).map(|(r, f)| *r * *f);
-    // What is no number is no small one.
+    // A NaN is not small.
     let larger = |most: f64, r: DVec3| if r.is_finite() { most.max(r.abs().max_element()) } else { f64::INFINITY };
     result.imbalance = of_vertices.fold(scratch.allowed.imbalance(&scratch.residual), larger);
     forces.scale
@@ -250,7 +250,7 @@ fn imbalance(
 
 /// The nodal force \[N\] that rounding alone leaves: a strain is known to ε·|x|/edge, so a corner force Q·h·edge·strain
 /// to ε·Q·h·|x|, of which up to eight meet in a vertex. A body torn through is free of stress, and no fraction of its
-/// own forces can be reached. What springs and jaws pull with is known to ε·|x| times their stiffness. By the rest
+/// own forces can be reached. The forces of springs and jaws are known to ε·|x| times their stiffness. By the rest
 /// shape, lest a body that nothing holds and that flies off counts as at rest far away.
 fn rounding(vertices: &Vertices, triangles: &Triangles, frames: &Frames, external: Option<&ExternalStiffness>) -> f64 {
     let extent = vertices.rest_position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
@@ -309,7 +309,7 @@ fn solve_or_fall_back(
     let mut solve = |operator: &Operator, delta: &mut [DVec3], scratch: &mut SolverScratch| {
         super::solve(operator, params, &mut available, memory, delta, scratch)
     };
-    // The masses of a dynamic step make what is semidefinite definite.
+    // The masses of a dynamic step make a semidefinite operator definite.
     if operator.tangent == Tangent::Rotated || operator.tangent == Tangent::Projected && !step.is_static {
         return solve(&operator, &mut increment.delta, scratch);
     }

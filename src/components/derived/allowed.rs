@@ -17,7 +17,7 @@ pub struct Allowed {
 struct Group {
     rows: Range<usize>,
     directions: SmallVec<[DVec3; 3]>,
-    /// Of all of them together \[N\].
+    /// Force on all vertices of the group together \[N\].
     force: DVec3,
 }
 
@@ -86,7 +86,7 @@ impl Allowed {
         }
     }
 
-    /// Puts the mean of vectors in the place of what lies along the directions, for those that move alike.
+    /// Replaces the components along the directions by their mean, for vertices that move alike.
     pub fn level(&self, vectors: &mut [DVec3]) {
         self.for_each_mean(vectors, |vectors, rows, directions, mean| {
             for &row in rows.iter().filter(|_| rows.len() > 1) {
@@ -97,7 +97,7 @@ impl Allowed {
         });
     }
 
-    /// Takes away what lies along the directions, in the mean of those that move alike.
+    /// Subtracts the mean component along the directions, for vertices that move alike.
     pub fn take(&self, vectors: &mut [DVec3]) {
         self.for_each_mean(vectors, |vectors, rows, _, mean| {
             rows.iter().for_each(|&row| vectors[row as usize] -= mean);
@@ -119,7 +119,7 @@ impl Allowed {
             let rows = &self.rows[rows.clone()];
             let sum = *force + rows.iter().map(|&row| forces[row as usize]).sum::<DVec3>();
             let root = (rows.len().max(1) as f64).sqrt();
-            // What is no number is no small one.
+            // NaN counts as infinitely large.
             let part = |d: &DVec3| Some(d.dot(sum).abs() / root).filter(|part| !part.is_nan()).unwrap_or(f64::INFINITY);
             directions.iter().map(part).fold(0.0, f64::max)
         };

@@ -1,4 +1,4 @@
-//! What a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
+//! Values that a step computes and the next one overwrites. All *derived*: sized to the tables at the start of a step, never saved.
 
 use crate::math::{CoupledStiffness, ElementState, FlatState, GeometricStiffness, Orthotropic, Sym2, Sym3};
 use crate::storage::Triangles;
@@ -10,11 +10,11 @@ use glam::DVec3;
 pub struct Frames {
     /// State at the positions of the last evaluation, but for planar bodies.
     pub solid: Vec<ElementState>,
-    /// That of planar bodies.
+    /// State of planar bodies at the positions of the last evaluation.
     pub flat: Vec<FlatState>,
     /// Geometric stiffness there, but for planar bodies.
     pub geometric: Vec<GeometricStiffness>,
-    /// That of planar bodies, which have none out of the plane \[MPa\].
+    /// Geometric stiffness of planar bodies, which have none out of the plane \[MPa\].
     pub in_plane: Vec<f64>,
     /// Stiffness \[MPa\] there of a body with a [`FibreLaw`](crate::math::FibreLaw); empty without one.
     pub stiffened: Vec<CoupledStiffness>,
@@ -70,7 +70,7 @@ impl Frames {
         }
     }
 
-    /// The stiffness \[MPa\] of a triangle at its state: that of the material, but for what stiffens.
+    /// Stiffness \[MPa\] of a triangle at its state: that of the material unless it stiffens.
     #[inline(always)]
     pub fn stiffness<'a>(&'a self, triangles: &'a Triangles, t: usize) -> &'a Orthotropic {
         self.stiffened.get(t).map_or_else(|| &triangles.stiffness[t], |stiffened| &stiffened.law)
@@ -93,7 +93,7 @@ fn size<T: Clone>(list: &mut Vec<T>, (count, room): (usize, usize), blank: T) {
 pub struct Forces {
     /// Force per vertex \[N\].
     pub nodal: Vec<DVec3>,
-    /// Scratch: what triangles contribute to their corners.
+    /// Scratch: contributions of triangles to their corners.
     pub corner: Vec<[DVec3; 3]>,
     /// Whether `scale` is asked for: where Newton's method iterates.
     pub has_scale: bool,

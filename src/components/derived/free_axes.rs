@@ -9,7 +9,7 @@ use std::ops::Index;
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct FreeAxes(Vec<u8>);
 
-/// What a byte stands for.
+/// Axis factors for each byte value.
 static AXES: [DVec3; 8] = {
     let mut axes = [DVec3::ZERO; 8];
     let mut bits = 0;

@@ -1,4 +1,4 @@
-//! *Derived*: what each step writes anew.
+//! *Derived*: values that each step writes anew.
 
 pub(super) mod allowed;
 pub(super) mod evaluation;

@@ -3,7 +3,7 @@
 use crate::components::{Allowed, FreeAxes, Read, Readings, Stops};
 use glam::{DVec2, DVec3};
 
-/// What a step of several Newton iterations or of two stages is judged by at its end; empty in others.
+/// Forces and energy by which a step of several Newton iterations or two stages is judged at its end; empty in others.
 #[derive(Clone, Debug, Default)]
 pub struct StepAccount {
     /// The body's own forces \[N\], of stress, damping and bending, at the last evaluation.
@@ -15,7 +15,7 @@ pub struct StepAccount {
     pub energy: Option<f64>,
 }
 
-/// Vectors of the linear solve, one entry per vertex, and the temporaries of a step. No step needs what another has left in it.
+/// Vectors of the linear solve, one entry per vertex, and temporaries of a step. No step needs the values of another.
 #[derive(Clone, Debug, Default)]
 pub struct SolverScratch {
     /// 1 along free axes, 0 along prescribed ones.
@@ -36,13 +36,13 @@ pub struct SolverScratch {
     pub partials: Vec<f64>,
     /// Pairs of sums per chunk of rows.
     pub pairs: Vec<DVec2>,
-    /// What a step of several iterations is judged by.
+    /// Forces and energy by which a step of several iterations is judged.
     pub account: Box<StepAccount>,
     /// Where solves have stopped because time was up.
     pub stops: Box<Stops>,
-    /// Of the triangles that have to be put outside an obstacle.
+    /// Motion counts of the triangles that have to be put outside an obstacle.
     pub sweeps: Box<Sweeps>,
-    /// What can be read of the last step, to be put back if this one is undone.
+    /// Readings of the last step, to be put back if this one is undone.
     pub readings: Box<Readings>,
     /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
     pub twice_stored: f64,
@@ -67,7 +67,7 @@ pub struct SolverScratch {
 }
 
 impl SolverScratch {
-    /// Begins a step with what can be read of the last one.
+    /// Begins a step with the readings of the last one.
     pub(crate) fn begin(&mut self, read: Read<'_>) {
         self.readings.keep(read);
         (self.is_counted, self.to_correct, self.line_search) = (false, None, None);
@@ -75,7 +75,7 @@ impl SolverScratch {
         self.account.energy = None;
     }
 
-    /// Forgets what an attempt that is undone has come to.
+    /// Forgets the results of an undone attempt.
     pub(crate) fn forget_attempt(&mut self) {
         (self.twice_stored, self.to_correct, self.line_search) = (0.0, None, None);
     }
@@ -86,13 +86,13 @@ impl SolverScratch {
 pub struct Sweeps {
     /// Motions so far.
     pub motions: u64,
-    /// Of every vertex.
+    /// Motion in which each vertex last moved.
     pub moved: Vec<u64>,
-    /// Of every triangle.
+    /// Motion in which each triangle was last looked at.
     pub looked_at: Vec<u64>,
 }
 
-/// What a static increment is compared with.
+/// Reference values for the line search of a static increment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSearch {
     /// |increment · imbalance| before it \[mJ\].

@@ -1,4 +1,4 @@
-//! What the criterion finds for the split.
+//! Findings of the tear criterion for the split.
 
 use crate::components::{DecidedBy, Parting, WithheldStart};
 use crate::math::Sym2;
@@ -85,7 +85,7 @@ pub struct TearDecisions {
 }
 
 impl TearDecisions {
-    /// Forgets what was found, before an edit that gives rows to others; what was refused stays known.
+    /// Forgets the findings before an edit that gives rows to others; refused sites stay known.
     pub fn forget(&mut self) {
         self.tips.clear();
         (self.start, self.start_length, self.withheld, self.parting) = (None, 0.0, None, None);

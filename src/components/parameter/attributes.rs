@@ -4,7 +4,7 @@ use crate::components::BodyError;
 use crate::components::check::{Check, Host};
 use crate::storage::{EditRecord, Order, Parents};
 
-/// What consecutive numbers of a vertex are.
+/// Meaning of consecutive numbers of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Channel {
@@ -17,7 +17,7 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// Its name in plural, for people.
+    /// Channel name in plural, for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::TextureCoordinates => "texture coordinates",

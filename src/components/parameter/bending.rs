@@ -21,7 +21,7 @@ impl Check for Bending {
 }
 
 impl Bending {
-    /// What a law \[MPa\] of tissue of a thickness \[mm\] is multiplied by to give that of bending \[mm³\].
+    /// Factor \[mm³\] by which a law \[MPa\] of tissue of a thickness \[mm\] is multiplied to give that of bending.
     pub(crate) fn scale(&self, law: &Orthotropic, thickness: f64) -> f64 {
         self.stiffness.map_or_else(|| thickness * thickness * thickness / 12.0, |d| d / (law.q11 * law.q22).sqrt())
     }

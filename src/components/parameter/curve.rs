@@ -43,7 +43,7 @@ impl Curve {
         Ok(Self { points })
     }
 
-    /// The same value at all times.
+    /// Curve with one value at all times.
     pub fn constant(value: f64) -> Self {
         Self { points: vec![(0.0, value)] }
     }

@@ -1,4 +1,4 @@
-//! What acts on a whole body. All are parameters; each has its own system, which runs only where the component is present.
+//! Loads and damping of a whole body. All are parameters; each has its own system, which runs only where the component is present.
 
 use crate::components::BodyError;
 use crate::components::Curve;

@@ -28,7 +28,7 @@ impl Path {
     }
 }
 
-/// Takes the tissue beside the tear instead of at a fixed point: what a surgeon does who re-grasps the flap near the tip.
+/// Takes the tissue beside the tear instead of at a fixed point, as a surgeon re-grasps the flap near the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct NearTip {
@@ -44,7 +44,7 @@ pub struct NearTip {
 
 /// Forceps by script. In the steps that begin between `from` and `until` the jaws hold every vertex whose rest
 /// position lies within their radius of `material_point`, on the surface that hangs together with it there. They carry it by the hand's
-/// displacement. What edits add between the held vertices is held as well. Tissue that has slipped out is not taken again.
+/// displacement. Vertices that edits add between the held ones are held as well. Tissue that has slipped out is not taken again.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grip {
@@ -77,7 +77,7 @@ impl Grip {
 pub struct Grips {
     /// The grips.
     pub list: Vec<Grip>,
-    /// What they hold, one for each in their order, then what forceps hold, in the order in which they closed.
+    /// Pinches of the grips, one for each in their order, then those of forceps, in the order in which they closed.
     pub pinches: Vec<Pinch>,
     /// How often jaws have closed.
     pub grasp_count: u32,

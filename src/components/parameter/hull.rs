@@ -30,7 +30,7 @@ pub struct Hull {
     order: Vec<u32>,
 }
 
-/// What a hull is made from.
+/// Surface mesh from which a hull is built.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 struct Surface {
@@ -43,9 +43,9 @@ struct Surface {
 struct Bounds {
     low: DVec3,
     high: DVec3,
-    /// Its triangles, by their places in the order; of a box with halves none.
+    /// Triangles in the box, by their places in the order; of a box with halves none.
     triangles: [u32; 2],
-    /// The other half.
+    /// Index of the upper half of the box.
     upper: u32,
 }
 

@@ -1,4 +1,4 @@
-//! *Parameters*: what the user has written. A step changes none of them.
+//! *Parameters*: values that the user has written. A step changes none of them.
 
 pub(super) mod attributes;
 pub(super) mod bending;

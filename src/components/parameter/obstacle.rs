@@ -57,7 +57,7 @@ pub enum Shape {
         /// Radius \[mm\].
         radius: f64,
     },
-    /// The solid within a mesh, which vertices alone feel: what is thinner than an edge of a body may pierce it between them.
+    /// The solid within a mesh, which vertices alone feel: a part thinner than an edge of a body may pierce it between them.
     Mesh {
         /// The solid, about the middle of its bounds.
         #[cfg_attr(feature = "snapshot", serde(with = "shared"))]
@@ -105,7 +105,7 @@ pub struct ObstaclePath {
 }
 
 impl ObstaclePath {
-    /// Its shape at a time \[ms\].
+    /// Shape of the obstacle at a time \[ms\].
     pub fn at(&self, time: f64) -> Shape {
         let turned = match &self.turning {
             Some(turning) => self.origin.turned(turning.at(time), turning.pivot),
@@ -119,7 +119,7 @@ impl ObstaclePath {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Swept {
-    /// Its shape then.
+    /// Shape of the obstacle at the start of the step.
     pub from: Shape,
     /// The rotation from there to where it is now, if it is turned.
     pub turn: Option<DMat3>,

@@ -9,7 +9,7 @@ use glam::DVec3;
 ///
 /// Before every solve, triangles that reach into the disc of R + `margin` around a tip are bisected until they are small enough.
 /// So a tip is judged only by the stress of a mesh that is fine around it. The size of a triangle is the edge of the equilateral
-/// one with its area: what the reports call edges per radius.
+/// one with its area; the reports call it edges per radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Refinement {
@@ -18,8 +18,8 @@ pub struct Refinement {
     pub edges_per_radius: f64,
     /// How far beyond R the mesh is kept fine \[mm\], ≥ 0; R/2 if `None`. It gives the disc a surrounding of its own fineness.
     pub margin: Option<f64>,
-    /// Most triangles, as a multiple of those at the start, 1 to 100. What tears and cuts add is not counted: the body never
-    /// has more than this multiple and what they have added.
+    /// Most triangles, as a multiple of those at the start, 1 to 100. Triangles that tears and cuts add are not counted: the body never
+    /// has more than this multiple and those added.
     pub budget: f64,
     /// Whether vertices that were added since the start are taken out again where tips have gone.
     pub may_coarsen: bool,
@@ -48,7 +48,7 @@ impl Refinement {
     }
 }
 
-/// What refinement has done, and what it may take back. *State.*
+/// Record of the refinement done, and of the part that coarsening may take back. *State.*
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Refined {

@@ -8,7 +8,7 @@ use glam::DVec3;
 /// Lets a body fall asleep: while it sleeps, no system runs on it. A body without this component never sleeps. *Parameter*
 /// `strain`, `steps`; the rest follows from them.
 ///
-/// It falls asleep where what it would still move is below `strain`. Its velocity does not decide: it is small at a turning point
+/// It falls asleep where its remaining motion is below `strain`. Its velocity does not decide: it is small at a turning point
 /// as well. Two linear solves do, of the remaining imbalance of its forces and of its momentum, over its stiffness. It stays awake
 /// while a tip, or a place where it may start to tear, is so near its strength that this motion could tear it. It also stays awake
 /// while its energy is audited, and, if nothing holds it, while it drifts.
@@ -59,7 +59,7 @@ impl Sleeping {
     }
 }
 
-/// Sleep state of a body: whether it sleeps, what drove it when it fell asleep, and the buffers of the trial solves. *State*, rebuilt by itself.
+/// Sleep state of a body: whether it sleeps, the loads when it fell asleep, and buffers of the trial solves. *State*, rebuilt by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct SleepState {

@@ -15,7 +15,7 @@ pub(in crate::components) fn of_box(x: DVec3, half: DVec3) -> (f64, DVec3) {
     (beyond[axis], DVec3::AXES[axis] * sign)
 }
 
-/// The same of a cylinder between the middles of its ends; `None` on the axis where that is no nearer to an end.
+/// Signed distance and normal of a cylinder between its end centres; `None` on the axis unless an end is nearer.
 pub(in crate::components) fn of_cylinder(x: DVec3, [a, b]: [DVec3; 2], radius: f64) -> Option<(f64, DVec3)> {
     let axis = (b - a).try_normalize()?;
     let from_middle = x - a.midpoint(b);
@@ -56,7 +56,7 @@ pub(in crate::components) fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) ->
         t - value / slope
     };
     // Where one term alone is one: left of the root. A step from where it is for x on the surface leads left of it as well, and is
-    // all but there for what is near.
+    // all but there for a near x.
     let mut t = (z - above).max_element().max(newton(squares.min_element()));
     for _ in 0..MOST {
         let next = newton(t);

@@ -19,7 +19,7 @@ pub enum TearMode {
 /// The tear criterion and how it is applied (Allard, Marchal, Cotin 2009, eq. 2–6, corrected). *Parameter.*
 ///
 /// Give strengths where the stress at failure was measured and R is known as a length of the tissue (spacing of its fibres, size
-/// of its defects). Where what was measured is the energy that a long tear takes, start from
+/// of its defects). Where the energy of a long tear was measured, start from
 /// [`from_toughness`](Self::from_toughness). Strength, R and toughness are tied: two of them imply the third, see
 /// [`toughness`](Self::toughness).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,9 +75,9 @@ impl Default for Tearing {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Toughness {
-    /// Of a crack that runs along the fibres.
+    /// Toughness against a crack that runs along the fibres.
     pub along: f64,
-    /// Of a crack that runs straight across the fibres.
+    /// Toughness against a crack that runs straight across the fibres.
     pub across: f64,
 }
 
@@ -87,7 +87,7 @@ pub struct Toughness {
 pub struct InadmissibleToughness {
     /// `"along"` or `"across"`.
     pub direction: &'static str,
-    /// Its value \[N/mm\].
+    /// Rejected toughness \[N/mm\].
     pub value: f64,
 }
 

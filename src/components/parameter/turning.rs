@@ -1,4 +1,4 @@
-//! Turns over time: of obstacles, and of what holds prescribe.
+//! Rotations over time: of obstacles, and of the motion that holds prescribe.
 
 use crate::components::check::{Check, Host, finite, number};
 use crate::components::{BodyError, Holds, Path};
@@ -15,7 +15,7 @@ pub struct Turning {
     pub vectors: Path,
 }
 
-/// Turns what holds prescribe: a point of a turned hold stands where its rest position is turned to, and displaced from there. *Parameter.*
+/// Rotation of prescribed holds: a point of one stands at its rotated rest position, displaced from there. *Parameter.*
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct HoldTurns {

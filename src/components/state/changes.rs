@@ -1,4 +1,4 @@
-//! What has changed in a body's mesh since somebody last asked.
+//! Changes of a body's mesh since they were last drained.
 
 use crate::storage::{EditRecord, Parents};
 use std::ops::Range;
@@ -9,33 +9,33 @@ use std::ops::Range;
 pub enum Change {
     /// A vertex was added at the end: a copy of its one parent where tissue was parted, else a point between its parents.
     VertexAdded {
-        /// Its row: the number of vertices before.
+        /// Row of the new vertex: the number of vertices before.
         row: u32,
         /// Rows and weights of the vertices that it comes from, by [`Parents::blend`].
         parents: Parents,
     },
     /// A vertex was moved in the rest shape.
     VertexMoved {
-        /// Its row.
+        /// Row of the vertex.
         row: u32,
         /// Rows, its own among them, and weights of the vertices between which it is now.
         parents: Parents,
     },
     /// A vertex was removed, and the last one took its row: `swap_remove`.
     VertexRemoved {
-        /// Its row.
+        /// Row of the vertex.
         row: u32,
     },
     /// A triangle has other corners.
     TriangleChanged {
-        /// Its row.
+        /// Row of the triangle.
         row: u32,
         /// Rows of its vertices.
         corners: [u32; 3],
     },
     /// A triangle was added at the end.
     TriangleAdded {
-        /// Its row: the number of triangles before.
+        /// Row of the new triangle: the number of triangles before.
         row: u32,
         /// Row of the triangle that it was cut from.
         parent: u32,
@@ -44,12 +44,12 @@ pub enum Change {
     },
     /// A triangle was removed, and the last one took its row: `swap_remove`.
     TriangleRemoved {
-        /// Its row.
+        /// Row of the triangle.
         row: u32,
     },
 }
 
-/// Keeps a list of what tears, cuts, refinement and coarsening change in the mesh, for whoever keeps a copy of it: a renderer, a
+/// List of mesh changes by tears, cuts, refinement and coarsening, for whoever keeps a copy of the mesh: a renderer, a
 /// network. [`Simulation::drain_changes`](crate::simulation::Simulation::drain_changes) empties it. *State.* A body without this
 /// component keeps none.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,7 +97,7 @@ impl Changes {
     }
 }
 
-/// What has changed since the last call, in a buffer of the caller's that keeps its memory.
+/// Changes since the last call, in a buffer of the caller's that keeps its memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChangeSet {
     /// Whether the whole mesh is new: the first time, after [`Simulation::reorder`](crate::simulation::Simulation::reorder), and
@@ -107,10 +107,10 @@ pub struct ChangeSet {
     pub is_whole: bool,
     /// The changes in their order.
     pub list: Vec<Change>,
-    /// Ranges of rows, ascending, of the vertices that are new, have moved in the rest shape, or are now what another row was.
+    /// Ranges of rows, ascending, of the vertices that are new, have moved in the rest shape, or come from another row.
     /// Positions and velocities change everywhere in every step.
     pub vertices: Vec<Range<u32>>,
-    /// Ranges of rows, ascending, of the triangles that are new, have other corners, or are now what another row was.
+    /// Ranges of rows, ascending, of the triangles that are new, have other corners, or come from another row.
     pub triangles: Vec<Range<u32>>,
     /// Number of vertices now: a copy is cut or extended to it.
     pub vertex_count: u32,
@@ -145,8 +145,8 @@ impl ChangeSet {
         })
     }
 
-    /// Where the triangle is now that was in a row before these changes, or what is left of it; `None` where it was removed, and where
-    /// the whole mesh is new.
+    /// Present row of the triangle, or of its remaining part, that was in a row before these changes; `None` where it was removed, and
+    /// where the whole mesh is new.
     pub fn triangle_destination(&self, row: u32) -> Option<u32> {
         self.destination(row, self.triangle_count, |change| match change {
             Change::TriangleAdded { .. } => Some(None),
@@ -181,7 +181,7 @@ impl ChangeSet {
         Some(at)
     }
 
-    /// Takes what a body's list holds; the list is empty afterwards.
+    /// Takes the entries of a body's list; the list is empty afterwards.
     pub(crate) fn take(&mut self, changes: &mut Changes, vertex_count: u32, triangle_count: u32) {
         self.is_whole = std::mem::take(&mut changes.is_whole);
         self.list.clear();
@@ -215,7 +215,7 @@ impl ChangeSet {
     }
 }
 
-/// The rows below `count` as ascending ranges. What was at a row beyond has been moved below, to a row that is listed itself.
+/// Rows below `count` as ascending ranges. An entry at a row beyond has been moved below, to a row that is listed itself.
 fn ranges_of(rows: &mut Vec<u32>, count: u32, ranges: &mut Vec<Range<u32>>) {
     rows.sort_unstable();
     rows.dedup();

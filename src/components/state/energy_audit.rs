@@ -2,8 +2,8 @@
 //!
 //! Over every step, with the step's displacement u, the discrete equation times u reads
 //! work = Δelastic + Δkinetic + damping + drag + numerical + residual + unbalanced + released,
-//! and between steps edits at unchanged positions add `edits`. Each term is summed from its own formula, none is what the
-//! others leave: the imbalance that remains tells of a wrong force, tangent, reaction or edit.
+//! and between steps edits at unchanged positions add `edits`. Each term is summed from its own formula, none is the remainder of
+//! the others: the imbalance that remains tells of a wrong force, tangent, reaction or edit.
 
 use glam::DVec3;
 
@@ -25,7 +25,7 @@ impl std::ops::Sub for Energies {
     }
 }
 
-/// What a body has taken in and given away, and what it has stored, since its audit began, all \[mJ\].
+/// Energy that a body has received, given away and stored since its audit began, all \[mJ\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyBalance {
@@ -34,25 +34,25 @@ pub struct EnergyBalance {
     /// Work of jaws without a stiffness on the body: their force on each vertex · its displacement.
     pub work_of_jaws: f64,
     /// Work on the body of all else that acts from outside: gravity, pressure, point and edge loads, springs, jaws with a stiffness and
-    /// contact, with the force that the scheme has put in. What springs and contact store counts as given back.
+    /// contact, with the force that the scheme has put in. Energy stored by springs and contact counts as given back.
     pub work_of_loads: f64,
     /// Elastic and kinetic energy that edits of the mesh have put in at unchanged positions. Splits and openings change
     /// neither; flips and slides interpolate the state anew.
     pub edits: Energies,
     /// Change of the elastic and kinetic energy from the start of the audit to now.
     pub stored: Energies,
-    /// Dissipated by strain-rate damping along the step's straight way: dt·v·C·v, ≥ 0. In a long step it may exceed what there is to
-    /// dissipate; the numerical elastic term then gives that back.
+    /// Dissipated by strain-rate damping along the step's straight way: dt·v·C·v, ≥ 0. In a long step it may exceed the available
+    /// energy; the numerical elastic term then gives the excess back.
     pub damping: f64,
     /// Dissipated by drag, ≥ 0.
     pub drag: f64,
     /// Taken by the scheme from the elastic energy, or given back where negative: (the force that it used − the true one along the step) · displacement,
-    /// the true one integrated by quadrature. Steps longer than a tear takes to spring open dissipate here what it releases.
-    /// In static solves, what the trapezoidal rule of the works over a load step is off.
+    /// the true one integrated by quadrature. Steps longer than a tear takes to spring open dissipate here the energy that it releases.
+    /// In static solves, the error of the trapezoidal rule of the works over a load step.
     pub numerical_elastic: f64,
     /// Taken by the scheme from the kinetic energy: ½·(v₁ − v₀)·M·(v₁ − v₀) of backward Euler; in static solves all of it.
     pub numerical_kinetic: f64,
-    /// Work of what the solves have left: residual · displacement.
+    /// Work of the residual forces of the solves: residual · displacement.
     pub residual: f64,
     /// Work of forces that a dynamic step leaves unbalanced because its increment is not the solve's answer as it is. The energy
     /// guard takes only a fraction of the answer, or vertices are put back outside an obstacle. Force · displacement; positive is
@@ -86,7 +86,7 @@ impl EnergyBalance {
         if largest > 0.0 { term.abs() / largest } else { 0.0 }
     }
 
-    /// What has left the body \[mJ\]: damping, drag and the scheme's share together. That it does not fall is what steps are checked for.
+    /// Dissipated energy \[mJ\]: damping, drag and the scheme's share together. Steps are checked that it does not fall.
     pub fn dissipated(&self) -> f64 {
         self.damping + self.drag + self.numerical()
     }
@@ -96,7 +96,7 @@ impl EnergyBalance {
         self.numerical_elastic + self.numerical_kinetic
     }
 
-    /// What came in and is found nowhere \[mJ\]: zero but for rounding, quadrature, and the reactions of a Newton iteration
+    /// Energy received but not accounted for \[mJ\]: zero but for rounding, quadrature, and the reactions of a Newton iteration
     /// that stopped short of its tolerance, which are those before its last solve.
     pub fn imbalance(&self) -> f64 {
         let came = self.work() + self.edits.elastic + self.edits.kinetic;
@@ -159,8 +159,8 @@ impl EnergyBalance {
 
 /// Keeps the energy balance of a body from its first step on. *State.* A body without it spends no time on it.
 ///
-/// A step may be redone after tears have advanced, or undone. So its terms stand aside, with what edits have changed in its start
-/// and in its end, until the next step begins.
+/// A step may be redone after tears have advanced, or undone. So its terms stand aside, with the changes by edits of its start
+/// and of its end, until the next step begins.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct EnergyAudit {
@@ -172,7 +172,7 @@ pub struct EnergyAudit {
     pub(crate) step: EnergyBalance,
     /// Energies at the start and the end of this step, on the mesh on which it was last carried out.
     pub(crate) ends: [Energies; 2],
-    /// What edits since then have changed in the start of this step: counts if the step is redone or undone.
+    /// Energy change of this step's start by edits since then: counts if the step is redone or undone.
     pub(crate) edits_of_start: Energies,
     /// The last equilibrium, until a dynamic step follows.
     pub(crate) equilibrium: Option<Equilibrium>,
@@ -188,7 +188,7 @@ pub struct EnergyAudit {
     pub(crate) partials: Vec<Shares>,
 }
 
-/// What triangles add to the terms of a step, all \[mJ\].
+/// Contributions of triangles to the terms of a step, all \[mJ\].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Shares {
     /// The true work along the step.
@@ -250,7 +250,7 @@ impl EnergyAudit {
         self.edits_of_start = Energies::default();
     }
 
-    /// The mesh has changed: what is kept of the last equilibrium's loads is of another one.
+    /// Forgets the last equilibrium's loads, which belong to another mesh after a change.
     pub(crate) fn forget_loads(&mut self) {
         self.loads.clear();
     }
@@ -266,7 +266,7 @@ impl EnergyAudit {
         self.settled.add(&EnergyBalance { edits, ..EnergyBalance::default() });
     }
 
-    /// The step is undone: nothing of what the attempt has put in is left.
+    /// Undoes the step: no term of the attempt is left.
     pub(crate) fn undo_step(&mut self) {
         self.void_step();
         self.ends = [Energies::default(); 2];

@@ -1,6 +1,6 @@
 //! Forceps: a rigid hand whose jaws take hold of tissue, carry it along and let go; the same whether the host moves it or a script.
 //!
-//! What is held has its place in the frame of the jaws, so that it follows their translation and rotation. Jaws without a stiffness
+//! Held tissue has its place in the frame of the jaws, so that it follows their translation and rotation. Jaws without a stiffness
 //! prescribe where the tissue is: a constraint, whose force is the reaction. Jaws with one draw by springs that are implicit in the
 //! step, so that none is too stiff.
 
@@ -84,7 +84,7 @@ impl Motion {
     }
 }
 
-/// What jaws do beyond their force limit.
+/// Behaviour of jaws beyond their force limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Slip {
@@ -100,24 +100,24 @@ pub enum Slip {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Jaws {
-    /// Pinch radius \[mm\] in the rest shape, about the point that is taken; the nearest vertex is always taken. Only what hangs
-    /// together with that point within the radius is taken: not what lies across a cut.
+    /// Pinch radius \[mm\] in the rest shape, about the point that is taken; the nearest vertex is always taken. Only tissue connected
+    /// with that point within the radius is taken, none across a cut.
     pub radius: f64,
     /// Stiffness of the whole pinch \[N/mm\], shared by rest area (a third of a vertex's triangles'): a finer mesh, or a tear
     /// between the jaws, does not make it stiffer. `None` is a constraint.
     pub stiffness: Option<f64>,
     /// Most force \[N\] that they can hold; `None` for no limit. Judged after every step, so that one step may exceed it.
     pub force_limit: Option<f64>,
-    /// What happens beyond the limit.
+    /// Behaviour beyond the force limit.
     pub slip: Slip,
 }
 
 impl Jaws {
-    /// Judges the numbers: which of them is wrong, its value and what it must be.
+    /// Checks the numbers: the name of a wrong one, its value and its requirement.
     ///
     /// # Errors
-    /// For a radius below zero, a stiffness or limit that is not positive, and for what is not finite; and for a constraint that
-    /// is to slide.
+    /// For a radius below zero, a stiffness or limit that is not positive, and for a number that is not finite; and for a constraint
+    /// that is to slide.
     pub fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
         if !(self.radius >= 0.0 && self.radius.is_finite()) {
             return Err(("grip radius", self.radius, "it must be zero or more, and finite"));
@@ -158,7 +158,7 @@ pub struct Forceps {
     pub torque: DVec3,
 }
 
-/// What jaws close about. Their radius in the rest shape counts from the point found.
+/// Place where jaws close. Their radius in the rest shape counts from the point found.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Grasp {
@@ -171,7 +171,7 @@ pub enum Grasp {
     Ray {
         /// Where the ray begins \[mm\].
         origin: DVec3,
-        /// Of any length.
+        /// Direction of the ray, of any length.
         direction: DVec3,
         /// How far it goes \[mm\].
         reach: f64,
@@ -182,7 +182,7 @@ pub enum Grasp {
     Vertices(Vec<VertexKey>),
 }
 
-/// What closed jaws hold of a body. *State*, but for what the step computes.
+/// Tissue of a body that closed jaws hold. *State*, but for values that the step computes.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pinch {
@@ -195,7 +195,7 @@ pub struct Pinch {
     pub jaws: Jaws,
     /// The jaws' motion, of a script that of this step.
     pub motion: Motion,
-    /// Of a script: where the jaws were when they closed, and by which the path is turned.
+    /// Pose of a script's jaws when they closed, by which the path is turned.
     pub origin: Pose,
     /// The vertices held and their places in the jaws' frame \[mm\]; none where the jaws are open.
     pub held: Attached<DVec3>,

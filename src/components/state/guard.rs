@@ -1,4 +1,4 @@
-//! What the energy guard did to a body in a step.
+//! Interventions of the energy guard on a body in a step.
 
 use crate::event::{GuardCause, GuardPlace};
 
@@ -7,7 +7,7 @@ use crate::event::{GuardCause, GuardPlace};
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Fault {
-    /// A linear system that has no finite answer: a force, a stiffness or a prescribed motion beyond what numbers hold.
+    /// A linear system without a finite solution: a force, a stiffness or a prescribed motion beyond the range of numbers.
     #[error("its linear system has no finite answer: a force, a stiffness or a prescribed motion is too large")]
     Unsolvable,
     /// A position that is not finite, or velocities whose energy is not.
@@ -18,7 +18,7 @@ pub enum Fault {
     CreatesEnergy,
 }
 
-/// What the guard did to a body in one step.
+/// Interventions of the energy guard on a body in one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct GuardFigures {

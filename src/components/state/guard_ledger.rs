@@ -3,7 +3,7 @@
 /// Energy \[mJ\] that steps of a body have created, and how the guard holds it back. Carried from step to step.
 #[derive(Clone, Debug, Default)]
 pub struct GuardLedger {
-    /// Spurious energy \[mJ\]: what steps along the tangent have created and not taken away again; never negative.
+    /// Spurious energy \[mJ\]: created by steps along the tangent and not taken away again; never negative.
     pub spurious_energy: f64,
     /// Upper bound \[mJ\] of the spurious energy since the last full sum.
     pub unchecked_bound: f64,
@@ -30,7 +30,7 @@ impl GuardLedger {
         self.start_spurious_energy = [self.spurious_energy, self.unchecked_bound];
     }
 
-    /// Forgets what an attempt that is undone has come to.
+    /// Forgets the results of an undone attempt.
     pub(crate) fn forget_attempt(&mut self) {
         self.creates_energy = false;
         [self.spurious_energy, self.unchecked_bound] = self.start_spurious_energy;

@@ -1,4 +1,4 @@
-//! Where a step started, how far it has come, and what it leaves to the next: the first guess and the forces of holds.
+//! Start and progress of a step, and its legacy to the next: the first guess and the forces of holds.
 
 use crate::components::{FreeAxes, GuardFigures};
 use crate::event::GuardPlace;
@@ -27,19 +27,19 @@ pub struct Increment {
     /// How much the body resists strain; none after an edit.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub tautness: Option<Tautness>,
-    /// Whether only a part of what the equations of the last solve ask was gone.
+    /// Whether only a fraction of the increment of the last solve was applied.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_fraction: bool,
     /// Whether vertices were put back outside an obstacle after the last solve.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_put_outside: bool,
-    /// Whether the one has happened in any part of the step that was asked for.
+    /// Whether only a fraction of an increment was applied in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub was_fraction: bool,
-    /// Whether the other has.
+    /// Whether vertices were put back outside an obstacle in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub was_put_outside: bool,
-    /// What the energy guard did in the step that was asked for.
+    /// Figures of the energy guard for the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub guard: Box<GuardFigures>,
     /// Where the last solve would have created energy.
@@ -60,7 +60,7 @@ pub(crate) fn fraction_of(delta: DVec3, free: DVec3, part: f64) -> DVec3 {
 /// How much a body resists strain.
 #[derive(Clone, Copy, Debug)]
 pub struct Tautness {
-    /// What it stores at the strain from which on it counts as taut \[mJ\].
+    /// Elastic energy at the strain from which on the body counts as taut \[mJ\].
     pub slack: f64,
     /// The largest stiffness of a triangle against strain in any direction, over its thickness \[N/mm\].
     pub stiffest: f64,

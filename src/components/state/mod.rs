@@ -1,4 +1,4 @@
-//! *State*: what steps carry on and snapshots save, ledgers and what the last step tells included.
+//! *State*: values that steps carry on and snapshots save, including ledgers and reports of the last step.
 
 pub(super) mod blade;
 pub(super) mod changes;

@@ -1,4 +1,4 @@
-//! What can be read of the last step, kept until the next one has left a sound state.
+//! Readings of the last step, kept until the next one has left a sound state.
 
 use crate::components::{Grips, Reactions, TearDecision, TearDecisions};
 use crate::storage::Tips;
@@ -19,7 +19,7 @@ pub(crate) type Read<'a> =
     (Option<&'a mut Reactions>, Option<&'a mut Grips>, Option<(&'a mut Tips, &'a mut TearDecisions)>);
 
 impl Readings {
-    /// Keeps what can be read now.
+    /// Keeps the present readings.
     pub fn keep(&mut self, (reactions, grips, tears): Read<'_>) {
         let Self { reactions: kept, pinches, criterion, decisions: before } = self;
         if let Some(Reactions { groups }) = reactions {
@@ -38,7 +38,7 @@ impl Readings {
         }
     }
 
-    /// Puts back what was kept. Vertices and tips that a tear has made since have had no reading: zero.
+    /// Puts back the kept readings. Vertices and tips that a tear has made since have had no reading: zero.
     pub fn put_back(&self, (reactions, grips, tears): Read<'_>) {
         if let Some(Reactions { groups }) = reactions {
             groups.truncate(self.reactions.len());

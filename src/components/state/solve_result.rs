@@ -1,9 +1,9 @@
-//! What the solves of a step report of a body.
+//! Report of a step's solves for a body.
 
 use crate::components::Fault;
 use crate::settings::Tangent;
 
-/// What the last solve of a body reached, and the work of its step. A body without one is left out of a step.
+/// Result of the last solve of a body, and the work of its step. A body without one is left out of a step.
 #[derive(Clone, Debug, Default)]
 pub struct SolveResult {
     /// Linear iterations in this step.
@@ -60,7 +60,7 @@ impl SolveResult {
         (self.is_done, self.has_converged) = (!is_in_step, !is_in_step);
     }
 
-    /// Forgets what an attempt that is undone has come to.
+    /// Forgets the results of an undone attempt.
     pub(crate) fn forget_attempt(&mut self) {
         (self.linear_residual, self.stress_error, self.imbalance) = (0.0, 0.0, 0.0);
     }

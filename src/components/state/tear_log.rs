@@ -1,4 +1,4 @@
-//! What a body's tears have done so far.
+//! Record of a body's tears so far.
 
 use crate::components::{DecidedBy, RingFault, TearDecision};
 use crate::event::EventKind;
@@ -56,7 +56,7 @@ pub struct TearLog {
 }
 
 impl TearLog {
-    /// Counts by what the tips of a body with an energy criterion were decided in a step.
+    /// Counts the deciding criterion of each tip in a step, for a body with an energy criterion.
     pub(crate) fn note_decisions(&mut self, tips: &[Option<TearDecision>]) {
         for decision in tips.iter().flatten() {
             let count = match decision.by {

@@ -12,8 +12,8 @@ use super::{Draft, checked_rest, current_of, keep_mass, normal, rest_of, same_si
 use crate::storage::measure::rest_corners;
 use crate::storage::{Mesh, NONE, Refusal};
 
-/// Largest distance of a boundary vertex from the line between its neighbours on the boundary, relative to theirs: what
-/// splits and openings of a straight edge leave is six orders of magnitude below.
+/// Largest distance of a boundary vertex from the line between its neighbours on the boundary, relative to theirs: that
+/// left by splits and openings of a straight edge is six orders of magnitude below.
 const STRAIGHT: f64 = 1e-9;
 
 pub(super) fn collapse(mesh: &Mesh<'_>, vertex: u32, into: u32) -> Result<Draft, Refusal> {

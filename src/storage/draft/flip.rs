@@ -1,6 +1,6 @@
 //! Replacing an edge by the other diagonal.
 //!
-//! The two new triangles overlap both old ones, so where those differ in what they are made of, both take the area-weighted mean;
+//! The two new triangles overlap both old ones, so where those differ in material, both take the area-weighted mean;
 //! where they agree, the value is kept bit for bit.
 
 use super::{

@@ -35,7 +35,7 @@ pub(super) struct Draft {
     pub shifts_momentum: bool,
 }
 
-/// Computes what an edit would do.
+/// Computes the draft of an edit.
 pub(super) fn draft(mesh: &Mesh<'_>, edit: &Edit) -> Result<Draft, Refusal> {
     match *edit {
         Edit::SplitEdge { triangle, edge, weight } => split::edge(mesh, triangle, edge, weight),

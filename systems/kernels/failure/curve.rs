@@ -33,7 +33,7 @@ pub(super) struct Curve {
     transverse: f64,
     /// α.
     pub exponent: f64,
-    /// What a value of one on this curve stands for.
+    /// Unit that a value of one on this curve stands for.
     pub unit_of_value: f64,
 }
 
@@ -91,7 +91,7 @@ impl Curve {
         self.half_difference == 0.0 && self.shear == 0.0 && (self.mean == 0.0 || self.is_isotropic())
     }
 
-    /// What a maximum along or across the fibre is called.
+    /// Origin of a maximum along or across the fibre.
     pub(super) fn kink_origin(&self) -> Origin {
         if self.is_isotropic() { Origin::Principal } else { Origin::Kink }
     }

@@ -15,7 +15,7 @@ const CELLS: i32 = 120;
 /// Halvings of a cell: to 1e-14 rad, below the rounding of a difference.
 const HALVINGS: usize = 42;
 
-/// What directions are worth. Angles θ \[rad\] count from a direction ahead.
+/// Value of a criterion by direction. Angles θ \[rad\] count from a direction ahead.
 pub(super) trait Worth {
     /// Angle \[rad\] of the fibre.
     fn fibre_to_ahead(&self) -> f64;

@@ -1,7 +1,7 @@
 //! The energy-based criterion: the direction in which a small kink of a crack releases most energy against its toughness.
 //!
 //! A kink at the angle θ has, to first order, the intensities of the tractions on it in the crack's own field (Nuismer 1975; in
-//! orthotropic plates the same construction): k_I = √(2πr)·σ_θθ(θ), k_II = √(2πr)·σ_rθ(θ). It releases what a crack along θ
+//! orthotropic plates the same construction): k_I = √(2πr)·σ_θθ(θ), k_II = √(2πr)·σ_rθ(θ). It releases as much as a crack along θ
 //! does at these (Sih, Paris, Irwin 1965), where faces that press on each other (k_I < 0) release by sliding alone. The
 //! value of a direction is √(G(θ)/G_c(δ)), δ its angle to the fibre: in proportion to the load.
 
@@ -27,7 +27,7 @@ pub struct TipField {
     pub intensities: [f64; 2],
 }
 
-/// What a direction is worth.
+/// Energy criterion √(G/G_c) of a small kink by direction.
 struct Release<'a> {
     tip: CrackTip,
     fibre_to_crack: f64,
@@ -62,7 +62,7 @@ impl Worth for Release<'_> {
     }
 }
 
-/// √(G/G_c) of one direction: what [`evaluate_release`] searches. Zero along the crack's lips.
+/// √(G/G_c) of one direction, the value that [`evaluate_release`] maximises. Zero along the crack's lips.
 pub fn release_value(field: &TipField, toughness: &Strength, d: DVec2) -> f64 {
     let (theta, release) = (elementary::turn(field.ahead, d), Release::new(field, toughness));
     if release.is_defined(theta) { release.value(theta) } else { 0.0 }
@@ -82,10 +82,10 @@ pub fn evaluate_release(
     best_direction(&Release::new(field, toughness), (fibre, ahead), cone, sector)
 }
 
-/// What a material force is worth by direction.
+/// Energy criterion √(g·d/G_c) of a material force by direction.
 struct Pull<'a> {
     fibre_to_ahead: f64,
-    /// Its size \[N/mm\].
+    /// Magnitude of the material force \[N/mm\].
     size: f64,
     toughness: &'a Strength,
 }
@@ -104,7 +104,7 @@ impl Worth for Pull<'_> {
     }
 }
 
-/// √(g·d/G_c) of one direction: what [`evaluate_pull`] searches.
+/// √(g·d/G_c) of one direction, the value that [`evaluate_pull`] maximises.
 pub fn pull_value(release: DVec2, fibre: DVec2, toughness: &Strength, d: DVec2) -> f64 {
     let pull = Pull { fibre_to_ahead: elementary::turn(release, fibre), size: release.length(), toughness };
     pull.value(elementary::turn(release, d))

@@ -30,7 +30,7 @@ pub(super) struct Table {
     bending: [[f64; NODES]; 2],
 }
 
-/// What the signs at the nodes say, bit by bit.
+/// Signs of slope and curvature at the nodes, bit by bit.
 #[derive(Clone, Copy, Default)]
 struct Signs {
     rising: u64,

@@ -1,4 +1,4 @@
-//! What a factor is made of anew, to the same bits: the matrix that it was made of is several times as small.
+//! Data to remake a factor from, to the same bits: the matrix that it was made of is several times as small.
 
 use super::super::cholesky::{Cholesky, Equations, FactorPrecision, NoFactor};
 use super::super::edit_map::EditMap;
@@ -7,7 +7,7 @@ use super::super::rotation_warp::RotationWarp;
 use super::{Factor, InUse, Pending};
 use std::sync::Arc;
 
-/// What a factor that is made aside is made of.
+/// Source of a factor that is made on another thread.
 #[derive(Clone, Debug)]
 #[cfg_attr(
     feature = "snapshot",
@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub(crate) enum Origin {
     /// The operator of a body.
     Operator(Arc<OperatorCopy>),
-    /// What a snapshot has kept of one.
+    /// Equations kept in a snapshot.
     Equations(Arc<Equations>),
 }
 
@@ -49,7 +49,7 @@ impl From<Origin> for Equations {
     }
 }
 
-/// What a snapshot keeps of a factor.
+/// Snapshot state of a factor.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct FactorState {
@@ -85,7 +85,7 @@ struct Coming {
 }
 
 impl Factor {
-    /// What a snapshot keeps.
+    /// Snapshot state of the factor and of its use.
     pub fn state(&self) -> FactorState {
         let &Self { ref current, ref pending, without, strikes, rest, rests, rescued } = self;
         // Across edits a factor does not turn.

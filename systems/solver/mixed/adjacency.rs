@@ -5,8 +5,8 @@ use crate::storage::Topology;
 use std::iter::once;
 use std::mem::take;
 
-/// The neighbours of all vertices, each once: what orders and patterns that are found anew ask for again and again. Scratch, in lists that
-/// only edits use beside.
+/// The neighbours of all vertices, each once, which orders and patterns that are found anew ask for again and again. Scratch, in lists
+/// that only edits use beside.
 #[derive(Debug, Default)]
 pub(super) struct Adjacency {
     /// First entry of every vertex in `vertex`; one more entry at the end. Empty until it is found.
@@ -38,7 +38,7 @@ impl Adjacency {
         Self { start: take(start), vertex: take(vertex) }
     }
 
-    /// Gives the room back, and with it what there was.
+    /// Gives the room back, and with it the lists.
     pub(super) fn give_room(&mut self, [start, vertex]: [&mut Vec<u32>; 2]) {
         let Self { start: own_start, vertex: own_vertex } = take(self);
         (*start, *vertex) = (own_start, own_vertex);
@@ -74,8 +74,8 @@ pub(super) fn neighbours<'a>(
 }
 
 /// The vertices of the blocks before the diagonal in a vertex' row, many of them more than once. They are its neighbours that come
-/// before it, and the fill of level one. That fill is what eliminating each of these puts between the vertex and those of their
-/// neighbours that come after them. `near` has the neighbours of a vertex.
+/// before it, and the fill of level one. That fill is the entries that eliminating each of these puts between the vertex and those of
+/// their neighbours that come after them. `near` has the neighbours of a vertex.
 #[inline]
 pub(super) fn before_with_fill<I: Iterator<Item = u32>>(
     v: u32,

@@ -1,4 +1,4 @@
-//! What edits have changed in the triangles since the last solve: of those that the log of edits names, the corners are compared.
+//! Changes of the triangles by edits since the last solve: of those that the log of edits names, the corners are compared.
 //! Those before stand in the partition, as rows.
 
 use super::adjacency::neighbours;

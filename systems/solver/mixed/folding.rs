@@ -28,7 +28,7 @@ struct Side {
     scale: [f32; 3],
     /// Per edge the tilts by the corner where it begins, where it ends and opposite, then the stiffness.
     edge: [Vec4; 3],
-    /// The same edges in the triangles across: three times the triangle plus the edge, or [`NONE`] without any stiffness.
+    /// The edges as they stand in the triangles across: three times the triangle plus the edge, or [`NONE`] without any stiffness.
     across: [u32; 3],
 }
 
@@ -42,7 +42,7 @@ pub(super) struct BendingPacks {
     places: Vec<Places>,
     /// First pack of every block; one more entry at the end.
     pack_start: Vec<u32>,
-    /// Of the triangles that are packed.
+    /// Sides of the triangles that are packed.
     sides: Vec<Side>,
     tilt: Vec<f32>,
     moment: Vec<f32>,
@@ -158,7 +158,7 @@ impl BendingPacks {
             let at_opposite = side.normal * own.zzzz();
             let stiffness = Vec4::splat(own.w + far.w);
             let lumped = if own.z > 0.0 { 1.0 + far.z / own.z } else { 0.0 };
-            // What its own edge and its two vertices have comes from the triangle across as well.
+            // The terms of its own edge and its two vertices come from the triangle across as well.
             let (half_a, half_b) = (at_a * stiffness * 0.5, at_b * stiffness * 0.5);
             let whole = at_opposite * stiffness;
             add_outer(&mut corners[a], half_a, at_a);

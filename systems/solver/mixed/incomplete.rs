@@ -1,5 +1,5 @@
 //! Incomplete Cholesky factor M = L·D·Lᵀ with the fill of level one, by 3×3 blocks, in a plane by 2×2. L has the pattern of A and
-//! what eliminating one row of A puts between its later neighbours (Meijerink, van der Vorst 1977; levels: Watts 1981).
+//! the entries that eliminating one row of A puts between its later neighbours (Meijerink, van der Vorst 1977; levels: Watts 1981).
 //!
 //! A body torn, bent and partly slack has stiff and soft directions side by side, and changes from step to step. So the factor is
 //! made anew for every solve, which costs as much as a few iterations and saves three out of four of them. Both sweeps are serial
@@ -32,7 +32,7 @@ use std::ops::Range;
 pub(super) struct Incomplete {
     /// Where the blocks stand.
     pattern: BlockPattern,
-    /// Its numbers for a body in space, or for one in a plane.
+    /// Numbers of the factor for a body in space, or for one in a plane.
     solid: Numbers<Block>,
     flat: Numbers<FlatBlock>,
     is_flat: bool,

@@ -28,13 +28,13 @@ pub(super) const EDGES: [[usize; 2]; 3] = [[1, 0], [2, 0], [2, 1]];
 pub(super) struct Matrix {
     /// The triangles' part of a body in space.
     packs: Vec<Pack>,
-    /// That of a planar one.
+    /// Packs of a planar body.
     flat_packs: Vec<FlatPack>,
     /// Whether it is of a planar body, of which nothing moves along z.
     pub is_flat: bool,
     /// Vertex blocks: masses and external stiffness.
     pub vertex_blocks: VertexBlocks,
-    /// Per block of triangles what it adds to its vertices, then their values.
+    /// Per block of triangles the sums that it adds to its vertices, then their values.
     segments: Vec<Vec4>,
     /// Twice the starts of the blocks' vertices.
     segment_start: Vec<u32>,
@@ -131,12 +131,12 @@ impl Matrix {
 
 /// Blocks that a matrix has of its triangles, and of its vertices.
 pub(super) trait OfPacks: FactorBlock {
-    /// Those of four triangles: of their corners on the diagonal, and of their edges.
+    /// Blocks of four triangles: of their corners on the diagonal, and of their edges.
     type Half;
 
-    /// Those of the first (0) or last (1) four triangles of a pack.
+    /// Blocks of the first (0) or last (1) four triangles of a pack.
     fn of_half(matrix: &Matrix, pack: usize, half: usize) -> Self::Half;
-    /// Those of one of the four.
+    /// Blocks of one of the four triangles of a half.
     fn of_lane(matrix: &Matrix, half: &Self::Half, lane: usize, triangle: u32) -> ([Self; 3], [Self; 3]);
     /// The vertex block of a row.
     fn own(matrix: &Matrix, row: usize) -> Self;
@@ -294,7 +294,7 @@ impl Kernel<Vec4> for Blocks<'_> {
     }
 }
 
-/// The same in a plane.
+/// Products of the blocks of triangles of a body in a plane.
 struct FlatBlocks<'a> {
     packs: &'a [FlatPack],
     partition: &'a Partition,
@@ -312,7 +312,7 @@ impl Kernel<Vec4> for FlatBlocks<'_> {
     }
 }
 
-/// The sums of what vertices have by themselves and what the blocks have for them.
+/// The sums of the vertices' own terms and those of the blocks for them.
 struct Rows<'a, B> {
     own: &'a VertexBlocks,
     /// Of the kind of the body.

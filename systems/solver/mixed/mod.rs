@@ -2,7 +2,7 @@
 //!
 //! State, loads and residuals are double. Conjugate gradients in single precision, on the residual scaled to one, find the
 //! correction that it asks for. The correction is added, and the residual formed anew (Wilkinson 1963, iterative refinement). So
-//! the answer is as good as that of double precision, and what is reported is the true residual. One round does at the tolerances
+//! the answer is as good as that of double precision, and the residual reported is the true one. One round does at the tolerances
 //! that a step is usually solved to; a tighter one takes several.
 
 mod adjacency;
@@ -71,7 +71,7 @@ impl ActivePreconditioner<'_> {
     }
 }
 
-/// A body's operator in single precision and the vectors of its solves. What depends on the triangles alone is kept while
+/// A body's operator in single precision and the vectors of its solves. Data that depends on the triangles alone is kept while
 /// they stay. *Derived.*
 #[derive(Debug, Default)]
 pub struct MixedSolver {
@@ -97,7 +97,7 @@ pub struct MixedSolver {
 }
 
 impl MixedSolver {
-    /// Whether the solves from now on are of one operator, with one set of free axes: what is made of it then serves all.
+    /// Whether the solves from now on are of one operator, with one set of free axes: the numbers made of it then serve all.
     pub fn share(&mut self, is_same: bool) {
         self.same = is_same.then_some([false; 2]);
     }
@@ -162,7 +162,7 @@ impl MixedSolver {
         }
     }
 
-    /// Whether what depends on the triangles is of these: no edit since has left others.
+    /// Whether the data that depends on the triangles is of these: no edit since has left others.
     fn is_of(&self, corners: &[[u32; 3]], topology: &Topology) -> bool {
         let Self { partition, order, followed, .. } = self;
         let is_sized = partition.triangle_count() == corners.len() && order.vertex.len() == topology.incident.len();
@@ -170,7 +170,7 @@ impl MixedSolver {
         is_sized && (*followed == topology.log.now() || changed.next().is_none())
     }
 
-    /// Brings what depends on the triangles up to date where they have changed: a tear changes few of them. An order that is found anew
+    /// Updates the data that depends on the triangles where they have changed: a tear changes few of them. An order that is found anew
     /// is dissected if it `is_cut`.
     fn follow(&mut self, mesh: (&Vertices, &Triangles, &Topology), is_cut: bool) {
         let (_, Triangles { corners, .. }, topology) = mesh;

@@ -1,7 +1,7 @@
 //! How the triangles are cut into blocks, each with its own list of vertices, so that blocks run side by side and every sum has
 //! one order.
 //!
-//! A block writes to its own segment of one buffer; afterwards every vertex sums what its blocks have for it, in their order.
+//! A block writes to its own segment of one buffer; afterwards every vertex sums the terms of its blocks, in their order.
 //! The cut depends on the triangles alone, never on the number of threads.
 
 use super::empty;
@@ -22,7 +22,7 @@ pub(super) fn is_cut(triangle: u32) -> bool {
     (triangle as usize).is_multiple_of(BLOCK)
 }
 
-/// Its packs.
+/// Packs per block of triangles.
 const PACKS: usize = BLOCK / LANES;
 
 /// No triangle in this lane.
@@ -43,7 +43,7 @@ pub(super) struct Partition {
     pub vertex: Vec<u32>,
     /// First entry of every vertex in `source`; one more entry at the end.
     pub source_start: Vec<u32>,
-    /// Where the blocks leave what they have for the vertex, in the order of blocks: a block's segment holds its sums, then as
+    /// Where the blocks leave their terms for the vertex, in the order of blocks: a block's segment holds its sums, then as
     /// many values.
     pub source: Vec<u32>,
 }
@@ -82,7 +82,7 @@ impl Partition {
         first as u32..(first + self.of_block(first)) as u32
     }
 
-    /// Those before a [`cut`], and those from it on.
+    /// The blocks before a [`cut`], and the blocks from it on.
     pub(super) fn blocks_of_subdomains(&self, cut: u32) -> [Range<usize>; 2] {
         let all = self.all_blocks();
         let second = (cut as usize / BLOCK).min(all.end);
@@ -126,7 +126,7 @@ impl Partition {
         self.places[pack].map(|places| self.vertex[(start + u32::from(places[lane])) as usize])
     }
 
-    /// Those of all triangles, one after another.
+    /// Rows of the corners of all triangles, one after another.
     pub(super) fn all_rows(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
         (0..self.count).step_by(BLOCK).zip(&self.vertex_start).flat_map(move |(first, &start)| {
             let (pack, count) = (first / BLOCK * PACKS, self.of_block(first));

@@ -62,8 +62,8 @@ impl BlockPattern {
         self.target = target;
     }
 
-    /// Follows edits: rows that they do not touch, and that say so, keep their columns, and what stood elsewhere is moved. Arguments as
-    /// above, all of them after the edits.
+    /// Follows edits: rows that they do not touch, and that say so, keep their columns, and rows that stood elsewhere are moved. Arguments
+    /// of [`rebuild`](Self::rebuild), all of them after the edits.
     pub(super) fn follow(
         &mut self,
         partition: &Partition,
@@ -265,7 +265,7 @@ impl BlockPattern {
         mut diagonal: impl FnMut(usize, &B),
         mut lower: impl FnMut(usize, usize, &B),
     ) {
-        // Marked down to the last closure: what is not inlined is none of the wide instructions.
+        // Marked down to the last closure: a call that is not inlined has none of the wide instructions.
         wide(
             #[inline(always)]
             || {

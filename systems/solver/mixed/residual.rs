@@ -16,13 +16,13 @@ const SINGLE: f64 = 1e-4;
 
 /// Whether a solve of few iterations may stay in single precision.
 pub(super) fn is_single(params: &LinearParams, scratch: &SolverScratch) -> bool {
-    // A body in space may turn at next to no energy, and then what single precision rounds off is a turn.
+    // A body in space may turn at next to no energy, and then the rounding of single precision is a turn.
     scratch.free.are_flat() && params.tolerance.min(params.stress_tolerance) >= SINGLE && !scratch.is_audited
 }
 
 impl MixedSolver {
     /// Forms the residual of the guess, which is [scaled](fit), and keeps b in `scratch.direction`. Returns the squared norms of
-    /// what residuals are measured by and of the guess's; and whether the operator's numbers have been taken for it.
+    /// the residuals' reference and of the guess's residual; and whether the operator's numbers have been taken for it.
     pub(super) fn first_residual(
         &mut self,
         operator: &Operator,

@@ -39,7 +39,7 @@ struct Progress {
     info: CgInfo,
 }
 
-/// What follows a round.
+/// Next action after a round.
 enum Next {
     /// Another round.
     Round,
@@ -178,7 +178,7 @@ impl MixedSolver {
             return;
         }
         let norm = progress.residual_sq.sqrt();
-        // Each iteration adds its rounding to what the recursion says of the residual: a few do not show.
+        // Each iteration adds its rounding to the residual of the recursion: a few do not show.
         let by_recursion = reached.residual_sq * progress.residual_sq;
         let is_known = progress.is_single && reached.iterations <= FEW;
         self.add_to(x, norm);

@@ -1,4 +1,4 @@
-//! What a mixed-precision solver is made of anew: what multigrid keeps from solve to solve, the order of the rows, and the
+//! Data to remake a mixed-precision solver from: multigrid's part from solve to solve, the order of the rows, and the
 //! triangles that the order was found for. The order is kept because edits of the mesh leave rows where they are. The rest follows.
 
 use super::dissection::Dissection;
@@ -19,7 +19,7 @@ pub struct MixedState {
 }
 
 impl MixedSolver {
-    /// What a snapshot keeps, of a body with these triangles.
+    /// Snapshot state, of a body with these triangles.
     pub fn state(&self, triangles: &Triangles) -> MixedState {
         let corners = self.corners();
         let is_current = corners == triangles.corners;

@@ -10,14 +10,14 @@ use glam::{DMat3, DVec3, Vec4};
 /// The blocks of all rows \[N/mm\].
 #[derive(Debug, Default)]
 pub(super) struct VertexBlocks {
-    /// Those of a body in space, or of a planar one.
+    /// Blocks of a body in space, or of a planar one.
     pub solid: Vec<Block>,
     pub flat: Vec<FlatBlock>,
     /// Free axes: x counts 1, y 2, z 4.
     free: Vec<u8>,
 }
 
-/// Free axes (1) by what they count.
+/// Free axes (1) by their bit mask.
 const FREE: [Vec4; 8] = {
     let mut free = [Vec4::ZERO; 8];
     let mut axes = 0;

@@ -17,11 +17,12 @@ const MOST_AXES_ASIDE: f64 = 4e4;
 
 /// Free axes from which on a planar body takes multigrid where it has no Cholesky factor. With 1,500 and with 6,000 triangles it
 /// takes six sevenths of the time with an incomplete one. It leaves a half and a fifth of its error
-/// (`rhexis bench work-precision fig2-dynamic`). What is much smaller is mostly the coarsest level.
+/// (`rhexis bench work-precision fig2-dynamic`). A body much smaller is mostly the coarsest level.
 const LEAST_AXES_PLANAR: f64 = 1e3;
 
-/// The same where the body may tear: levels that follow an edit make the step after it long, which under a hand counts more than the
-/// others. With 1e3 the slowest of `rhexis bench targets "haptic 1.5k, tearing"` took 2.6 ms, with an incomplete factor it takes 1.2.
+/// Free axes from which on a planar body that may tear takes multigrid: levels that follow an edit make the step after it long, which
+/// under a hand counts more than the others. With 1e3 the slowest of `rhexis bench targets "haptic 1.5k, tearing"` took 2.6 ms, with an
+/// incomplete factor it takes 1.2.
 const LEAST_AXES_TORN: f64 = 2e3;
 
 /// Preconditioners for a body in this step, by its free axes.
@@ -45,7 +46,7 @@ pub(super) fn available<'a>(
 }
 
 fn use_of_factor(step: &StepContext, axes: f64) -> Option<Refresh> {
-    // Its time is not counted in iterations.
+    // The time of a factor is not counted in iterations.
     if step.budget.is_some() {
         return None;
     }

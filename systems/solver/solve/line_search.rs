@@ -7,7 +7,7 @@ use crate::systems::solver::scale_allowed;
 /// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
 const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
 
-/// Work of the imbalance along an increment, and the norm of the imbalance: what the line search compares.
+/// Merit of the line search: work of the imbalance along an increment, and the norm of the imbalance.
 fn merit(increment: &Increment, scratch: &SolverScratch) -> (f64, f64) {
     let rows = increment.delta.iter().zip(&scratch.residual).zip(&scratch.free);
     let guided = scratch.allowed.merit(&increment.delta, &scratch.residual);

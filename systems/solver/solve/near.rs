@@ -1,9 +1,9 @@
 //! Solves that stop early: by the error of positions, or because a step's iterations are used up.
 //!
-//! The energy norm of an error e bounds its motion: Σ m·|e|²/s² ≤ e·A·e, with equality for what inertia alone holds. So the root of its
+//! The energy norm of an error e bounds its motion: Σ m·|e|²/s² ≤ e·A·e, with equality for parts held by inertia alone. So the root of its
 //! estimate over that of moving all masses by one edge is no less than the mean error of positions, in edges. Conjugate gradients
 //! that stop leave a residual r, which does the work −x·r that no load has done. Scaled by x·b/x·A·x the answer of a guess does none,
-//! as that from zero: what then is lost of the energy is lost to the implicit step alone.
+//! as that from zero: any energy lost then is lost to the implicit step alone.
 
 use crate::components::{Increment, SolveResult, SolverScratch, TearDecisions};
 use crate::storage::Tips;
@@ -17,8 +17,8 @@ const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 /// A criterion near that of an advance, which the next step may reach.
 const NEAR: f64 = 0.9;
 
-/// Iterations that a solve may take, so that what is to come after it stays within the budget: an advance of a tear, and the second solve
-/// that decides on it.
+/// Iterations that a solve may take, so that the work to come after it stays within the budget: an advance of a tear, and the second
+/// solve that decides on it.
 pub(super) fn within_budget(
     step: &StepContext,
     result: &SolveResult,
@@ -32,7 +32,7 @@ pub(super) fn within_budget(
     })
 }
 
-/// Whether a tear is near by what the last step has decided. Where an edit has made that another mesh's, it is not known.
+/// Whether a tear is near by the decisions of the last step. Where an edit has made that another mesh's, it is not known.
 fn may_tear((tips, decisions): (&Tips, &TearDecisions)) -> bool {
     let is_near = decisions.tips.iter().flatten().any(|decision| decision.value > NEAR);
     is_near || decisions.tips.len() != tips.len() || decisions.start.is_some() || decisions.parting.is_some()
@@ -46,7 +46,7 @@ pub(super) fn motion_by_an_edge(operator: &Operator, scratch: &mut SolverScratch
     operator.inertia * mass * EDGE_SQUARED * area / triangles.len().max(1) as f64
 }
 
-/// Scales the answer along free axes so that what is left of the residual does no work along it.
+/// Scales the answer along free axes so that the residual left does no work along it.
 pub(super) fn scale_to_no_work(
     operator: &Operator,
     memory: &mut ProductMemory<'_>,

@@ -1,7 +1,8 @@
-//! More inertia for a further solve than the step has, where the one before led astray (Levenberg 1944; Marquardt 1963).
+//! Levenberg–Marquardt damping of Newton corrections (Levenberg 1944; Marquardt 1963): more inertia than the step has, after a
+//! correction that led astray.
 //!
 //! It is inertia that holds slack tissue, of which the tangent says nothing. A body that takes less than its answer gets masses that are
-//! four times as large. What it then does less than the equations of the step ask stays in the residual, whose work the energy guard
+//! four times as large. The shortfall against the equations of the step stays in the residual, whose work the energy guard
 //! counts.
 
 use crate::components::{Increment, SolverScratch};
@@ -23,7 +24,7 @@ pub(super) fn inertia(step: &StepContext, scratch: &mut SolverScratch) -> f64 {
     (elementary::powi(4.0, scratch.restraint) - 1.0) * step.inertia()
 }
 
-/// Leaves what the added inertia has kept the body from in the residual.
+/// Leaves the force of the added inertia in the residual.
 pub(super) fn leave(added: f64, vertices: &Vertices, increment: &mut Increment, scratch: &mut SolverScratch) {
     let SolverScratch { residual, free, .. } = scratch;
     parallel::for_rows(residual, |v, r| *r += free[v] * increment.delta[v] * (vertices.mass[v] * added));

@@ -1,4 +1,4 @@
-//! What an incomplete factor does in an iteration: the way down with L, the way up with its transpose, and the vector passes around them.
+//! Application of an incomplete factor: the forward sweep with L, the backward sweep with its transpose, and the vector passes around them.
 
 use super::super::cg::{Precondition, Vectors};
 use super::super::dissection::Dissection;

@@ -1,8 +1,8 @@
-//! Levels that follow edits: only what is near one is found anew.
+//! Levels that follow edits: only rows near one are found anew.
 //!
 //! Nodes stay nodes. A row that an edit has left without a node beside it becomes one, so that both sides of a tear
 //! have nodes of their own on all levels as it goes on. Weights and patterns are functions of the nodes and of the
-//! mesh: they are found anew where either has changed, and are what they would be if all were found anew with the same
+//! mesh: they are found anew where either has changed, and equal those of a full rebuild with the same
 //! nodes.
 
 use super::super::adjacency::neighbours;
@@ -18,11 +18,11 @@ use super::numbering::Numbering;
 use super::transfer::Transfer;
 use crate::storage::{Topology, Triangles, Vertices};
 
-/// What levels are made of anew, beside the mesh: as they follow edits, they are not a function of it.
+/// Data to remake levels from, beside the mesh: as they follow edits, they are not a function of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Choices {
-    /// What every level's numbering is made of.
+    /// Rows in chunks and chunk size of every level's numbering.
     numbering: Vec<[u32; 2]>,
     /// Per level but the last the rows that are nodes of the next.
     nodes: Vec<Vec<u32>>,
@@ -55,8 +55,8 @@ impl Hierarchy {
         (hierarchy.levels.len() == hierarchy.transfers.len() + 1).then_some(hierarchy)
     }
 
-    /// Brings the levels up to edits, or makes of their choices what belongs to it. `false` where all is to be found anew, and what is here
-    /// is of no use.
+    /// Brings the levels up to edits, or remakes the data that belongs to their choices. `false` where all is to be found anew, and the
+    /// present levels are of no use.
     pub(super) fn follow(
         &mut self,
         partition: &Partition,

@@ -17,7 +17,7 @@ pub(super) fn rebuild_pattern(coarse: &mut BlockPattern, fine: &BlockPattern, tr
     coarse.finish();
 }
 
-/// The same after edits: rows without any mark have the columns that they had.
+/// Updates the pattern of the coarser level after edits: rows without any mark have the columns that they had.
 pub(super) fn follow_pattern(coarse: &mut BlockPattern, fine: &BlockPattern, transfer: &Transfer, marks: &Marks) {
     let node_count = transfer.coarsening.row.len();
     coarse.renew(node_count, |node| !marks.is_any(node), |coarse, node| push_row(coarse, fine, transfer, node));

@@ -23,7 +23,7 @@ pub(super) const MOST_COARSEST: usize = 40;
 
 /// From this level on cycles are made twice, where there is a coarser one: all of them are a fiftieth of the finest. Of a sheet of 1.5
 /// million triangles with stiff fibres a solve to 1e-3 takes five iterations so instead of six (`rhexis bench targets --full
-/// "static linear"`). What one cycle leaves of a level is left of every one above it.
+/// "static linear"`). The error that one cycle leaves of a level is left of every one above it.
 const TWICE: usize = 3;
 
 /// A level's own right-hand side.
@@ -244,8 +244,8 @@ impl Hierarchy {
         if self.levels.len() > TWICE + 1 { TWICE } else { self.levels.len() }
     }
 
-    /// Two cycles from the level [`TWICE`] on, for its right-hand side; returns the scalar product of that with the answer. What two cycles
-    /// leave of an error, (1 − M·A)², is symmetric in the sense of A and positive as what one leaves.
+    /// Two cycles from the level [`TWICE`] on, for its right-hand side; returns the scalar product of that with the answer. The error
+    /// propagation of two cycles, (1 − M·A)², is symmetric in the sense of A and positive, as that of one.
     fn cycle_twice(&mut self) -> f64 {
         self.down(TWICE, OWN);
         self.end_cycle(TWICE);
@@ -255,7 +255,7 @@ impl Hierarchy {
         r.iter().zip(x).map(|(r, x)| dot(*r, *x)).sum()
     }
 
-    /// What comes after the part of a level in the first half of a cycle from it.
+    /// Remainder of a cycle from a level, after that level's part in the first half.
     fn end_cycle(&mut self, first: usize) {
         let last = self.levels.len() - 1;
         (first + 1..=last).for_each(|i| _ = self.down(i, OWN));
@@ -284,8 +284,8 @@ impl Hierarchy {
         product
     }
 
-    /// The same from the answer of a cycle: with x for that and y for what the sweep makes of it, (D + L)·y = r − U·x leaves the residual
-    /// −U·(y − x).
+    /// The part of a level in the first half of a cycle from the answer x of a cycle: with y for the result of the sweep,
+    /// (D + L)·y = r − U·x leaves the residual −U·(y − x).
     fn down_again(&mut self, i: usize) {
         let Self { levels, vectors, transfers, partials, .. } = self;
         let (fine, coarse) = vectors.split_at_mut(i + 1);
@@ -299,7 +299,7 @@ impl Hierarchy {
         transfers[i].restrict(left, &mut coarse[0].r);
     }
 
-    /// Its part in the second half.
+    /// The part of a level in the second half of a cycle.
     fn up(&mut self, i: usize, r: Option<&(impl Fn(usize) -> Vec4 + Sync)>) {
         let Self { levels, vectors, transfers, .. } = self;
         let (fine, coarse) = vectors.split_at_mut(i + 1);

@@ -37,13 +37,13 @@ pub(super) struct Level {
     /// Where the rows are on the rest surface, and whether at its boundary.
     pub places: Vec<Place>,
     pub is_boundary: Vec<bool>,
-    /// What sweeps read of a body in space, or of one in a plane.
+    /// Numbers read by the sweeps of a body in space, or of one in a plane.
     pub(super) solid: Sweeps<Block>,
     pub(super) flat: Sweeps<FlatBlock>,
     pub(super) is_flat: bool,
 }
 
-/// What sweeps read.
+/// Numbers read by the sweeps.
 #[derive(Debug, Default)]
 pub(super) struct Sweeps<B> {
     /// Blocks below the diagonal, where they are not the level's own.
@@ -61,9 +61,9 @@ pub(super) struct Vectors {
     pub r: Vec<Vec4>,
     /// Answer \[mm\].
     pub x: Vec<Vec4>,
-    /// What the forward sweep leaves of the right-hand side \[N\].
+    /// Residual that the forward sweep leaves of the right-hand side \[N\].
     pub left: Vec<Vec4>,
-    /// What the sweep of a second cycle adds to the answer of the first \[mm\].
+    /// Correction that the sweep of a second cycle adds to the answer of the first \[mm\].
     pub change: Vec<Vec4>,
 }
 
@@ -224,7 +224,7 @@ struct Blocks<'a, B> {
 }
 
 impl<B: Coefficient> Blocks<'_, B> {
-    /// `y` less what the columns before a row bring to it: those before the piece that begins at `start` are of the other colour.
+    /// `y` less the products of the columns before a row: those before the piece that begins at `start` are of the other colour.
     #[inline(always)]
     fn subtract_before(&self, mut y: Vec4, row: usize, start: usize, other: &[Vec4], x: &[Vec4]) -> Vec4 {
         let pattern = &self.level.pattern;
@@ -263,7 +263,7 @@ impl<B: Coefficient, R: Fn(usize) -> Vec4 + Sync> Kernel<Vec4, f64> for Forward<
     }
 }
 
-/// What a forward sweep leaves.
+/// Residual −U·x that a forward sweep leaves.
 struct Subtract<'a, B> {
     level: &'a Level,
     upper: &'a [B],

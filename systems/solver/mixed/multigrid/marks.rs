@@ -1,14 +1,14 @@
-//! What edits have reached, row by row of a level.
+//! Marks of the rows of a level that edits have reached.
 
 use super::super::empty;
 use super::super::pattern::BlockPattern;
 
-/// What a row is marked with.
+/// The mark of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Mark(u8);
 
 impl Mark {
-    /// Has other neighbours or stands elsewhere, or may: what depends on it is found anew.
+    /// Has other neighbours or stands elsewhere, or may: data that depends on it is found anew.
     pub(super) const STALE: Self = Self(1);
     /// Near an edit, too: may become a node. It follows from the edits and the levels as they are, not from those before.
     pub(super) const REACHED: Self = Self(3);
@@ -18,7 +18,7 @@ impl Mark {
         self.0 |= other.0;
     }
 
-    /// Without what marks more than what is to be found anew.
+    /// The mark reduced to [`STALE`](Self::STALE).
     pub(super) fn of_stale(self) -> Self {
         Self(self.0 & Self::STALE.0)
     }

@@ -3,7 +3,7 @@
 //!
 //! Coarse nodes are vertices of the mesh ([`coarsen`]), weights come from the rest shape and from distances along edges
 //! ([`interpolation`]), operators are PᵀAP ([`galerkin`]), smoothing is one Gauss–Seidel sweep before and its adjoint after
-//! ([`level`]). What a tear parts has no edge in common, and so no weights and no blocks: every side has nodes of its own, on all
+//! ([`level`]). The sides of a tear have no edge in common, and so no weights and no blocks: every side has nodes of its own, on all
 //! levels; as a tear goes on, the levels follow ([`follow`]).
 //!
 //! The cycle is that of the operator it was made for, all levels of it. It stays symmetric and positive however far the body has
@@ -137,7 +137,7 @@ impl Multigrid {
 
     /// After a solve that has reduced the residual to the part `gain` of itself.
     pub(super) fn has_served(&mut self, iterations: u32, gain: f64) {
-        // What is solved by its guess tells nothing.
+        // A solve that ends at its guess tells nothing.
         if iterations == 0 {
             return;
         }
@@ -150,7 +150,7 @@ impl Multigrid {
     }
 }
 
-/// How many powers of ten a residual has come down; what has not come down counts as having done so a little.
+/// How many powers of ten a residual has come down; one that has not come down counts as having done so a little.
 fn powers_of_ten(gain: f64) -> f64 {
     if gain > 0.0 { (-elementary::log10(gain)).clamp(0.1, 16.0) } else { 16.0 }
 }

@@ -10,7 +10,7 @@ const LEAST_SIZE: u32 = 1024;
 /// Fewer chunks than this are not worth it: the level is swept in one piece.
 const LEAST_COUNT: u32 = 4;
 
-/// The same as a power of two, and a power that is larger than every number of rows.
+/// [`LEAST_SIZE`] as a power of two, and a power that is larger than every number of rows.
 const LEAST_BITS: u32 = LEAST_SIZE.trailing_zeros();
 const ONE_PIECE: u32 = 31;
 
@@ -47,7 +47,7 @@ impl Numbering {
         (count.div_ceil(1 << bits) >= LEAST_COUNT).then_some(Self { count, base: count, first, bits })
     }
 
-    /// What [`of_kept`](Self::of_kept) makes it of anew: rows in chunks, and their size as a power of two.
+    /// Arguments that [`of_kept`](Self::of_kept) remakes the numbering from: rows in chunks, and their size as a power of two.
     pub(super) fn kept(&self) -> [u32; 2] {
         [self.base, self.bits]
     }

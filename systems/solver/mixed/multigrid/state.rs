@@ -1,4 +1,4 @@
-//! What a multigrid cycle is made of anew, to the same bits: levels follow from the mesh and the choice of their nodes, numbers of the
+//! Data to remake a multigrid cycle from, to the same bits: levels follow from the mesh and the choice of their nodes, numbers of the
 //! coarser ones from those of the finest.
 
 use super::follow::Choices;
@@ -32,7 +32,7 @@ struct Numbers {
 }
 
 impl Multigrid {
-    /// What a snapshot keeps. `is_current`: no edit has changed the triangles since the levels were brought up to them.
+    /// Snapshot state of multigrid. `is_current`: no edit has changed the triangles since the levels were brought up to them.
     pub(crate) fn state(&self, is_current: bool) -> MultigridState {
         let &Self { ref hierarchy, has_levels, is_used, has_numbers, served, rate, excess, strict, strictness } = self;
         let choices = has_levels.then(|| hierarchy.choices());

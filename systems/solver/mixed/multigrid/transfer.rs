@@ -1,4 +1,4 @@
-//! What one level hands to the next: which rows are its nodes, how the others hang on them.
+//! Transfer from one level to the next: which rows are its nodes, how the others hang on them.
 
 use super::super::empty;
 use super::super::pattern::BlockPattern;
@@ -71,7 +71,7 @@ impl Transfer {
         self.sort();
     }
 
-    /// After edits: finds the parts anew of rows two edges about those that are marked, as it takes for what rows have near them.
+    /// After edits: finds the parts anew of rows within two edges of marked ones, the range of the neighbourhoods that they depend on.
     /// Leaves marks on the nodes whose rows of the next level may have other columns.
     pub(super) fn follow(&mut self, pattern: &BlockPattern, places: &[Place], marks: &Marks, of_nodes: &mut Marks) {
         self.parts.resize(places.len(), Parts::default());
@@ -80,7 +80,7 @@ impl Transfer {
         self.stale.spread_from(&self.near, pattern);
         self.near.spread_from(&self.stale, pattern);
         for (parts, mark) in self.parts.iter().zip(self.near.iter()) {
-            // What is no more tells of what to find anew, not of where edits have been.
+            // A row that is gone tells which rows to find anew, not where edits have been.
             parts.iter().for_each(|(node, _)| of_nodes.add(node, mark.of_stale()));
         }
         let stale = &self.stale;
