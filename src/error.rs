@@ -15,11 +15,11 @@ use crate::systems::step::schedule::BadPlace;
 /// The result of a call that any of the engine's errors can end.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What kind of error it is: what a host does about it.
+/// Kind of an error, by the remedy of a host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// A mesh, component, setting or argument is refused: the message names it and what it must be. Nothing has changed.
+    /// A mesh, component, setting or argument is refused: the message names it and the allowed values. Nothing has changed.
     InvalidInput,
     /// There is no such body, tool, vertex, hold or system.
     NotFound,
@@ -89,7 +89,7 @@ impl std::fmt::Debug for Error {
 }
 
 impl Error {
-    /// What kind of error it is.
+    /// Kind of the error.
     pub fn kind(&self) -> ErrorKind {
         use ErrorKind::{Diverged, InvalidInput, NotFound, NotSolved, NothingDone, Threads};
         match self {

@@ -128,7 +128,7 @@ pub mod theory {
     pub mod sleep {}
     #[doc = include_str!("../docs/theory/criterion.md")]
     pub mod criterion {}
-    /// [what a tear pays]: crate::theory::advance#what-a-tear-pays
+    /// [energy paid by a tear]: crate::theory::advance#energy-paid-by-a-tear
     /// [starts]: crate::theory::starts
     #[doc = include_str!("../docs/theory/release.md")]
     pub mod release {}

@@ -111,7 +111,7 @@ impl StepContext {
         }
     }
 
-    /// This part of a step with so many more solves reserved after it.
+    /// This part of a step, with work for `solves` more reserved after it.
     pub fn before(self, solves: u32) -> Self {
         Self { reserved: self.reserved + solves, ..self }
     }

@@ -50,13 +50,13 @@ impl StepContext {
         self.budget.map(|budget| budget.saturating_sub(result.work).saturating_sub(reserved))
     }
 
-    /// Whether a body's budget is enough for so many more solves.
+    /// Whether a body's budget is enough for `solves` more solves.
     pub fn affords(&self, result: &SolveResult, solves: u32) -> bool {
         self.left(result).is_none_or(|left| left >= solves.saturating_mul(least(result)))
     }
 }
 
-/// Whether every body has enough left of its budget for so many more solves.
+/// Whether every body has enough left of its budget for `solves` more solves.
 pub fn all_afford(world: &mut hecs::World, step: &StepContext, solves: u32) -> bool {
     step.budget.is_none() || world.query_mut::<&SolveResult>().into_iter().all(|result| step.affords(result, solves))
 }

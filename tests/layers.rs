@@ -1,5 +1,7 @@
 //! The direction of dependencies, computed from the paths in the sources: what stands below knows nothing of what stands above.
 
+mod sources;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -46,18 +48,7 @@ struct Source {
 }
 
 fn rust_files(folder: &str) -> Vec<PathBuf> {
-    let mut pending = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)];
-    let mut files = Vec::new();
-    while let Some(path) = pending.pop() {
-        if path.is_dir() {
-            pending.extend(fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().path()));
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    assert!(!files.is_empty(), "{folder} holds no Rust file");
-    files
+    sources::files(folder, "rs")
 }
 
 /// The code of a file, its lines kept: without comments, and without the unit tests at its end.
@@ -68,7 +59,7 @@ fn code_of(file: &Path) -> String {
 }
 
 /// All files of the engine but those of unit tests.
-fn sources() -> Vec<Source> {
+fn engine() -> Vec<Source> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let files = rust_files("src").into_iter().chain(rust_files("systems"));
     let is_test = |file: &Path| file.file_stem().unwrap().to_str().unwrap().ends_with("_tests");
@@ -146,7 +137,7 @@ fn named(source: &Source) -> Vec<(usize, Vec<&str>)> {
 #[test]
 fn every_module_names_only_what_stands_below_it() {
     let (mut against, mut seen) = (Vec::new(), BTreeSet::new());
-    for source in sources() {
+    for source in engine() {
         let module: Vec<&str> = source.module.iter().map(String::as_str).collect();
         let own = place_of(&module).unwrap_or_else(|| panic!("{} has no place in ORDER", source.file.display()));
         for (line, path) in named(&source) {
@@ -186,4 +177,33 @@ fn threads_are_named_in_one_folder() {
     let files = rust_files("systems").into_iter().chain(rust_files("src"));
     let others = files.filter(|file| !file.parent().unwrap().ends_with("systems/parallel")).collect();
     assert_never_named(others, &["rayon::", "std::thread"], "threads belong to systems/parallel");
+}
+
+/// The words in backquotes of a text, in order.
+fn quoted(text: &str) -> Vec<&str> {
+    text.split('`').skip(1).step_by(2).collect()
+}
+
+/// The part of ARCHITECTURE.md under a heading.
+fn architecture<'a>(text: &'a str, heading: &str) -> &'a str {
+    let (_, rest) = text.split_once(&format!("\n## {heading}\n")).unwrap_or_else(|| panic!("no heading {heading}"));
+    rest.split("\n## ").next().unwrap_or_default()
+}
+
+#[test]
+fn the_architecture_page_lists_the_layers_and_the_stages() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(root.join("ARCHITECTURE.md")).unwrap();
+    let layers = architecture(&page, "Order of layers").split("\n\n").find(|part| part.starts_with('`')).unwrap();
+    assert_eq!(quoted(layers), ORDER, "ARCHITECTURE.md, Order of layers: list them as tests/layers.rs does");
+
+    let schedule = fs::read_to_string(root.join("systems/step/schedule.rs")).unwrap();
+    let (_, stages) = schedule.split_once("pub enum Stage {\n").unwrap();
+    let stages = stages.split("\n}").next().unwrap().lines().filter(|line| !line.contains("///"));
+    let mut stages: Vec<&str> = stages.map(|line| line.trim().trim_end_matches(',')).collect();
+    let rows = architecture(&page, "The step").lines().filter(|line| line.starts_with("| `"));
+    let mut listed: Vec<&str> = rows.flat_map(|row| quoted(row.split('|').nth(1).unwrap_or_default())).collect();
+    stages.sort_unstable();
+    listed.sort_unstable();
+    assert_eq!(listed, stages, "ARCHITECTURE.md, The step: a row for each stage of systems/step/schedule.rs");
 }

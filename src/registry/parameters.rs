@@ -35,7 +35,7 @@ macro_rules! parameters {
         }
 
         impl Parameters {
-            /// Those of an entity as it is.
+            /// Parameters of an entity as it is.
             pub fn of(world: &World, entity: Entity) -> Self {
                 let motion = world.get::<&Vertices>(entity).ok();
                 Self {

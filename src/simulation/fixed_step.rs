@@ -13,7 +13,7 @@ use hecs::Entity;
 ///
 /// let mut simulation = Simulation::new(Settings::default())?;
 /// let mut clock = FixedStep::new(5.0, 4)?;
-/// // In the loop, with what the last picture took:
+/// // In the loop, with the time of the last picture:
 /// for _ in 0..clock.steps_after(16.7)? {
 ///     // Tools are moved here.
 ///     simulation.step(clock.dt())?;

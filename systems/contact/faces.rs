@@ -28,7 +28,7 @@ const NEAR: f64 = 1e-6;
 /// Rounds in which triangles are put outside.
 const ROUNDS: u32 = 40;
 
-/// A corner is put no farther in a round than so many times the depth. Where all corners are free none has to go farther than
+/// Maximum shift of a corner in a round, in multiples of the depth. Where all corners are free none has to go farther than
 /// 1.4 times. But beside corners that are held, or in a plane that the normal stands off, the few free axes would have to go
 /// any distance.
 const LONGEST: f64 = 2.0;

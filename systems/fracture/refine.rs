@@ -17,11 +17,11 @@ use glam::DVec3;
 /// does not, so only thin triangles left by a tear are worth it.
 const FLIP: f64 = 0.244_346_095_279_206_1;
 
-/// Vertices are taken out from so many times the reach of refinement on, so that a tip that wavers does not see the mesh waver.
+/// Multiple of the reach of refinement from which vertices are removed, so that a tip that wavers does not see the mesh waver.
 const BEHIND: f64 = 1.5;
 /// Collapses leave no large triangle nearer than this multiple of the reach of refinement.
 const CLEAR: f64 = 1.25;
-/// Vertices that could not be taken out at so many times the reach stay for good, so that the list of those to look at stays short.
+/// Multiple of the reach at which vertices that could not be removed stay for good, so that the list of those to look at stays short.
 const FORGOTTEN: f64 = 5.0;
 
 /// Refines the bodies whose tips have gone on since they were last refined.

@@ -1,5 +1,5 @@
 //! Flips that raise the smallest angle (Lawson 1977), near recent edits and only where an angle is poor: a flip interpolates
-//! the state anew, so good triangles are left alone.
+//! the state again, so good triangles are left alone.
 
 use super::Cutter;
 use crate::math::{Orthotropic, SmallestAngle, Sym2, elementary};

@@ -24,7 +24,7 @@ pub struct NewTip {
 pub struct Slit {
     /// Rows of the vertices along it; the ones between tips are now doubled.
     pub path: SmallVec<[u32; 4]>,
-    /// Tips of the new tear. An end at a boundary is none.
+    /// Tips of the new tear; an end at a boundary has no tip.
     pub tips: SmallVec<[NewTip; 2]>,
     /// Smallest angle \[rad\] of the triangles whose shape has changed; π where it has changed none.
     pub smallest_angle: f64,

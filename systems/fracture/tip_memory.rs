@@ -77,7 +77,7 @@ impl<T: Laid> Kept<T> {
         &mut list[tip]
     }
 
-    /// Whether the domain has to be laid out anew; it counts as up to date from now on.
+    /// Whether the domain has to be rebuilt; it counts as up to date from now on.
     fn is_due(&mut self, vertex: u32, radius: f64, log: &EditLog) -> bool {
         let is_known = self.vertex == Some(vertex) && self.radius == radius;
         let is_due = !is_known || log.have_changed(self.laid.rows(), self.checked);

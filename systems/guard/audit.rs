@@ -3,7 +3,7 @@
 //! Six short systems. `begin` lets the last step stand; `refined` measures the mesh changes before the step; `membrane` and
 //! `loads` keep the forces of the last evaluation apart; `account` sums the terms when the iterations have ended; `edits`
 //! measures the changes by tears at fixed positions. Reactions, residual and nodal forces are those of the step itself; the
-//! scheme's works on the membrane are computed anew, triangle by triangle, so that an error in either leaves an imbalance.
+//! scheme's works on the membrane are recomputed triangle by triangle, so that an error in either leaves an imbalance.
 //!
 //! A dynamic step by backward Euler, the only formula that these terms are of, ends with
 //! M·(v₁ − v₀)/dt = f(x_k) − K·δ + loads + reactions − residual, linearised at its last evaluation x_k = x₁ − δ.

@@ -142,7 +142,7 @@ pub fn sum_chunks<T: Send, S: Copy + Default + Send + Sum>(
     sum_pieces(out, CHUNK, partials, kernel)
 }
 
-/// Runs a kernel on every piece of so many rows and adds up its results. `partials` is scratch; it grows once.
+/// Runs a kernel on every piece of `size` rows and adds up its results. `partials` is scratch; it grows once.
 pub fn sum_pieces<T: Send, S: Copy + Default + Send + Sum>(
     out: &mut [T],
     size: usize,
@@ -152,7 +152,7 @@ pub fn sum_pieces<T: Send, S: Copy + Default + Send + Sum>(
     sum_of(out, size, partials, |first, rows| run(kernel, first, rows))
 }
 
-/// Runs a kernel on every chunk of so many groups of four rows and adds up its results. `partials` is scratch; it grows once.
+/// Runs a kernel on every chunk of `count` groups of four rows and adds up its results. `partials` is scratch; it grows once.
 pub fn sum_x4<S: Copy + Default + Send + Sum>(count: usize, partials: &mut Vec<S>, kernel: &impl Kernel<(), S>) -> S {
     sum_pieces(&mut vec![(); count], CHUNK / DOUBLES, partials, kernel)
 }

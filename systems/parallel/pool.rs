@@ -62,7 +62,7 @@ impl Pool {
         }
     }
 
-    /// Runs a step of bodies with so many rows in the pool. Where these are worth sharing one more thread stays awake: loops of some ten
+    /// Runs a step of bodies with `rows` rows in the pool. Where these are worth sharing one more thread stays awake: loops of some ten
     /// microseconds follow each other, and to wake a thread takes as long as one of them.
     pub fn run_step<R: Send>(&self, rows: usize, f: impl FnOnce() -> R + Send) -> R {
         self.run(|| {

@@ -69,7 +69,7 @@ impl Limits {
         }
     }
 
-    /// Limits of a solve that stops by the squared energy norm of its error \[mJ\] alone, or after so many iterations.
+    /// Limits of a solve that stops by the squared energy norm of its error \[mJ\] alone, or after `iterations`.
     pub(super) fn by_energy(energy: f64, iterations: u32) -> Self {
         let residual_sq = f64::INFINITY;
         Self { residual_sq, energy, least_sq: 0.0, near: 0.0, iterations, end: None, stop: None }

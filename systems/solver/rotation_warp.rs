@@ -59,7 +59,7 @@ impl RotationWarp {
         });
     }
 
-    /// The part kept by a snapshot: the rotations are found anew.
+    /// The part kept by a snapshot: the rotations are recomputed.
     pub(super) fn state(&self) -> Self {
         Self { then: self.then.clone(), turns: Vec::new() }
     }

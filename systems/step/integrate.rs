@@ -94,7 +94,7 @@ pub fn resume(world: &mut hecs::World, step: &StepContext) -> usize {
         (Prescription<'a>, Option<&'a Planar>, Option<&'a TearDecisions>),
     );
     for ((vertices, increment, result, scratch), (prescription, planar, decisions)) in world.query_mut::<Query>() {
-        // The others keep what their last solve has come to.
+        // The others keep the result of their last solve.
         result.is_in_step &= !step.is_done(decisions);
         result.is_done = !result.is_in_step;
         if result.is_done {

@@ -1,38 +1,6 @@
-//! Scenes: mesh generators, mesh files, scene files and the catalog.
-//!
-//! A scene file is TOML in fixed units (mm, g, ms, hence N and MPa); [`schema`] describes every key. The shortest one:
-//!
-//! ```
-//! let text = r#"
-//! [scene]
-//! name = "strip"
-//!
-//! [run]
-//! dt = 10.0      # ms
-//! steps = 3
-//!
-//! [[bodies]]
-//! name = "tissue"
-//! planar = true
-//! mesh = { grid = { width = 30, height = 10, nx = 12, ny = 4 } }
-//! material = { young_fibre = 10, young_transverse = 1, poisson_major = 0.3, thickness = 0.1 }
-//! fibres = { degrees = 45 }
-//! holds = [
-//!     { name = "left", region = { x = 0 } },
-//!     { name = "right", region = { x = 30 }, move = { offset = [1.5, 0] }, curve = [[0, 0], [500, 1]] },
-//! ]
-//! "#;
-//! let mut instance = rhexis_scene::Scene::parse(text, "strip.toml")?.instantiate()?;
-//! while !instance.is_finished() {
-//!     instance.advance()?;
-//! }
-//! let reactions = instance.simulation.reactions(instance.bodies[0])?;
-//! assert!(reactions[1].1.x > 0.0);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
-//!
-//! Every error names the file, the line and how to mend it.
-
+//! [rhexis]: rhexis
+//! [schema]: schema
+#![doc = include_str!("../README.md")]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, unreachable_pub))]
 #![cfg_attr(not(test), warn(clippy::expect_used, clippy::panic, clippy::unreachable, clippy::unwrap_used))]
 

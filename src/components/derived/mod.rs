@@ -1,4 +1,4 @@
-//! *Derived*: values that each step writes anew.
+//! *Derived*: values that each step rewrites.
 
 pub(super) mod allowed;
 pub(super) mod evaluation;

@@ -24,7 +24,7 @@ pub struct SolveResult {
     pub is_done: bool,
     /// Whether the body takes part in this phase of the step: awake, and not done with a step that is resumed for others. Its increment
     /// then belongs to this step and to the mesh as it is.
-    pub is_in_step: bool,
+    pub(crate) is_in_step: bool,
     /// Whether Newton's iteration has reached its tolerance; of a linearly implicit step, whether the solve has an answer.
     pub has_converged: bool,
     /// Whether the exact tangent was indefinite and the rotated one took its place.

@@ -5,7 +5,7 @@ use crate::storage::Topology;
 use std::iter::once;
 use std::mem::take;
 
-/// The neighbours of all vertices, each once, which orders and patterns that are found anew ask for again and again. Scratch, in lists
+/// The neighbours of all vertices, each once, which every rebuild of orders and patterns reads many times. Scratch, in lists
 /// that only edits use beside.
 #[derive(Debug, Default)]
 pub(super) struct Adjacency {

@@ -170,7 +170,7 @@ impl MixedSolver {
         is_sized && (*followed == topology.log.now() || changed.next().is_none())
     }
 
-    /// Updates the data that depends on the triangles where they have changed: a tear changes few of them. An order that is found anew
+    /// Updates the data that depends on the triangles where they have changed: a tear changes few of them. An order that is rebuilt
     /// is dissected if it `is_cut`.
     fn follow(&mut self, mesh: (&Vertices, &Triangles, &Topology), is_cut: bool) {
         let (_, Triangles { corners, .. }, topology) = mesh;

@@ -46,7 +46,7 @@ fn instance(name: &str, threads: usize, is_portable: bool) -> Instance {
     document.scene().unwrap().instantiate().unwrap()
 }
 
-/// Scenes whose window ends after tears have advanced, and its steps.
+/// Scenes with the steps after which tears have advanced in them: their windows end there.
 const TORN: [(&str, usize); 8] = [
     ("capsulorhexis", 240),
     ("capsulorhexis-runout", 240),
@@ -59,15 +59,13 @@ const TORN: [(&str, usize); 8] = [
 ];
 
 /// Steps of a scene's window; static steps are long ones.
-fn steps(name: &str, instance: &Instance) -> usize {
-    let torn = TORN.iter().find(|(torn, _)| *torn == name).map(|(_, steps)| *steps);
-    let wanted = match (instance.run.mode, instance.bodies.len()) {
-        _ if torn.is_some() => torn.unwrap_or_default(),
+fn steps(torn: Option<usize>, instance: &Instance) -> usize {
+    let wanted = torn.unwrap_or(match (instance.run.mode, instance.bodies.len()) {
         (Mode::Static, _) => 1,
         // Many bodies, or large ones.
         (Mode::Dynamic, 2..) => 4,
         (Mode::Dynamic, _) => 30,
-    };
+    });
     wanted.min(instance.run.steps as usize)
 }
 
@@ -84,15 +82,16 @@ fn any_number_of_threads_any_instructions_and_a_way_back_give_the_golden_bits() 
     let mut found = BTreeMap::new();
     for entry in CATALOG {
         let mut first = instance(entry.name, 1, false);
-        let steps = steps(entry.name, &first);
+        let torn = TORN.iter().find(|(name, _)| *name == entry.name).map(|(_, steps)| *steps);
+        let steps = steps(torn, &first);
         let half = steps / 2;
         go(&mut first, half);
         let snapshot = first.simulation.snapshot();
         let hash = go(&mut first, steps - half);
-        if TORN.iter().any(|(name, _)| *name == entry.name) {
-            let torn: f64 = first.simulation.world().query::<&TearLog>().iter().map(|log| log.area).sum();
+        if torn.is_some() {
+            let area: f64 = first.simulation.world().query::<&TearLog>().iter().map(|log| log.area).sum();
             assert!(
-                torn > 0.0,
+                area > 0.0,
                 "{}: nothing has torn in {steps} steps, so that its bits tell nothing of tears",
                 entry.name
             );

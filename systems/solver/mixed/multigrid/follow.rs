@@ -1,8 +1,8 @@
-//! Levels that follow edits: only rows near one are found anew.
+//! Levels that follow edits: only rows near one are recomputed.
 //!
 //! Nodes stay nodes. A row that an edit has left without a node beside it becomes one, so that both sides of a tear
 //! have nodes of their own on all levels as it goes on. Weights and patterns are functions of the nodes and of the
-//! mesh: they are found anew where either has changed, and equal those of a full rebuild with the same
+//! mesh: they are recomputed where either has changed, and equal those of a full rebuild with the same
 //! nodes.
 
 use super::super::adjacency::neighbours;
@@ -55,7 +55,7 @@ impl Hierarchy {
         (hierarchy.levels.len() == hierarchy.transfers.len() + 1).then_some(hierarchy)
     }
 
-    /// Brings the levels up to edits, or remakes the data that belongs to their choices. `false` where all is to be found anew, and the
+    /// Brings the levels up to edits, or remakes the data that belongs to their choices. `false` where a full rebuild is needed, and the
     /// present levels are of no use.
     pub(super) fn follow(
         &mut self,

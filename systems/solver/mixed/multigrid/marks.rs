@@ -8,7 +8,7 @@ use super::super::pattern::BlockPattern;
 pub(super) struct Mark(u8);
 
 impl Mark {
-    /// Has other neighbours or stands elsewhere, or may: data that depends on it is found anew.
+    /// Has other neighbours or stands elsewhere, or may: data that depends on it is recomputed.
     pub(super) const STALE: Self = Self(1);
     /// Near an edit, too: may become a node. It follows from the edits and the levels as they are, not from those before.
     pub(super) const REACHED: Self = Self(3);

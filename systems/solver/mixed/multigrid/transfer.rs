@@ -71,7 +71,7 @@ impl Transfer {
         self.sort();
     }
 
-    /// After edits: finds the parts anew of rows within two edges of marked ones, the range of the neighbourhoods that they depend on.
+    /// After edits: recomputes the parts of rows within two edges of marked ones, the range of the neighbourhoods that they depend on.
     /// Leaves marks on the nodes whose rows of the next level may have other columns.
     pub(super) fn follow(&mut self, pattern: &BlockPattern, places: &[Place], marks: &Marks, of_nodes: &mut Marks) {
         self.parts.resize(places.len(), Parts::default());
@@ -80,7 +80,7 @@ impl Transfer {
         self.stale.spread_from(&self.near, pattern);
         self.near.spread_from(&self.stale, pattern);
         for (parts, mark) in self.parts.iter().zip(self.near.iter()) {
-            // A row that is gone tells which rows to find anew, not where edits have been.
+            // A row that is gone tells which rows to recompute, not where edits have been.
             parts.iter().for_each(|(node, _)| of_nodes.add(node, mark.of_stale()));
         }
         let stale = &self.stale;
