@@ -10,7 +10,7 @@ use std::process::Command;
 const MOST: [usize; 2] = [15, 70];
 
 /// Licences that go with MIT or Apache-2.0 in source and in programs.
-const LICENCES: [&str; 12] = [
+const LICENCES: [&str; 13] = [
     "0BSD",
     "Apache-2.0",
     "Apache-2.0 WITH LLVM-exception",
@@ -20,6 +20,7 @@ const LICENCES: [&str; 12] = [
     "CC0-1.0",
     "ISC",
     "MIT",
+    "MIT-0",
     "Unicode-3.0",
     "Unlicense",
     "Zlib",

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks the plugin without a window: ./check.sh [--lint | --trainer]. Formatting and headless tests.
+# Checks the plugin without a window: ./check.sh [--lint | --trainer]. Headless tests.
 # --lint adds clippy, which compiles Bevy's part a second time. --trainer adds that of the examples with a window as well, for which a good
 # part of Bevy is compiled, and which wants the headers of libudev, libasound2 and libxkbcommon on Linux.
 set -euo pipefail
@@ -14,8 +14,6 @@ took() {
     started=$SECONDS
 }
 
-"${cargo[@]}" fmt --check
-took "formatting"
 "${cargo[@]}" test --locked --features gizmos
 took "headless tests"
 if [ -n "${1:-}" ]; then

@@ -17,12 +17,12 @@ if [ -z "${DISPLAY:-}" ]; then
     command -v xvfb-run >/dev/null 2>&1 || missing "xvfb-run" "your system's packages xvfb and mesa-vulkan-drivers"
     run=(xvfb-run --auto-servernum --server-args "-screen 0 1280x800x24")
 fi
-cargo build --locked --features trainer --example trainer
+cargo build --release --locked --features trainer --example trainer
 mkdir -p "$pictures"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 # The recording is left where the trainer runs.
-(cd "$work" && "${run[@]}" "$CARGO_TARGET_DIR/debug/examples/trainer" --script "$work")
+(cd "$work" && "${run[@]}" "$CARGO_TARGET_DIR/release/examples/trainer" --script "$work")
 for picture in "$work"/*.png; do
     # As few colours as do not show: half the size.
     convert "$picture" -dither None -colors 255 "png8:$pictures/$(basename "$picture")"

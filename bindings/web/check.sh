@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Builds and tests the browser part: `check.sh [SCREENSHOTS]`. The bits in Node and natively, the types, the page in headless Chromium.
-# By the module with SIMD, which is built soon; RHEXIS_BITS=all takes the plain one too.
+# Builds and tests the browser part: `check.sh [--bits | --page] [SCREENSHOTS]`. The bits in Node and natively, the types, the page in headless
+# Chromium; --bits leaves out the page, --page all but the page. By the module with SIMD, which is built soon; RHEXIS_BITS=all takes the plain
+# one too.
 set -euo pipefail
 cd "$(dirname "$0")"
 root=$(cd ../.. && pwd)
@@ -8,8 +9,15 @@ read -ra cargo <<<"${RHEXIS_CARGO:-cargo}"
 # Built soon rather than for speed; the bits are the same.
 export CARGO_PROFILE_RELEASE_DEBUG=false CARGO_PROFILE_RELEASE_LTO=off CARGO_INCREMENTAL=0
 
+bits=true page=true
+case "${1:-}" in
+    --bits) page=false ;;
+    --page) bits=false ;;
+esac
+if ! $bits || ! $page; then shift; fi
+
 # The target for WebAssembly and the npm packages are fetched by build.sh; the browser is where whoever runs this may install it.
-if [ -z "${RHEXIS_CHROMIUM:-}" ] && ! command -v chromium chromium-browser google-chrome >/dev/null 2>&1; then
+if $page && [ -z "${RHEXIS_CHROMIUM:-}" ] && ! command -v chromium chromium-browser google-chrome >/dev/null 2>&1; then
     if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
         apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium
     else
@@ -29,13 +37,20 @@ took "module and page"
 # Not with the whole workspace, in which other packages ask for the engine's feature `direct`, whose factors give other bits; with the two packages
 # of the gate's tests without it, so that the engine is built for both once.
 native=(--release --locked --manifest-path "$root/Cargo.toml" --package rhexis --package rhexis-scene --package rhexis-web)
-"${cargo[@]}" build "${native[@]}" --example replay_recording
-"${cargo[@]}" test "${native[@]}" --test bits
-took "the native side"
-
-npx --no-install tsc --noEmit --strict --target es2022 --module nodenext --moduleResolution nodenext --lib es2022,dom,esnext.disposable test/types.ts
-node --test --test-reporter=spec test/bits.test.mjs test/node.test.mjs
-took "types, bits and the package"
-export RHEXIS_REPLAY=${CARGO_TARGET_DIR:-$root/target}/release/examples/replay_recording
-node test/browser.mjs "$@"
-took "the page"
+if $bits; then
+    "${cargo[@]}" test "${native[@]}" --test bits
+    took "the native side"
+    npx --no-install tsc --noEmit --strict --target es2022 --module nodenext --moduleResolution nodenext --lib es2022,dom,esnext.disposable test/types.ts
+    # Half of the scenes on each of two cores.
+    RHEXIS_SHARE=0/2 node --test --test-reporter=spec test/bits.test.mjs &
+    other=$!
+    RHEXIS_SHARE=1/2 node --test --test-reporter=spec test/bits.test.mjs test/node.test.mjs
+    wait "$other"
+    took "types, bits and the package"
+fi
+if $page; then
+    "${cargo[@]}" build "${native[@]}" --example replay_recording
+    export RHEXIS_REPLAY=${CARGO_TARGET_DIR:-$root/target}/release/examples/replay_recording
+    node test/browser.mjs "$@"
+    took "the page"
+fi

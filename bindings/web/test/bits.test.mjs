@@ -1,6 +1,7 @@
 // The same bits as natively: every scene of the catalog against `crates/rhexis-scene/tests/golden/hashes.txt`, whose native test takes any number
 // of threads, wide and portable instructions; and the runs of `plan.json`, whose native test is `tests/bits.rs`.
-// `node --test test/bits.test.mjs` after build.sh takes the module with SIMD; RHEXIS_BITS=all takes the plain one too.
+// `node --test test/bits.test.mjs` after build.sh takes the module with SIMD; RHEXIS_BITS=all takes the plain one too,
+// RHEXIS_SHARE=0/2 the first half of the runs and 1/2 the other.
 
 import test from "node:test";
 import assert from "node:assert/strict";
@@ -13,11 +14,14 @@ const golden = await readFile(new URL("../../../crates/rhexis-scene/tests/golden
 const scenes = [...golden.matchAll(/^any (\S+) (\d+) ([0-9a-f]{16})$/gm)].map(([, scene, steps, hash]) => ({ scene, steps: Number(steps), hash }));
 const plan = JSON.parse(await readFile(new URL("plan.json", import.meta.url)));
 
+const [share, shares] = (process.env.RHEXIS_SHARE ?? "0/1").split("/").map(Number);
+const entries = [...scenes, ...plan].filter((_, index) => index % shares === share);
+
 const known = new Set();
 for (const flavour of flavours) {
   const engine = await load({ simd: flavour === "simd" });
   engine.catalog().forEach(({ name }) => known.add(name));
-  for (const entry of [...scenes, ...plan]) {
+  for (const entry of entries) {
     test(`${flavour}: ${entry.scene}${entry.hand ? " by hand" : ""}, ${entry.steps} steps`, () => {
       assert.equal(engine.flavour, flavour);
       const world = run(engine, entry);
