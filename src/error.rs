@@ -80,6 +80,9 @@ pub enum Error {
     Snapshot(#[from] SnapshotError),
     /// Of a replay.
     Replay(#[from] ReplayError),
+    /// Of a component asked of the world.
+    #[error("{0}: spawn the entity, or set the component, before it is asked for")]
+    Component(#[from] hecs::ComponentError),
 }
 
 impl std::fmt::Debug for Error {
@@ -116,7 +119,8 @@ impl Error {
             | Self::Motion(MotionError::NoSuchBody)
             | Self::Set(SetError::NoSuchEntity)
             | Self::Haptic(HapticError::NoSuchBody | HapticError::NoSuchVertex(_) | HapticError::NotClosed(_))
-            | Self::Place(BadPlace::NoSuchSystem { .. }) => NotFound,
+            | Self::Place(BadPlace::NoSuchSystem { .. })
+            | Self::Component(_) => NotFound,
             Self::Haptic(HapticError::NoAnswer(_)) => NotSolved,
             Self::Snapshot(error) | Self::Replay(ReplayError::Start(error)) => kind_of_snapshot(error),
             Self::Replay(ReplayError::Diverged { .. }) => Diverged,
@@ -158,6 +162,7 @@ mod tests {
         let kinds = [
             (Error::from(BadCurve::Empty), ErrorKind::InvalidInput),
             (Error::from(CutError::NothingThere), ErrorKind::NothingDone),
+            (Error::from(hecs::ComponentError::NoSuchEntity), ErrorKind::NotFound),
             (Error::from(SnapshotError::Damaged), ErrorKind::Unreadable),
             (Error::from(ReplayError::Start(SnapshotError::Damaged)), ErrorKind::Unreadable),
             (Error::from(SimulationError::NoLinearAnswer { time: 0.0, residual: 1.0 }), ErrorKind::NotSolved),

@@ -91,6 +91,11 @@ pub use error::{Error, ErrorKind, Result};
 pub use systems::step::schedule;
 pub use {glam, hecs};
 
+/// Compiles the Rust of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
+
 // Of two definitions of a link the first counts: here the module, in the file the chapter beside it.
 /// [elasticity]: crate::theory::elasticity
 /// [fibres]: crate::theory::fibres

@@ -1,8 +1,8 @@
 //! Items that most programs embedding the engine use: `use rhexis::prelude::*;`.
 
 pub use crate::components::{
-    Attributes, Bending, Changes, Contact, Curve, Damping, EnergyCriterion, Fibres, Grasp, Gravity, Hold, Jaws,
-    Material, Motion, Obstacle, Pose, Pressure, Refinement, Shape, Slip, TearLog, Tearing,
+    Attributes, Bending, Changes, Contact, Curve, Damping, EnergyCriterion, Fibres, Forceps, Grasp, Gravity, Hold,
+    Jaws, Material, Motion, Obstacle, Pose, Pressure, Refinement, Shape, Slip, TearLog, Tearing,
 };
 pub use crate::error::{Error, ErrorKind};
 pub use crate::event::{Event, EventKind};

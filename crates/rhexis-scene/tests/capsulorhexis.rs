@@ -1,6 +1,6 @@
 //! The lead scene runs to its end. The tear follows the circle, closes on itself and frees the disc, on a mesh that is
 //! refined around its tips and coarsened behind them. Drawn outwards it runs out to the rim. Whatever the hand does, one of
-//! the two happens. The ignored tests make the tables of `docs/capsulorhexis.md`.
+//! the two happens. Ignored tests print tables of `docs/capsulorhexis.md` whose runs no scene file has.
 
 use glam::DVec3;
 use rhexis::components::{Bending, EnergyCriterion, Grips, PreStretch, Refined, TearDecisions, TearLog, Tearing};
@@ -220,7 +220,7 @@ fn what_tips_remember_of_their_discs_follows_every_edit() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture time_step"]
+#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored time_step"]
 fn diameter_and_force_are_those_of_every_mesh_and_time_step() {
     let mut diameters = Vec::new();
     let mut forces = Vec::new();
@@ -233,7 +233,6 @@ fn diameter_and_force_are_those_of_every_mesh_and_time_step() {
             format!("run.dt={dt}"),
         ];
         let (figures, _) = run(&mut instance("capsulorhexis", &size));
-        println!("| {triangles} | {dt} | {} |", row(&figures));
         diameters.push(figures.opening.unwrap().diameter);
         forces.push(figures.force_rms);
     }
@@ -244,18 +243,6 @@ fn diameter_and_force_are_those_of_every_mesh_and_time_step() {
     // Half of the range over the middle.
     assert!(spread(&diameters) <= 0.03, "{diameters:?}");
     assert!(spread(&forces) <= 0.1, "{forces:?}");
-}
-
-#[test]
-#[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture ages"]
-fn the_ages() {
-    for age in ["child", "40y", "60y", "80y"] {
-        let mut sets = sets(&FEW);
-        sets.push(format!("scene.preset={age}"));
-        let (figures, _) = run(&mut instance("capsulorhexis", &sets));
-        println!("| {age} | {} |", row(&figures));
-        assert_ne!(figures.outcome, Outcome::Unfinished, "{age}");
-    }
 }
 
 /// A hand that errs: another place and pull at each grasp, and a sway by up to 0.15 mm with a period of some seconds.

@@ -9,6 +9,7 @@ pub mod pvd;
 mod shape;
 pub mod surface;
 pub mod vtu;
+pub mod vtu_read;
 
 pub use gltf::write_gltf;
 pub use picture::{PictureSettings, View, render};
@@ -17,3 +18,4 @@ pub use rhexis_scene::output::OutputError;
 pub(crate) use rhexis_scene::output::file;
 pub use surface::{write_obj, write_ply};
 pub use vtu::write_vtu;
+pub use vtu_read::{VtuError, read_vtu};

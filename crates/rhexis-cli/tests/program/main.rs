@@ -23,3 +23,4 @@ mod sweeps;
 mod told;
 mod turns;
 mod verify;
+mod vtu;

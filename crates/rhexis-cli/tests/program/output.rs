@@ -1,4 +1,4 @@
-//! Pictures and ParaView files of invented bodies: what is written is what was given, and hostile content is refused.
+//! Pictures and lists of ParaView files of invented bodies: what is written is what was given, and hostile content is refused.
 //! The pictures stay in `target/tmp` to be looked at.
 
 use crate::bodies::{Sheet, cap, sheet};
@@ -8,8 +8,6 @@ use rhexis_cli::output::{OutputError, PictureSettings, PvdWriter, View, render, 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use tiny_skia::Pixmap;
-use vtkio::Vtk;
-use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, VertexNumbers};
 
 fn picture_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
@@ -176,77 +174,6 @@ fn hostile_values_are_drawn_without_panic() {
     body.positions.iter_mut().for_each(|x| x.y = 0.0);
     render(&picture_path("hostile.png"), &body, &PictureSettings { size: [200, 160], ..PictureSettings::default() })
         .unwrap();
-}
-
-fn read(path: &Path) -> UnstructuredGridPiece {
-    let DataSet::UnstructuredGrid { pieces, .. } = Vtk::import(path).unwrap().data else {
-        panic!("another kind of data")
-    };
-    match pieces.into_iter().next() {
-        Some(Piece::Inline(piece)) => *piece,
-        other => panic!("{other:?}"),
-    }
-}
-
-fn array(attributes: &[Attribute], name: &str, components: usize) -> Vec<f64> {
-    match attributes.iter().find(|a| a.name() == name) {
-        Some(Attribute::DataArray(a)) => {
-            assert_eq!(a.num_comp(), components, "{name}");
-            a.data.clone().into_vec::<f64>().unwrap()
-        }
-        other => panic!("{name}: {other:?}"),
-    }
-}
-
-/// Files hold all 64 bits, so equality is exact.
-#[test]
-fn a_vtu_file_reads_back_as_it_was() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("body.vtu");
-    let body = sheet().body;
-    write_vtu(&path, &body).unwrap();
-    let piece = read(&path);
-
-    let flat = |v: &[DVec3]| v.iter().flat_map(|x| x.to_array()).collect::<Vec<f64>>();
-    assert_eq!(piece.points.into_vec::<f64>().unwrap(), flat(&body.positions));
-    let VertexNumbers::XML { connectivity, offsets } = piece.cells.cell_verts else { panic!("legacy cells") };
-    assert_eq!(connectivity, body.triangles.iter().flatten().map(|&v| u64::from(v)).collect::<Vec<_>>());
-    assert_eq!(offsets.last(), Some(&(3 * body.triangles.len() as u64)));
-
-    let moved: Vec<DVec3> = body.positions.iter().zip(&body.rest_positions).map(|(x, r)| *x - *r).collect();
-    assert_eq!(array(&piece.data.point, "displacement", 3), flat(&moved));
-    let cell = &piece.data.cell;
-    assert_eq!(array(cell, "fibre", 3), flat(&body.fibres));
-    assert_eq!(array(cell, "criterion", 1), body.criterion);
-    let principal: Vec<f64> = body.principal_stress.iter().flat_map(|p| p.to_array()).collect();
-    assert_eq!(array(cell, "principal_stress", 2), principal);
-    // By rows: component 3·i + j is row i, column j.
-    let stress = array(cell, "stress", 9);
-    for (t, s) in body.stress.iter().enumerate() {
-        for i in 0..3 {
-            for j in 0..3 {
-                assert_eq!(stress[9 * t + 3 * i + j], s.col(j)[i]);
-            }
-        }
-    }
-}
-
-#[test]
-fn a_body_without_content_gives_a_readable_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("empty.vtu");
-    write_vtu(&path, &BodyFrame::default()).unwrap();
-    assert_eq!(read(&path).num_points(), 0);
-    // VTK refuses a piece without counts, though vtkio reads it.
-    assert!(std::fs::read_to_string(&path).unwrap().contains("NumberOfCells=\"0\""));
-
-    let mut body = sheet().body;
-    body.criterion.clear();
-    body.stress[4].x_axis.x = f64::NAN;
-    write_vtu(&path, &body).unwrap();
-    let piece = read(&path);
-    assert!(piece.data.cell.iter().all(|a| a.name() != "criterion"));
-    assert!(array(&piece.data.cell, "stress", 9)[36].is_nan());
 }
 
 #[test]

@@ -22,6 +22,31 @@ fn library_example_is_the_tested_one() {
     );
 }
 
+/// Documents with Rust: compiled with a crate's docs, or held to an example by a test.
+const COMPILED: [&str; 3] = ["README.md", "bindings/bevy/README.md", "crates/rhexis-scene/README.md"];
+
+#[test]
+fn rust_in_documents_is_compiled() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut pending = vec![root.clone()];
+    while let Some(path) = pending.pop() {
+        let name = path.strip_prefix(&root).unwrap().to_string_lossy().into_owned();
+        if path.is_dir() {
+            let is_made = ["target", "node_modules", ".git"].iter().any(|folder| path.ends_with(folder));
+            let inner = fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().path());
+            pending.extend(inner.filter(|inner| !is_made && !inner.is_symlink()));
+        } else if name.ends_with(".md") {
+            let text = fs::read_to_string(&path).unwrap();
+            let mut blocks = text.lines().filter(|line| line.trim_start().starts_with("```rust"));
+            assert!(
+                blocks.clone().next().is_none() || COMPILED.contains(&name.as_str()),
+                "{name} has Rust that nothing compiles"
+            );
+            assert!(blocks.all(|line| line.trim() == "```rust"), "{name} has Rust that is not compiled as it stands");
+        }
+    }
+}
+
 #[test]
 fn linked_files_exist() {
     let readme = read("README.md");

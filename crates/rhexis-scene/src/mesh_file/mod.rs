@@ -191,6 +191,28 @@ pub fn read_with(path: &Path, reading: &Reading) -> Result<MeshFile, MeshFileErr
     parse(path, bytes(path)?, path.parent(), reading)
 }
 
+/// A grid of triangles as its file has it: nothing is joined, turned or dropped.
+#[derive(Clone, Debug, Default)]
+pub struct Grid {
+    /// Its points \[mm\].
+    pub positions: Vec<DVec3>,
+    /// Corners of the triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// The arrays asked for, with a row for each point or cell of the file.
+    pub arrays: Vec<Array>,
+}
+
+/// Reads a VTK XML grid (.vtu), with the arrays of these names that it has.
+///
+/// # Errors
+/// Where the file cannot be read or does not follow its format.
+pub fn read_grid(path: &Path, names: &[&str]) -> Result<Grid, MeshFileError> {
+    let wanted = Wanted { names: names.to_vec(), ..Wanted::default() };
+    let draft = encoding::unwrapped(bytes(path)?).and_then(|bytes| vtk_xml::parse(bytes, &wanted));
+    let Draft { positions, triangles, arrays, .. } = draft.map_err(|fault| malformed(path, fault))?;
+    Ok(Grid { positions, triangles, arrays })
+}
+
 /// The surface that a file of this name and content holds: for meshes from an archive or a network. `name` gives the format and
 /// stands in errors; nothing is opened. Bytes from anywhere may be given: memory is bounded by a multiple of their number.
 ///

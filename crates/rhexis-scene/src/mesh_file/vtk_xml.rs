@@ -82,6 +82,13 @@ fn fault_at(node: Node, what: impl std::fmt::Display) -> Fault {
     Fault::at(line_of(node.document().input_text().as_bytes(), node.range().start), what)
 }
 
+/// A fault of an array, with its name or that of the element around it.
+fn array_fault(array: Node, what: impl std::fmt::Display) -> Fault {
+    let around = || array.parent_element().map(|parent| parent.tag_name().name());
+    let name = array.attribute("Name").or_else(around).unwrap_or_default();
+    fault_at(array, format!("array {name:?}: {what}"))
+}
+
 /// How the file encodes its numbers.
 struct File<'a> {
     appended: &'a [u8],
@@ -222,7 +229,7 @@ impl<'a> File<'a> {
             Some(length) if length == numbers.len() => Ok(numbers),
             _ => {
                 let what = format!("{} numbers where {expected} × {components} belong; save again", numbers.len());
-                Err(fault_at(array, what))
+                Err(array_fault(array, what))
             }
         }
     }
@@ -262,7 +269,7 @@ impl<'a> File<'a> {
                     count if (1..=9).any(|components| numbers.len() == components * count) => numbers.len() / count,
                     _ => {
                         let what = format!("{} numbers for {count} rows; save again", numbers.len());
-                        return Err(fault_at(node, what));
+                        return Err(array_fault(node, what));
                     }
                 };
                 let place =
@@ -278,8 +285,9 @@ impl<'a> File<'a> {
                 // Rows of pieces without the array count as numbers of the file.
                 let missing = (components * first).saturating_sub(array.values.len());
                 let left = self.budget.get().checked_sub(size_of::<f64>() * missing);
-                self.budget
-                    .set(left.ok_or_else(|| fault_at(node, "more arrays than a file of this size holds; save again"))?);
+                self.budget.set(
+                    left.ok_or_else(|| array_fault(node, "more numbers than a file of this size holds; save again"))?,
+                );
                 array.values.resize(components * first, f64::NAN);
                 array.values.extend(numbers);
             }
@@ -294,7 +302,7 @@ impl<'a> File<'a> {
     }
 
     fn numbers(&self, array: Node) -> Result<Vec<f64>, Fault> {
-        let refuse = |what: &str| fault_at(array, format!("{what}; save the file again"));
+        let refuse = |what: &str| array_fault(array, format!("{what}; save the file again"));
         let text = array.text().unwrap_or_default();
         let bytes = match array.attribute("format") {
             Some("ascii") | None => {
@@ -305,7 +313,7 @@ impl<'a> File<'a> {
             Some("appended") => self.appended_array(array),
             Some(_) => None,
         };
-        let bytes = bytes.ok_or_else(|| refuse("the array's data are broken or cut off"))?;
+        let bytes = bytes.ok_or_else(|| refuse("its data are broken or cut off"))?;
         macro_rules! read {
             ($type:ty) => {{
                 let (numbers, rest) = bytes.as_chunks::<{ size_of::<$type>() }>();
@@ -328,7 +336,7 @@ impl<'a> File<'a> {
             "UInt8" => read!(u8),
             _ => None,
         };
-        numbers.ok_or_else(|| refuse("the array's type does not fit its data"))
+        numbers.ok_or_else(|| refuse("its type does not fit its data"))
     }
 
     fn appended_array(&self, array: Node) -> Option<Rc<Vec<u8>>> {

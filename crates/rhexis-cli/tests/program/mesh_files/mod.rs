@@ -124,8 +124,12 @@ fn faults_name_file_line_and_cure() {
         ("a.vtk", VTK.replace("0 2 0\n", "0 0 0\n"), "a.vtk: the fibre [0, 0, 0] of triangle 1"),
         ("a.vtu", VTU.replace("</Cells>", "</Cell>"), "a.vtu:10: "),
         ("a.vtu", VTU.replace("3 6<", "3 7<"), "a.vtu:3: the cell offsets and the connectivity do not fit"),
-        ("a.vtu", VTU.replace("Points=\"4\"", "Points=\"4000000000\""), "a.vtu:5: 12 numbers where 4000000000"),
-        ("a.vtu", VTU.replace("1 1 0.25", "1 1 x"), "a.vtu:5: \"x\" is not a number"),
+        (
+            "a.vtu",
+            VTU.replace("Points=\"4\"", "Points=\"4000000000\""),
+            "a.vtu:5: array \"Points\": 12 numbers where 4000000000",
+        ),
+        ("a.vtu", VTU.replace("1 1 0.25", "1 1 x"), "a.vtu:5: array \"Points\": \"x\" is not a number"),
         ("a.vtu", VTU.replace("5 5", "5 22"), "a.vtu:3: cell 1: VTK cell type 22"),
         (
             "a.vtu",
