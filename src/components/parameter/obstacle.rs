@@ -118,7 +118,7 @@ impl ObstaclePath {
 /// Where an obstacle was at the start of the step, so that none passes through a body unchecked. *Derived.*
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Swept {
+pub struct ObstacleMotion {
     /// Shape of the obstacle at the start of the step.
     pub from: Shape,
     /// The rotation from there to where it is now, if it is turned.
@@ -128,7 +128,7 @@ pub struct Swept {
 /// The friction of an obstacle on bodies in the last step. *Derived.*
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Rubbing {
+pub struct FrictionState {
     /// Force on each body that it rubs \[N\], by the body's [`order`](crate::components::Body::order).
     pub forces: Vec<(u32, DVec3)>,
 }
