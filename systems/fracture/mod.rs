@@ -224,7 +224,7 @@ pub struct End {
     pub freed: Option<usize>,
 }
 
-/// Buffers of a cutter, to be kept between events so that these do not allocate.
+/// Buffers of a cutter, to be kept between events so that these do not allocate. *Derived.*
 #[derive(Clone, Debug, Default)]
 pub struct TearScratch {
     /// The edits done, in order. The caller clears them after the followers have followed.

@@ -58,7 +58,7 @@ fn delay(free: &FreeAxes) -> u32 {
     16 + free.len() as u32 / 200
 }
 
-/// A body's factor. *Derived.*
+/// A body's factor. *State*: its matrix is saved, and how long it has served.
 #[derive(Default)]
 pub struct Factor {
     current: Option<Box<InUse>>,

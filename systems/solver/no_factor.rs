@@ -5,7 +5,7 @@ use crate::components::FreeAxes;
 use crate::storage::EditRecord;
 use glam::{DVec3, Vec4};
 
-/// No factor.
+/// No factor. *State.*
 #[derive(Debug, Default)]
 pub struct Factor {}
 

@@ -1,6 +1,6 @@
 //! The account of the energy guard.
 
-/// Energy \[mJ\] that steps of a body have created, and how the guard holds it back. Carried from step to step.
+/// Energy \[mJ\] that steps of a body have created, and how the guard holds it back. *State.*
 #[derive(Clone, Debug, Default)]
 pub struct GuardLedger {
     /// Spurious energy \[mJ\]: created by steps along the tangent and not taken away again; never negative.

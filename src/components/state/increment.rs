@@ -6,7 +6,7 @@ use crate::storage::room::grow;
 use crate::storage::{Edit, EditRecord};
 use glam::DVec3;
 
-/// Where the step started and how far it has come.
+/// Where the step started and how far it has come. *State.*
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Increment {
@@ -117,7 +117,7 @@ impl Increment {
     }
 }
 
-/// Forces \[N\] that the holds exert on their vertices, in the groups and order of [`Holds`](crate::components::Holds).
+/// Forces \[N\] that the holds exert on their vertices, in the groups and order of [`Holds`](crate::components::Holds). *State.*
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reactions {

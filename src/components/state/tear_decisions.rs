@@ -55,7 +55,8 @@ pub struct TearDecision {
     pub edges_per_radius: f64,
 }
 
-/// *Derived.* One decision per tip, in the order of the tips' rows, and one for the place where a tear may start.
+/// *State.* One decision per tip, in the order of the tips' rows, one for the place where a tear may start, and refusals that are
+/// reported already.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct TearDecisions {

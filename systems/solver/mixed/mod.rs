@@ -72,7 +72,7 @@ impl ActivePreconditioner<'_> {
 }
 
 /// A body's operator in single precision and the vectors of its solves. Data that depends on the triangles alone is kept while
-/// they stay. *Derived.*
+/// they stay. *State*: data that do not follow from the body are saved.
 #[derive(Debug, Default)]
 pub struct MixedSolver {
     /// Moment in the triangles' history of which the rest is.
