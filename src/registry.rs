@@ -9,17 +9,17 @@ mod check;
 mod companions;
 mod parameters;
 
-pub use check::Refused;
+pub use check::Rejected;
 pub(crate) use check::{
-    Changed, Look, check_changed, check_rules, judge, judge_all, judge_tables, owner_of, with_host,
+    Changed, Look, check_changed, check_rules, owner_of, validate, validate_all, validate_tables, with_host,
 };
 pub(crate) use companions::{complete, complete_in};
-pub(crate) use parameters::{Parameters, Told};
+pub(crate) use parameters::{ParameterVisitor, Parameters};
 
 use crate::components::check::Check;
 
-/// Hands the list to a macro. *Saved* components are in snapshots, as results of a step (*outcome*) are; hosts may change
-/// *recorded* ones between two calls.
+/// Hands the list to a macro. Each section begins with the kind of its components. *Saved* ones are in snapshots, *remade* ones in
+/// part: they are made anew from it. Hosts may change *recorded* ones between two calls.
 macro_rules! components {
     ($made:ident) => {
         $made! {
@@ -66,10 +66,10 @@ macro_rules! components {
                 tear_log: TearLog,
                 energy_audit: EnergyAudit,
             }
-            outcome, saved {
+            state, saved, of the last step {
                 reactions: Reactions,
-                swept: Swept,
-                rubbing: Rubbing,
+                obstacle_motion: ObstacleMotion,
+                friction_state: FrictionState,
                 tear_decisions: TearDecisions,
             }
             derived {
@@ -81,14 +81,16 @@ macro_rules! components {
                 has_folds: DihedralAngles,
                 has_changes: Changes,
             }
-            saved in part {
-                topology: Topology,
-                scratch: SolverScratch,
-                passes: BendingPasses,
+            state, remade {
                 result: SolveResult,
                 ledger: GuardLedger,
                 factor: Factor,
                 mixed: MixedSolver,
+            }
+            derived, remade {
+                topology: Topology,
+                scratch: SolverScratch,
+                passes: BendingPasses,
             }
         }
     };

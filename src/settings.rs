@@ -152,10 +152,10 @@ pub struct Settings {
     pub newton_tolerance: f64,
     /// Newton iterations of a static solve at the most.
     pub static_iterations: u32,
-    /// How often a dynamic step is redone after tears have advanced by less than `max_tear_speed` allows: each time one more solve
+    /// Maximum re-solves per step while a tear may still advance: each time one more solve
     /// and one more advance per tip. With 0 a tip makes one advance per step.
     pub resumes: u32,
-    /// Further solves at the most from where a linearly implicit step leads, if it would create energy: Newton's method along the projected
+    /// Maximum Newton corrections of a step that fails the energy check: Newton's method along the projected
     /// tangent with a line search on the incremental potential, for the bodies in space under holds, pins or jaws. A step that would still
     /// create energy is retried in halves. 0 for none: halves are a little nearer to the truth where tears spring open, but many where a hand
     /// flings slack cloth.
@@ -169,7 +169,7 @@ pub struct Settings {
     /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) measures the rate on this machine.
     ///
     /// Work beyond the budget is not begun: the step ends with the best answer so far, and where that would create energy with a
-    /// fraction of it (`went_part_of_way`). One solve, of 4 iterations at the least, and one advance are made whatever the budget; so are
+    /// fraction of it (`any_substep_limited`). One solve, of 4 iterations at the least, and one advance are made whatever the budget; so are
     /// the solves of Newton's method. Tears and refinement that are due go on in the next step, the tip first that has waited longest.
     /// With a budget no Cholesky factor serves.
     pub budget: Option<u32>,

@@ -140,14 +140,14 @@ impl Check for TearDecisions {
 impl Check for TearLog {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         let counts = [
-            self.start_count,
-            self.withheld_start_count,
+            self.nucleation_count,
+            self.blocked_nucleation_count,
             self.advance_count,
             self.detour_count,
             self.ambiguous_count,
             self.material_force_count,
             self.end_count,
-            self.piece_count,
+            self.fragment_count,
             self.refusal_count,
             self.held_shut_count,
             self.renewed_count,

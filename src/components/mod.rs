@@ -1,6 +1,7 @@
-//! Components of an entity. Each component is exactly one of *state* (in the tables, copied on a split, saved), *parameter*
-//! (written by the user) and *derived* (rewritten each step, never saved). A component that is absent costs nothing: the
-//! system that would read it finds no match.
+//! Components of an entity. Each component is exactly one of *state* (carried on by steps, saved), *parameter* (written by the
+//! user, saved) and *derived* (thrown away at any moment, it comes back the same; never saved). The kind is its folder here, its
+//! section in the registry and the word in its doc. A component that is absent costs nothing: the system that would read it finds
+//! no match.
 //!
 //! Means of holding tissue have one word each:
 //!
@@ -21,18 +22,22 @@ mod derived;
 mod parameter;
 mod state;
 
-pub use crate::event::{DecidedBy, PartedBy, RingFault, WithheldStart};
+pub use crate::event::{BlockedNucleation, DecidedBy, PartedBy, RingFault};
 pub use crate::math::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, StiffeningFibres};
 pub use body_error::BodyError;
-#[doc(hidden)]
-pub use derived::allowed::Allowed;
+pub use derived::changes::{Change, ChangeSet, Changes};
 pub use derived::evaluation::{ExternalStiffness, Forces, Frames};
 #[doc(hidden)]
 pub use derived::free_axes::{EachFree, FreeAxes};
-pub use derived::parting::Parting;
+#[doc(hidden)]
+pub use derived::guide_constraints::GuideConstraints;
+#[doc(hidden)]
+pub use derived::outputs::Outputs;
+pub(crate) use derived::outputs::OutputsMut;
 #[doc(hidden)]
 pub use derived::solver_scratch::{LineSearch, SolverScratch, StepAccount, Sweeps};
-pub use derived::tear_decisions::{RefusedSite, TearDecision, TearDecisions, TearSite};
+#[doc(hidden)]
+pub use derived::stops::Stops;
 pub use parameter::attributes::{Attributes, Channel};
 pub use parameter::bending::Bending;
 pub use parameter::body::{Body, Planar};
@@ -45,31 +50,30 @@ pub use parameter::grip::{Grip, Grips, NearTip, Path};
 pub use parameter::hold::{Hold, Holds};
 pub use parameter::hold_guides::{Guide, HoldGuides};
 pub use parameter::hull::{Hull, HullError};
+pub use parameter::jaws::{Jaws, Slip};
 pub use parameter::loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use parameter::material::Material;
-pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Rubbing, Shape, Swept};
-pub use parameter::refinement::{Refined, Refinement};
-#[doc(hidden)]
-pub use parameter::sleeping::SleepState;
+pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Shape};
+pub use parameter::refinement::Refinement;
 pub use parameter::sleeping::Sleeping;
 pub use parameter::springs::{Anchor, Springs};
 pub use parameter::tearing::{InadmissibleToughness, TearMode, Tearing, Toughness};
 pub use parameter::turning::{HoldTurns, Turning};
 pub use state::blade::Blade;
-pub use state::changes::{Change, ChangeSet, Changes};
 pub use state::energy_audit::{Energies, EnergyAudit, EnergyBalance};
 pub(crate) use state::energy_audit::{Equilibrium, Shares};
-pub use state::forceps::{Forceps, Grasp, Jaws, Motion, Pinch, Pose, Slip};
+pub use state::forceps::{Forceps, Grasp, Motion, Pinch, Pose};
 pub use state::guard::{Fault, GuardFigures};
 #[doc(hidden)]
 pub use state::guard_ledger::GuardLedger;
 pub(crate) use state::increment::fraction_of;
 pub use state::increment::{Increment, Reactions, Tautness};
-pub(crate) use state::readings::Read;
+pub use state::ligament_failure::LigamentFailure;
+pub use state::obstacle_motion::{FrictionState, ObstacleMotion};
+pub use state::refined::Refined;
 #[doc(hidden)]
-pub use state::readings::Readings;
+pub use state::sleep_state::SleepState;
 pub use state::solve_result::SolveResult;
 pub use state::step_forces::StepForces;
-#[doc(hidden)]
-pub use state::stops::Stops;
+pub use state::tear_decisions::{RefusedSite, TearDecision, TearDecisions, TearSite};
 pub use state::tear_log::TearLog;

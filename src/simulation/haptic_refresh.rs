@@ -52,7 +52,7 @@ impl Haptics {
         let Some(last) = self.last.filter(|_| self.body == Some(body) && held.eq(self.held.iter().copied())) else {
             return self.model(simulation, body, coupling);
         };
-        simulation.admit()?;
+        simulation.validate_dirty()?;
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
         let (vertices, triangles, topology, scratch, mixed, factor) = found;
         let (position, force) = self.take_springs(vertices, springs)?;

@@ -164,7 +164,7 @@ impl Snapshot {
     /// For a state that [`from_bytes`](Self::from_bytes) would refuse, taken while something written past the calls was not yet judged:
     /// the error says where.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SnapshotError> {
-        self.judge()?;
+        self.validate()?;
         pack(Kind::Snapshot, &*self.0)
     }
 
@@ -185,8 +185,8 @@ impl Snapshot {
     }
 
     /// Judges it as one that was read.
-    pub(crate) fn judge(&self) -> Result<(), SnapshotError> {
-        check::judge(&self.0).map(|_| ())
+    pub(crate) fn validate(&self) -> Result<(), SnapshotError> {
+        check::validate_contents(&self.0).map(|_| ())
     }
 
     /// Writes the snapshot to a file, whole or not at all.

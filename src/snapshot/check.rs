@@ -9,13 +9,13 @@ use std::collections::HashSet;
 
 /// Validates a state that was read, and derives the data that follow from the rest of it.
 pub(super) fn complete(contents: &mut Contents) -> Result<(), SnapshotError> {
-    let topologies = judge(contents)?;
+    let topologies = validate_contents(contents)?;
     contents.entities.iter_mut().zip(topologies).for_each(|(saved, topology)| saved.topology = topology);
     Ok(())
 }
 
 /// Judges a state. Gives the topology of every entity's mesh.
-pub(super) fn judge(contents: &Contents) -> Result<Vec<Option<Topology>>, SnapshotError> {
+pub(super) fn validate_contents(contents: &Contents) -> Result<Vec<Option<Topology>>, SnapshotError> {
     contents.settings.validate()?;
     let of_all = |what| SnapshotError::contradiction("the snapshot", what);
     if !contents.report.time.is_finite() || contents.report.step > u64::MAX / 2 {
@@ -93,7 +93,9 @@ fn check_body(saved: &Saved) -> Result<Topology, SnapshotError> {
     let asks = |decision: &TearDecision| !(decision.value <= 1.0);
     if saved.sleeping.as_ref().is_some_and(|sleeping| sleeping.is_asleep())
         && let Some(decisions) = &saved.tear_decisions
-        && (decisions.tips.iter().flatten().any(asks) || decisions.start.is_some() || decisions.parting.is_some())
+        && (decisions.tips.iter().flatten().any(asks)
+            || decisions.nucleation.is_some()
+            || decisions.ligament_failure.is_some())
     {
         return Err(wrong("it sleeps although it is to tear"));
     }

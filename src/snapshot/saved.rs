@@ -22,14 +22,15 @@ macro_rules! saved {
         state, saved, recorded { $($b:ident: $q:ty,)* }
         parameter, saved { $($c:ident: $r:ty,)* }
         state, saved { $($d:ident: $s:ty,)* }
-        outcome, saved { $($e:ident: $t:ty,)* }
+        state, saved, of the last step { $($e:ident: $t:ty,)* }
         derived { $($derived:tt)* }
-        saved in part { $($part:ident: $other:ty,)* }
+        state, remade { $($f:ident: $solver:ty,)* }
+        derived, remade { $($g:ident: $other:ty,)* }
     ) => {
         saved! {
             kept { $($a: $p,)* $($b: $q,)* $($c: $r,)* $($d: $s,)* $($e: $t,)* }
             derived { $($derived)* }
-            in part { $($other,)* }
+            in part { $($solver,)* $($other,)* }
         }
     };
     (kept { $($name:ident: $kept:ty,)* } derived { $($flag:ident: $derived:ty,)* } in part { $($part:ty,)* }) => {

@@ -7,7 +7,7 @@ use crate::math::{Orthotropic, RestTriangle, Sym2};
 use glam::DVec3;
 
 table! {
-    /// The vertices of a body. 80 bytes a row.
+    /// The vertices of a body. *State.* 80 bytes a row.
     pub struct Vertices, row VertexRow, key VertexKey {
         /// Current position \[mm\].
         position: Vec<DVec3>,
@@ -21,7 +21,7 @@ table! {
 }
 
 table! {
-    /// The triangles of a body. 52 bytes a row while all are made of the same, with fibres along one direction; else up to 112 more.
+    /// The triangles of a body. *State.* 52 bytes a row while all are made of the same, with fibres along one direction; else up to 112 more.
     pub struct Triangles, row TriangleRow, key TriangleKey {
         /// Rows of the three vertices, counter-clockwise seen from the side the normal points to.
         corners: Vec<[u32; 3]>,
@@ -45,7 +45,7 @@ table! {
 }
 
 table! {
-    /// The tear tips of a body: where a tear may advance.
+    /// The tear tips of a body: where a tear may advance. *State.*
     pub struct Tips, row TipRow, key TipKey {
         /// Row of the vertex at the tip, which lies on the boundary that the tear has made.
         vertex: Vec<u32>,
@@ -56,7 +56,7 @@ table! {
         /// Criterion value max c(d) at the last evaluation; the tear advances where it exceeds 1.
         criterion: Vec<f64>,
         /// Length \[mm\] that `max_tear_speed` still allows this tip; negative where the last advance was longer than allowed.
-        allowance: Vec<f64>,
+        advance_budget: Vec<f64>,
         /// Whether the last advance that the criterion asked for was refused.
         is_refused: Vec<bool>,
         /// Whether it was said that the mesh is too coarse for R here.

@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 /// through a structured mesh leaves some vertices with nine or ten.
 pub type Incidence = SmallVec<[u32; 10]>;
 
-/// Neighbours and incidence of a body's triangles. Edge `e` of a triangle runs from corner `e` to corner `(e + 1) % 3`.
+/// Neighbours and incidence of a body's triangles. *Derived.* Edge `e` of a triangle runs from corner `e` to corner `(e + 1) % 3`.
 ///
 /// The topology also holds the log of the edits, on which derived data rely. Whoever writes corners in another way gives the body a
 /// [new](Topology::new) topology.

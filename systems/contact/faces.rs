@@ -297,7 +297,7 @@ pub(super) fn force_of(obstacle: &Obstacle, contact: &Contact, vertices: &Vertic
 
 /// Puts triangles that are still deep in an obstacle, or through it, back onto the planes that should have held them, each by the least
 /// motion of its corners. Neighbours share corners, hence some rounds.
-pub(super) fn put_outside(
+pub(super) fn depenetrate(
     moved: &Moved,
     (vertices, increment): (&mut Vertices, &mut Increment),
     (triangles, SolverScratch { free, sweeps, .. }): (&Triangles, &mut SolverScratch),

@@ -6,63 +6,63 @@
 //! records and refused with a reason.
 
 mod advance;
+mod advance_budget;
 mod bisect;
 mod blade;
 mod by_triangle;
+mod coarsen;
+mod coupled_criterion;
 pub mod criterion;
 mod cut_line;
 mod edge;
+mod embedded;
 mod energy_decision;
 mod followers;
+mod fragment;
 mod free;
 mod heading;
 mod held_shut;
-mod laid;
 mod least_edge;
+mod ligaments;
 mod locate;
-mod parting;
-mod piece;
+mod nucleation;
 mod place;
-mod reach;
 pub mod refine;
 mod relax;
 mod ring;
 mod shifted_disc;
 mod shifted_folds;
 pub mod split;
-mod start;
-mod strands;
-mod thin_out;
 mod tip;
 mod tip_decision;
 mod tip_disc;
 mod tip_memory;
 mod tip_stress;
-mod trial;
+mod ultimate_stretch;
 
+pub use advance_budget::{AdvanceBudget, advancing, in_turn, may_go_on, unfinished};
 pub use bisect::size;
 pub use blade::CutOutcome;
 pub use by_triangle::{factor_of, mean_around};
+pub use coarsen::{Coarsening, plan_coarsening};
+pub use coupled_criterion::{CoupledBuffers, CoupledCriterion};
 pub use edge::{EdgeAdvance, EdgePlan, plan_edge};
 pub use energy_decision::{EnergyReading, EnergyTerms, energy_decision};
 pub use followers::{Followers, FollowersQuery};
 pub use free::{Way, Ways, plan_free};
 pub use heading::turned_axis;
 pub use held_shut::{field_tip, lay_at_tip};
+pub use ligaments::Ligaments;
 pub use locate::distance_to_triangle;
-pub use parting::beyond_stretch;
-pub use reach::{Reach, advancing, in_turn, may_go_on, unfinished};
+pub use nucleation::{NewTip, Slit};
 pub use ring::{Contour, Ring};
 pub use shifted_disc::{MaterialForce, ShiftedDisc};
-pub use start::{NewTip, Slit};
-pub use strands::Strands;
-pub use thin_out::{ThinOut, plan_thin_out};
 pub use tip::TipChart;
 pub use tip_decision::{decision, strength, tip_decision, vertex_decision};
 pub use tip_disc::{Disc, Walk};
 pub use tip_memory::TipMemory;
 pub use tip_stress::{DiscAverage, Surface, SurfaceQuery, disc_average};
-pub use trial::{Trial, TrialBuffers};
+pub use ultimate_stretch::beyond_stretch;
 
 use crate::event::Course;
 use crate::storage::{Edit, EditRecord, Mesh, Refusal};
@@ -224,7 +224,7 @@ pub struct End {
     pub freed: Option<usize>,
 }
 
-/// Buffers of a cutter, to be kept between events so that these do not allocate.
+/// Buffers of a cutter, to be kept between events so that these do not allocate. *Derived.*
 #[derive(Clone, Debug, Default)]
 pub struct TearScratch {
     /// The edits done, in order. The caller clears them after the followers have followed.

@@ -7,7 +7,7 @@
 //!
 //! The energy guard's sum has the first terms already, with −p²·u·(K + D/dt)·u in place of −½·p²·u·K·u. The work of damping by
 //! earlier solves of the step along the way is subtracted there. A is positive definite, so that a small fraction of the answer always lowers
-//! Φ. So does one of a way that [vertices](super::patch) have found whose slope r·u is positive.
+//! Φ. So does one of a way that [vertices](super::local_relaxation) have found whose slope r·u is positive.
 
 use super::solved::{Solved, Sums};
 use crate::systems::parallel;

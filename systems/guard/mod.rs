@@ -20,7 +20,7 @@
 //! energy grows without bound. So it is summed from step to step, down to zero. A solve that takes the sum beyond a share of
 //! the energy in the body meets these remedies, in this order:
 //!
-//! 1. a patch: vertices of the triangles that create the most descend on the incremental potential itself;
+//! 1. a local relaxation: vertices of the triangles that create the most descend on the incremental potential itself;
 //! 2. in a fallback sub-step, or where the budget allows no other solve, the largest fraction of the increment that stays below the limit;
 //! 3. a [Newton correction](crate::settings::Settings::corrections) with the projected tangent and a line search, where
 //!    settings allow it;
@@ -36,8 +36,8 @@ mod bound;
 mod folds;
 mod lanes;
 mod line_search;
+mod local_relaxation;
 pub mod nonlinear;
-mod patch;
 mod place;
 mod solved;
 mod verdict;
@@ -138,7 +138,7 @@ fn enforce_in(
         slack: slack_energy(triangles, |t| &triangles.stiffness[t]),
         stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
     });
-    let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), result.tangent);
+    let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(), result.tangent);
     let membrane = Operator::membrane((vertices, triangles, topology, frames), tangent);
     let operator = Operator { folds, inertia: step.inertia(), viscosity, ..membrane };
     let fibres = fibre_law(fibres, pre_stretch);
@@ -148,7 +148,7 @@ fn enforce_in(
     // After the first Newton correction there is enough left for a fallback sub-step.
     let may_correct = step.corrections > 0
         && step.affords(result, if step.is_correction { 1 } else { 2 })
-        && scratch.allowed.is_empty()
+        && scratch.guide_constraints.is_empty()
         && !may_spin(planar, &scratch.free, holders.0);
     let (twice_stored, work) = (scratch.twice_stored, scratch.residual_work);
     let SolverScratch { free, residual, partials, pairs, to_correct, is_counted, .. } = &mut *scratch;
@@ -162,8 +162,8 @@ fn enforce_in(
         residual,
         is_counted: *is_counted,
         is_damped_before,
-        drag: drag.map_or(0.0, |drag| drag.coefficient * step.rate()),
-        rate: step.rate(),
+        drag: drag.map_or(0.0, |drag| drag.coefficient * step.inv_effective_dt()),
+        inv_effective_dt: step.inv_effective_dt(),
     };
     // Energy created by the previous solve is in the body where this one starts, and this one is to take it away.
     let is_corrected = to_correct.is_some();

@@ -62,7 +62,7 @@ impl Strength {
     /// Each must be positive and finite.
     pub fn new(fibre: f64, transverse: f64, exponent: f64) -> Result<Self, InadmissibleStrength> {
         for (name, value) in
-            [("strength_fibre", fibre), ("strength_transverse", transverse), ("strength_exponent", exponent)]
+            [("strength_across_fibres", fibre), ("strength_along_fibres", transverse), ("strength_exponent", exponent)]
         {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(InadmissibleStrength { name, value });

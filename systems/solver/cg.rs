@@ -1,7 +1,7 @@
 //! Preconditioned conjugate gradients on the free axes, warm started, with scratch owned by the caller.
 
 use super::estimate::Limits;
-use super::guess::{fit, is_none, residual_without};
+use super::initial_guess::{fit, is_none, residual_without};
 use super::recurrence::{Vectors, iterate};
 use super::{Operator, ProductMemory};
 use crate::components::{FreeAxes, SolverScratch};

@@ -1,5 +1,6 @@
 //! Why a scene is refused: where, what is wrong, how to mend it.
 
+use crate::renamed::remedy;
 use std::fmt;
 use std::ops::Range;
 
@@ -111,6 +112,9 @@ pub(super) fn explain(message: &str) -> (String, String) {
     if let (true, Some((given, known))) = (is_name, quoted.split_first()) {
         if let Some((_, hint)) = INSTEAD.iter().find(|(name, _)| name == given) {
             return (format!("there is no `{given}` here"), (*hint).to_owned());
+        }
+        if let Some(remedy) = remedy(given) {
+            return (format!("there is no `{given}` here"), remedy);
         }
         let suggestion = nearest(given, known.iter().copied());
         let list = format!("valid {kind}s here: {}", known.join(", "));

@@ -1,6 +1,7 @@
 //! Components and settings as TOML: what is there, with what a table changes of it.
 
-use super::nearest;
+use crate::nearest;
+use crate::renamed::remedy;
 use serde::{Serialize, de::DeserializeOwned};
 use toml::{Table, Value};
 
@@ -58,8 +59,8 @@ fn merge(all: &mut Table, patch: &Table, is_deep: bool) {
 fn known(path: &str, patch: &Table, read: &Table) -> Result<(), String> {
     for (key, value) in patch {
         let Some(there) = read.get(key) else {
-            let hint = nearest(key, read.keys().map(String::as_str));
-            let hint = hint.map_or(String::new(), |near| format!(": did you mean `{near}`?"));
+            let near = || nearest(key, read.keys().map(String::as_str)).map(|near| format!("did you mean `{near}`?"));
+            let hint = remedy(key).or_else(near).map_or(String::new(), |hint| format!(": {hint}"));
             return Err(format!("{path}: there is no key `{key}`{hint}"));
         };
         known_in(&format!("{path}.{key}"), value, there)?;

@@ -25,7 +25,7 @@ fn allocations(work: impl FnOnce()) -> usize {
 }
 
 fn main() {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     for (threads, preconditioner) in [
         (1, Preconditioner::IncompleteCholesky),
         (2, Preconditioner::IncompleteCholesky),
@@ -69,7 +69,7 @@ fn a_refined_tear_hardly_allocates() {
         "run.threads=1",
         "run.preconditioner=incomplete_cholesky",
         "bodies.0.mesh.cap.triangles=2500",
-        "bodies.0.tearing.toughness_along=0.5",
+        "bodies.0.tearing.toughness_along_fibres=0.5",
     ] {
         document.set(set).unwrap();
     }
@@ -100,7 +100,7 @@ const WARM_UP: usize = 1000;
 const STEPS: usize = 1400;
 
 fn accurate_steps_allocate_nothing() {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let settings = Settings { threads: 1, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::accurate() };
     let mut run = Square { tearing: strong, ..Square::new([40, 34], 60.0) }.spawn(settings);
     for _ in 0..4 {
@@ -116,7 +116,7 @@ fn accurate_steps_allocate_nothing() {
 
 /// All that a loop of pictures asks for, and a system of the caller's.
 fn an_embedding_loop_allocates_nothing() {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let settings = Settings { threads: 1, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::default() };
     let mut run = Square { tearing: strong, ..Square::new([40, 34], 60.0) }.spawn(settings);
     let (simulation, body) = (&mut run.simulation, run.body);
@@ -147,7 +147,7 @@ fn an_embedding_loop_allocates_nothing() {
 
 /// Several bodies side by side, pulled, falling asleep, asleep.
 fn many_bodies_allocate_nothing() {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let settings = Settings { threads: 2, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::default() };
     let mut simulation = Simulation::new(settings).unwrap();
     let bodies: Vec<_> = (0..8)

@@ -5,7 +5,7 @@ use crate::storage::Triangles;
 use crate::storage::room::grow;
 use glam::DVec3;
 
-/// Rotation, stretch and stress of every triangle, and its geometric stiffness.
+/// Rotation, stretch and stress of every triangle, and its geometric stiffness. *Derived.*
 #[derive(Clone, Debug, Default)]
 pub struct Frames {
     /// State at the positions of the last evaluation, but for planar bodies.
@@ -88,7 +88,7 @@ fn size<T: Clone>(list: &mut Vec<T>, (count, room): (usize, usize), blank: T) {
     list.resize(count, blank);
 }
 
-/// Nodal forces, and the buffer of corners from which they are summed.
+/// Nodal forces, and the buffer of corners from which they are summed. *Derived.*
 #[derive(Clone, Debug, Default)]
 pub struct Forces {
     /// Force per vertex \[N\].
@@ -101,7 +101,7 @@ pub struct Forces {
     pub scale: f64,
 }
 
-/// Stiffness of springs, grips, contact and drag: a symmetric block per vertex \[N/mm\]. Present only with one of them.
+/// Stiffness of springs, grips, contact and drag: a symmetric block per vertex \[N/mm\]. *Derived.* Present only with one of them.
 #[derive(Clone, Debug, Default)]
 pub struct ExternalStiffness {
     /// −∂f/∂x per vertex.

@@ -1,8 +1,9 @@
-//! *Derived*: values that each step rewrites.
+//! *Derived*: values that can be thrown away at any moment and come back the same; most of them each step rewrites.
 
-pub(super) mod allowed;
+pub(super) mod changes;
 pub(super) mod evaluation;
 pub(super) mod free_axes;
-pub(super) mod parting;
+pub(super) mod guide_constraints;
+pub(super) mod outputs;
 pub(super) mod solver_scratch;
-pub(super) mod tear_decisions;
+pub(super) mod stops;

@@ -136,7 +136,7 @@ impl Path {
 
 impl Grip {
     fn check(&self) -> Result<(), BodyError> {
-        self.jaws.judge("Grips")?;
+        self.jaws.validate("Grips")?;
         for (what, time) in [("time of a grasp", self.from), ("time of a release", self.until)] {
             number("Grips", what, time, (!time.is_nan(), "it must be a time, or infinite"))?;
         }
@@ -165,8 +165,8 @@ impl Check for Grips {
             for (&row, place) in pinch.held.rows().iter().zip(pinch.held.values()) {
                 finite("Grips", "place in the jaws", place.to_array()).map_err(at_row(row))?;
             }
-            pinch.jaws.judge("Grips")?;
-            pinch.motion.judge("Grips")?;
+            pinch.jaws.validate("Grips")?;
+            pinch.motion.validate("Grips")?;
             if !pinch.origin.is_sound() {
                 return wrong("where jaws closed is no pose: finite numbers, and a unit quaternion");
             }

@@ -12,6 +12,7 @@ pub(super) mod grip;
 pub(super) mod hold;
 pub(super) mod hold_guides;
 pub(super) mod hull;
+pub(super) mod jaws;
 pub(super) mod loads;
 pub(super) mod material;
 pub(super) mod obstacle;

@@ -115,24 +115,6 @@ impl ObstaclePath {
     }
 }
 
-/// Where an obstacle was at the start of the step, so that none passes through a body unchecked. *Derived.*
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Swept {
-    /// Shape of the obstacle at the start of the step.
-    pub from: Shape,
-    /// The rotation from there to where it is now, if it is turned.
-    pub turn: Option<DMat3>,
-}
-
-/// The friction of an obstacle on bodies in the last step. *Derived.*
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Rubbing {
-    /// Force on each body that it rubs \[N\], by the body's [`order`](crate::components::Body::order).
-    pub forces: Vec<(u32, DVec3)>,
-}
-
 /// Makes a body feel obstacles: a penalty force along the obstacle's normal on every vertex inside, implicit in the step, and
 /// friction. Where a triangle is longer than half the obstacle's least radius of curvature, its deepest point is held as well. So
 /// an obstacle thinner than an edge does not pierce the body between vertices. Friction acts at vertices alone. In a static solve

@@ -2,7 +2,7 @@
 
 use crate::components::BodyError;
 use crate::components::check::{Check, Host, Owner, finite, not_negative, number, positive};
-use crate::components::{Contact, Obstacle, ObstaclePath, Rubbing, Shape, Swept};
+use crate::components::{Contact, Obstacle, ObstaclePath, Shape};
 use glam::{DMat3, DVec3};
 
 impl Shape {
@@ -70,23 +70,6 @@ impl Check for ObstaclePath {
         self.path.check("ObstaclePath")?;
         let Some(turning) = &self.turning else { return Ok(()) };
         turning.check("ObstaclePath")
-    }
-}
-
-impl Check for Swept {
-    const OWNER: Owner = Owner::Obstacle;
-
-    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.from.check("Swept")?;
-        self.turn.map_or(Ok(()), |turn| finite("Swept", "turn", turn.to_cols_array()))
-    }
-}
-
-impl Check for Rubbing {
-    const OWNER: Owner = Owner::Obstacle;
-
-    fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.forces.iter().try_for_each(|(_, force)| finite("Rubbing", "friction", force.to_array()))
     }
 }
 

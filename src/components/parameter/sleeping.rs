@@ -1,9 +1,7 @@
 //! Lets a body that is at rest fall asleep.
 
-use crate::components::BodyError;
-use crate::components::Obstacle;
 use crate::components::check::{Check, Host, MOST, positive};
-use glam::DVec3;
+use crate::components::{BodyError, SleepState};
 
 /// Lets a body fall asleep: while it sleeps, no system runs on it. A body without this component never sleeps. *Parameter*
 /// `strain`, `steps`; the rest follows from them.
@@ -57,27 +55,6 @@ impl Sleeping {
         self.state.wait = self.steps;
         std::mem::take(&mut self.state.is_asleep)
     }
-}
-
-/// Sleep state of a body: whether it sleeps, the loads when it fell asleep, and buffers of the trial solves. *State*, rebuilt by itself.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct SleepState {
-    pub(crate) is_asleep: bool,
-    /// Steps in which it has hardly moved.
-    pub(crate) quiet_steps: u32,
-    /// How many of these the next solves wait for: twice as many each time that they find too much left.
-    pub(crate) wait: u32,
-    /// The values of everything that drives the body, as they were when it fell asleep.
-    pub(crate) driven: Vec<f64>,
-    /// The obstacles, as they were then; none for a body that feels none.
-    pub(crate) obstacles: Vec<Obstacle>,
-    /// A ball around the body \[mm\].
-    pub(crate) ball: (DVec3, f64),
-    /// The first guess of the step, while the solves take its place.
-    pub(crate) first_guess: Vec<DVec3>,
-    /// Per vertex, how far it would still move \[mm\].
-    pub(crate) left: Vec<f64>,
 }
 
 impl Check for Sleeping {

@@ -6,7 +6,7 @@ use crate::storage::room::grow;
 use crate::storage::{Edit, EditRecord};
 use glam::DVec3;
 
-/// Where the step started and how far it has come.
+/// Where the step started and how far it has come. *State.*
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Increment {
@@ -32,20 +32,20 @@ pub struct Increment {
     pub is_fraction: bool,
     /// Whether vertices were put back outside an obstacle after the last solve.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub is_put_outside: bool,
+    pub has_projected_vertices: bool,
     /// Whether only a fraction of an increment was applied in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub was_fraction: bool,
+    pub any_substep_limited: bool,
     /// Whether vertices were put back outside an obstacle in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub was_put_outside: bool,
+    pub any_vertex_projected: bool,
     /// Figures of the energy guard for the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub guard: Box<GuardFigures>,
     /// Where the last solve would have created energy.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub creates_at: Option<GuardPlace>,
-    /// The most vertices that have found their own way in a part of it.
+    /// The most vertices that were relaxed locally in a part of it.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub relaxed: usize,
     /// The time step that `displacement` belongs to \[ms\].
@@ -117,7 +117,7 @@ impl Increment {
     }
 }
 
-/// Forces \[N\] that the holds exert on their vertices, in the groups and order of [`Holds`](crate::components::Holds).
+/// Forces \[N\] that the holds exert on their vertices, in the groups and order of [`Holds`](crate::components::Holds). *State.*
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reactions {

@@ -3,7 +3,7 @@
 use crate::components::Fault;
 use crate::settings::Tangent;
 
-/// Result of the last solve of a body, and the work of its step. A body without one is left out of a step.
+/// Result of the last solve of a body, and the work of its step. *State.* A body without one is left out of a step.
 #[derive(Clone, Debug, Default)]
 pub struct SolveResult {
     /// Linear iterations in this step.

@@ -218,9 +218,9 @@ pub struct RunSpec {
     /// held until the next step.
     #[serde(default = "static_advances")]
     pub static_advances: u32,
-    /// How often a step is redone after tears have advanced by less than `max_tear_speed` allows. Default 8.
+    /// Maximum re-solves per step while a tear may still advance. Default 8.
     pub resumes: Option<u32>,
-    /// Further solves at the most from where a step leads, if it would create energy, before it is retried in halves. Default 10.
+    /// Maximum Newton corrections of a step that fails the energy check, before it is retried in halves. Default 10.
     pub corrections: Option<u32>,
     /// How often a step that fails is retried in halves. Default 4.
     pub halvings: Option<u32>,

@@ -50,8 +50,8 @@ pub enum Change {
 }
 
 /// List of mesh changes by tears, cuts, refinement and coarsening, for whoever keeps a copy of the mesh: a renderer, a
-/// network. [`Simulation::drain_changes`](crate::simulation::Simulation::drain_changes) empties it. *State.* A body without this
-/// component keeps none.
+/// network. [`Simulation::drain_changes`](crate::simulation::Simulation::drain_changes) empties it. *Derived*: where it is
+/// thrown away, all of the mesh counts as new. A body without this component keeps none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Changes {
     pub(crate) log: Vec<Change>,

@@ -4,7 +4,7 @@
 //! each step.
 
 use super::Surface;
-use crate::components::{PartedBy, Parting, TearSite};
+use crate::components::{LigamentFailure, PartedBy, TearSite};
 use crate::math::elementary;
 use crate::storage::{NONE, Revision};
 use crate::systems::kernels::failure::{self, Strength};
@@ -22,18 +22,18 @@ const MOST_TRIED: usize = 16;
 /// Ways for which there is room.
 const ROOM: usize = 256;
 /// Largest lean of a way, at either end, from the line halfway between the rim's two edges, over half the angle between those: 60° at
-/// a straight rim. Ways along the rim, as the chords of a round one, cut off no strand.
+/// a straight rim. Ways along the rim, as the chords of a round one, cut off no ligament.
 const LEAN: f64 = 2.0 / 3.0;
 
 /// *Derived.* The ligaments of a body.
 #[derive(Clone, Debug, Default)]
-pub struct Strands {
+pub struct Ligaments {
     /// When, and for which radius \[mm\], they were found.
     found_for: Option<(Revision, f64)>,
     ways: Vec<Way>,
     /// The triangles of all ways, each with the way's direction in its frame (fibre, transverse).
     crossed: Vec<(u32, DVec2)>,
-    /// Vertices of the rim by their x, with their ways into the body, while strands are looked for.
+    /// Vertices of the rim by their x, with their ways into the body, while ligaments are looked for.
     rim: Vec<(u32, Option<Inwards>)>,
     /// Lengths \[mm\] of the ways from one of them, with their other ends.
     facing: Vec<(f64, u32)>,
@@ -43,7 +43,7 @@ pub struct Strands {
 #[derive(Clone, Debug)]
 struct Way {
     vertices: [u32; 2],
-    /// Triangles of the way in [`Strands::crossed`].
+    /// Triangles of the way in [`Ligaments::crossed`].
     crossed: std::ops::Range<u32>,
 }
 
@@ -55,7 +55,7 @@ struct Inwards {
     least: f64,
 }
 
-impl Strands {
+impl Ligaments {
     /// Finds the ligaments narrower than `radius` \[mm\], unless they are known.
     pub fn find(&mut self, surface: &Surface, radius: f64) {
         let wanted = Some((surface.topology.log.now(), radius));
@@ -118,9 +118,14 @@ impl Strands {
     /// The ligament with the largest criterion above 1, of those whose middle \[mm, rest shape\] may part: every triangle on
     /// the way across it exceeds it. The tension at a rim follows the rim, so that its own direction says little about the way
     /// across.
-    pub fn weakest(&self, surface: &Surface, strength: &Strength, may_part: &dyn Fn(DVec3) -> bool) -> Option<Parting> {
+    pub fn weakest(
+        &self,
+        surface: &Surface,
+        strength: &Strength,
+        may_part: &dyn Fn(DVec3) -> bool,
+    ) -> Option<LigamentFailure> {
         let rest = &surface.vertices.rest_position;
-        let mut best: Option<Parting> = None;
+        let mut best: Option<LigamentFailure> = None;
         for way in &self.ways {
             let crossed = &self.crossed[way.crossed.start as usize..way.crossed.end as usize];
             let least = best.map_or(1.0, |best| best.value);
@@ -130,13 +135,13 @@ impl Strands {
                 continue;
             }
             let [(first, _), ..] = crossed else { continue };
-            best = Some(Parting {
+            best = Some(LigamentFailure {
                 site: TearSite::Vertex(way.vertices[0]),
                 fibre: surface.triangles.fibre[*first as usize],
                 direction: (ends[1] - ends[0]).normalize_or_zero(),
                 value,
                 ends,
-                by: PartedBy::Strand,
+                by: PartedBy::Ligament,
             });
         }
         best

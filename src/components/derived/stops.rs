@@ -1,6 +1,6 @@
 //! Where solves whose time was up have stopped, so that the step can be repeated.
 
-/// The stops of a step's solves in their order, and those that a repetition is to make instead of looking at the clock.
+/// The stops of a step's solves in their order, and those that a repetition is to make instead of looking at the clock. *Derived.*
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stops {
     /// Per round of iterations with a limit of time, after how many of them it was up; [`NEVER`](Self::NEVER) where it was not.

@@ -25,7 +25,7 @@ pub(super) fn within_budget(
     tears: Option<(&Tips, &TearDecisions)>,
     iterations: u32,
 ) -> u32 {
-    let step = if !step.is_decisive && tears.is_some_and(may_tear) { step.before(1) } else { *step };
+    let step = if !step.is_corrector && tears.is_some_and(may_tear) { step.before(1) } else { *step };
     step.left(result).map_or(iterations, |left| {
         let left = left.saturating_sub(work::SET_UP).saturating_sub(result.work_of_advance);
         iterations.min(left.max(work::LEAST_ITERATIONS))
@@ -35,7 +35,10 @@ pub(super) fn within_budget(
 /// Whether a tear is near by the decisions of the last step. Where an edit has made that another mesh's, it is not known.
 fn may_tear((tips, decisions): (&Tips, &TearDecisions)) -> bool {
     let is_near = decisions.tips.iter().flatten().any(|decision| decision.value > NEAR);
-    is_near || decisions.tips.len() != tips.len() || decisions.start.is_some() || decisions.parting.is_some()
+    is_near
+        || decisions.tips.len() != tips.len()
+        || decisions.nucleation.is_some()
+        || decisions.ligament_failure.is_some()
 }
 
 /// The energy \[mJ\] of the masses' motion by the mean edge in the step.

@@ -1,0 +1,45 @@
+//! Keys that have another name now: they are refused with the present one.
+
+/// Former keys with their present names. A strength and a toughness are named by the direction of the tear: that of the stress that
+/// opens it is across.
+const RENAMED: [(&str, &str); 4] = [
+    ("strength_fibre", "strength_across_fibres"),
+    ("strength_transverse", "strength_along_fibres"),
+    ("toughness_along", "toughness_along_fibres"),
+    ("toughness_across", "toughness_across_fibres"),
+];
+
+/// Remedy for a former key: its present name. `None` for other keys.
+pub(crate) fn remedy(key: &str) -> Option<String> {
+    let (_, now) = RENAMED.iter().find(|(former, _)| *former == key)?;
+    Some(format!("write `{now}`, by the direction of the tear; the value stays"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Document, patch};
+    use rhexis::components::Tearing;
+
+    #[test]
+    fn former_keys_are_refused_with_their_present_names() {
+        for (former, now) in RENAMED {
+            let table = if former.starts_with("strength") { "tearing" } else { "energy_criterion" };
+            let mut document = Document::named("fig2-tear").unwrap();
+            document.set(&format!("bodies.0.{table}.{former}=0.5")).unwrap();
+            let error = document.scene().unwrap_err();
+            assert_eq!(error.what, format!("there is no `{former}` here"));
+            assert!(error.hint.contains(&format!("`{now}`")), "{error}");
+        }
+        let text = Document::named("fig2-tear").unwrap().text().replace("strength_along_fibres", "strength_transverse");
+        let error = Document::new(text, "torn.toml").scene().unwrap_err();
+        assert!(error.position.is_some() && error.hint.contains("`strength_along_fibres`"), "{error}");
+    }
+
+    #[test]
+    fn components_refuse_former_keys_likewise() {
+        let text = "strength_transverse = 0.5";
+        let error = patch::patched("Tearing", Some(&Tearing::default()), toml::from_str(text).unwrap()).unwrap_err();
+        assert!(error.contains("`strength_transverse`") && error.contains("`strength_along_fibres`"), "{error}");
+    }
+}
