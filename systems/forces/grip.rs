@@ -16,7 +16,7 @@ use hecs::Entity;
 use smallvec::SmallVec;
 
 /// A sum of steps may miss a time by so much of a step.
-const ROUNDING: f64 = 1e-6;
+const TIME_ROUNDING: f64 = 1e-6;
 
 /// Closes, moves and opens the jaws of scripts, and opens those of forceps that are no more.
 pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -35,7 +35,7 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
         let (start, end) = (step.end() - step.dt, step.end());
         for (grip, pinch) in list.iter().zip(pinches.iter_mut()) {
             // Judged where the step begins, which is one time for a step and for the first half in which it is retried.
-            let now = if step.is_static { end } else { start + ROUNDING * step.dt };
+            let now = if step.is_static { end } else { start + TIME_ROUNDING * step.dt };
             if !(grip.from..grip.until).contains(&now) {
                 pinch.release();
                 pinch.has_slipped = false;

@@ -12,7 +12,7 @@ const ROUNDED: f64 = 1.0 - 1e-9;
 
 /// A criterion above this would exceed 1 after a correction of the step as well. A tip that waits saves up only the advance
 /// that it may make by a corrected criterion, or by one so clear.
-const CLEAR: f64 = 1.05;
+const CLEAR_CRITERION: f64 = 1.05;
 
 /// Advance budget of tips.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +60,7 @@ fn will_tear(
         let way = fan_chart(tables, tips.vertex[tip])
             .and_then(|(_, chart)| chart.exit(chart.to_chart(decision.direction)))
             .map_or(0.0, |exit| exit.distance);
-        let is_clear = decision.value > CLEAR;
+        let is_clear = decision.value > CLEAR_CRITERION;
         decision.value > 1.0 && (!is_clear || budget.suffices(budget.of_tip(tips.advance_budget[tip], way), way))
     };
     let mut asking = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));

@@ -22,9 +22,9 @@ const POINTS: u32 = 24;
 /// Square of the largest principal stress around a tip over K/√(2πr), at 60° from its direction.
 const LARGEST_SQ: f64 = 1.69;
 /// Distance ahead at which a way is probed for the triangle it enters, in lengths of a step or a zone.
-const NEAR: f64 = 0.01;
+const PROBED_AHEAD: f64 = 0.01;
 /// Triangles that one step of the walk may cross.
-const MOST_CROSSED: usize = 64;
+const MOST_CROSSED_BY_STEP: usize = 64;
 
 /// Result of the coupled stress-energy nucleation criterion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +108,7 @@ impl EnergyTerms<'_> {
     /// isotropic). Zero where the tip's decision is on no energy.
     pub fn overstressed(&self, surface: &Surface, decision: &TearDecision) -> f64 {
         let Some(release) = decision.release else { return 0.0 };
-        let way = decision.direction * (NEAR * self.tearing.radius);
+        let way = decision.direction * (PROBED_AHEAD * self.tearing.radius);
         let Some(triangle) = triangle_ahead(surface, decision.row, way) else { return 0.0 };
         let triangle = triangle as usize;
         let law = &surface.triangles.stiffness[triangle];
@@ -125,7 +125,7 @@ impl EnergyTerms<'_> {
         match site {
             TearSite::Vertex(vertex) => {
                 let at = surface.vertices.rest_position[vertex as usize];
-                let triangle = triangle_ahead(surface, vertex, d * (NEAR * step))?;
+                let triangle = triangle_ahead(surface, vertex, d * (PROBED_AHEAD * step))?;
                 Some(smallvec![Ray { at, ahead: d, triangle }])
             }
             TearSite::Triangle(triangle) => {
@@ -158,7 +158,7 @@ impl Ray {
     /// Goes on by a length \[mm\]; `false` where a boundary is nearer.
     fn go_on(&mut self, surface: &Surface, length: f64) -> bool {
         let to = self.at + self.ahead * length;
-        for _ in 0..MOST_CROSSED {
+        for _ in 0..MOST_CROSSED_BY_STEP {
             let x = corners(surface, self.triangle);
             let weights = barycentric(x, to);
             let mut outside: SmallVec<[usize; 3]> = (0..3).filter(|&i| weights[i] < -1e-9).collect();

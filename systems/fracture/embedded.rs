@@ -16,13 +16,13 @@ const POOREST: f64 = 0.017_453_292_519_943_295;
 /// Largest turn \[rad\] to a vertex that is in the way; 2°, below which no angle is left anyhow.
 const BESIDE: f64 = 2.0 * POOREST;
 /// A mend must raise the smallest angle by this \[rad\].
-const GAIN: f64 = 1e-3;
+const MEND_GAIN: f64 = 1e-3;
 /// Mends per point of a line.
 const MENDS: usize = 6;
 /// Parts of an edge by which a vertex beside the line is moved to mend a triangle.
 const SLIDES: [f64; 3] = [0.15, 0.3, 0.5];
 /// A point of the line may go where its neighbours on the line leave it no farther than this part of their distance.
-const STRAIGHT: f64 = 1e-12;
+const STRAIGHT_LINE: f64 = 1e-12;
 
 /// A line in the mesh.
 struct EmbeddedCut {
@@ -134,7 +134,7 @@ impl Cutter<'_, '_> {
             for edit in self.mends(embedded, triangle) {
                 let gained = self.try_mend(embedded, &edit).map_or(0.0, |(angle, _)| angle);
                 self.roll_back(start);
-                if gained > best.as_ref().map_or(angle + GAIN, |(most, _)| *most) {
+                if gained > best.as_ref().map_or(angle + MEND_GAIN, |(most, _)| *most) {
                     best = Some((gained, edit));
                 }
             }
@@ -215,7 +215,7 @@ impl Cutter<'_, '_> {
             && !embedded.points.contains(&row)
             && (self.is_movable)(row)
             && super::relax::may_slide(self.mesh, row)
-            && super::cut_line::distance_to_segment(p, a, b) <= STRAIGHT * a.distance(b)
+            && super::cut_line::distance_to_segment(p, a, b) <= STRAIGHT_LINE * a.distance(b)
     }
 
     /// The smallest rest angle \[rad\] of the triangles at a line and of their neighbours, with its triangle.

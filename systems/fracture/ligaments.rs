@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
 
 /// Most triangles on a way across a ligament: R has some ten edges at most.
-const MOST_CROSSED: usize = 64;
+const MOST_CROSSED_BY_LIGAMENT: usize = 64;
 /// Fewest triangles on a way across a ligament: a spike of one or two carries only its own load, and swings.
 const FEWEST_CROSSED: usize = 3;
 /// Ways from one vertex of the rim, the shortest first: which of them is the weakest depends on the fibres.
@@ -20,7 +20,7 @@ const WAYS: usize = 3;
 /// Ways tried from one vertex: some meet a rim on their way, or cross too few triangles.
 const MOST_TRIED: usize = 16;
 /// Ways for which there is room.
-const ROOM: usize = 256;
+const ROOM_FOR_WAYS: usize = 256;
 /// Largest lean of a way, at either end, from the line halfway between the rim's two edges, over half the angle between those: 60° at
 /// a straight rim. Ways along the rim, as the chords of a round one, cut off no ligament.
 const LEAN: f64 = 2.0 / 3.0;
@@ -67,9 +67,9 @@ impl Ligaments {
         self.crossed.clear();
         let rest = &surface.vertices.rest_position;
         // Room from the start, so that lists do not grow while a tear goes on.
-        self.ways.reserve(ROOM);
-        self.crossed.reserve(4 * ROOM);
-        self.facing.reserve(ROOM);
+        self.ways.reserve(ROOM_FOR_WAYS);
+        self.crossed.reserve(4 * ROOM_FOR_WAYS);
+        self.facing.reserve(ROOM_FOR_WAYS);
         let mut rim = std::mem::take(&mut self.rim);
         rim.clear();
         let of_rim = (0..rest.len() as u32).filter(|&v| surface.topology.is_boundary_vertex(v));
@@ -202,7 +202,7 @@ fn cross(surface: &Surface, from: u32, to: u32, crossed: &mut Vec<(u32, DVec2)>)
     };
     // The edges that may be left by: not the one that was entered by.
     let mut exits: SmallVec<[usize; 3]> = smallvec![(corner + 1) % 3];
-    for _ in 0..MOST_CROSSED {
+    for _ in 0..MOST_CROSSED_BY_LIGAMENT {
         let x = corners(surface, t as usize);
         let Some(normal) = (x[1] - x[0]).cross(x[2] - x[0]).try_normalize() else { return false };
         let Some(d) = (direction - normal * normal.dot(direction)).try_normalize() else { return false };

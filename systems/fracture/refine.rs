@@ -20,7 +20,7 @@ const FLIP: f64 = 0.244_346_095_279_206_1;
 /// Multiple of the reach of refinement from which vertices are removed, so that a tip that wavers does not see the mesh waver.
 const BEHIND: f64 = 1.5;
 /// Collapses leave no large triangle nearer than this multiple of the reach of refinement.
-const CLEAR: f64 = 1.25;
+const CLEAR_OF_TIPS: f64 = 1.25;
 /// Multiple of the reach at which vertices that could not be removed stay for good, so that the list of those to look at stays short.
 const FORGOTTEN: f64 = 5.0;
 
@@ -244,7 +244,7 @@ impl Refiner<'_> {
     fn plan(&self, row: u32, reach: f64) -> Option<Coarsening> {
         let edge = self.refinement.edge(self.tearing.radius);
         let is_wanted = |x: [DVec3; 3], area: f64| {
-            size(area) <= edge || self.distance_to_tips(|tip| distance_to_triangle(x, tip)) >= CLEAR * reach
+            size(area) <= edge || self.distance_to_tips(|tip| distance_to_triangle(x, tip)) >= CLEAR_OF_TIPS * reach
         };
         let surface = Surface {
             vertices: self.mesh.vertices,

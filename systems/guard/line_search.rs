@@ -15,10 +15,10 @@ use crate::systems::solver::{Operator, ProductMemory};
 use glam::DVec3;
 
 /// Smallest fraction.
-const LEAST: f64 = 1.0 / 64.0;
+const LEAST_SEARCHED: f64 = 1.0 / 64.0;
 
 /// The part of the decrease promised by the slope by which Φ has to fall (Armijo 1966).
-const PROMISED: f64 = 1e-4;
+const ARMIJO_OF_WAY: f64 = 1e-4;
 
 /// A fraction of a way along free axes.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +60,7 @@ impl Solved<'_> {
             let dissipated = parallel::sum(full.triangles.len(), sums.partials, |t| self.damped_along(t, fraction));
             let potential =
                 strained + dissipated + fraction * fraction * (damped - 0.5 * elastic + 0.5 * whole) - fraction * slope;
-            if potential < 0.0 && potential <= -PROMISED * fraction * slope || fraction <= LEAST {
+            if potential < 0.0 && potential <= -ARMIJO_OF_WAY * fraction * slope || fraction <= LEAST_SEARCHED {
                 let created =
                     strained - self.dissipated(fraction, sums.partials) - fraction * (slope - fraction * whole);
                 return Fraction { fraction, created, potential };

@@ -22,23 +22,23 @@ const SWEEPS: u32 = 40;
 const SETTLED: f64 = 1e-4;
 
 /// Most halvings of a move, until it lowers the potential by this part of the decrease promised by its slope (Armijo 1966).
-const HALVINGS: u32 = 12;
-const PROMISED: f64 = 1e-4;
+const MOVE_HALVINGS: u32 = 12;
+const ARMIJO_OF_MOVE: f64 = 1e-4;
 
 /// Most times that a local relaxation is enlarged.
-const ROUNDS: u32 = 4;
+const MOST_ENLARGEMENTS: u32 = 4;
 
 /// A vertex keeps the solve's way where jaws, springs or its own mass hold it by this multiple of the membrane's stiffness.
 const LED: f64 = 10.0;
 
 /// Size limit of a local relaxation, as a part of the vertices: energy created by more of them is the whole body's fault.
-const MOST: f64 = 0.05;
+const MOST_RELAXED: f64 = 0.05;
 
-/// Size limit of a local relaxation in small bodies, up to [`FEW`] vertices, as a part of the vertices.
-const MOST_OF_FEW: f64 = 0.15;
+/// Size limit of a local relaxation in small bodies, up to [`FEW_VERTICES`] vertices, as a part of the vertices.
+const MOST_RELAXED_OF_FEW: f64 = 0.15;
 
 /// Vertices of a local relaxation that count as few.
-const FEW: f64 = 24.0;
+const FEW_VERTICES: f64 = 24.0;
 
 /// Factor on the vertices of a local relaxation in a body that gets a Newton correction anyway, and its most sweeps.
 const WIDER: usize = 4;
@@ -85,7 +85,7 @@ impl LocalRelaxation {
             way: solved.delta.to_vec(),
             off: vec![DVec3::ZERO; count],
         };
-        for round in 0..ROUNDS {
+        for round in 0..MOST_ENLARGEMENTS {
             let triangles = if round == 0 { extent.triangles } else { usize::MAX };
             let is_enough = relaxation.grow(solved, sum - most, &Extent { triangles, ..*extent });
             if !is_enough && !extent.is_partial {
@@ -158,7 +158,7 @@ impl LocalRelaxation {
 
     fn most(&self) -> usize {
         let count = self.way.len() as f64;
-        (MOST * count).max((MOST_OF_FEW * count).min(FEW)) as usize
+        (MOST_RELAXED * count).max((MOST_RELAXED_OF_FEW * count).min(FEW_VERTICES)) as usize
     }
 
     /// Moves its vertices one after the other. `full` is the operator of the solve, with loads and all.
@@ -207,11 +207,11 @@ impl LocalRelaxation {
             around.map(|t| solved.law.element(solved.operator.triangles, t).energy(relaxation.corners(t, full))).sum()
         };
         let (before, way, off) = (stored(self), self.way[v], self.off[v]);
-        for halving in 0..=HALVINGS {
+        for halving in 0..=MOVE_HALVINGS {
             let moved = whole * elementary::powi(0.5, halving);
             (self.way[v], self.off[v]) = (way + moved, off + moved);
             let change = stored(self) - before - other.dot(moved) + 0.5 * moved.dot(own * moved);
-            if change <= -PROMISED * force.dot(moved) {
+            if change <= -ARMIJO_OF_MOVE * force.dot(moved) {
                 return moved.length() / size;
             }
         }

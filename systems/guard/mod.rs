@@ -59,7 +59,7 @@ use verdict::{Judged, Permitted};
 
 /// Limit of the spurious energy, as a share of the energy in the body. The next steps mostly take away the energy that one
 /// adds, so that a much smaller share would refuse steps that do no harm.
-const SHARE: f64 = 0.1;
+const SPURIOUS_SHARE: f64 = 0.1;
 
 /// Share of the limit up to which unchecked bounds do in place of sums.
 const UNCHECKED: f64 = 0.1;
@@ -72,7 +72,7 @@ const SPIKE: usize = 2;
 const RELAXING: u32 = 8;
 
 /// A strain whose energy counts as being in the body: slack tissue at rest stores nothing, and may turn.
-const SLACK: f64 = 0.01;
+const SLACK_STRAIN: f64 = 0.01;
 
 /// Fraction of the increment down to which a body is tried at halves.
 const HALVED: f64 = 1e-3;
@@ -83,7 +83,7 @@ const HALVED: f64 = 1e-3;
 const LEAST_FRACTION: f64 = 1e-15;
 
 /// Rounding of a sum over all triangles, over the limit.
-const ROUNDING: f64 = 1e-12;
+const SUM_ROUNDING: f64 = 1e-12;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
@@ -167,7 +167,8 @@ fn enforce_in(
     };
     // Energy created by the previous solve is in the body where this one starts, and this one is to take it away.
     let is_corrected = to_correct.is_some();
-    let limit = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(twice_stored, tautness.slack, partials));
+    let limit =
+        to_correct.take().unwrap_or_else(|| SPURIOUS_SHARE * solved.energy(twice_stored, tautness.slack, partials));
     // Once the body has lost energy, its share of the rest is the most that can be spurious.
     let mut before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
     ledger.unchecked_bound = ledger.unchecked_bound.min(UNCHECKED * limit);
@@ -197,7 +198,7 @@ fn enforce_in(
         more,
         work,
         // Rounding of zero energy counts as zero.
-        most: most * (1.0 + ROUNDING),
+        most: most * (1.0 + SUM_ROUNDING),
     };
     let may = Permitted {
         triangles: if step.is_retried || is_last || step.is_correction || ledger.relaxing > 0 {
@@ -234,11 +235,11 @@ fn stiffness(triangles: &Triangles, t: usize) -> f64 {
     (q.q11 + q.q22).max(2.0 * q.q66) * triangles.thickness[t]
 }
 
-/// Energy that a body whose triangles have such laws would store at the strain [`SLACK`] \[mJ\].
+/// Energy that a body whose triangles have such laws would store at the strain [`SLACK_STRAIN`] \[mJ\].
 fn slack_energy<'a>(triangles: &Triangles, law: impl Fn(usize) -> &'a Orthotropic) -> f64 {
     let of_triangle = |t: usize| {
         let q = law(t);
-        0.5 * triangles.rest[t].area * triangles.thickness[t] * (q.q11 + q.q22) * (SLACK * SLACK)
+        0.5 * triangles.rest[t].area * triangles.thickness[t] * (q.q11 + q.q22) * (SLACK_STRAIN * SLACK_STRAIN)
     };
     (0..triangles.len()).map(of_triangle).sum()
 }

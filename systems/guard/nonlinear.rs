@@ -20,7 +20,7 @@
 //! holds and loads act as at its end.
 
 use super::place::of_triangle;
-use super::{SHARE, slack_energy};
+use super::{SPURIOUS_SHARE, slack_energy};
 use crate::components::{
     Bending, Damping, FibreLaws, Forces, Frames, GuardLedger, Increment, Planar, PreStretch, Sleeping, SolveResult,
     SolverScratch, fibre_law,
@@ -164,7 +164,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             if before == 0.0 && more <= 0.0 {
                 return;
             }
-            let most = SHARE * (start + slack_energy(triangles, |t| frames.stiffness(triangles, t)));
+            let most = SPURIOUS_SHARE * (start + slack_energy(triangles, |t| frames.stiffness(triangles, t)));
             let sum = before.min(most) + more;
             ledger.creates_energy = !(sum <= most);
             if ledger.creates_energy {

@@ -28,7 +28,7 @@ const STALE: u32 = 4;
 /// Cost of a solve without the factor, the baseline (`rhexis bench ladder`).
 struct Baseline {
     /// Baseline iterations that cost about as much as an iteration with the factor.
-    cost: u32,
+    iteration_cost: u32,
     /// Baseline iterations that cost as much as the preparation of the baseline's preconditioner.
     prepared: u32,
     /// Iterations assumed for the first solve.
@@ -36,9 +36,9 @@ struct Baseline {
 }
 
 /// With an incomplete factor, made for every solve: the first as on a sheet of 500 triangles.
-const INCOMPLETE: Baseline = Baseline { cost: 5, prepared: 8, first: 60 };
+const INCOMPLETE: Baseline = Baseline { iteration_cost: 5, prepared: 8, first: 60 };
 /// With multigrid, whose numbers last.
-const LEVELS: Baseline = Baseline { cost: 2, prepared: 0, first: 8 };
+const LEVELS: Baseline = Baseline { iteration_cost: 2, prepared: 0, first: 8 };
 
 /// Consecutive early-stale factors after which factorisation pauses: each stale before it has served for as long as it took to make.
 const MOST_EARLY_STALE: u32 = 3;
@@ -236,10 +236,10 @@ impl Factor {
 
     /// Iterations with it in a dynamic solve at the most: with more it is worse than none, which has `mixed` in its place.
     pub fn most(&self, mixed: Option<MixedPreconditioner>) -> u32 {
-        let Baseline { cost, prepared, first } =
+        let Baseline { iteration_cost, prepared, first } =
             if mixed == Some(MixedPreconditioner::Multigrid) { LEVELS } else { INCOMPLETE };
         let without = if self.without == 0 { first } else { self.without };
-        ((without + prepared) / cost).max(STALE + 1)
+        ((without + prepared) / iteration_cost).max(STALE + 1)
     }
 
     /// After a dynamic solve with the factor, which might have taken so many iterations at the most.

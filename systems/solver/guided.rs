@@ -20,7 +20,7 @@ use glam::{DMat3, DVec2, DVec3};
 const MOST_WITH_EARLIER_FACTOR: u32 = 60;
 
 /// A pivot below this part of a block's largest entry is none.
-const LEAST_PIVOT: f64 = 1e-12;
+const LEAST_GUIDED_PIVOT: f64 = 1e-12;
 
 /// As [`solve`](super::solve), for a body with guided vertices. It starts from nothing along free axes and guides.
 ///
@@ -130,7 +130,7 @@ fn inverse(block: DMat3, size: usize) -> DMat3 {
     let diagonal = [block.x_axis.x, block.y_axis.y, block.z_axis.z];
     let scale: f64 = diagonal[..size].iter().product();
     let padded = (size..3).fold(1.0, |product, i| product * diagonal[i]);
-    if diagonal.iter().all(|d| *d > 0.0) && block.determinant() > LEAST_PIVOT * scale * padded {
+    if diagonal.iter().all(|d| *d > 0.0) && block.determinant() > LEAST_GUIDED_PIVOT * scale * padded {
         return block.inverse();
     }
     let safe = diagonal.map(|d| if d > 0.0 && d.is_finite() { 1.0 / d } else { 1.0 });

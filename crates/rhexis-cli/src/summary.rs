@@ -44,7 +44,7 @@ pub(super) fn summary(report: &RunReport) -> String {
         lines.extend(body.course.as_ref().map(course::lines));
         if let Some(tear) = &body.tear {
             lines.push(format!(
-                "    torn {:.3} mm in {} advances, {} tip(s) left, {} ended, {} piece(s) free",
+                "    torn {:.3} mm in {} advances, {} tip(s) left, {} ended, {} fragment(s) free",
                 tear.length_mm,
                 tear.advances,
                 tear.tips.len(),

@@ -1,12 +1,12 @@
 //! Grips of a body: forceps by script, which close at one time, follow a hand path and open.
 
 use crate::components::BodyError;
-use crate::components::check::{Check, Host, MOST, at_row, finite, number};
+use crate::components::check::{Check, Host, MOST_COUNTED, at_row, finite, number};
 use crate::components::{Jaws, Pinch, Pose};
 use glam::DVec3;
 
 /// Vertices for which every grip has room from the start: jaws are small, and close in the middle of a course.
-const USUAL: usize = 64;
+const USUAL_PINCH: usize = 64;
 
 /// A polyline through space over time, at rest before its first and after its last point.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -88,9 +88,9 @@ impl Grips {
     pub fn new(list: Vec<Grip>) -> Self {
         let pinch = |grip: &Grip| {
             let mut pinch = Pinch { name: grip.name.clone(), jaws: grip.jaws, ..Pinch::default() };
-            pinch.held.reserve(USUAL);
-            pinch.prescribed.reserve(USUAL);
-            pinch.forces.reserve(USUAL);
+            pinch.held.reserve(USUAL_PINCH);
+            pinch.prescribed.reserve(USUAL_PINCH);
+            pinch.forces.reserve(USUAL_PINCH);
             pinch
         };
         Self { pinches: list.iter().map(pinch).collect(), list, grasp_count: 0 }
@@ -157,7 +157,7 @@ impl Check for Grips {
         if self.pinches.len() < self.list.len() {
             return wrong("there must be a pinch for each grip of the list: make them with Grips::new");
         }
-        if u64::from(self.grasp_count) > MOST {
+        if u64::from(self.grasp_count) > MOST_COUNTED {
             return wrong("the grasps count what no run can do: they must be at most 1073741824");
         }
         for pinch in &self.pinches {

@@ -250,10 +250,10 @@ impl Shape {
     /// Where a way from a point outside to another first meets the surface: the point \[mm\] and the normal there. In steps of the
     /// distance, which never passes the surface (Hart 1996).
     pub fn entry(&self, from: DVec3, to: DVec3) -> Option<(DVec3, DVec3)> {
-        const MOST: u32 = 100;
+        const MOST_MARCHES: u32 = 100;
         let length = from.distance(to);
         let mut done = 0.0;
-        for _ in 0..MOST {
+        for _ in 0..MOST_MARCHES {
             let x = if length > 0.0 { from.lerp(to, done / length) } else { from };
             let (distance, normal) = self.distance(x)?;
             if distance <= 1e-9 * length {

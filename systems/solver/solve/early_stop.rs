@@ -15,7 +15,7 @@ use glam::DVec3;
 const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 
 /// A criterion near that of an advance, which the next step may reach.
-const NEAR: f64 = 0.9;
+const NEARLY_TEARING: f64 = 0.9;
 
 /// Iterations that a solve may take, so that the work to come after it stays within the budget: an advance of a tear, and the second
 /// solve that decides on it.
@@ -34,7 +34,7 @@ pub(super) fn within_budget(
 
 /// Whether a tear is near by the decisions of the last step. Where an edit has made that another mesh's, it is not known.
 fn may_tear((tips, decisions): (&Tips, &TearDecisions)) -> bool {
-    let is_near = decisions.tips.iter().flatten().any(|decision| decision.value > NEAR);
+    let is_near = decisions.tips.iter().flatten().any(|decision| decision.value > NEARLY_TEARING);
     is_near
         || decisions.tips.len() != tips.len()
         || decisions.nucleation.is_some()

@@ -11,7 +11,7 @@ use super::super::order::Order;
 use super::super::partition::Partition;
 use super::coarsen::Coarsening;
 use super::galerkin;
-use super::hierarchy::{Hierarchy, LEAST_GAIN, MOST_COARSEST};
+use super::hierarchy::{Hierarchy, MOST_COARSE_SHARE, MOST_COARSEST};
 use super::level::Level;
 use super::marks::Mark;
 use super::numbering::Numbering;
@@ -107,7 +107,7 @@ impl Hierarchy {
         let (transfer, fine, coarse) = (&mut transfers[fine.len() - 1], &fine[fine.len() - 1], &mut coarse[0]);
         transfer.coarsening.follow(&fine.pattern, &fine.is_boundary, |row| marks.is_reached(row));
         let nodes = transfer.coarsening.row.len();
-        if nodes as f64 > LEAST_GAIN * fine.pattern.row_count() as f64 {
+        if nodes as f64 > MOST_COARSE_SHARE * fine.pattern.row_count() as f64 {
             return false;
         }
         transfer.follow(&fine.pattern, &fine.places, marks, next_marks);

@@ -30,7 +30,7 @@ const TWICE: usize = 3;
 const OWN: Option<&fn(usize) -> Vec4> = None;
 
 /// A coarser level with more than this part of its nodes is not worth having: many pieces, each down to its last nodes.
-pub(super) const LEAST_GAIN: f64 = 0.7;
+pub(super) const MOST_COARSE_SHARE: f64 = 0.7;
 
 /// The levels of a body.
 #[derive(Debug, Default)]
@@ -144,7 +144,7 @@ impl Hierarchy {
         let (fine, coarse) = (&fine[count - 1], &mut coarse[0]);
         transfer.coarsening.rebuild(&fine.pattern, fine.numbering, &fine.is_boundary);
         let nodes = transfer.coarsening.row.len();
-        if nodes as f64 > LEAST_GAIN * fine.pattern.row_count() as f64 {
+        if nodes as f64 > MOST_COARSE_SHARE * fine.pattern.row_count() as f64 {
             return false;
         }
         interpolation::rebuild(&mut transfer.parts, &fine.pattern, &fine.places, &transfer.coarsening.node);
