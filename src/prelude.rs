@@ -9,7 +9,7 @@ pub use crate::event::{Event, EventKind};
 pub use crate::generate;
 pub use crate::membrane::Membrane;
 pub use crate::report::Report;
-pub use crate::settings::Settings;
+pub use crate::settings::{Accuracy, Advanced, Settings};
 pub use crate::simulation::{FixedStep, Simulation};
 pub use crate::storage::{Attached, TipKey, TriangleKey, TriangleMesh, VertexKey};
 pub use crate::units;

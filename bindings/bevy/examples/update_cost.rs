@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for has_normals in [true, false] {
         let mut app = App::new();
         app.add_plugins((TaskPoolPlugin::default(), TimePlugin, TransformPlugin, AssetPlugin::default(), MeshPlugin));
-        app.add_plugins(RhexisPlugin { settings: Settings::game(), dt: 10.0, is_interpolated: false, ..default() });
+        app.add_plugins(RhexisPlugin { settings: Settings::new(Accuracy::Game), dt: 10.0, is_interpolated: false, ..default() });
         app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(10)));
         app.insert_resource(Begin(Instant::now())).init_resource::<Times>();
         app.add_systems(PostUpdate, begin.after(RhexisSystems::Step).before(RhexisSystems::Show));

@@ -26,6 +26,7 @@ pub mod output;
 pub mod patch;
 mod per_triangle;
 mod region;
+mod renamed;
 pub mod schema;
 mod settings;
 mod shape;

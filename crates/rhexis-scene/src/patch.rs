@@ -1,6 +1,6 @@
 //! Components and settings as TOML: what is there, with what a table changes of it.
 
-use super::nearest;
+use super::{nearest, renamed};
 use serde::{Serialize, de::DeserializeOwned};
 use toml::{Table, Value};
 
@@ -58,6 +58,9 @@ fn merge(all: &mut Table, patch: &Table, is_deep: bool) {
 fn known(path: &str, patch: &Table, read: &Table) -> Result<(), String> {
     for (key, value) in patch {
         let Some(there) = read.get(key) else {
+            if let (true, Some(new)) = (path == "settings", renamed::of_settings(key)) {
+                return Err(format!("settings: the key `{key}` is now `{new}`"));
+            }
             let hint = nearest(key, read.keys().map(String::as_str));
             let hint = hint.map_or(String::new(), |near| format!(": did you mean `{near}`?"));
             return Err(format!("{path}: there is no key `{key}`{hint}"));
