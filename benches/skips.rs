@@ -32,8 +32,8 @@ fn stretched(body: Membrane) -> (Simulation, Entity, StepContext) {
 }
 
 /// Fibres along the pull: along them the stress is high and so is the strength.
-fn sheet(strength_transverse: f64, may_initiate: bool) -> Membrane {
-    let tearing = Tearing { strength_fibre: 1e3, strength_transverse, may_initiate, ..Tearing::default() };
+fn sheet(strength_along_fibres: f64, may_initiate: bool) -> Membrane {
+    let tearing = Tearing { strength_across_fibres: 1e3, strength_along_fibres, may_initiate, ..Tearing::default() };
     square(LARGE, Curve::constant(0.15)).fibres(Fibres::at_degrees(0.0)).with(tearing)
 }
 
@@ -111,7 +111,7 @@ fn forces(bencher: Bencher, order: &str) {
     let grid = rhexis::generate::grid(30.0, 30.0, 300, 250).expect("a grid");
     let mesh = if order == "grid" { grid } else { shuffled(&grid) };
     let count = mesh.triangles.len();
-    let material = rhexis::components::Material::figure_2();
+    let material = rhexis::components::Material::allard_2009();
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).expect("threads");
     let body = simulation.spawn(Membrane::new("sheet", mesh, material).planar()).expect("an admissible body");
     if order == "reordered" {

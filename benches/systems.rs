@@ -87,7 +87,12 @@ fn laden(cells: [usize; 2]) -> (Simulation, Entity) {
         .with(Drag { coefficient: 1e-6 })
         .with(Contact { stiffness: Some(1.0), friction: 0.0 })
         // Weak enough that every sample's tip advances; no step before does, as the blade falls after them.
-        .with(Tearing { strength_transverse: 1e-4, strength_fibre: 1e-3, max_tear_speed: 10.0, ..Tearing::default() });
+        .with(Tearing {
+            strength_along_fibres: 1e-4,
+            strength_across_fibres: 1e-3,
+            max_tear_speed: 10.0,
+            ..Tearing::default()
+        });
     let body = simulation.spawn(body).expect("an admissible body");
     let centre = DVec3::new(15.0, 15.0, -1e4);
     simulation

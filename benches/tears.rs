@@ -95,7 +95,7 @@ fn notched(cells: [usize; 2], tearing: Tearing) -> (Simulation, Entity) {
 
 /// Calls `f` with the surface of a notched square that has so many edges per radius, and its tip.
 fn at_tip(edges_per_radius: f64, f: impl FnOnce(&Surface, u32, f64)) {
-    let (simulation, body) = notched(LARGE, Tearing { strength_transverse: 1e9, ..Tearing::default() });
+    let (simulation, body) = notched(LARGE, Tearing { strength_along_fibres: 1e9, ..Tearing::default() });
     let world = simulation.world();
     let vertices = &*world.get::<&Vertices>(body).expect("a body");
     let triangles = &*world.get::<&Triangles>(body).expect("a body");

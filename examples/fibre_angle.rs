@@ -27,7 +27,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// Where the tear has got to in a sheet with these fibres.
 fn tear(degrees: f64) -> Result<DVec3, Box<dyn std::error::Error>> {
     let mesh = generate::grid(30.0, 30.0, 30, 25)?;
-    let mut sheet = Membrane::new("sheet", mesh, Material::figure_2())
+    let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009())
         .fibres(Fibres::at_degrees(degrees))
         .planar()
         .with(Tearing::default())

@@ -12,7 +12,7 @@ use rhexis::storage::Attached;
 /// Pulls until the tear has run into a boundary.
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = generate::grid(30.0, 30.0, 30, 25)?;
-    let mut sheet = Membrane::new("sheet", mesh, Material::figure_2())
+    let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009())
         .fibres(Fibres::at_degrees(60.0))
         .planar()
         .with(Tearing::default())

@@ -49,7 +49,7 @@ fn magnet(world: &mut World, _: &StepContext) -> usize {
 
 /// Lifts a taut sheet.
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut sheet = Membrane::new("sheet", generate::grid(20.0, 20.0, 20, 20)?, Material::figure_2());
+    let mut sheet = Membrane::new("sheet", generate::grid(20.0, 20.0, 20, 20)?, Material::allard_2009());
     let rim = sheet.select(|p| p.x == 0.0 || p.y == 0.0 || p.x == 20.0 || p.y == 20.0);
     let out = |row: u32| (sheet.mesh().positions[row as usize] - DVec3::new(10.0, 10.0, 0.0)) * 0.02;
     let members = Attached::new(rim.into_iter().map(|row| (row, out(row))));

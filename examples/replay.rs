@@ -13,7 +13,7 @@ use rhexis::storage::Attached;
 /// Tears, goes back, tears again, and replays.
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = generate::grid(30.0, 30.0, 20, 16)?;
-    let mut sheet = Membrane::new("sheet", mesh, Material::figure_2()).planar().with(Tearing::default());
+    let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009()).planar().with(Tearing::default());
     sheet = sheet.fibres(Fibres::at_degrees(60.0));
     for (name, x, way) in [("left", 0.0, DVec3::NEG_X), ("right", 30.0, DVec3::X)] {
         let members = Attached::new(sheet.select(|p| p.x == x).into_iter().map(|vertex| (vertex, way)));

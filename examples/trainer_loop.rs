@@ -21,7 +21,7 @@ struct Buffers {
 
 /// Tears a sheet by hand.
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let sheet = Membrane::new("sheet", generate::grid(30.0, 30.0, 30, 25)?, Material::figure_2())
+    let sheet = Membrane::new("sheet", generate::grid(30.0, 30.0, 30, 25)?, Material::allard_2009())
         .fibres(Fibres::at_degrees(75.0))
         .with(Tearing::default())
         .with(Refinement::default())

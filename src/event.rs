@@ -2,7 +2,7 @@
 
 mod causes;
 
-pub use causes::{DecidedBy, GuardCause, GuardPlace, PartedBy, RingFault, WithheldStart};
+pub use causes::{BlockedNucleation, DecidedBy, GuardCause, GuardPlace, PartedBy, RingFault};
 
 use crate::storage::{TipKey, VertexKey};
 use glam::DVec3;
@@ -203,13 +203,13 @@ pub enum EventKind {
     Parted {
         /// Position of the event \[mm\].
         at: DVec3,
-        /// Load over the strength of the strand: smallest criterion across the strand, or stretch over the ultimate one.
+        /// Load over the strength of the ligament: smallest criterion across the ligament, or stretch over the ultimate one.
         value: f64,
         /// Reason of the event.
         by: PartedBy,
     },
-    /// A piece came free.
-    PieceFreed {
+    /// A fragment came free.
+    FragmentFreed {
         /// Triangles of the smaller part.
         triangle_count: usize,
     },
@@ -240,7 +240,7 @@ pub enum EventKind {
     },
     /// The stress reaches the strength where there is no tear, and opening one would release less than the toughness. Reported
     /// once, until no start is refused for that; how often one was is counted ([`TearLog`](crate::components::TearLog)).
-    StartWithheld(WithheldStart),
+    NucleationBlocked(BlockedNucleation),
     /// The criterion asked for an advance that the mesh could not make in any way. The tip rests, and is tried again in later
     /// steps; reported once until it moves or relaxes.
     Refused {

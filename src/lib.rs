@@ -23,7 +23,7 @@
 //!
 //! fn main() -> rhexis::Result<()> {
 //!     let mesh = generate::grid(30.0, 30.0, 30, 25)?;
-//!     let mut sheet = Membrane::new("sheet", mesh, Material::figure_2()).planar().with(Tearing::default());
+//!     let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009()).planar().with(Tearing::default());
 //!     sheet = sheet.fibres(Fibres::at_degrees(60.0));
 //!     for (name, x, way) in [("left", 0.0, DVec3::NEG_X), ("right", 30.0, DVec3::X)] {
 //!         let members = Attached::new(sheet.select(|p| p.x == x).into_iter().map(|vertex| (vertex, way)));
@@ -32,7 +32,7 @@
 //!     let mut simulation = Simulation::new(Settings::default())?;
 //!     let body = simulation.spawn(sheet)?;
 //!     simulation.cut(body, &[DVec3::new(15.0, 30.0, 0.0), DVec3::new(15.0, 27.0, 0.0)])?;
-//!     while simulation.pieces(body)?.count() == 1 {
+//!     while simulation.fragments(body)?.count() == 1 {
 //!         assert!(simulation.time() < 1000.0, "not torn through");
 //!         simulation.step(10.0)?;
 //!         for event in simulation.drain_events() {

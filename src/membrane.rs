@@ -62,7 +62,7 @@ impl Membrane {
     /// ```
     /// use rhexis::prelude::*;
     ///
-    /// let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::figure_2());
+    /// let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::allard_2009());
     /// sheet.validate()?;
     /// # Ok::<(), rhexis::Error>(())
     /// ```
@@ -90,7 +90,7 @@ impl Membrane {
     /// # Examples
     /// ```
     /// # use rhexis::prelude::*;
-    /// # let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::figure_2());
+    /// # let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::allard_2009());
     /// let sheet = sheet.fibres(Fibres::at_degrees(45.0));
     /// # Ok::<(), rhexis::Error>(())
     /// ```
@@ -141,7 +141,7 @@ impl Membrane {
     /// # Examples
     /// ```
     /// # use rhexis::prelude::*;
-    /// # let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::figure_2());
+    /// # let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::allard_2009());
     /// let rim = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|vertex| (vertex, DVec3::ZERO)));
     /// let curve = Curve::constant(1.0);
     /// let sheet = sheet.hold(Hold { name: "rim".into(), members: rim, axes: [true; 3], curve });
@@ -159,7 +159,7 @@ impl Membrane {
     /// # Examples
     /// ```
     /// # use rhexis::prelude::*;
-    /// # let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::figure_2());
+    /// # let sheet = Membrane::new("sheet", generate::grid(10.0, 10.0, 8, 8)?, Material::allard_2009());
     /// let sheet = sheet.with(Tearing::default()).with(Bending { stiffness: None }).with(Damping { time: 1.0 });
     /// # Ok::<(), rhexis::Error>(())
     /// ```

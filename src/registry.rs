@@ -9,12 +9,12 @@ mod check;
 mod companions;
 mod parameters;
 
-pub use check::Refused;
+pub use check::Rejected;
 pub(crate) use check::{
-    Changed, Look, check_changed, check_rules, judge, judge_all, judge_tables, owner_of, with_host,
+    Changed, Look, check_changed, check_rules, owner_of, validate, validate_all, validate_tables, with_host,
 };
 pub(crate) use companions::{complete, complete_in};
-pub(crate) use parameters::{Parameters, Told};
+pub(crate) use parameters::{ParameterVisitor, Parameters};
 
 use crate::components::check::Check;
 
@@ -68,8 +68,8 @@ macro_rules! components {
             }
             outcome, saved {
                 reactions: Reactions,
-                swept: Swept,
-                rubbing: Rubbing,
+                obstacle_motion: ObstacleMotion,
+                friction_state: FrictionState,
                 tear_decisions: TearDecisions,
             }
             derived {

@@ -69,12 +69,12 @@ pub struct BodyReport {
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub is_refinement_put_off: bool,
     /// Whether the last sub-step was limited to a fraction of its increment, lest it create energy; with a budget also where it failed.
-    pub is_held_back: bool,
+    pub is_step_limited: bool,
     /// Whether the body took only a fraction of its increment in any sub-step.
-    pub went_part_of_way: bool,
+    pub any_substep_limited: bool,
     /// Whether vertices were put back outside an obstacle in any part of the step: no solve had left them there.
-    pub is_put_outside: bool,
-    /// The most vertices in any part of the step that found their own way, for the solve's would have created energy.
+    pub any_vertex_projected: bool,
+    /// The most vertices in any part of the step that were relaxed locally: the linear solution would have gained energy.
     pub relaxed_vertices: usize,
     /// Steps since the body was spawned in which `max_tear_speed` held a tear back that was to advance.
     pub tear_held_back: u32,

@@ -187,7 +187,7 @@ pub struct Settings {
     /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) measures the rate on this machine.
     ///
     /// Work beyond the budget is not begun: the step ends with the best answer so far, and where that would create energy with a
-    /// fraction of it (`went_part_of_way`). One solve, of 4 iterations at the least, and one advance are made whatever the budget; so are
+    /// fraction of it (`any_substep_limited`). One solve, of 4 iterations at the least, and one advance are made whatever the budget; so are
     /// the solves of Newton's method. Tears and refinement that are due go on in the next step, the tip first that has waited longest.
     /// With a budget no Cholesky factor serves.
     pub budget: Option<u32>,

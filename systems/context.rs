@@ -1,7 +1,7 @@
 //! The context that every system of a step receives: its length, its limits and its formula. By the formula the displacement u
 //! since its start gives the velocity and the inertial terms.
 //!
-//! Every formula has the form v = (u − a)/s and M·u/s² = f + M·b with a span s and knowns a, b of its own. Backward Euler: s = Δt.
+//! Every formula has the form v = (u − a)/s and M·u/s² = f + M·b with an effective time step s and knowns a, b of its own. Backward Euler: s = Δt.
 //! TR-BDF2 (Bank et al. 1985; Hosea, Shampine 1996): both stages have s = (1 − 1/√2)·Δt, so that one matrix serves both. The
 //! first is the trapezoidal rule from 0 to γ·Δt, the second the backward difference formula through both and Δt.
 
@@ -13,11 +13,11 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 /// Relative residual of the solves of a fallback sub-step.
 const TIGHT: f64 = 1e-8;
 
-/// Fraction of the step at which the first stage of TR-BDF2 ends: γ = 2 − √2, for which both stages have one span.
+/// Fraction of the step at which the first stage of TR-BDF2 ends: γ = 2 − √2, for which both stages have one effective time step.
 const GAMMA: f64 = 2.0 - SQRT_2;
 
-/// The span over Δt: γ/2 = (1 − γ)/(2 − γ).
-const SPAN: f64 = 1.0 - FRAC_1_SQRT_2;
+/// The effective time step over Δt: γ/2 = (1 − γ)/(2 − γ).
+const EFFECTIVE_DT: f64 = 1.0 - FRAC_1_SQRT_2;
 
 /// Weight 1/(γ·(2 − γ)) of the middle in the second stage; that of the start is one less, (1 − γ)²/(γ·(2 − γ)), and negative.
 pub const MIDDLE: f64 = 0.5 * (1.0 + SQRT_2);
@@ -50,14 +50,14 @@ pub struct StepContext {
     pub formula: Formula,
     /// Equilibrium without inertia, damping and drag.
     pub is_static: bool,
-    /// Redone after tears have advanced: no new allowance for tips.
+    /// Redone after tears have advanced: no new advance budget for tips.
     pub is_resumed: bool,
     /// Retried part of a step that has failed: a few vertices that would create energy are relaxed locally.
     pub is_retried: bool,
     /// Fallback sub-step: no shorter one is tried, and a body that would create energy takes a fraction of its increment.
     pub is_fallback: bool,
-    /// The second solve of a step, which decides on tears that are due.
-    pub is_decisive: bool,
+    /// The corrector: a second solve of the step, which decides on tears that are due.
+    pub is_corrector: bool,
     /// Maximum Newton corrections from the state reached, where the step would create energy.
     pub newton_corrections: u32,
     /// Whether this solve is a Newton correction.
@@ -98,7 +98,7 @@ impl StepContext {
             is_resumed: false,
             is_retried: false,
             is_fallback: false,
-            is_decisive: false,
+            is_corrector: false,
             newton_corrections: settings.advanced.newton_corrections,
             is_correction: false,
             tangent: settings.advanced.tangent,
@@ -140,7 +140,7 @@ impl StepContext {
             is_resumed: false,
             is_retried: false,
             is_fallback: false,
-            is_decisive: false,
+            is_corrector: false,
             newton_corrections: 0,
             is_correction: false,
             tangent: Tangent::Exact,
@@ -188,37 +188,37 @@ impl StepContext {
     }
 
     /// From the start of the step to the end of this stage \[ms\].
-    pub fn reach(&self) -> f64 {
+    pub fn stage_dt(&self) -> f64 {
         if self.formula == Formula::Trapezoidal { GAMMA * self.dt } else { self.dt }
     }
 
     /// Time at the end of the whole step \[ms\].
     pub fn end(&self) -> f64 {
-        self.time + (self.dt - self.reach())
+        self.time + (self.dt - self.stage_dt())
     }
 
-    /// The span s of the formula \[ms\].
-    fn span(&self) -> f64 {
-        if self.formula == Formula::BackwardEuler { self.dt } else { SPAN * self.dt }
+    /// Effective time step s of the formula \[ms\].
+    fn effective_dt(&self) -> f64 {
+        if self.formula == Formula::BackwardEuler { self.dt } else { EFFECTIVE_DT * self.dt }
     }
 
     /// 1/s² \[1/ms²\], the factor of the mass; zero in a static solve.
     pub fn inertia(&self) -> f64 {
-        if self.is_static { 0.0 } else { 1.0 / (self.span() * self.span()) }
+        if self.is_static { 0.0 } else { 1.0 / (self.effective_dt() * self.effective_dt()) }
     }
 
     /// 1/s \[1/ms\], the factor of damping and drag; zero in a static solve.
-    pub fn rate(&self) -> f64 {
-        if self.is_static { 0.0 } else { 1.0 / self.span() }
+    pub fn inv_effective_dt(&self) -> f64 {
+        if self.is_static { 0.0 } else { 1.0 / self.effective_dt() }
     }
 
-    /// Displacement of vertex `v` over the span at its velocity \[mm\]: times [`rate`](Self::rate) that velocity.
+    /// Displacement of vertex `v` over the effective step at its velocity \[mm\]: times [`inv_effective_dt`](Self::inv_effective_dt) that velocity.
     #[inline]
-    pub fn travel(&self, increment: &Increment, v: usize) -> DVec3 {
+    pub fn velocity_displacement(&self, increment: &Increment, v: usize) -> DVec3 {
         match self.formula {
             Formula::BackwardEuler => increment.displacement[v],
-            Formula::Start => increment.start_velocity[v] * self.span(),
-            Formula::Trapezoidal => increment.displacement[v] - increment.start_velocity[v] * self.span(),
+            Formula::Start => increment.start_velocity[v] * self.effective_dt(),
+            Formula::Trapezoidal => increment.displacement[v] - increment.start_velocity[v] * self.effective_dt(),
             Formula::SecondBackwardDifference => increment.displacement[v] - increment.middle_displacement[v] * MIDDLE,
         }
     }
@@ -226,15 +226,17 @@ impl StepContext {
     /// Inertial force of vertex `v` over its mass \[mm/ms²\]: the known term of the formula less the term of its displacement.
     #[inline]
     pub fn momentum(&self, increment: &Increment, v: usize) -> DVec3 {
-        let (inertia, rate) = (self.inertia(), self.rate());
+        let (inertia, inv_effective_dt) = (self.inertia(), self.inv_effective_dt());
         let known = match self.formula {
-            Formula::BackwardEuler => increment.start_velocity[v] * rate,
+            Formula::BackwardEuler => increment.start_velocity[v] * inv_effective_dt,
             Formula::Start => DVec3::ZERO,
-            Formula::Trapezoidal => increment.start_velocity[v] * (2.0 * rate) + increment.start_acceleration[v],
+            Formula::Trapezoidal => {
+                increment.start_velocity[v] * (2.0 * inv_effective_dt) + increment.start_acceleration[v]
+            }
             Formula::SecondBackwardDifference => {
                 let [start, middle] = [increment.start_velocity[v], increment.middle_velocity[v]];
                 increment.middle_displacement[v] * (MIDDLE * inertia)
-                    + (middle * MIDDLE - start * (MIDDLE - 1.0)) * rate
+                    + (middle * MIDDLE - start * (MIDDLE - 1.0)) * inv_effective_dt
             }
         };
         known - increment.displacement[v] * inertia

@@ -18,7 +18,7 @@ static GLOBAL: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 fn square([nx, ny]: [usize; 2]) -> Membrane {
     let mesh = generate::grid(30.0, 30.0, nx, ny).unwrap();
-    let mut body = Membrane::new("square", mesh, Material::figure_2()).fibres(Fibres::at_degrees(45.0)).planar();
+    let mut body = Membrane::new("square", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(45.0)).planar();
     for (name, x, way) in [("left", 0.0, DVec3::NEG_X), ("right", 30.0, DVec3::X)] {
         let members = Attached::new(body.select(|p| p.x == x).into_iter().map(|vertex| (vertex, way)));
         body =
@@ -32,15 +32,20 @@ fn laden(cells: [usize; 2]) -> Membrane {
     let body = square(cells);
     let anchor = Anchor { point: DVec3::ZERO, stiffness: 0.0 };
     let anchors = Attached::new(body.select(|p| p.y == 0.0).into_iter().map(|vertex| (vertex, anchor)));
-    body.with(Tearing { strength_fibre: 1e6, strength_transverse: 1e6, may_initiate: true, ..Tearing::default() })
-        .with(Refinement::default())
-        .with(Contact { stiffness: Some(0.01), friction: 0.0 })
-        .with(Drag { coefficient: 1e-6 })
-        .with(Gravity { acceleration: DVec3::X * 1e-6 })
-        .with(Damping { time: 0.1 })
-        .with(Springs { anchors })
-        .with(Sleeping::default())
-        .with(EnergyAudit::default())
+    body.with(Tearing {
+        strength_across_fibres: 1e6,
+        strength_along_fibres: 1e6,
+        may_initiate: true,
+        ..Tearing::default()
+    })
+    .with(Refinement::default())
+    .with(Contact { stiffness: Some(0.01), friction: 0.0 })
+    .with(Drag { coefficient: 1e-6 })
+    .with(Gravity { acceleration: DVec3::X * 1e-6 })
+    .with(Damping { time: 0.1 })
+    .with(Springs { anchors })
+    .with(Sleeping::default())
+    .with(EnergyAudit::default())
 }
 
 /// Bytes per triangle once a few steps have been made, and a few more after a cut if there is to be one. The iterations are limited: they

@@ -17,7 +17,7 @@ pub const LARGE: [usize; 2] = [95, 79];
 /// The square, its left edge held and its right edge led along x \[mm\].
 pub fn square([nx, ny]: [usize; 2], right: Curve) -> Membrane {
     let mesh = generate::grid(30.0, 30.0, nx, ny).expect("a grid");
-    let mut body = Membrane::new("square", mesh, Material::figure_2())
+    let mut body = Membrane::new("square", mesh, Material::allard_2009())
         .fibres(Fibres::at_degrees(45.0))
         .planar()
         .with(Damping { time: 0.1 });

@@ -52,13 +52,13 @@ impl Level {
 fn spawn(simulation: &mut Simulation, renderer: &mut Renderer, side: usize) -> Result<Entity> {
     let (mesh, texture) = dome(side);
     let tearing = Tearing {
-        strength_fibre: 0.6,
-        strength_transverse: 0.3,
+        strength_across_fibres: 0.6,
+        strength_along_fibres: 0.3,
         may_initiate: true,
         max_tear_speed: 0.5,
         ..Tearing::default()
     };
-    let sheet = Membrane::new("cloth", mesh, Material { density: 1e-3, ..Material::figure_2() })
+    let sheet = Membrane::new("cloth", mesh, Material { density: 1e-3, ..Material::allard_2009() })
         .fibres(Fibres::Function(Arc::new(|x| DVec3::Z.cross(x))))
         .with(Gravity { acceleration: DVec3::new(0.0, -9.81e-3, 0.0) })
         .with(Damping { time: 1.0 })

@@ -148,7 +148,7 @@ fn main() -> Result<()> {
             rolled_back += report.rolled_back;
             work += report.bodies.iter().map(|body| body.work).sum::<u32>();
             corrected += report.bodies.iter().map(|body| body.guard.corrections()).sum::<u32>();
-            is_limited |= report.bodies.iter().any(|body| body.went_part_of_way);
+            is_limited |= report.bodies.iter().any(|body| body.any_substep_limited);
             report.bodies.iter().for_each(|body| summary.add_guard(&body.guard));
             if report.has_failed {
                 summary.count("step failed");
@@ -161,7 +161,7 @@ fn main() -> Result<()> {
             is_quiet = false;
             summary.count(match event.kind {
                 EventKind::Advanced { .. } => "tears advanced",
-                EventKind::PieceFreed { .. } => "pieces freed",
+                EventKind::FragmentFreed { .. } => "pieces freed",
                 EventKind::Slipped { .. } => "slipped",
                 _ => "other events",
             });

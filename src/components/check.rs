@@ -4,7 +4,7 @@ use super::BodyError;
 use crate::storage::{Topology, Triangles, Vertices};
 
 /// More of anything than a run can count to: beyond, a sum would run over.
-pub(crate) const MOST: u64 = 1 << 30;
+pub(crate) const MOST_COUNTED: u64 = 1 << 30;
 
 /// The mesh of the body that is to carry a component; an obstacle or a tool has none.
 #[derive(Clone, Copy, Default)]

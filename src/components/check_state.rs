@@ -1,6 +1,6 @@
 //! Checks of state: tables, their foundations, and values that a step remembers.
 
-use super::check::{Check, Host, MOST};
+use super::check::{Check, Host, MOST_COUNTED};
 use super::{Body, BodyError, EnergyAudit, Increment, Planar, Reactions, Refined, TearDecisions, TearLog};
 use crate::math::Sym2;
 use crate::storage::{Broken, NONE, Tips, Topology, Triangles, Vertices};
@@ -29,7 +29,7 @@ impl Check for Planar {
 
 impl Check for Vertices {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        must("Vertices", self.len() as u64 <= MOST, "there are more than 1073741824")?;
+        must("Vertices", self.len() as u64 <= MOST_COUNTED, "there are more than 1073741824")?;
         misaligned("vertices", self.first_misaligned_column())?;
         let columns =
             [("position", &self.position), ("velocity", &self.velocity), ("rest_position", &self.rest_position)];
@@ -47,7 +47,7 @@ impl Check for Vertices {
 
 impl Check for Triangles {
     fn check(&self, host: &Host<'_>) -> Result<(), BodyError> {
-        must("Triangles", self.len() as u64 <= MOST, "there are more than 1073741824")?;
+        must("Triangles", self.len() as u64 <= MOST_COUNTED, "there are more than 1073741824")?;
         misaligned("triangles", self.first_misaligned_column())?;
         for (t, corners) in self.corners.iter().enumerate() {
             if let Some(&vertex) = corners.iter().find(|&&vertex| vertex as usize >= host.count) {
@@ -125,7 +125,7 @@ impl Check for Reactions {
 
 impl Check for Refined {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        let is_right = self.start_count as u64 <= MOST && self.added.unsigned_abs() <= MOST;
+        let is_right = self.start_count as u64 <= MOST_COUNTED && self.added.unsigned_abs() <= MOST_COUNTED;
         must("Refined", is_right, "it counts what no run can do")
     }
 }
@@ -140,21 +140,21 @@ impl Check for TearDecisions {
 impl Check for TearLog {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         let counts = [
-            self.start_count,
-            self.withheld_start_count,
+            self.nucleation_count,
+            self.blocked_nucleation_count,
             self.advance_count,
             self.detour_count,
             self.ambiguous_count,
             self.material_force_count,
             self.end_count,
-            self.piece_count,
+            self.fragment_count,
             self.refusal_count,
             self.held_shut_count,
             self.renewed_count,
             self.branch_count,
             self.parted_count,
         ];
-        let is_right = counts.iter().all(|&count| u64::from(count) <= MOST) && self.length.is_finite();
+        let is_right = counts.iter().all(|&count| u64::from(count) <= MOST_COUNTED) && self.length.is_finite();
         must("TearLog", is_right, "it counts what no run can do")
     }
 }

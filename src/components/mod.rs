@@ -21,15 +21,15 @@ mod derived;
 mod parameter;
 mod state;
 
-pub use crate::event::{DecidedBy, PartedBy, RingFault, WithheldStart};
+pub use crate::event::{BlockedNucleation, DecidedBy, PartedBy, RingFault};
 pub use crate::math::{FibreFamily, GroundSubstance, HolzapfelGasserOgden, StiffeningFibres};
 pub use body_error::BodyError;
-#[doc(hidden)]
-pub use derived::allowed::Allowed;
 pub use derived::evaluation::{ExternalStiffness, Forces, Frames};
 #[doc(hidden)]
 pub use derived::free_axes::{EachFree, FreeAxes};
-pub use derived::parting::Parting;
+#[doc(hidden)]
+pub use derived::guide_constraints::GuideConstraints;
+pub use derived::ligament_failure::LigamentFailure;
 #[doc(hidden)]
 pub use derived::solver_scratch::{LineSearch, SolverScratch, StepAccount, Sweeps};
 pub use derived::tear_decisions::{RefusedSite, TearDecision, TearDecisions, TearSite};
@@ -47,7 +47,7 @@ pub use parameter::hold_guides::{Guide, HoldGuides};
 pub use parameter::hull::{Hull, HullError};
 pub use parameter::loads::{EdgeLoad, EdgeLoads, PointLoad, PointLoads};
 pub use parameter::material::Material;
-pub use parameter::obstacle::{Contact, Obstacle, ObstaclePath, Rubbing, Shape, Swept};
+pub use parameter::obstacle::{Contact, FrictionState, Obstacle, ObstacleMotion, ObstaclePath, Shape};
 pub use parameter::refinement::{Refined, Refinement};
 #[doc(hidden)]
 pub use parameter::sleeping::SleepState;
@@ -65,9 +65,9 @@ pub use state::guard::{Fault, GuardFigures};
 pub use state::guard_ledger::GuardLedger;
 pub(crate) use state::increment::fraction_of;
 pub use state::increment::{Increment, Reactions, Tautness};
-pub(crate) use state::readings::Read;
 #[doc(hidden)]
-pub use state::readings::Readings;
+pub use state::outputs::Outputs;
+pub(crate) use state::outputs::OutputsMut;
 pub use state::solve_result::SolveResult;
 pub use state::step_forces::StepForces;
 #[doc(hidden)]

@@ -17,7 +17,7 @@ pub enum DecidedBy {
     /// None: a blade led the tip.
     Blade,
     /// The start itself, whose whole length opens at once: strength along it and the energy of opening it.
-    Start,
+    Nucleation,
 }
 
 /// Why the ring around a tip does not have the field of one straight crack.
@@ -56,7 +56,7 @@ impl fmt::Display for DecidedBy {
             Self::Stress => f.write_str("stress"),
             Self::Energy => f.write_str("energy"),
             Self::Blade => f.write_str("blade"),
-            Self::Start => f.write_str("strength and energy of a start"),
+            Self::Nucleation => f.write_str("strength and energy of a nucleation"),
             Self::MaterialForce(fault) => write!(f, "energy by the material force: {fault}"),
         }
     }
@@ -65,7 +65,7 @@ impl fmt::Display for DecidedBy {
 /// A start whose stress reaches the strength, and which does not open for want of energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct WithheldStart {
+pub struct BlockedNucleation {
     /// Position of the start \[mm, rest shape\].
     pub at: DVec3,
     /// The criterion of strength there, above 1.
@@ -82,8 +82,8 @@ pub struct WithheldStart {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum PartedBy {
-    /// A strand narrower than R carries more than its strength over its whole width.
-    Strand,
+    /// A ligament narrower than R carries more than its strength over its whole width.
+    Ligament,
     /// The tissue is stretched beyond [`ultimate_stretch`](crate::components::Tearing::ultimate_stretch).
     Stretch,
 }
@@ -91,7 +91,7 @@ pub enum PartedBy {
 impl fmt::Display for PartedBy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Strand => "strand",
+            Self::Ligament => "ligament",
             Self::Stretch => "stretch",
         })
     }

@@ -7,10 +7,10 @@ use super::{CoupledStiffness, Orthotropic, Sym2, elementary};
 pub(super) const MOST_FAMILIES: usize = 4;
 
 /// k₂·E² from which on the stress goes along its tangent in E.
-const MOST_EXPONENT: f64 = 9.0;
+const MOST_FAMILY_EXPONENT: f64 = 9.0;
 
 /// Area ratio below which 1/D² goes on along its second-order expansion, so that a crushed or mirrored triangle has a finite energy.
-const LEAST_AREA: f64 = 0.2;
+const LEAST_AREA_RATIO: f64 = 0.2;
 
 /// Largest principal strain of a pre-stretch, by which the law divides.
 const MOST_PRE_STRETCH: f64 = 0.9;
@@ -170,7 +170,7 @@ impl PreparedLaw {
             let along = Sym2::new(c * c, s * s, c * s);
             let structure = Sym2::IDENTITY * of.kappa + along * (1.0 - 3.0 * of.kappa);
             let drawn = sandwich(inverse, structure);
-            let curve = Exponential::new(of.k1, of.k2, MOST_EXPONENT);
+            let curve = Exponential::new(of.k1, of.k2, MOST_FAMILY_EXPONENT);
             *family = Family { curve, kappa: of.kappa, structure, drawn };
         }
         let count = law.families.len().min(MOST_FAMILIES);
@@ -264,8 +264,8 @@ impl PreparedLaw {
     fn thickening(&self, stretch: Sym2, h: [f64; 4]) -> Thickening {
         let growth = h[0] + h[3] + h[0] * h[3] - h[1] * h[2];
         let ratio = stretch.determinant() * self.area;
-        let is_crushed = !(ratio >= LEAST_AREA);
-        let at = if is_crushed { LEAST_AREA } else { ratio };
+        let is_crushed = !(ratio >= LEAST_AREA_RATIO);
+        let at = if is_crushed { LEAST_AREA_RATIO } else { ratio };
         let inverse_sq = 1.0 / (at * at);
         let (slope, curvature) = (-2.0 * inverse_sq / at, 6.0 * inverse_sq * inverse_sq);
         let beyond = ratio - at;

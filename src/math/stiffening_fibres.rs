@@ -3,7 +3,7 @@
 use super::{CoupledStiffness, Orthotropic, Sym2, elementary};
 
 /// k₂·e² from which on the stress goes along its tangent.
-const MOST_EXPONENT: f64 = 4.0;
+const MOST_FIBRE_EXPONENT: f64 = 4.0;
 
 /// Fibres that stiffen in tension, beside the linear law: with the fibre's stretch λ = |F·f| and its strain e = λ − λ₀ the energy per
 /// volume gains
@@ -63,7 +63,7 @@ impl StiffeningFibres {
 
     #[inline]
     fn curve(&self) -> Exponential {
-        Exponential::new(self.k1, self.k2, MOST_EXPONENT)
+        Exponential::new(self.k1, self.k2, MOST_FIBRE_EXPONENT)
     }
 
     /// W \[mJ/mm³\] at a stretch.

@@ -51,7 +51,7 @@ impl RestTriangle {
 }
 
 /// Squared tangents nearer to each other than this part may stand for the same angle \[rad\].
-const TIE: f64 = 1e-12;
+const TANGENT_TIE: f64 = 1e-12;
 
 /// The smallest interior angle of a triangle, before its root and arctangent are taken: those are wanted of one triangle
 /// among many only, and to compare angles needs neither. It is 60° at the most, so squared tangents order it.
@@ -91,7 +91,7 @@ impl SmallestAngle {
     pub fn is_smaller_than(&self, other: &Self) -> bool {
         let own = self.sine_sq * (other.cosine * other.cosine);
         let others = other.sine_sq * (self.cosine * self.cosine);
-        if (own - others).abs() > TIE * others {
+        if (own - others).abs() > TANGENT_TIE * others {
             own < others
         } else {
             self != other && self.radians() < other.radians()

@@ -11,7 +11,7 @@ use std::any::{Any, TypeId};
 /// Why something that was written into the world, or is to be, is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{owner}: {source}")]
-pub struct Refused {
+pub struct Rejected {
     /// The body, obstacle or tool.
     pub entity: Entity,
     /// Kind of the entity, and its name where it has one.
@@ -100,39 +100,39 @@ fn check_holds(body: &impl Look) -> Result<(), BodyError> {
         |check: &dyn Fn(&Holds) -> Result<(), BodyError>| body.look(check).unwrap_or_else(|| check(&Holds::default()));
     body.look(|turns: &HoldTurns| beside(&|holds| turns.check_beside(holds, is_planar))).transpose()?;
     let guided = |guides: &HoldGuides| {
-        let judge = |turns: Option<&HoldTurns>| beside(&|holds| guides.check_beside(holds, turns, is_planar));
-        body.look(|turns: &HoldTurns| judge(Some(turns))).unwrap_or_else(|| judge(None))
+        let validate = |turns: Option<&HoldTurns>| beside(&|holds| guides.check_beside(holds, turns, is_planar));
+        body.look(|turns: &HoldTurns| validate(Some(turns))).unwrap_or_else(|| validate(None))
     };
     body.look(guided).transpose().map(|_| ())
 }
 
 /// Validates an entity that may have been edited directly. One that is gone, or none of the engine's, passes.
-pub(crate) fn judge(world: &World, entity: Entity) -> Result<(), Refused> {
+pub(crate) fn validate(world: &World, entity: Entity) -> Result<(), Rejected> {
     let Ok(found) = world.entity(entity) else { return Ok(()) };
     with_host(found, |host| {
         check_tables(&found, host)?;
         found.look(|tips: &Tips| tips.check(host)).transpose()?;
         found.look(|forces: &StepForces| forces.check(host)).transpose()?;
-        found.look(|swept: &Swept| swept.check(host)).transpose()?;
+        found.look(|obstacle_motion: &ObstacleMotion| obstacle_motion.check(host)).transpose()?;
         check_changed(&found, host)
     })
-    .map_err(|source| Refused { entity, owner: owner_of(found), source })
+    .map_err(|source| Rejected { entity, owner: owner_of(found), source })
 }
 
 /// Judges all that hosts may change of every entity, and the rows that it names.
-pub(crate) fn judge_all(world: &World) -> Result<(), Refused> {
+pub(crate) fn validate_all(world: &World) -> Result<(), Rejected> {
     world.iter().try_for_each(|found| {
         with_host(found, |host| check_changed(&found, host)).map_err(|source| {
             let entity = found.entity();
-            Refused { entity, owner: owner_of(found), source }
+            Rejected { entity, owner: owner_of(found), source }
         })
     })
 }
 
 /// Judges the tables of a body alone: whether its triangles and their surroundings name rows that are there.
-pub(crate) fn judge_tables(world: &World, entity: Entity) -> Result<(), Refused> {
+pub(crate) fn validate_tables(world: &World, entity: Entity) -> Result<(), Rejected> {
     let Ok(found) = world.entity(entity) else { return Ok(()) };
-    with_host(found, |host| check_tables(&found, host)).map_err(|source| Refused {
+    with_host(found, |host| check_tables(&found, host)).map_err(|source| Rejected {
         entity,
         owner: owner_of(found),
         source,
@@ -140,10 +140,10 @@ pub(crate) fn judge_tables(world: &World, entity: Entity) -> Result<(), Refused>
 }
 
 /// Tells of the mesh that an entity has.
-pub(crate) fn with_host<T>(entity: EntityRef<'_>, judge: impl FnOnce(&Host<'_>) -> T) -> T {
+pub(crate) fn with_host<T>(entity: EntityRef<'_>, validate: impl FnOnce(&Host<'_>) -> T) -> T {
     let (vertices, triangles) = (entity.get::<&Vertices>(), entity.get::<&Triangles>());
     let topology = entity.get::<&Topology>();
-    judge(&Host::new(vertices.as_deref(), triangles.as_deref().zip(topology.as_deref())))
+    validate(&Host::new(vertices.as_deref(), triangles.as_deref().zip(topology.as_deref())))
 }
 
 fn check_tables(entity: &impl Look, host: &Host<'_>) -> Result<(), BodyError> {

@@ -58,10 +58,10 @@ pub(crate) fn complete_in(world: &mut World, entity: Entity) {
 /// Adds the required components of a body or an obstacle.
 pub(crate) fn complete(entity: &mut impl Give) {
     if entity.has::<ObstaclePath>()
-        && !entity.has::<Swept>()
+        && !entity.has::<ObstacleMotion>()
         && let Some(from) = entity.look(|obstacle: &Obstacle| obstacle.shape.clone())
     {
-        entity.give(Swept { from, turn: None });
+        entity.give(ObstacleMotion { from, turn: None });
     }
     if !entity.has::<Body>() {
         return;

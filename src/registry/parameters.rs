@@ -7,7 +7,7 @@ use glam::DVec3;
 use hecs::{Entity, World};
 
 /// A receiver of changes, one by one.
-pub trait Told {
+pub trait ParameterVisitor {
     /// A component has another value.
     fn set<C: Parameter>(&mut self, to: &C);
 
@@ -53,10 +53,10 @@ macro_rules! parameters {
             }
 
             /// Tells of each.
-            pub fn tell(&self, told: &mut impl Told) {
+            pub fn visit(&self, visitor: &mut impl ParameterVisitor) {
                 $( match &self.$name {
-                    Some(Some(component)) => told.set(component),
-                    Some(None) => told.unset::<$component>(),
+                    Some(Some(component)) => visitor.set(component),
+                    Some(None) => visitor.unset::<$component>(),
                     None => {}
                 } )*
             }

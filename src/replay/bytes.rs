@@ -25,11 +25,11 @@ impl Recording {
     /// # Errors
     /// Where [`from_bytes`](Self::from_bytes) would refuse it: for a state at its start, or gone back to in it, that contradicts itself.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SnapshotError> {
-        self.start.judge()?;
+        self.start.validate()?;
         for input in &self.inputs {
             match input {
                 Input::Spawn(spawned) => _ = check_spawned(&spawned.0)?,
-                Input::Restore(snapshot) => snapshot.judge()?,
+                Input::Restore(snapshot) => snapshot.validate()?,
                 _ => {}
             }
         }

@@ -85,12 +85,12 @@ pub(crate) struct Recorder {
     start: Snapshot,
     inputs: Vec<Input>,
     /// Parameters handed out to be changed, as they were before.
-    lent: Vec<(Entity, Parameters)>,
+    dirty: Vec<(Entity, Parameters)>,
 }
 
 impl Recorder {
     pub(crate) fn new(start: Snapshot) -> Self {
-        Self { start, inputs: Vec::new(), lent: Vec::new() }
+        Self { start, inputs: Vec::new(), dirty: Vec::new() }
     }
 
     /// Writes an input down.
@@ -100,12 +100,12 @@ impl Recorder {
 
     /// Before an entity is handed out to be changed.
     pub(crate) fn lend(&mut self, entity: Entity, before: Parameters) {
-        self.lent.push((entity, before));
+        self.dirty.push((entity, before));
     }
 
     /// Parameters handed out since the last input, as they were before.
     pub(crate) fn take_lent(&mut self) -> Vec<(Entity, Parameters)> {
-        std::mem::take(&mut self.lent)
+        std::mem::take(&mut self.dirty)
     }
 
     /// Where the solves of the step that was written down last have stopped.

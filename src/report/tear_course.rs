@@ -180,7 +180,7 @@ impl TearCourse {
                     self.figures.outcome = if is_flap { Outcome::TornOff } else { Outcome::RanOut };
                     self.note_radius(*at);
                 }
-                EventKind::PieceFreed { .. } => self.look_for_opening(world),
+                EventKind::FragmentFreed { .. } => self.look_for_opening(world),
                 _ => {}
             }
         }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use hecs::Entity;
 
 /// A body whose vertices lie this near to one plane, as a part of its extent, is flat.
-const FLAT: f64 = 1e-9;
+const FLAT_BODY: f64 = 1e-9;
 
 impl Simulation {
     /// Sentence on the obstacle to a body's equilibrium, where that is plain.
@@ -78,5 +78,5 @@ fn is_flat(points: &[DVec3]) -> bool {
     let normals = offsets().map(|offset| longest.cross(offset));
     let normal = normals.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
     let normal = normal.unwrap_or(DVec3::ZERO).normalize_or_zero();
-    offsets().all(|offset| offset.dot(normal).abs() <= FLAT * longest.length())
+    offsets().all(|offset| offset.dot(normal).abs() <= FLAT_BODY * longest.length())
 }

@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::components::StepForces;
 use crate::event::WokenBy;
-use crate::registry::Refused;
+use crate::registry::Rejected;
 use crate::replay::Input;
 use crate::storage::{VertexKey, Vertices};
 use glam::DVec3;
@@ -29,7 +29,7 @@ pub enum ForceError {
     },
     /// Something that was written past the calls is refused.
     #[error(transparent)]
-    Written(#[from] Refused),
+    Written(#[from] Rejected),
 }
 
 impl Simulation {
@@ -52,7 +52,7 @@ impl Simulation {
     /// ```
     pub fn apply_force(&mut self, body: Entity, vertex: VertexKey, force: DVec3) -> Result<(), ForceError> {
         self.note(|| Input::ApplyForce { body, vertex, force });
-        self.admit()?;
+        self.validate_dirty()?;
         let found = self.world.query_one_mut::<(&Vertices, Option<&StepForces>)>(body);
         let (vertices, forces) = found.map_err(|_| ForceError::NoSuchBody)?;
         let row = vertices.row(vertex).ok_or(ForceError::NoSuchVertex(vertex))?;

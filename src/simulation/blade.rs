@@ -25,7 +25,7 @@ impl Simulation {
     /// # Ok::<(), rhexis::Error>(())
     /// ```
     pub fn puncture(&mut self, body: Entity, point: DVec3, direction: DVec3, length: f64) -> Result<Cut, CutError> {
-        self.admit()?;
+        self.validate_dirty()?;
         let hit = self.nearest(body, point, length).ok_or(CutError::NothingThere)?;
         let along = self.rest_direction(body, &hit, direction).ok_or(CutError::NothingThere)?;
         let half = along * (0.5 * length);
@@ -65,7 +65,7 @@ impl Simulation {
     /// ```
     pub fn draw_blade(&mut self, blade: Entity, body: Entity, edge: DVec3) -> Result<Option<Cut>, CutError> {
         self.note(|| Input::DrawBlade { blade, body, edge });
-        self.admit()?;
+        self.validate_dirty()?;
         let tool = self.world.query_one_mut::<&Blade>(blade).map_err(|_| CutError::NoSuchBlade)?.clone();
         let Some(hit) = self.nearest(body, edge, tool.reach) else {
             self.set_blade(blade, Blade { body: None, tip: None, ..tool });

@@ -100,7 +100,7 @@ impl Simulation {
         which: &DebugLines,
         into: &mut Vec<DebugLine>,
     ) -> Result<(), SimulationError> {
-        self.admit_tables(body)?;
+        self.validate_tables_if_dirty(body)?;
         type Query<'a> = (
             SurfaceQuery<'a>,
             (

@@ -8,7 +8,7 @@ use crate::settings::{LinearParams, OutOfRange};
 use crate::systems::StepContext;
 use crate::systems::step::faults::is_finite;
 use crate::systems::step::phases::STATIC_PHASES;
-use crate::systems::step::run::{Aside, Running};
+use crate::systems::step::run::{Excluded, Running};
 
 impl Simulation {
     /// Moves time on by `dt` \[ms\] and finds the static equilibrium there by Newton's method with the exact tangent. It stops at
@@ -38,7 +38,7 @@ impl Simulation {
             return Err(SimulationError::TimeStep(dt));
         }
         OutOfRange::unless_tolerance("the tolerance", tolerance)?;
-        self.admit()?;
+        self.validate_dirty()?;
         self.begin_report();
         let iterations = self.settings.advanced.static_iterations.max(2);
         let (time, preconditioner) = (self.report.time + dt, self.settings.advanced.preconditioner);
@@ -79,7 +79,7 @@ impl Simulation {
         if !(dt >= 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
-        self.admit()?;
+        self.validate_dirty()?;
         self.begin_report();
         let linear = LinearParams::by_residual(1e-13, 50_000);
         let (time, preconditioner) = (self.report.time + dt, self.settings.advanced.preconditioner);
@@ -101,7 +101,7 @@ impl Simulation {
         let Self { world, pool, schedule, report, spare, .. } = self;
         let mut running = Running { schedule, report, spare };
         // Its phases check nothing, so that nothing is put aside.
-        pool.run(|| running.step(world, step, STATIC_PHASES, &mut Aside::new()));
+        pool.run(|| running.step(world, step, STATIC_PHASES, &mut Excluded::new()));
         self.check_callers(step)?;
         self.finish_report();
         Ok(())

@@ -1,6 +1,6 @@
 //! Why a simulation could not be made or could not go on, and the inputs it rejects.
 
-use crate::registry::Refused;
+use crate::registry::Rejected;
 use crate::settings::OutOfRange;
 
 /// Why a simulation could not be made or could not go on.
@@ -21,7 +21,7 @@ pub enum SimulationError {
     NoSuchBody,
     /// Something that was written past the calls, or an obstacle's shape, is refused; the last good state stands.
     #[error(transparent)]
-    Written(#[from] Refused),
+    Written(#[from] Rejected),
     /// A dynamic step of a body whose energy is audited, by another formula than the audit's.
     #[error(
         "body `{body}` has an energy audit, whose terms are those of backward Euler: \

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 
 /// Numbers of a model.
-const NUMBERS: usize = 16;
+const MODEL_NUMBERS: usize = 16;
 
 /// The force of a tool on the tissue around its present position, to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +27,8 @@ impl HapticModel {
         self.force + self.stiffness * (position - self.position)
     }
 
-    fn numbers(&self) -> [f64; NUMBERS] {
-        let mut numbers = [0.0; NUMBERS];
+    fn numbers(&self) -> [f64; MODEL_NUMBERS] {
+        let mut numbers = [0.0; MODEL_NUMBERS];
         numbers[0] = self.time;
         numbers[1..4].copy_from_slice(&self.position.to_array());
         numbers[4..7].copy_from_slice(&self.force.to_array());
@@ -36,7 +36,7 @@ impl HapticModel {
         numbers
     }
 
-    fn from_numbers(n: &[f64; NUMBERS]) -> Self {
+    fn from_numbers(n: &[f64; MODEL_NUMBERS]) -> Self {
         let vector = |first: usize| DVec3::new(n[first], n[first + 1], n[first + 2]);
         let stiffness = DMat3::from_cols(vector(7), vector(10), vector(13));
         Self { time: n[0], position: vector(1), force: vector(4), stiffness }
@@ -48,7 +48,7 @@ impl HapticModel {
 #[derive(Debug, Default)]
 struct Shared {
     count: AtomicU64,
-    numbers: [AtomicU64; NUMBERS],
+    numbers: [AtomicU64; MODEL_NUMBERS],
 }
 
 /// The simulation's end: publishes models.

@@ -16,14 +16,14 @@ use glam::{DMat3, DVec3};
 use hecs::Entity;
 
 /// Iterations of a model at the most.
-const MOST: u32 = 3;
+const MOST_MODEL_ITERATIONS: u32 = 3;
 
 /// Estimated error of the stiffness, as part of it, from which on no more are spent: a hand feels some per cent, and the estimate of so few
 /// iterations is no more than a guess.
 const FELT: f64 = 2e-3;
 
 /// A direction in which the answers have less than this part of the energy of the others counts as none.
-const LEAST: f64 = 1e-9;
+const LEAST_ENERGY: f64 = 1e-9;
 
 type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch, &'a mut MixedSolver, &'a mut Factor);
 
@@ -52,7 +52,7 @@ impl Haptics {
         let Some(last) = self.last.filter(|_| self.body == Some(body) && held.eq(self.held.iter().copied())) else {
             return self.model(simulation, body, coupling);
         };
-        simulation.admit()?;
+        simulation.validate_dirty()?;
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
         let (vertices, triangles, topology, scratch, mixed, factor) = found;
         let (position, force) = self.take_springs(vertices, springs)?;
@@ -138,7 +138,7 @@ impl Haptics {
         for &(v, stiffness) in &*springs {
             residual[v][axis] += stiffness * free[v][axis];
         }
-        let taken = mixed.correct(factor, (FELT * last.col(axis)[axis], MOST), residual, u)?;
+        let taken = mixed.correct(factor, (FELT * last.col(axis)[axis], MOST_MODEL_ITERATIONS), residual, u)?;
         *work += taken;
         force.iter_mut().zip(&*residual).for_each(|(force, r)| *force = -*r);
         for &(v, stiffness) in &*springs {
@@ -160,7 +160,7 @@ impl Haptics {
         };
         let energies = matrix(&|i, j| 0.5 * (inside(i, j) + inside(j, i)));
         let works = matrix(&of_springs);
-        let least = LEAST * (energies.x_axis.x + energies.y_axis.y + energies.z_axis.z);
+        let least = LEAST_ENERGY * (energies.x_axis.x + energies.y_axis.y + energies.z_axis.z);
         let stiffness = if least > 0.0 {
             let raised = energies + DMat3::from_diagonal(DVec3::splat(least));
             DMat3::from_diagonal(DVec3::splat(total)) - works.transpose() * raised.inverse() * works

@@ -16,7 +16,7 @@ use crate::components::{
     SolverScratch, fibre_law,
 };
 use crate::math::Sym3;
-use crate::registry::Refused;
+use crate::registry::Rejected;
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
 use crate::systems::StepContext;
@@ -88,7 +88,7 @@ pub enum HapticError {
     NoAnswer(String),
     /// Something that was written past the calls is refused.
     #[error(transparent)]
-    Written(#[from] Refused),
+    Written(#[from] Rejected),
 }
 
 /// Makes linear models of one tool on one body; keeps data that the next model can use, and its memory.
@@ -144,7 +144,7 @@ impl Haptics {
             (Option<&'a ExternalStiffness>, Option<&'a Holds>, Option<&'a Planar>),
             (Option<&'a PreStretch>, FibreLaws<'a>, Option<&'a Damping>, Option<&'a Bending>),
         );
-        simulation.judge_lent(body)?;
+        simulation.validate_if_dirty(body)?;
         // Until this one is found there is none to refresh.
         (self.last, self.body) = (None, None);
         let mut query = simulation.world.query_one::<Query>(body);

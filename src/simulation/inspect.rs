@@ -1,9 +1,9 @@
-//! Contents of a simulation: tips, pieces, obstacles, tools, and where a point of the tissue is now.
+//! Contents of a simulation: tips, fragments, obstacles, tools, and where a point of the tissue is now.
 
 use super::query::At;
 use super::{Hit, Simulation, SimulationError};
 use crate::components::{Blade, Forceps, Obstacle};
-use crate::registry::{judge, judge_all};
+use crate::registry::{validate, validate_all};
 use crate::storage::{TipKey, Tips, Triangles, VertexKey, Vertices};
 use crate::systems::kernels::pick;
 use glam::DVec3;
@@ -24,18 +24,18 @@ pub struct Tip {
     pub direction: DVec3,
 }
 
-/// The pieces into which a body has come apart, numbered by their first triangle.
+/// The fragments into which a body has come apart, numbered by their first triangle.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pieces {
-    /// The piece of every triangle, by row.
+pub struct Fragments {
+    /// The fragment of every triangle, by row.
     pub of_triangle: Vec<u32>,
-    /// The piece of every vertex, by row; `u32::MAX` for one without a triangle.
+    /// The fragment of every vertex, by row; `u32::MAX` for one without a triangle.
     pub of_vertex: Vec<u32>,
-    /// Area of every piece in the rest shape \[mm²\].
+    /// Area of every fragment in the rest shape \[mm²\].
     pub areas: Vec<f64>,
 }
 
-impl Pieces {
+impl Fragments {
     fn of(vertex_count: usize, triangles: &Triangles) -> Self {
         // The first vertex that each is known to hang together with.
         let mut first: Vec<u32> = (0..vertex_count as u32).collect();
@@ -52,29 +52,30 @@ impl Pieces {
             let least = a.min(b).min(c);
             [a, b, c].into_iter().for_each(|v| first[v as usize] = least);
         }
-        let mut pieces = Self { of_triangle: Vec::new(), of_vertex: vec![u32::MAX; vertex_count], areas: Vec::new() };
+        let mut fragments =
+            Self { of_triangle: Vec::new(), of_vertex: vec![u32::MAX; vertex_count], areas: Vec::new() };
         let mut number = vec![u32::MAX; vertex_count];
         for (corners, rest) in triangles.corners.iter().zip(&triangles.rest) {
             let root = find(&mut first, corners[0]) as usize;
             if number[root] == u32::MAX {
-                number[root] = pieces.areas.len() as u32;
-                pieces.areas.push(0.0);
+                number[root] = fragments.areas.len() as u32;
+                fragments.areas.push(0.0);
             }
-            pieces.of_triangle.push(number[root]);
-            pieces.areas[number[root] as usize] += rest.area;
-            corners.iter().for_each(|&v| pieces.of_vertex[v as usize] = number[root]);
+            fragments.of_triangle.push(number[root]);
+            fragments.areas[number[root] as usize] += rest.area;
+            corners.iter().for_each(|&v| fragments.of_vertex[v as usize] = number[root]);
         }
-        pieces
+        fragments
     }
 
-    /// Number of pieces.
+    /// Number of fragments.
     pub fn count(&self) -> usize {
         self.areas.len()
     }
 }
 
 impl Simulation {
-    /// The pieces into which a body has come apart.
+    /// The fragments into which a body has come apart.
     ///
     /// # Errors
     /// If there is no such body.
@@ -84,13 +85,13 @@ impl Simulation {
     /// # let (mut simulation, body) = rhexis::internal::example()?;
     /// # use rhexis::prelude::*;
     /// simulation.cut(body, &[DVec3::new(5.0, -1.0, 0.0), DVec3::new(5.0, 11.0, 0.0)])?;
-    /// assert_eq!(simulation.pieces(body)?.count(), 2);
+    /// assert_eq!(simulation.fragments(body)?.count(), 2);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
-    pub fn pieces(&self, body: Entity) -> Result<Pieces, SimulationError> {
+    pub fn fragments(&self, body: Entity) -> Result<Fragments, SimulationError> {
         let mut query = self.world.query_one::<(&Vertices, &Triangles)>(body);
         let (vertices, triangles) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
-        Ok(Pieces::of(vertices.len(), triangles))
+        Ok(Fragments::of(vertices.len(), triangles))
     }
 
     /// The tear tips of a body; none of one that does not tear.
@@ -172,7 +173,7 @@ impl Simulation {
     /// ```
     pub fn validate(&self) -> Result<(), SimulationError> {
         let bodies = self.bodies();
-        bodies.into_iter().try_for_each(|body| judge(&self.world, body))?;
-        Ok(judge_all(&self.world)?)
+        bodies.into_iter().try_for_each(|body| validate(&self.world, body))?;
+        Ok(validate_all(&self.world)?)
     }
 }

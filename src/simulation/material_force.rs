@@ -32,7 +32,7 @@ impl Simulation {
     /// use rhexis::components::{Material, Tearing};
     /// use rhexis::{generate, membrane::Membrane, settings::Settings, simulation::Simulation};
     /// let mesh = generate::grid(4.0, 4.0, 8, 8)?;
-    /// let sheet = Membrane::new("sheet", mesh, Material::figure_2()).with(Tearing::default());
+    /// let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).with(Tearing::default());
     /// let mut simulation = Simulation::new(Settings::default())?;
     /// let body = simulation.spawn(sheet)?;
     /// simulation.cut(body, &[DVec3::new(2.0, 4.0, 0.0), DVec3::new(2.0, 2.0, 0.0)])?;

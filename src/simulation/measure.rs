@@ -27,7 +27,7 @@ impl Simulation {
     /// # Ok::<(), rhexis::Error>(())
     /// ```
     pub fn energies(&self, body: Entity) -> Result<Energies, SimulationError> {
-        self.judge_lent(body)?;
+        self.validate_if_dirty(body)?;
         let frames = self.present_frames(body)?;
         type Query<'a> = (
             (&'a Vertices, &'a Triangles, &'a Topology),
@@ -118,7 +118,7 @@ impl Simulation {
 
     fn evaluate_into(&self, body: Entity, frames: &mut Frames) -> Result<(), SimulationError> {
         type Query<'a> = ((&'a Vertices, &'a Triangles), (Option<&'a Planar>, Option<&'a PreStretch>, FibreLaws<'a>));
-        self.admit_tables(body)?;
+        self.validate_tables_if_dirty(body)?;
         let mut query = self.world.query_one::<Query>(body);
         let ((vertices, triangles), (planar, pre_stretch, fibres)) =
             query.get().map_err(|_| SimulationError::NoSuchBody)?;

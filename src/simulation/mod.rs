@@ -4,6 +4,7 @@ mod advice;
 mod apply_force;
 mod blade;
 mod debug_lines;
+mod dirty;
 mod equilibrium;
 mod error;
 mod fixed_step;
@@ -13,7 +14,6 @@ mod haptic_feed;
 mod haptic_refresh;
 mod haptics;
 mod inspect;
-mod lent;
 mod material_force;
 mod measure;
 mod motion;
@@ -34,7 +34,7 @@ mod view;
 
 pub use crate::components::Energies;
 pub use crate::components::Grasp;
-pub use crate::registry::{Parameter, Refused};
+pub use crate::registry::{Parameter, Rejected};
 pub use crate::systems::fracture::TearRefusal;
 pub use apply_force::ForceError;
 pub use debug_lines::{DebugKind, DebugLine, DebugLines};
@@ -43,7 +43,7 @@ pub use fixed_step::FixedStep;
 pub use haptic_blend::HapticBlend;
 pub use haptic_feed::{HapticModel, HapticReceiver, HapticSender, haptic_feed};
 pub use haptics::{Coupling, HapticError, Haptics, ToolSpring};
-pub use inspect::{Pieces, Tip};
+pub use inspect::{Fragments, Tip};
 pub use material_force::TipForce;
 pub use motion::MotionError;
 pub use pin::{Pin, PinError};
@@ -63,10 +63,10 @@ use crate::settings::{Integrator, Settings};
 use crate::systems::StepContext;
 use crate::systems::parallel::Pool;
 use crate::systems::step::retry::advance;
-use crate::systems::step::run::{Aside, Running};
+use crate::systems::step::run::{Excluded, Running};
 use crate::systems::step::schedule::Schedule;
+use dirty::Dirty;
 use hecs::{Entity, World};
-use lent::Lent;
 use reporting::order;
 
 /// Bodies, obstacles and time.
@@ -79,9 +79,9 @@ pub struct Simulation {
     events: Vec<Event>,
     next_order: u32,
     recorder: Option<Recorder>,
-    lent: Lent,
+    dirty: Dirty,
     /// See [`Running`].
-    spare: Vec<Aside>,
+    spare: Vec<Excluded>,
 }
 
 impl Simulation {
@@ -106,8 +106,8 @@ impl Simulation {
 
     fn with_pool(settings: Settings, pool: Pool) -> Self {
         let (world, report, events) = (World::new(), Report::default(), Vec::new());
-        let (schedule, lent, spare) = (Schedule::default(), Lent::default(), Vec::new());
-        Self { world, settings, pool, schedule, report, events, next_order: 0, recorder: None, lent, spare }
+        let (schedule, dirty, spare) = (Schedule::default(), Dirty::default(), Vec::new());
+        Self { world, settings, pool, schedule, report, events, next_order: 0, recorder: None, dirty, spare }
     }
 
     /// Puts a body into the world.
@@ -121,7 +121,7 @@ impl Simulation {
     ///
     /// let mut simulation = Simulation::new(Settings::default())?;
     /// let mesh = generate::disc(5.0, 200)?;
-    /// let body = simulation.spawn(Membrane::new("capsule", mesh, Material::figure_2()).with(Tearing::default()))?;
+    /// let body = simulation.spawn(Membrane::new("capsule", mesh, Material::allard_2009()).with(Tearing::default()))?;
     /// assert_eq!(simulation.bodies(), [body]);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
@@ -262,7 +262,7 @@ impl Simulation {
         {
             return Err(SimulationError::AuditOfAnotherIntegrator { body: body.name.clone() });
         }
-        self.admit()?;
+        self.validate_dirty()?;
         // As many as in the step before.
         let rows = self.report.bodies.iter().filter(|body| !body.is_asleep).map(|body| body.triangle_count).sum();
         self.begin_report();

@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::components::{EnergyAudit, Hold, HoldGuides, HoldTurns, Holds, Increment, Planar};
 use crate::event::WokenBy;
-use crate::registry::Refused;
+use crate::registry::Rejected;
 use crate::replay::Input;
 use crate::storage::Vertices;
 use glam::{DQuat, DVec3};
@@ -27,7 +27,7 @@ pub enum MotionError {
     OutOfPlane,
     /// Something that was written past the calls is refused.
     #[error(transparent)]
-    Written(#[from] Refused),
+    Written(#[from] Rejected),
 }
 
 impl Simulation {
@@ -51,7 +51,7 @@ impl Simulation {
             (Option<&'a Planar>, Option<&'a mut EnergyAudit>, Option<&'a HoldTurns>, Option<&'a HoldGuides>),
         );
         self.note(|| Input::Teleport { body, rotation, shift });
-        self.admit()?;
+        self.validate_dirty()?;
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| MotionError::NoSuchBody)?;
         let ((vertices, increment, mut holds), (planar, audit, turns, guides)) = found;
         if !(rotation.is_finite() && rotation.length_squared() > 0.0 && shift.is_finite()) {
@@ -112,7 +112,7 @@ impl Simulation {
     /// ```
     pub fn set_velocity(&mut self, body: Entity, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), MotionError> {
         self.note(|| Input::Wake(body));
-        self.admit()?;
+        self.validate_dirty()?;
         self.keep_lent(Some(body));
         let before = self.audited_energies(body);
         let (vertices, planar) =

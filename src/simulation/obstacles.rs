@@ -3,9 +3,9 @@
 use super::{Simulation, SimulationError};
 use crate::components::check::{Check, Host};
 use crate::components::{
-    Body, BodyError, Contact, Increment, Obstacle, ObstaclePath, Path, Rubbing, Shape, Swept, Turning,
+    Body, BodyError, Contact, FrictionState, Increment, Obstacle, ObstacleMotion, ObstaclePath, Path, Shape, Turning,
 };
-use crate::registry::Refused;
+use crate::registry::Rejected;
 use crate::replay::Input;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::contact;
@@ -57,7 +57,7 @@ impl Simulation {
         let path = ObstaclePath { origin: origin.clone(), path, turning };
         obstacle.check(&Host::default())?;
         path.check(&Host::default())?;
-        Ok(self.world.spawn((obstacle, path, Swept { from: origin, turn: None })))
+        Ok(self.world.spawn((obstacle, path, ObstacleMotion { from: origin, turn: None })))
     }
 
     /// Moves an obstacle during the next step: it begins where it is and ends as `shape`. Tissue met on a straight way is taken
@@ -80,14 +80,15 @@ impl Simulation {
         if !self.world.satisfies::<&Obstacle>(obstacle) {
             return Err(SimulationError::NoSuchBody);
         }
-        let refused = |source| Refused { entity: obstacle, owner: format!("obstacle {}", obstacle.id()), source };
-        shape.check("Obstacle").map_err(refused)?;
+        let rejected = |source| Rejected { entity: obstacle, owner: format!("obstacle {}", obstacle.id()), source };
+        shape.check("Obstacle").map_err(rejected)?;
         let found = self.world.query_one_mut::<&mut Obstacle>(obstacle).map_err(|_| SimulationError::NoSuchBody)?;
         let from = std::mem::replace(&mut found.shape, shape);
         // Moved twice before a step: from where it was at its start.
-        let from = self.world.get::<&Swept>(obstacle).map_or(from, |swept| swept.from.clone());
+        let from =
+            self.world.get::<&ObstacleMotion>(obstacle).map_or(from, |obstacle_motion| obstacle_motion.from.clone());
         let _ = self.world.remove_one::<ObstaclePath>(obstacle);
-        self.world.insert_one(obstacle, Swept { from, turn: None }).map_err(|_| SimulationError::NoSuchBody)
+        self.world.insert_one(obstacle, ObstacleMotion { from, turn: None }).map_err(|_| SimulationError::NoSuchBody)
     }
 
     /// The forces \[N\] of the obstacles on a body, each with its obstacle: along their normals as it is, and the friction of the last step.
@@ -100,11 +101,12 @@ impl Simulation {
         let mut query = self.world.query_one::<Query>(body);
         let (about, vertices, triangles, topology, contact) = query.get().map_err(|_| SimulationError::NoSuchBody)?;
         let Some(contact) = contact else { return Ok(Vec::new()) };
-        let mut obstacles = self.world.query::<(Entity, &Obstacle, Option<&Rubbing>)>();
-        let force = |(entity, obstacle, rubbing): (Entity, &Obstacle, Option<&Rubbing>)| {
-            let rubbed = rubbing.and_then(|rubbing| rubbing.forces.iter().find(|(order, _)| *order == about.order));
+        let mut obstacles = self.world.query::<(Entity, &Obstacle, Option<&FrictionState>)>();
+        let force = |(entity, obstacle, friction): (Entity, &Obstacle, Option<&FrictionState>)| {
+            let friction =
+                friction.and_then(|friction| friction.forces.iter().find(|(order, _)| *order == about.order));
             let push = contact::force_of(obstacle, contact, (vertices, triangles, topology));
-            (entity, push + rubbed.map_or(DVec3::ZERO, |(_, force)| *force))
+            (entity, push + friction.map_or(DVec3::ZERO, |(_, force)| *force))
         };
         let mut forces: Vec<_> = obstacles.iter().map(force).filter(|(_, force)| *force != DVec3::ZERO).collect();
         forces.sort_unstable_by_key(|(entity, _)| *entity);
@@ -114,8 +116,8 @@ impl Simulation {
     /// After a step: takes down the friction of the obstacles, and those that were moved stay.
     pub(super) fn rest_obstacles(&mut self) {
         self.note_friction();
-        for (obstacle, swept) in self.world.query_mut::<(&Obstacle, &mut Swept)>() {
-            *swept = Swept { from: obstacle.shape.clone(), turn: None };
+        for (obstacle, obstacle_motion) in self.world.query_mut::<(&Obstacle, &mut ObstacleMotion)>() {
+            *obstacle_motion = ObstacleMotion { from: obstacle.shape.clone(), turn: None };
         }
     }
 
@@ -129,24 +131,25 @@ impl Simulation {
         let obstacles = self.world.query_mut::<(Entity, &Obstacle)>();
         let obstacles: SmallVec<[Entity; 8]> = obstacles.into_iter().map(|(entity, _)| entity).collect();
         for entity in obstacles {
-            let known = self.world.get::<&mut Rubbing>(entity).ok().map(|mut rubbing| std::mem::take(&mut *rubbing));
+            let known =
+                self.world.get::<&mut FrictionState>(entity).ok().map(|mut friction| std::mem::take(&mut *friction));
             let is_known = known.is_some();
-            let mut rubbing = known.unwrap_or_default();
-            rubbing.forces.clear();
+            let mut friction = known.unwrap_or_default();
+            friction.forces.clear();
             if let Ok(obstacle) = self.world.get::<&Obstacle>(entity) {
-                let swept = self.world.get::<&Swept>(entity).ok();
+                let obstacle_motion = self.world.get::<&ObstacleMotion>(entity).ok();
                 let mut bodies = self.world.query::<Rubbed>();
                 for (about, vertices, triangles, topology, increment, contact) in bodies.iter() {
-                    let (moved, body) = ((&*obstacle, swept.as_deref()), (vertices, triangles, topology));
+                    let (moved, body) = ((&*obstacle, obstacle_motion.as_deref()), (vertices, triangles, topology));
                     let force = contact::friction_of(moved, contact, body, &increment.start);
                     if force != DVec3::ZERO {
-                        rubbing.forces.push((about.order, force));
+                        friction.forces.push((about.order, force));
                     }
                 }
             }
-            if is_known || !rubbing.forces.is_empty() {
+            if is_known || !friction.forces.is_empty() {
                 // An obstacle that was just there.
-                let _ = self.world.insert_one(entity, rubbing);
+                let _ = self.world.insert_one(entity, friction);
             }
         }
     }

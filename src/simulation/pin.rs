@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::components::{Body, Curve, Hold, Holds};
 use crate::event::WokenBy;
-use crate::registry::{Refused, complete_in};
+use crate::registry::{Rejected, complete_in};
 use crate::replay::Input;
 use crate::storage::{Attached, VertexKey, Vertices};
 use glam::DVec3;
@@ -47,7 +47,7 @@ pub enum PinError {
     },
     /// Something that was written past the calls is refused.
     #[error(transparent)]
-    Written(#[from] Refused),
+    Written(#[from] Rejected),
 }
 
 /// A pinned vertex.
@@ -86,7 +86,7 @@ impl Simulation {
     /// ```
     pub fn pin(&mut self, body: Entity, name: &str, vertices: &[VertexKey]) -> Result<(), PinError> {
         self.note(|| Input::Pin { body, name: name.to_owned(), vertices: vertices.to_vec() });
-        self.admit()?;
+        self.validate_dirty()?;
         if !self.world.satisfies::<&Body>(body) {
             return Err(PinError::NoSuchBody);
         }
@@ -129,7 +129,7 @@ impl Simulation {
     /// For a vertex that there is not or that nothing holds.
     pub fn unpin(&mut self, body: Entity, vertices: &[VertexKey]) -> Result<(), PinError> {
         self.note(|| Input::Unpin { body, vertices: vertices.to_vec() });
-        self.admit()?;
+        self.validate_dirty()?;
         let found = self.world.query_one_mut::<(&Vertices, Option<&mut Holds>)>(body);
         let (table, mut holds) = found.map_err(|_| PinError::NoSuchBody)?;
         for &vertex in vertices {
@@ -164,7 +164,7 @@ impl Simulation {
     /// ```
     pub fn unpin_all(&mut self, body: Entity, name: &str) -> Result<(), PinError> {
         self.note(|| Input::UnpinAll { body, name: name.to_owned() });
-        self.admit()?;
+        self.validate_dirty()?;
         let (_, hold) = pins(&mut self.world, body, name)?;
         hold.members.clear();
         self.wake_by(body, WokenBy::Caller);
@@ -189,7 +189,7 @@ impl Simulation {
     /// ```
     pub fn move_pins(&mut self, body: Entity, name: &str, place: impl Fn(Pin) -> DVec3) -> Result<(), PinError> {
         self.note(|| Input::Wake(body));
-        self.admit()?;
+        self.validate_dirty()?;
         self.keep_lent(Some(body));
         let (table, hold) = pins(&mut self.world, body, name)?;
         let pin = |row: u32, offset: DVec3| {
@@ -218,7 +218,7 @@ impl Simulation {
     /// # Errors
     /// For a name that no hold has, and for that of a hold that is no pin.
     pub fn pins(&self, body: Entity, name: &str) -> Result<Vec<Pin>, PinError> {
-        self.judge_lent(body)?;
+        self.validate_if_dirty(body)?;
         let mut query = self.world.query_one::<(&Vertices, Option<&Holds>)>(body);
         let (table, holds) = query.get().map_err(|_| PinError::NoSuchBody)?;
         let hold = pinned(holds.into_iter().flat_map(|holds| &holds.groups), name)?;

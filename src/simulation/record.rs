@@ -46,7 +46,7 @@ impl Simulation {
 
     /// Before an entity, or all of them, is handed out to be changed.
     pub(super) fn lend(&mut self, entity: Option<Entity>) {
-        self.lent.note(entity);
+        self.dirty.note(entity);
         self.keep_lent(entity);
     }
 
@@ -135,7 +135,7 @@ impl Simulation {
             Input::Reorder(body) => _ = self.reorder(*body),
             Input::SetSettings(settings) => _ = self.set_settings(*settings),
             Input::Change { entity, to } => {
-                self.lent.note(Some(*entity));
+                self.dirty.note(Some(*entity));
                 to.0.give(&mut self.world, *entity);
             }
             Input::Restore(snapshot) => _ = self.restore(snapshot),

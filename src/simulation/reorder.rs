@@ -37,7 +37,7 @@ impl Simulation {
             (Option<&'a mut Tips>, Option<&'a mut TearDecisions>, Option<&'a mut Attributes>),
         );
         self.note(|| Input::Reorder(body));
-        self.admit()?;
+        self.validate_dirty()?;
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| SimulationError::NoSuchBody)?;
         let (
             (vertices, triangles, topology),
@@ -100,8 +100,8 @@ impl Simulation {
         if let Some(decisions) = decisions {
             let there = decisions.tips.iter_mut().flatten().filter(|decision| (decision.row as usize) < count);
             there.for_each(|decision| decision.row = row(decision.row));
-            decisions.start = None;
-            decisions.parting = None;
+            decisions.nucleation = None;
+            decisions.ligament_failure = None;
         }
         Ok(())
     }

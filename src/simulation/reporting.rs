@@ -30,7 +30,7 @@ impl Simulation {
         self.schedule.reset_reports(&mut self.report.systems);
         self.report.rolled_back = 0;
         for increment in self.world.query_mut::<&mut Increment>() {
-            (increment.was_fraction, increment.was_put_outside) = (false, false);
+            (increment.any_substep_limited, increment.any_vertex_projected) = (false, false);
             (*increment.guard, increment.relaxed) = (GuardFigures::default(), 0);
         }
         for result in self.world.query_mut::<&mut SolveResult>() {
@@ -68,9 +68,9 @@ impl Simulation {
                 is_tear_cut_short: false,
                 is_tear_undecided: result.is_tear_undecided,
                 is_refinement_put_off: refined.is_some_and(|refined| refined.is_put_off),
-                is_held_back: ledger.is_step_limited,
-                went_part_of_way: increment.was_fraction,
-                is_put_outside: increment.was_put_outside,
+                is_step_limited: ledger.is_step_limited,
+                any_substep_limited: increment.any_substep_limited,
+                any_vertex_projected: increment.any_vertex_projected,
                 relaxed_vertices: increment.relaxed,
                 tear_held_back: log.held_back_count,
                 held_back_criterion: log.held_back_criterion,

@@ -4,7 +4,9 @@ use super::Simulation;
 use crate::components::check::Owner;
 use crate::components::{Blade, Body, Forceps, Obstacle};
 use crate::event::WokenBy;
-use crate::registry::{Changed, Parameter, Parameters, Refused, Told, check_rules, complete_in, owner_of, with_host};
+use crate::registry::{
+    Changed, Parameter, ParameterVisitor, Parameters, Rejected, check_rules, complete_in, owner_of, with_host,
+};
 use crate::replay::Input;
 use hecs::{Entity, EntityRef};
 
@@ -35,7 +37,7 @@ pub enum SetError {
     },
     /// Rejected component: its numbers or rows, or a contradiction with another.
     #[error(transparent)]
-    Refused(#[from] Refused),
+    Rejected(#[from] Rejected),
 }
 
 impl Simulation {
@@ -49,7 +51,7 @@ impl Simulation {
     /// let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
     /// let mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2]], ..TriangleMesh::default() };
     /// let mut simulation = Simulation::new(Settings::default())?;
-    /// let body = simulation.spawn(Membrane::new("sheet", mesh, Material::figure_2()))?;
+    /// let body = simulation.spawn(Membrane::new("sheet", mesh, Material::allard_2009()))?;
     /// simulation.set(body, Gravity { acceleration: DVec3::NEG_Z * 9.81e-3 })?;
     /// let load = PointLoad { rows: vec![7], force: DVec3::Z, curve: Curve::constant(1.0) };
     /// let error = simulation.set(body, PointLoads { groups: vec![load] }).unwrap_err();
@@ -75,7 +77,7 @@ impl Simulation {
         let judged = with_host(found, |host| {
             component.check(host).and_then(|()| check_rules(&Changed { entity: found, to: Some(&component) }))
         });
-        judged.map_err(|source| Refused { entity, owner: owner_of(found), source })?;
+        judged.map_err(|source| Rejected { entity, owner: owner_of(found), source })?;
         let before = self.audited_energies(entity);
         // It is there.
         let _ = self.world.insert_one(entity, component);
@@ -103,7 +105,7 @@ impl Simulation {
         self.note(|| Input::Set { entity, to: C::change(None).into() });
         let found = self.owner::<C>(entity)?;
         let without = Changed::<C> { entity: found, to: None };
-        check_rules(&without).map_err(|source| Refused { entity, owner: owner_of(found), source })?;
+        check_rules(&without).map_err(|source| Rejected { entity, owner: owner_of(found), source })?;
         let is_itself = C::OWNER != Owner::Body && C::NAME != "ObstaclePath";
         if is_itself {
             return Err(SetError::Irremovable { owner: owner_of(found), component: C::NAME });
@@ -131,7 +133,7 @@ impl Simulation {
 
     /// Sets recorded parameters again.
     pub(super) fn set_again(&mut self, entity: Entity, to: &Parameters) {
-        to.tell(&mut Again { simulation: self, entity });
+        to.visit(&mut Again { simulation: self, entity });
     }
 }
 
@@ -141,7 +143,7 @@ struct Again<'a> {
     entity: Entity,
 }
 
-impl Told for Again<'_> {
+impl ParameterVisitor for Again<'_> {
     fn set<C: Parameter>(&mut self, to: &C) {
         // A set refused in the recording is refused again.
         let _ = self.simulation.set(self.entity, to.clone());

@@ -85,7 +85,7 @@ impl Simulation {
         self.events.clone_from(&contents.events);
         self.next_order = contents.next_order;
         // A snapshot taken before validation is not validated.
-        self.lent.note(None);
+        self.dirty.note(None);
         for body in snapshot.bodies() {
             // A body of the snapshot is there, with tables or not.
             let _ = self.refresh(body);

@@ -3,7 +3,7 @@
 use super::{Energies, Simulation, SimulationError, order};
 use crate::components::{Body, DecidedBy, EnergyAudit, Refined, TearDecisions, TearLog};
 use crate::event::{Course, Event, EventKind, WokenBy};
-use crate::registry::Refused;
+use crate::registry::Rejected;
 use crate::replay::Input;
 use crate::report::Report;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
@@ -34,8 +34,8 @@ pub struct Cut {
     pub off_line: f64,
     /// Smallest rest angle \[rad\] of the triangles that the cut has touched.
     pub smallest_angle: f64,
-    /// Number of pieces that came free.
-    pub piece_count: usize,
+    /// Number of fragments that came free.
+    pub fragment_count: usize,
 }
 
 /// Why a cut was not made; the body is as it was.
@@ -68,7 +68,7 @@ pub enum CutError {
     Refused(#[from] TearRefusal),
     /// Something that was written past the calls is refused.
     #[error(transparent)]
-    Written(#[from] Refused),
+    Written(#[from] Rejected),
 }
 
 impl Cut {
@@ -79,7 +79,7 @@ impl Cut {
         self.smallest_angle =
             if is_first { outcome.smallest_angle } else { self.smallest_angle.min(outcome.smallest_angle) };
         self.off_line = self.off_line.max(outcome.off_line);
-        self.piece_count += outcome.freed.len();
+        self.fragment_count += outcome.freed.len();
         self.path.extend(outcome.path);
     }
 }
@@ -119,7 +119,7 @@ impl Simulation {
             (Option<&'a mut Tips>, &'a mut TearLog, &'a mut TearScratch, Option<&'a mut Refined>),
             FollowersQuery<'a>,
         );
-        self.admit()?;
+        self.validate_dirty()?;
         self.wake_by(body, WokenBy::Cut);
         let before = self.audited_energies(body);
         let found = self.world.query_one_mut::<Query>(body).map_err(|_| CutError::NoSuchBody)?;
@@ -143,7 +143,7 @@ impl Simulation {
             }
             log.length += length(&outcome.path);
             log.note_angle(outcome.smallest_angle);
-            log.piece_count += outcome.freed.len() as u32;
+            log.fragment_count += outcome.freed.len() as u32;
             if let Some(tips) = tips.as_deref_mut() {
                 let led_to = led.and_then(|tip| tips.row(tip)).map(|row| tips.vertex[row as usize]);
                 cut.tips.extend(led.filter(|_| led_to.is_some()));
@@ -154,7 +154,7 @@ impl Simulation {
                     cut.tips.push(tip);
                 }
             }
-            log.pending.extend(outcome.freed.iter().map(|&triangle_count| EventKind::PieceFreed { triangle_count }));
+            log.pending.extend(outcome.freed.iter().map(|&triangle_count| EventKind::FragmentFreed { triangle_count }));
             cut.add(outcome);
         }
         log.pending.push(EventKind::Cut { asked: cut.asked, made: cut.made, strokes: cut.strokes.len() });

@@ -3,10 +3,10 @@
 use super::Simulation;
 use crate::components::{Body, Forceps, Grasp, Grips, Jaws, Motion, Pinch, Pose};
 use crate::event::WokenBy;
-use crate::registry::{Refused, complete_in};
+use crate::registry::{Rejected, complete_in};
 use crate::replay::Input;
 use crate::storage::{Topology, Triangles, Vertices};
-use crate::systems::forces::grip::Taken;
+use crate::systems::forces::grip::PinchSelection;
 use glam::DVec3;
 use hecs::Entity;
 
@@ -60,7 +60,7 @@ pub enum ToolError {
     },
     /// Something that was written past the calls is refused.
     #[error(transparent)]
-    Written(#[from] Refused),
+    Written(#[from] Rejected),
 }
 
 impl Simulation {
@@ -144,7 +144,7 @@ impl Simulation {
     /// ```
     pub fn close_forceps(&mut self, forceps: Entity, body: Entity, grasp: &Grasp) -> Result<usize, ToolError> {
         self.note(|| Input::CloseForceps { forceps, body, grasp: grasp.clone() });
-        self.admit()?;
+        self.validate_dirty()?;
         let now = self.report.time;
         let tool = self.world.query_one_mut::<&Forceps>(forceps).map_err(|_| ToolError::NoSuchForceps)?;
         let Forceps { name, jaws, motion, .. } = tool.clone();
@@ -248,8 +248,8 @@ impl Simulation {
                 keys.iter().map(|&key| vertices.row(key).ok_or_else(no_such)).collect::<Result<_, _>>()?
             }
             (_, Some(place)) => {
-                let taken = Taken::about((vertices, triangles, topology), place, radius);
-                taken.map_or(Vec::new(), |taken| taken.rows.to_vec())
+                let selection = PinchSelection::about((vertices, triangles, topology), place, radius);
+                selection.map_or(Vec::new(), |selection| selection.rows.to_vec())
             }
             (_, None) => Vec::new(),
         };

@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// bits, of this one alone.
 pub(crate) const VERSION: u16 = 15;
 
-const HAS_FACTORS: u16 = 1;
+const FACTORS_FLAG: u16 = 1;
 const IS_COMPRESSED: u16 = 2;
 const HEAD: usize = 28;
 
@@ -64,7 +64,7 @@ pub fn pack(kind: Kind, value: &impl Serialize) -> Result<Vec<u8>, SnapshotError
     let body = postcard::to_allocvec(value).map_err(|error| SnapshotError::Unreadable(error.to_string()))?;
     let packed = lz4_flex::block::compress(&body);
     let is_compressed = packed.len() < body.len() && body.len() <= packed.len() * MOST_RATIO;
-    let mut marks = if cfg!(feature = "direct") { HAS_FACTORS } else { 0 };
+    let mut marks = if cfg!(feature = "direct") { FACTORS_FLAG } else { 0 };
     marks |= if is_compressed { IS_COMPRESSED } else { 0 };
     let written = if is_compressed { &packed } else { &body };
     let mut bytes = Vec::with_capacity(HEAD + written.len());
@@ -91,8 +91,8 @@ pub fn unpack<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<T, Snapsh
     if !(oldest..=VERSION).contains(&version) {
         return Err(SnapshotError::Version { found: version, oldest, known: VERSION });
     }
-    if kind.promises_bits() && (marks & HAS_FACTORS != 0) != cfg!(feature = "direct") {
-        return Err(SnapshotError::Build { has_factors: marks & HAS_FACTORS != 0 });
+    if kind.promises_bits() && (marks & FACTORS_FLAG != 0) != cfg!(feature = "direct") {
+        return Err(SnapshotError::Build { has_factors: marks & FACTORS_FLAG != 0 });
     }
     if long(20) != sum(body) {
         return Err(SnapshotError::Damaged);
@@ -164,7 +164,7 @@ impl Snapshot {
     /// For a state that [`from_bytes`](Self::from_bytes) would refuse, taken while something written past the calls was not yet judged:
     /// the error says where.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SnapshotError> {
-        self.judge()?;
+        self.validate()?;
         pack(Kind::Snapshot, &*self.0)
     }
 
@@ -185,8 +185,8 @@ impl Snapshot {
     }
 
     /// Judges it as one that was read.
-    pub(crate) fn judge(&self) -> Result<(), SnapshotError> {
-        check::judge(&self.0).map(|_| ())
+    pub(crate) fn validate(&self) -> Result<(), SnapshotError> {
+        check::validate_contents(&self.0).map(|_| ())
     }
 
     /// Writes the snapshot to a file, whole or not at all.

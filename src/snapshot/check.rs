@@ -1,7 +1,7 @@
 //! Validation of a state that was read or is to be written, so that steps meet only states that a step could have left.
 
 use super::{Contents, Saved, SnapshotError};
-use crate::components::check::{Host, MOST};
+use crate::components::check::{Host, MOST_COUNTED};
 use crate::components::{Body, BodyError, TearDecision};
 use crate::storage::{Topology, validate};
 use hecs::Entity;
@@ -9,13 +9,13 @@ use std::collections::HashSet;
 
 /// Validates a state that was read, and derives the data that follow from the rest of it.
 pub(super) fn complete(contents: &mut Contents) -> Result<(), SnapshotError> {
-    let topologies = judge(contents)?;
+    let topologies = validate_contents(contents)?;
     contents.entities.iter_mut().zip(topologies).for_each(|(saved, topology)| saved.topology = topology);
     Ok(())
 }
 
 /// Judges a state. Gives the topology of every entity's mesh.
-pub(super) fn judge(contents: &Contents) -> Result<Vec<Option<Topology>>, SnapshotError> {
+pub(super) fn validate_contents(contents: &Contents) -> Result<Vec<Option<Topology>>, SnapshotError> {
     contents.settings.validate()?;
     let of_all = |what| SnapshotError::contradiction("the snapshot", what);
     if !contents.report.time.is_finite() || contents.report.step > u64::MAX / 2 {
@@ -25,7 +25,8 @@ pub(super) fn judge(contents: &Contents) -> Result<Vec<Option<Topology>>, Snapsh
     let mut orders = HashSet::new();
     let judged = |saved: &Saved| match &saved.body {
         Some(Body { order, .. }) => {
-            if !orders.insert(*order) || *order >= contents.next_order || u64::from(contents.next_order) > MOST {
+            if !orders.insert(*order) || *order >= contents.next_order || u64::from(contents.next_order) > MOST_COUNTED
+            {
                 return Err(of_all("its bodies are not in one order"));
             }
             check_body(saved).map(Some)
@@ -60,9 +61,9 @@ fn check_handles(contents: &Contents) -> Result<(), SnapshotError> {
 
 /// Judges a body that is to be spawned.
 pub(crate) fn check_spawned(saved: &Saved) -> Result<Topology, SnapshotError> {
-    let is_known = saved.body.as_ref().is_some_and(|body| u64::from(body.order) < MOST);
+    let is_known = saved.body.as_ref().is_some_and(|body| u64::from(body.order) < MOST_COUNTED);
     // A table of handles is as long as the largest of them.
-    let is_near = u64::from(saved.entity.id()) < MOST >> 6;
+    let is_near = u64::from(saved.entity.id()) < MOST_COUNTED >> 6;
     if !(is_known && is_near) {
         return Err(SnapshotError::contradiction("a body that was spawned", "it is none"));
     }
@@ -93,7 +94,9 @@ fn check_body(saved: &Saved) -> Result<Topology, SnapshotError> {
     let asks = |decision: &TearDecision| !(decision.value <= 1.0);
     if saved.sleeping.as_ref().is_some_and(|sleeping| sleeping.is_asleep())
         && let Some(decisions) = &saved.tear_decisions
-        && (decisions.tips.iter().flatten().any(asks) || decisions.start.is_some() || decisions.parting.is_some())
+        && (decisions.tips.iter().flatten().any(asks)
+            || decisions.nucleation.is_some()
+            || decisions.ligament_failure.is_some())
     {
         return Err(wrong("it sleeps although it is to tear"));
     }

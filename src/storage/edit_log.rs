@@ -126,7 +126,7 @@ mod tests {
     fn with_mesh(test: impl FnOnce(&mut Mesh<'_>)) {
         let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
         let sheet = generate::grid(8.0, 6.0, 16, 12).unwrap();
-        let body = simulation.spawn(Membrane::new("sheet", sheet, Material::figure_2())).unwrap();
+        let body = simulation.spawn(Membrane::new("sheet", sheet, Material::allard_2009())).unwrap();
         type Query<'a> = (&'a mut Vertices, &'a mut Triangles, &'a mut Topology);
         let found = simulation.world_mut().query_one_mut::<Query>(body).unwrap();
         let (vertices, triangles, topology) = found;

@@ -210,19 +210,19 @@ impl DihedralAngles {
         second(t) + bending::product(&self.rest[t].law, self.turned(t, second))
     }
 
-    /// Adds the bending forces \[N\] at the angles last evaluated; `travel` holds the displacements of the vertices over the
+    /// Adds the bending forces \[N\] at the angles last evaluated; `velocity_displacement` holds the displacements of the vertices over the
     /// span of the step.
     pub fn add_forces(
         &self,
         corners: &[[u32; 3]],
         topology: &Topology,
-        travel: impl Fn(usize) -> DVec3 + Sync,
+        velocity_displacement: impl Fn(usize) -> DVec3 + Sync,
         forces: &mut [DVec3],
         passes: &mut BendingPasses,
     ) {
-        let is_moving = self.factor != 1.0 && (0..forces.len()).any(|v| travel(v) != DVec3::ZERO);
+        let is_moving = self.factor != 1.0 && (0..forces.len()).any(|v| velocity_displacement(v) != DVec3::ZERO);
         let by = if is_moving { self.factor - 1.0 } else { 0.0 };
-        self.spread((1.0, by), travel, (true, -1.0), (corners, topology), (forces, passes));
+        self.spread((1.0, by), velocity_displacement, (true, -1.0), (corners, topology), (forces, passes));
     }
 
     /// Adds the product \[N\] of the tangent with u \[mm\]: of the energy, but for the change of the angles' derivatives, or of the

@@ -20,13 +20,13 @@ pub fn bending(world: &mut hecs::World, step: &StepContext) -> usize {
         |((_, triangles, _, _, result), ..)| result.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, increment, _), (bending, folds, passes), (frames, forces, damping))| {
             folds.refresh((vertices, triangles, topology), bending, passes);
-            let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+            let viscosity = damping.map_or(0.0, |d| d.time) * step.inv_effective_dt();
             folds.evaluate(&triangles.corners, &vertices.position, 1.0 + viscosity, passes);
             if !step.is_static && step.newton_iterations == 1 && step.formula == Formula::BackwardEuler {
                 folds.leave_out_taut(triangles, frames);
             }
-            let travel = |v: usize| step.travel(increment, v);
-            folds.add_forces(&triangles.corners, topology, travel, &mut forces.nodal, passes);
+            let velocity_displacement = |v: usize| step.velocity_displacement(increment, v);
+            folds.add_forces(&triangles.corners, topology, velocity_displacement, &mut forces.nodal, passes);
         },
     )
 }

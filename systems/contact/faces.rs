@@ -19,14 +19,14 @@ use glam::DVec3;
 /// A triangle whose longest edge is no longer than this part of the obstacle's least radius of curvature is left to its vertices.
 /// Beyond, the stiffness grows with the edge, for one place then bears the load of many vertices. Three vertices that are 1.7 radii
 /// apart let a ball through.
-const SMALL: f64 = 0.5;
+const SMALL_FACE: f64 = 0.5;
 
 /// Steps to the moment of contact at the most, and how near it is \[of the way\].
-const MOST: u32 = 40;
-const NEAR: f64 = 1e-6;
+const MOST_IMPACT_STEPS: u32 = 40;
+const IMPACT_TOLERANCE: f64 = 1e-6;
 
 /// Rounds in which triangles are put outside.
-const ROUNDS: u32 = 40;
+const MOST_DEPENETRATIONS: u32 = 40;
 
 /// Maximum shift of a corner in a round, in multiples of the depth. Where all corners are free none has to go farther than
 /// 1.4 times. But beside corners that are held, or in a plane that the normal stands off, the few free axes would have to go
@@ -151,7 +151,7 @@ fn longest_sq(x: [DVec3; 3]) -> f64 {
 
 /// The plane that holds a triangle back that was at `start` and is at `x`, unless it is left to its vertices.
 fn held_face(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3]) -> Option<HeldFace> {
-    let radius = SMALL * least_radius(&moved.0.shape);
+    let radius = SMALL_FACE * least_radius(&moved.0.shape);
     let longest = longest_sq(x);
     if longest > radius * radius { held_at(moved, start, x, (longest.sqrt(), radius)) } else { None }
 }
@@ -188,8 +188,8 @@ fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64
         // To the moment of contact in steps that no corner outruns.
         let way = (0..3).map(|i| from[i].distance(x[i])).fold(0.0, f64::max);
         let (mut done, mut weights, mut then) = (0.0, first, from);
-        for _ in 0..MOST {
-            if distance <= NEAR * way {
+        for _ in 0..MOST_IMPACT_STEPS {
+            if distance <= IMPACT_TOLERANCE * way {
                 break;
             }
             done += distance / way;
@@ -207,7 +207,7 @@ fn held_at(moved: &Moved, start: [DVec3; 3], x: [DVec3; 3], (edge, radius): (f64
         }
         (weights, Held { depth, normal })
     };
-    Some(HeldFace { weights, held, size: edge.min(radius / SMALL), part: edge / radius - 1.0 })
+    Some(HeldFace { weights, held, size: edge.min(radius / SMALL_FACE), part: edge / radius - 1.0 })
 }
 
 /// Calls `f` for every triangle that an obstacle holds back, in the order of rows.
@@ -217,7 +217,7 @@ pub(super) fn for_held(
     (vertices, triangles): (&[DVec3], &Triangles),
     mut f: impl FnMut(usize, HeldFace),
 ) {
-    let radius = SMALL * least_radius(&moved.0.shape);
+    let radius = SMALL_FACE * least_radius(&moved.0.shape);
     if radius.is_infinite() {
         return;
     }
@@ -297,7 +297,7 @@ pub(super) fn force_of(obstacle: &Obstacle, contact: &Contact, vertices: &Vertic
 
 /// Puts triangles that are still deep in an obstacle, or through it, back onto the planes that should have held them, each by the least
 /// motion of its corners. Neighbours share corners, hence some rounds.
-pub(super) fn put_outside(
+pub(super) fn depenetrate(
     moved: &Moved,
     (vertices, increment): (&mut Vertices, &mut Increment),
     (triangles, SolverScratch { free, sweeps, .. }): (&Triangles, &mut SolverScratch),
@@ -308,7 +308,7 @@ pub(super) fn put_outside(
     }
     let counts = (vertices.len(), triangles.len());
     sweeps.begin();
-    for round in 0..ROUNDS {
+    for round in 0..MOST_DEPENETRATIONS {
         let mut is_any = false;
         for (t, corners) in triangles.corners.iter().map(|corners| corners.map(|v| v as usize)).enumerate() {
             if !(sweeps.is_due(t, corners) || round == 0) {

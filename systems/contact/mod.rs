@@ -11,7 +11,7 @@ mod side;
 mod sweeps;
 
 use crate::components::{
-    Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstaclePath, SolveResult, SolverScratch, Swept,
+    Contact, ExternalStiffness, Forces, Increment, Obstacle, ObstacleMotion, ObstaclePath, SolveResult, SolverScratch,
 };
 use crate::math::Sym3;
 use crate::storage::{Topology, Triangles, Vertices};
@@ -50,10 +50,10 @@ struct Travel {
 
 impl Travel {
     /// Motion of an obstacle since the start of the step.
-    fn of(obstacle: &Obstacle, swept: Option<&Swept>) -> Self {
-        swept.map_or(Self::default(), |swept| {
-            let anchor = swept.from.anchor();
-            Self { offset: obstacle.shape.anchor() - anchor, turn: swept.turn.map(|turn| (turn, anchor)) }
+    fn of(obstacle: &Obstacle, obstacle_motion: Option<&ObstacleMotion>) -> Self {
+        obstacle_motion.map_or(Self::default(), |obstacle_motion| {
+            let anchor = obstacle_motion.from.anchor();
+            Self { offset: obstacle.shape.anchor() - anchor, turn: obstacle_motion.turn.map(|turn| (turn, anchor)) }
         })
     }
 
@@ -90,19 +90,23 @@ struct Held {
 /// Moves the obstacles that follow a path to where they are at the end of the step.
 pub fn move_obstacles(world: &mut World, step: &StepContext) -> usize {
     let mut count = 0;
-    for (obstacle, motion, swept) in world.query_mut::<(&mut Obstacle, &ObstaclePath, &mut Swept)>() {
+    for (obstacle, motion, obstacle_motion) in world.query_mut::<(&mut Obstacle, &ObstaclePath, &mut ObstacleMotion)>()
+    {
         count += 1;
-        let before = step.time - step.reach();
+        let before = step.time - step.stage_dt();
         let turn = motion.turning.as_ref().map(|turning| turning.at(step.time) * turning.at(before).transpose());
-        *swept = Swept { from: motion.at(before), turn: turn.filter(|turn| *turn != DMat3::IDENTITY) };
+        *obstacle_motion =
+            ObstacleMotion { from: motion.at(before), turn: turn.filter(|turn| *turn != DMat3::IDENTITY) };
         obstacle.shape = motion.at(step.time);
     }
     count
 }
 
 fn obstacles(world: &mut World) -> Obstacles {
-    let travel = |(obstacle, swept): (&Obstacle, Option<&Swept>)| (obstacle.clone(), Travel::of(obstacle, swept));
-    world.query_mut::<(&Obstacle, Option<&Swept>)>().into_iter().map(travel).collect()
+    let travel = |(obstacle, obstacle_motion): (&Obstacle, Option<&ObstacleMotion>)| {
+        (obstacle.clone(), Travel::of(obstacle, obstacle_motion))
+    };
+    world.query_mut::<(&Obstacle, Option<&ObstacleMotion>)>().into_iter().map(travel).collect()
 }
 
 /// The plane that holds a vertex back that was at `start` and is at `x`.
@@ -248,7 +252,7 @@ fn has_deep_face(obstacles: &[Moved], start: &[DVec3], (vertices, triangles): (&
 /// Depenetrates vertices and faces that are still deep in an obstacle, or through it, onto the plane that should have held
 /// them. Where a large step stretches a body far, no number of solves is sure to end on the right side. The velocity goes with
 /// it.
-pub fn put_outside(world: &mut World, step: &StepContext) -> usize {
+pub fn depenetrate(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     let mut count = 0;
     type Query<'a> =
@@ -268,7 +272,7 @@ pub fn put_outside(world: &mut World, step: &StepContext) -> usize {
             }
         }
         for moved in &obstacles {
-            faces::put_outside(moved, (vertices, increment), (triangles, scratch), step);
+            faces::depenetrate(moved, (vertices, increment), (triangles, scratch), step);
         }
         count += 1;
     }
@@ -276,7 +280,7 @@ pub fn put_outside(world: &mut World, step: &StepContext) -> usize {
 }
 
 /// Prevents tunnelling: holds back triangles that would pass through an obstacle in the step.
-pub fn keep_sides(world: &mut World, step: &StepContext) -> usize {
+pub fn prevent_tunnelling(world: &mut World, step: &StepContext) -> usize {
     let obstacles = obstacles(world);
     if obstacles.is_empty() {
         return 0;
@@ -299,14 +303,14 @@ pub fn keep_sides(world: &mut World, step: &StepContext) -> usize {
 fn shift(vertices: &mut Vertices, increment: &mut Increment, v: usize, way: DVec3, step: &StepContext) {
     vertices.position[v] += way;
     increment.displacement[v] += way;
-    increment.is_put_outside = true;
-    increment.was_put_outside = true;
-    vertices.velocity[v] = step.travel(increment, v) * step.rate();
+    increment.has_projected_vertices = true;
+    increment.any_vertex_projected = true;
+    vertices.velocity[v] = step.velocity_displacement(increment, v) * step.inv_effective_dt();
 }
 
 /// The friction \[N\] of an obstacle on a body as it is, which it was at `start` when the step began.
 pub fn friction_of(
-    (obstacle, swept): (&Obstacle, Option<&Swept>),
+    (obstacle, obstacle_motion): (&Obstacle, Option<&ObstacleMotion>),
     contact: &Contact,
     (vertices, triangles, topology): (&Vertices, &Triangles, &Topology),
     start: &[DVec3],
@@ -314,7 +318,7 @@ pub fn friction_of(
     if contact.friction == 0.0 || start.len() != vertices.len() {
         return DVec3::ZERO;
     }
-    let travel = Travel::of(obstacle, swept);
+    let travel = Travel::of(obstacle, obstacle_motion);
     let brake = |(v, x): (usize, &DVec3)| match obstacle.shape.distance(*x) {
         Some((distance, normal)) if distance < 0.0 => {
             let slip = travel.slip(start[v], *x);

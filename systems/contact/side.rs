@@ -15,7 +15,7 @@ use crate::systems::StepContext;
 use glam::DVec3;
 
 /// The core's size over the obstacle's.
-const CORE: f64 = 0.9;
+const CORE_OF_OBSTACLE: f64 = 0.9;
 
 /// A triangle that touches the core may go on half-way to this size in a step, so that it is free to slide and to leave.
 const INNERMOST: f64 = 0.87;
@@ -24,8 +24,8 @@ const INNERMOST: f64 = 0.87;
 const NEARER: f64 = 0.99;
 
 /// Remaining part of the initial distance at which the search along a way ends, and the most steps to there.
-const NEAR: f64 = 1e-3;
-const MOST: u32 = 60;
+const SEARCH_TOLERANCE: f64 = 1e-3;
+const MOST_SEARCH_STEPS: u32 = 60;
 
 /// Rounds in which corners are held back to where the first of their triangles would enter; after them they do not move against the
 /// obstacle at all, in so many rounds.
@@ -59,10 +59,11 @@ fn part_outside(shape: &Shape, from: [DVec3; 3], to: [DVec3; 3]) -> f64 {
         return 1.0;
     }
     let Some(mut distance) = nearness(shape, from) else { return 1.0 };
-    let limit = if distance > INNERMOST { CORE.min(0.5 * (INNERMOST + distance)) } else { NEARER * distance };
-    let near = NEAR * (distance - limit);
+    let limit =
+        if distance > INNERMOST { CORE_OF_OBSTACLE.min(0.5 * (INNERMOST + distance)) } else { NEARER * distance };
+    let near = SEARCH_TOLERANCE * (distance - limit);
     let mut done = 0.0;
-    for _ in 0..MOST {
+    for _ in 0..MOST_SEARCH_STEPS {
         // No point of the triangle comes nearer than its fastest corner goes.
         done += (distance - limit) / way;
         if !(done < 1.0) {

@@ -32,20 +32,20 @@ pub fn assembly(world: &mut hecs::World, step: &StepContext) -> usize {
             // At the start of a step by backward Euler nothing has moved yet: there is no rate.
             let is_at_rest =
                 step.formula == Formula::BackwardEuler && increment.displacement.iter().all(|u| *u == DVec3::ZERO);
-            let viscosity = if is_at_rest { 0.0 } else { damping.map_or(0.0, |d| d.time) * step.rate() };
+            let viscosity = if is_at_rest { 0.0 } else { damping.map_or(0.0, |d| d.time) * step.inv_effective_dt() };
             let mesh = (triangles, topology);
             forces.has_scale = step.newton_iterations > 1;
-            membrane_forces(mesh, frames, |v| step.travel(increment, v), viscosity, forces);
+            membrane_forces(mesh, frames, |v| step.velocity_displacement(increment, v), viscosity, forces);
         },
     )
 }
 
 /// Sets the nodal forces to those of the membrane. `viscosity` is β/s with the span s of the step's formula, by which the
-/// stretch rate of the displacements `travel` over that span adds to the strain, at the present stiffness.
+/// stretch rate of the displacements `velocity_displacement` over that span adds to the strain, at the present stiffness.
 pub fn membrane_forces(
     (triangles, topology): (&Triangles, &Topology),
     frames: &Frames,
-    travel: impl Fn(usize) -> DVec3 + Sync,
+    velocity_displacement: impl Fn(usize) -> DVec3 + Sync,
     viscosity: f64,
     forces: &mut Forces,
 ) {
@@ -67,26 +67,26 @@ pub fn membrane_forces(
             corners::add_up(mesh, corner, nodal, &CornerForces { state: &frames.solid, rest, thickness }, seen)
         };
     }
-    corners::add_up(mesh, corner, nodal, &Viscous { triangles, frames, travel, viscosity }, seen);
+    corners::add_up(mesh, corner, nodal, &Viscous { triangles, frames, velocity_displacement, viscosity }, seen);
 }
 
 /// The forces of stress and strain rate.
 struct Viscous<'a, F> {
     triangles: &'a Triangles,
     frames: &'a Frames,
-    travel: F,
+    velocity_displacement: F,
     viscosity: f64,
 }
 
 impl<F: Fn(usize) -> DVec3 + Sync> Kernel<[DVec3; 3]> for Viscous<'_, F> {
     #[inline(always)]
     fn run<L: Lanes>(&self, _: L, first: usize, rows: &mut [[DVec3; 3]]) {
-        let Self { triangles, frames, travel, viscosity } = self;
+        let Self { triangles, frames, velocity_displacement, viscosity } = self;
         for (i, corner) in rows.iter_mut().enumerate() {
             let t = first + i;
             let state = frames.state(t);
             let rest = &triangles.rest[t];
-            let u = triangles.corners[t].map(|v| travel(v as usize));
+            let u = triangles.corners[t].map(|v| velocity_displacement(v as usize));
             let rate = membrane::stretch_rate(&state.polar, rest, u) * *viscosity;
             let stress = state.stress + frames.stiffness(triangles, t).coupled_stress(frames.coupling(t), rate);
             *corner = membrane::nodal_forces(&state.polar, stress, rest, rest.area * triangles.thickness[t]);

@@ -6,7 +6,7 @@ use crate::systems::parallel;
 use glam::DVec3;
 
 /// Triangles whose corners are written down at a time where one thread adds up: 18 kB, which stay in the first cache.
-const BLOCK: usize = 256;
+const CORNER_BLOCK: usize = 256;
 
 /// Sets `out` to the sums per vertex of the kernel's corner values of the triangles, in the order of their rows; `seen` is
 /// shown all corners on the way. `corner` is scratch.
@@ -26,11 +26,11 @@ pub fn add_up(
         seen(corner);
         return parallel::for_rows(out, |v, out| *out = gathered(topology, corner, v));
     }
-    corner.resize(corner.len().max(BLOCK), [DVec3::ZERO; 3]);
+    corner.resize(corner.len().max(CORNER_BLOCK), [DVec3::ZERO; 3]);
     out.fill(DVec3::ZERO);
-    for (b, block) in corners.chunks(BLOCK).enumerate() {
+    for (b, block) in corners.chunks(CORNER_BLOCK).enumerate() {
         let of_block = &mut corner[..block.len()];
-        run(kernel, b * BLOCK, of_block);
+        run(kernel, b * CORNER_BLOCK, of_block);
         seen(of_block);
         for (of_triangle, corners) in of_block.iter().zip(block) {
             for (of_corner, &v) in of_triangle.iter().zip(corners) {

@@ -19,12 +19,12 @@ pub fn drag(world: &mut hecs::World, step: &StepContext) -> usize {
         world,
         |((_, _, increment, result, _), _, _)| result.rows_to_solve(increment.displacement.len()),
         |((triangles, topology, increment, _, drag), forces, external)| {
-            let factor = drag.coefficient * step.rate();
+            let factor = drag.coefficient * step.inv_effective_dt();
             let per_vertex = |v: usize| factor * topology.vertex_area(triangles, v as u32);
             parallel::for_pairs(&mut forces.nodal, &mut external.block, |first, nodal, blocks| {
                 for (v, (f, k)) in (first..).zip(nodal.iter_mut().zip(blocks)) {
                     let drag = per_vertex(v);
-                    *f -= step.travel(increment, v) * drag;
+                    *f -= step.velocity_displacement(increment, v) * drag;
                     *k += Sym3::isotropic(drag);
                 }
             });

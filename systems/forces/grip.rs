@@ -1,8 +1,8 @@
 //! Forceps: take hold, pull, let go. Jaws that draw by springs act here; those that prescribe act where the step marks its axes.
 
-mod taken;
+mod pinch_selection;
 
-pub use taken::Taken;
+pub use pinch_selection::PinchSelection;
 
 use crate::components::{
     ExternalStiffness, Forceps, Forces, Grip, Grips, Motion, NearTip, Pinch, Pose, Sleeping, Slip, SolveResult, TearLog,
@@ -16,7 +16,7 @@ use hecs::Entity;
 use smallvec::SmallVec;
 
 /// A sum of steps may miss a time by so much of a step.
-const ROUNDING: f64 = 1e-6;
+const TIME_ROUNDING: f64 = 1e-6;
 
 /// Closes, moves and opens the jaws of scripts, and opens those of forceps that are no more.
 pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
@@ -35,7 +35,7 @@ pub fn take(world: &mut hecs::World, step: &StepContext) -> usize {
         let (start, end) = (step.end() - step.dt, step.end());
         for (grip, pinch) in list.iter().zip(pinches.iter_mut()) {
             // Judged where the step begins, which is one time for a step and for the first half in which it is retried.
-            let now = if step.is_static { end } else { start + ROUNDING * step.dt };
+            let now = if step.is_static { end } else { start + TIME_ROUNDING * step.dt };
             if !(grip.from..grip.until).contains(&now) {
                 pinch.release();
                 pinch.has_slipped = false;
@@ -163,10 +163,10 @@ fn shared_stiffness<'a>(
 
 /// Closes the jaws of a script about a place in the rest shape.
 fn close(pinch: &mut Pinch, grip: &Grip, turn: DQuat, body: (&Vertices, &Triangles, &Topology), place: DVec3) {
-    let Some(taken) = Taken::about(body, (place, None), grip.jaws.radius) else { return };
-    let position = body.0.position[taken.nearest as usize];
+    let Some(selection) = PinchSelection::about(body, (place, None), grip.jaws.radius) else { return };
+    let position = body.0.position[selection.nearest as usize];
     pinch.origin = Pose { position, orientation: turn };
-    pinch.close(body.0, taken.rows, &Pose::at(position));
+    pinch.close(body.0, selection.rows, &Pose::at(position));
 }
 
 /// The place \[mm, rest shape\] beside the tip with the largest criterion, and the turn of the path that goes with it.

@@ -17,7 +17,7 @@ pub fn mark_axes(
     time: f64,
 ) {
     let free_axes = if planar.is_some() { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
-    scratch.allowed.clear();
+    scratch.guide_constraints.clear();
     scratch.free.reset(vertices.len(), vertices.position.capacity(), free_axes);
     if planar.is_some() {
         increment.delta.iter_mut().for_each(|d| d.z = 0.0);
@@ -27,7 +27,7 @@ pub fn mark_axes(
         let turning = turns.and_then(|turns| turns.of(place)).map(|turning| (turning.at(time), turning.pivot));
         let guide = guides.and_then(|guides| guides.of(place));
         if let Some(guide) = guide {
-            scratch.allowed.add(hold, guide, planar, time);
+            scratch.guide_constraints.add(hold, guide, planar, time);
         }
         for (&row, &offset) in hold.members.rows().iter().zip(hold.members.values()) {
             let v = row as usize;
@@ -48,7 +48,7 @@ pub fn mark_axes(
             }
         }
     }
-    if !scratch.allowed.is_empty() {
+    if !scratch.guide_constraints.is_empty() {
         level(vertices, increment, scratch, (holds, guides));
     }
     for pinch in grips.map(|g| g.pinches.as_mut_slice()).unwrap_or_default() {
@@ -63,7 +63,7 @@ fn level(
     scratch: &SolverScratch,
     (holds, guides): (Option<&Holds>, Option<&HoldGuides>),
 ) {
-    scratch.allowed.level(&mut increment.delta);
+    scratch.guide_constraints.level(&mut increment.delta);
     let (Some(holds), Some(guides)) = (holds, guides) else { return };
     for (place, hold) in holds.groups.iter().enumerate() {
         let Some(Guide::Together { .. }) = guides.of(place) else { continue };

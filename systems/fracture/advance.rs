@@ -192,7 +192,7 @@ impl Cutter<'_, '_> {
             self.roll_back(start);
             return Err(refusal.into());
         }
-        let end = ends.then(|| End { freed: self.freed_piece(tip.vertex, advance.vertex) });
+        let end = ends.then(|| End { freed: self.freed_fragment(tip.vertex, advance.vertex) });
         Ok(Advance { end, ..advance })
     }
 

@@ -10,7 +10,7 @@ use super::{Cutter, TearRefusal};
 use crate::storage::{Edit, NONE, measure::rest_corners};
 
 /// Edges count as equally long up to this part: roundings must not make mirror images different.
-const TIE: f64 = 1e-9;
+const EDGE_TIE: f64 = 1e-9;
 /// Triangles on a way to the edge that is split. Edges grow along it, so only a hostile mesh has long ones.
 const LONGEST_WAY: usize = 100;
 
@@ -48,7 +48,7 @@ impl Cutter<'_, '_> {
                 break;
             }
             let longest = self.longest_edge(next);
-            if longest.1 <= length * (1.0 + TIE) {
+            if longest.1 <= length * (1.0 + EDGE_TIE) {
                 break;
             }
             (triangle, (edge, length)) = (next, longest);
@@ -64,7 +64,7 @@ impl Cutter<'_, '_> {
         let mut best = (0, x[0].distance(x[1]));
         for edge in 1..3 {
             let length = x[edge].distance(x[(edge + 1) % 3]);
-            let is_tie = (length - best.1).abs() <= TIE * length;
+            let is_tie = (length - best.1).abs() <= EDGE_TIE * length;
             if (is_tie && rows(edge) < rows(best.0)) || (!is_tie && length > best.1) {
                 best = (edge, length);
             }

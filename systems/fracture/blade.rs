@@ -179,14 +179,14 @@ impl Cutter<'_, '_> {
                     return Ok(outcome);
                 }
                 self.roll_back(mark);
-                self.cut_laid(stroke, polyline, 0.0).or_else(|refusal| {
+                self.cut_embedded(stroke, polyline, 0.0).or_else(|refusal| {
                     // A stroke that finds no way from one end may find it from the other.
                     self.roll_back(mark);
                     let reversed: Vec<DVec3> = stroke.iter().rev().copied().collect();
-                    self.cut_laid(&reversed, polyline, 0.0).map(CutOutcome::reversed).map_err(|_| refusal)
+                    self.cut_embedded(&reversed, polyline, 0.0).map(CutOutcome::reversed).map_err(|_| refusal)
                 })
             }
-            Manner::EndsMoved => self.cut_laid(stroke, polyline, TOO_NEAR_END),
+            Manner::EndsMoved => self.cut_embedded(stroke, polyline, TOO_NEAR_END),
             Manner::BesideTheLine => self.cut_through(stroke, polyline, NEAR_END).map(|(outcome, _)| outcome),
         }
     }

@@ -1,8 +1,8 @@
 //! The tear criterion at every tip and, where a body may tear by itself, at its triangles and along its boundary.
 
 use crate::components::{
-    DecidedBy, EnergyCriterion, Grips, Holds, Parting, Sleeping, SolveResult, TearDecision, TearDecisions, TearLog,
-    TearSite, Tearing, WithheldStart,
+    BlockedNucleation, DecidedBy, EnergyCriterion, Grips, Holds, LigamentFailure, Sleeping, SolveResult, TearDecision,
+    TearDecisions, TearLog, TearSite, Tearing,
 };
 use crate::math::elementary;
 use crate::storage::Tips;
@@ -60,42 +60,42 @@ pub fn criterion(world: &mut hecs::World, step: &StepContext) -> usize {
             }
             let held = || holds.iter().flat_map(|h| &h.groups).flat_map(|group| group.members.rows());
             let gripped = || grips.iter().flat_map(|g| &g.pinches).flat_map(|pinch| pinch.held.rows());
-            if log.length > decisions.strand_refused_at {
+            if log.length > decisions.ligament_refused_at {
                 let at = |row: u32| surface.vertices.rest_position[row as usize];
                 let least_sq = elementary::powi(tearing.radius, 2);
                 let may_part = |p: DVec3| {
                     let mut others = tips.vertex.iter().chain(held()).chain(gripped());
                     others.all(|&row| at(row).distance_squared(p) >= least_sq)
                 };
-                let strands = memory.strands(&surface, tearing.radius);
-                decisions.parting = strands.weakest(&surface, &strength(tearing), &may_part).map(Box::new);
+                let ligaments = memory.ligaments(&surface, tearing.radius);
+                decisions.ligament_failure = ligaments.weakest(&surface, &strength(tearing), &may_part).map(Box::new);
             }
             if let Some(ultimate) = tearing.ultimate_stretch {
                 let is_held = |row: u32| held().chain(gripped()).any(|&other| other == row);
                 let stretched = beyond_stretch(&surface, ultimate, &tips.vertex, &is_held);
-                let strand = decisions.parting.as_deref();
+                let ligament = decisions.ligament_failure.as_deref();
                 // A tip that tissue too far stretched leads on goes first; of two ligament failures the one farther beyond its
                 // limit.
-                let leads = |found: &Parting| match found.site {
+                let leads = |found: &LigamentFailure| match found.site {
                     TearSite::Vertex(_) => true,
-                    TearSite::Triangle(_) => strand.is_none_or(|strand| found.value > strand.value),
+                    TearSite::Triangle(_) => ligament.is_none_or(|ligament| found.value > ligament.value),
                 };
                 if let Some(found) = stretched.filter(leads) {
-                    decisions.parting = Some(Box::new(found));
+                    decisions.ligament_failure = Some(Box::new(found));
                 }
             }
             if tearing.may_initiate {
                 let at = |&row: &u32| surface.vertices.rest_position[row as usize];
                 let least_sq = elementary::powi(APART * tearing.radius, 2);
-                let may_start = |p: DVec3| {
+                let may_nucleate = |p: DVec3| {
                     let mut others = tips.vertex.iter().chain(held()).chain(gripped()).map(at);
                     others.all(|q| q.distance_squared(p) >= least_sq)
                 };
                 let scratch = (&mut decisions.rim, &mut *memory);
                 match energy {
-                    None => decisions.start = strongest_start(&surface, tearing, &may_start, scratch),
+                    None => decisions.nucleation = strongest_nucleation(&surface, tearing, &may_nucleate, scratch),
                     Some(energy) => {
-                        coupled_start(&surface, EnergyTerms { tearing, energy }, &may_start, decisions, memory)
+                        coupled_nucleation(&surface, EnergyTerms { tearing, energy }, &may_nucleate, decisions, memory)
                     }
                 }
             }
@@ -108,14 +108,14 @@ fn is_asleep(sleeping: &Option<&Sleeping>) -> bool {
 }
 
 /// The place whose disc average exceeds the criterion most; of equal ones triangles before vertices, and the lowest row.
-fn strongest_start(
+fn strongest_nucleation(
     surface: &Surface,
     tearing: &Tearing,
-    may_start: &dyn Fn(DVec3) -> bool,
+    may_nucleate: &dyn Fn(DVec3) -> bool,
     scratch: (&mut Vec<u32>, &mut TipMemory),
 ) -> Option<(TearSite, TearDecision)> {
     let mut best: Option<(TearSite, TearDecision)> = None;
-    for_each_start(surface, tearing, may_start, scratch, |site, found| {
+    for_each_nucleation_site(surface, tearing, may_nucleate, scratch, |site, found| {
         if found.value > best.map_or(1.0, |(_, best)| best.value) {
             best = Some((site, found));
         }
@@ -125,19 +125,25 @@ fn strongest_start(
 
 /// The first of the places, by the value of their criterion of strength, that opening a whole length releases the energy for.
 /// One of them at most: a tear unloads its surroundings, which are asked again after the next solve.
-fn coupled_start(
+fn coupled_nucleation(
     surface: &Surface,
     terms: EnergyTerms<'_>,
-    may_start: &dyn Fn(DVec3) -> bool,
+    may_nucleate: &dyn Fn(DVec3) -> bool,
     decisions: &mut TearDecisions,
     memory: &mut TipMemory,
 ) {
     let mut reached: Vec<(TearSite, TearDecision)> = Vec::new();
-    for_each_start(surface, terms.tearing, may_start, (&mut decisions.rim, &mut *memory), |site, found| {
-        if found.value > 1.0 {
-            reached.push((site, found));
-        }
-    });
+    for_each_nucleation_site(
+        surface,
+        terms.tearing,
+        may_nucleate,
+        (&mut decisions.rim, &mut *memory),
+        |site, found| {
+            if found.value > 1.0 {
+                reached.push((site, found));
+            }
+        },
+    );
     // Where a tip's own field reaches the strength, the tip decides: one that runs through equilibria far above its toughness would raise a
     // swarm ahead of it.
     let rest = &surface.vertices.rest_position;
@@ -148,19 +154,22 @@ fn coupled_start(
     // Stable: of equal ones the first offered stays first.
     reached.sort_by(|a, b| b.1.value.total_cmp(&a.1.value));
     for (site, found) in reached {
-        let Some(trial) = terms.trial(surface, site, &found, (&mut memory.passing, &mut memory.walk)) else { continue };
-        if trial.opens {
-            let found = TearDecision { by: DecidedBy::Start, release: Some(trial.release), ..found };
-            (decisions.start, decisions.start_length) = (Some((site, found)), trial.length);
-            decisions.withheld = None;
+        let Some(coupled) = terms.coupled_criterion(surface, site, &found, (&mut memory.passing, &mut memory.walk))
+        else {
+            continue;
+        };
+        if coupled.opens {
+            let found = TearDecision { by: DecidedBy::Nucleation, release: Some(coupled.release), ..found };
+            (decisions.nucleation, decisions.nucleation_length) = (Some((site, found)), coupled.length);
+            decisions.blocked_by_energy = None;
             return;
         }
-        decisions.withheld.get_or_insert_with(|| WithheldStart {
+        decisions.blocked_by_energy.get_or_insert_with(|| BlockedNucleation {
             at: site_at(surface, site),
             criterion: found.value,
-            length: trial.length,
-            release: trial.release,
-            toughness: trial.toughness,
+            length: coupled.length,
+            release: coupled.release,
+            toughness: coupled.toughness,
         });
     }
 }
@@ -177,10 +186,10 @@ fn site_at(surface: &Surface, site: TearSite) -> DVec3 {
 /// Offers the criterion at every place that may start a tear, triangles before vertices of the boundary, by rows. The cheap
 /// bound comes first. A triangle whose own largest principal stress is under every threshold cannot be the centre of a start.
 /// Nor can a vertex of the boundary whose triangles are all under the thresholds of the weakest triangle.
-fn for_each_start(
+fn for_each_nucleation_site(
     surface: &Surface,
     tearing: &Tearing,
-    may_start: &dyn Fn(DVec3) -> bool,
+    may_nucleate: &dyn Fn(DVec3) -> bool,
     (rim, memory): (&mut Vec<u32>, &mut TipMemory),
     mut offer: impl FnMut(TearSite, TearDecision),
 ) {
@@ -199,7 +208,7 @@ fn for_each_start(
             continue;
         }
         let x = corners.map(|v| rest[v as usize]);
-        if !may_start((x[0] + x[1] + x[2]) / 3.0) {
+        if !may_nucleate((x[0] + x[1] + x[2]) / 3.0) {
             continue;
         }
         if let Some(found) = in_triangle(surface, tearing, t, x, memory) {
@@ -208,7 +217,7 @@ fn for_each_start(
     }
     rim.sort_unstable();
     rim.dedup();
-    for &vertex in rim.iter().filter(|&&vertex| may_start(rest[vertex as usize])) {
+    for &vertex in rim.iter().filter(|&&vertex| may_nucleate(rest[vertex as usize])) {
         if let Some(found) = vertex_decision(surface, tearing, vertex, memory) {
             offer(TearSite::Vertex(vertex), found);
         }

@@ -11,7 +11,7 @@ use crate::storage::measure::rest_corners;
 use glam::DVec3;
 
 /// Lengths below this part of the line's length are rounding.
-const ROUNDING: f64 = 1e-9;
+const LENGTH_ROUNDING: f64 = 1e-9;
 
 /// Chords that cross over a curved surface are no farther apart than this part of the shorter one, along its normal within 30°.
 const ABOVE: f64 = 0.1;
@@ -45,7 +45,7 @@ pub(super) fn thinned(line: &[DVec3], tolerance: f64) -> Vec<DVec3> {
         }
     }
     let mut thin: Vec<DVec3> = line.iter().zip(kept).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect();
-    thin.dedup_by(|a, b| a.distance(*b) <= tolerance.min(ROUNDING));
+    thin.dedup_by(|a, b| a.distance(*b) <= tolerance.min(LENGTH_ROUNDING));
     thin
 }
 
@@ -60,7 +60,7 @@ impl Cutter<'_, '_> {
     /// The strokes of a polyline, in order. Points that are neither breaks nor too near to the boundary stay exactly where they
     /// are.
     pub(super) fn strokes(&self, line: &[DVec3]) -> Vec<Vec<DVec3>> {
-        let reach = ROUNDING * length(line);
+        let reach = LENGTH_ROUNDING * length(line);
         let line: &[DVec3] = &line.iter().map(|&point| self.settled(point, reach)).collect::<Vec<_>>();
         let rim = self.rim();
         let mut strokes: Vec<Vec<DVec3>> = Vec::new();
@@ -214,9 +214,9 @@ impl Cutter<'_, '_> {
     /// Whether a point of the surface lies on the boundary.
     pub(super) fn is_on_rim(&self, at: &SurfacePoint) -> bool {
         let triangle = at.triangle as usize;
-        let is_on_edge = |edge: usize| at.weights[(edge + 2) % 3] < ROUNDING;
+        let is_on_edge = |edge: usize| at.weights[(edge + 2) % 3] < LENGTH_ROUNDING;
         let corners = self.mesh.triangles.corners[triangle];
-        let at_corner = (0..3).find(|&i| at.weights[i] >= 1.0 - ROUNDING);
+        let at_corner = (0..3).find(|&i| at.weights[i] >= 1.0 - LENGTH_ROUNDING);
         at_corner.is_some_and(|i| self.mesh.topology.is_boundary_vertex(corners[i]))
             || (0..3).any(|edge| is_on_edge(edge) && self.mesh.topology.neighbours[triangle][edge] == NONE)
     }
@@ -240,11 +240,11 @@ fn meeting(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Option<(f64, f64)> {
     let (u, v, w) = (b - a, d - c, a - c);
     let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
     let det = uu * vv - uv * uv;
-    if det <= ROUNDING * uu * vv {
+    if det <= LENGTH_ROUNDING * uu * vv {
         return None;
     }
     let (uw, vw) = (u.dot(w), v.dot(w));
     let (at, place) = ((uv * vw - vv * uw) / det, (uu * vw - uv * uw) / det);
-    let is_inside = |t: f64| (-ROUNDING..=1.0 + ROUNDING).contains(&t);
+    let is_inside = |t: f64| (-LENGTH_ROUNDING..=1.0 + LENGTH_ROUNDING).contains(&t);
     (is_inside(at) && is_inside(place)).then(|| (at.clamp(0.0, 1.0), place.clamp(0.0, 1.0)))
 }

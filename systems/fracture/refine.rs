@@ -7,8 +7,8 @@ use crate::components::{
 use crate::math::{FibreLaw, Sym2};
 use crate::storage::{Edit, Mesh, NONE, Tips, Topology, Triangles, VertexKey, Vertices, apply, measure::rest_corners};
 use crate::systems::fracture::{
-    Cutter, Followers, FollowersQuery, Quality, Surface, TearScratch, ThinOut, TipMemory, Walk, distance_to_triangle,
-    plan_thin_out, size,
+    Coarsening, Cutter, Followers, FollowersQuery, Quality, Surface, TearScratch, TipMemory, Walk,
+    distance_to_triangle, plan_coarsening, size,
 };
 use crate::systems::{StepContext, work};
 use glam::DVec3;
@@ -20,7 +20,7 @@ const FLIP: f64 = 0.244_346_095_279_206_1;
 /// Multiple of the reach of refinement from which vertices are removed, so that a tip that wavers does not see the mesh waver.
 const BEHIND: f64 = 1.5;
 /// Collapses leave no large triangle nearer than this multiple of the reach of refinement.
-const CLEAR: f64 = 1.25;
+const CLEAR_OF_TIPS: f64 = 1.25;
 /// Multiple of the reach at which vertices that could not be removed stay for good, so that the list of those to look at stays short.
 const FORGOTTEN: f64 = 5.0;
 
@@ -241,10 +241,10 @@ impl Refiner<'_> {
         }
     }
 
-    fn plan(&self, row: u32, reach: f64) -> Option<ThinOut> {
+    fn plan(&self, row: u32, reach: f64) -> Option<Coarsening> {
         let edge = self.refinement.edge(self.tearing.radius);
         let is_wanted = |x: [DVec3; 3], area: f64| {
-            size(area) <= edge || self.distance_to_tips(|tip| distance_to_triangle(x, tip)) >= CLEAR * reach
+            size(area) <= edge || self.distance_to_tips(|tip| distance_to_triangle(x, tip)) >= CLEAR_OF_TIPS * reach
         };
         let surface = Surface {
             vertices: self.mesh.vertices,
@@ -255,12 +255,12 @@ impl Refiner<'_> {
             fibres: self.fibres,
             bending: None,
         };
-        let least = self.tearing.strength_transverse.min(self.tearing.strength_fibre);
+        let least = self.tearing.strength_along_fibres.min(self.tearing.strength_across_fibres);
         let strength = least * self.mesh.triangles.least_strength();
-        plan_thin_out(&surface, row, strength, &is_wanted)
+        plan_coarsening(&surface, row, strength, &is_wanted)
     }
 
-    fn take_out(&mut self, vertex: u32, plan: ThinOut) -> bool {
+    fn take_out(&mut self, vertex: u32, plan: Coarsening) -> bool {
         let before = self.mesh.triangles.len();
         let Ok(record) = apply(&mut self.mesh, &Edit::Collapse { vertex, into: plan.into }) else { return false };
         self.scratch.records.push(record);

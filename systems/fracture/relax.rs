@@ -13,7 +13,7 @@ const COPLANAR: f64 = 0.939_692_620_785_908_4;
 /// Materials of two triangles may differ by this part where they are flipped; a flip gives both the mean.
 const ALIKE: f64 = 0.2;
 /// A flip must gain this \[rad\] (about 1°).
-const GAIN: f64 = 0.02;
+const FLIP_GAIN: f64 = 0.02;
 /// Flips per event; a run-away would be a defect of the mesh, not of the tear.
 const MOST_FLIPS: usize = 24;
 
@@ -62,7 +62,7 @@ impl Cutter<'_, '_> {
         let [u, v, o, p] = [u, v, o, p].map(|row| self.mesh.vertices.rest_position[row as usize]);
         let old = SmallestAngle::new([u, v, o]).or_smaller(SmallestAngle::new([v, u, p]));
         let new = SmallestAngle::new([u, p, o]).or_smaller(SmallestAngle::new([v, o, p]));
-        if new.is_smaller_than(&old) || new.radians() <= old.radians() + GAIN {
+        if new.is_smaller_than(&old) || new.radians() <= old.radians() + FLIP_GAIN {
             return false;
         }
         let (n, m) = (normal(u, v, o), normal(v, u, p));

@@ -21,10 +21,10 @@ use std::f64::consts::TAU;
 /// worst, do not enter. Nor does the part of the lips between the field's tip and the vertex ahead of it. J over a ring of R
 /// about the vertex met the loads of `tear-load` to 1.3 % and 5.2 % at four and two edges per R. Without the core it met them
 /// to 2.2 % and 6.0 %.
-const CORE: f64 = 0.4;
+const RING_CORE: f64 = 0.4;
 /// Fewest edges to the radius: the core is then about one of them. With 2.8 the loads of `tear-load` are met to 1.6 %, with two
 /// to 6.4 %.
-const LEAST_EDGES: f64 = 3.0;
+const LEAST_RING_EDGES: f64 = 3.0;
 /// cos 10°: normals farther off the ring's are those of a bent one. The field's error is of the order of the square, 3 %.
 const COS_BENT: f64 = 0.984_807_753_012_208;
 /// tan 20°: lips of which a point outside the core lies farther off the line behind the tip are no straight crack's.
@@ -119,7 +119,7 @@ impl Ring {
                     walk.visit(neighbour);
                 }
             }
-            let weight = distance.map(|r| ((1.0 - r / radius) / (1.0 - CORE)).clamp(0.0, 1.0));
+            let weight = distance.map(|r| ((1.0 - r / radius) / (1.0 - RING_CORE)).clamp(0.0, 1.0));
             if weight != [1.0; 3] {
                 let fibre = plane.direction(triangles.fibre[t], x, is_flat);
                 let own = triangles.rest[t].all_gradients();
@@ -137,7 +137,7 @@ impl Ring {
             }
         }
         let edge = super::size(area / count);
-        if !(radius >= LEAST_EDGES * edge) {
+        if !(radius >= LEAST_RING_EDGES * edge) {
             self.fault.get_or_insert(RingFault::Coarse);
         }
         let law = self.triangles.first().and_then(|&t| triangles.stiffness.get(t as usize));
@@ -154,7 +154,7 @@ impl Ring {
 
     /// The direction of the crack: away from where its lips lie between core and radius.
     fn direction(&self, radius: f64) -> Result<DVec2, RingFault> {
-        let core = CORE * radius;
+        let core = RING_CORE * radius;
         let outside = || self.lips.iter().filter(|lip| lip.iter().any(|end| end.length() > core));
         let behind: DVec2 = outside().map(|[a, b]| (*a + *b).normalize_or_zero() * a.distance(*b)).sum();
         let behind = behind.try_normalize().ok_or(RingFault::NoCrack)?;

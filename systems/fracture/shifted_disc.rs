@@ -17,10 +17,10 @@ use std::sync::atomic::AtomicBool;
 
 /// The weight is 1 up to this part of the radius and falls to 0 at the radius: the triangles at the tip, whose field elements can
 /// least follow, then do not enter.
-const CORE: f64 = 0.4;
+const DISC_CORE: f64 = 0.4;
 
 /// Fewest edges to the radius: the core is then about one of them.
-const LEAST_EDGES: f64 = 3.0;
+const LEAST_DISC_EDGES: f64 = 3.0;
 /// Most edges to the radius: the field ahead is the same for all discs, the field across for small ones alone, which bent lips,
 /// jaws and other tears hardly reach.
 const MOST_EDGES: f64 = 6.0;
@@ -29,13 +29,13 @@ const MOST_EDGES: f64 = 6.0;
 const COS_TURNED_OFF: f64 = 0.5;
 
 /// Triangles for which a disc has room from the start: with six edges to the radius there are some 260 in it.
-const USUAL: usize = 512;
+const USUAL_SHIFTED_DISC: usize = 512;
 
 /// Triangles that are strained side by side: their states and forces fill 8 kB.
 const PACK: usize = 32;
 
 /// Vertices of no weight have no row among the disc's own.
-const OUTSIDE: u32 = u32::MAX;
+const NO_ROW: u32 = u32::MAX;
 
 /// The disc.
 #[derive(Clone, Debug, Default)]
@@ -91,16 +91,16 @@ pub struct MaterialForce {
 impl ShiftedDisc {
     /// The radius of a disc that is wanted so large \[mm\], with edges of this size \[mm\] around the tip.
     pub fn radius(wanted: f64, edge: f64) -> f64 {
-        wanted.max(LEAST_EDGES * edge).min(MOST_EDGES * edge)
+        wanted.max(LEAST_DISC_EDGES * edge).min(MOST_EDGES * edge)
     }
 
     /// Reserves room for the usual size of a disc, so that the first one that is laid while a tear runs does not allocate.
     pub fn make_room(&mut self) {
         if self.members.capacity() == 0 {
-            self.members.reserve(USUAL);
-            self.nodes.reserve(USUAL);
-            self.rim.reserve(USUAL);
-            self.lips.reserve(USUAL);
+            self.members.reserve(USUAL_SHIFTED_DISC);
+            self.nodes.reserve(USUAL_SHIFTED_DISC);
+            self.rim.reserve(USUAL_SHIFTED_DISC);
+            self.lips.reserve(USUAL_SHIFTED_DISC);
             self.pack.make_room();
         }
     }
@@ -116,7 +116,7 @@ impl ShiftedDisc {
     ) {
         let Surface { vertices, triangles, topology, .. } = *surface;
         let centre = vertices.rest_position[vertex as usize];
-        let weight = |x: DVec3| ((1.0 - x.distance(centre) / radius) / (1.0 - CORE)).clamp(0.0, 1.0);
+        let weight = |x: DVec3| ((1.0 - x.distance(centre) / radius) / (1.0 - DISC_CORE)).clamp(0.0, 1.0);
         self.members.clear();
         self.rim.clear();
         self.nodes.clear();
@@ -194,7 +194,7 @@ impl ShiftedDisc {
     /// The row of a vertex among the nodes.
     fn node(&mut self, vertex: u32, weight: f64) -> u32 {
         if weight == 0.0 {
-            return OUTSIDE;
+            return NO_ROW;
         }
         // The walk goes round and round: a vertex comes up again soon after it came first.
         let known = self.nodes.iter().rposition(|node| node.vertex == vertex);

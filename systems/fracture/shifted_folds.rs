@@ -52,7 +52,7 @@ pub(super) struct ShiftedFolds {
 type Listed = (u32, bool, DVec2, DVec2);
 
 /// Triangles for which there is room from the start.
-const USUAL: usize = 512;
+const USUAL_FOLDS: usize = 512;
 
 impl ShiftedFolds {
     /// Removes all laid triangles.
@@ -77,10 +77,10 @@ impl ShiftedFolds {
         let Surface { vertices, triangles, topology, .. } = *surface;
         self.bending = Some(*bending);
         self.bends.clear();
-        self.bends.reserve(USUAL);
-        self.beyond.reserve(USUAL);
+        self.bends.reserve(USUAL_FOLDS);
+        self.beyond.reserve(USUAL_FOLDS);
         self.listed.clear();
-        self.listed.reserve(4 * USUAL);
+        self.listed.reserve(4 * USUAL_FOLDS);
         self.listed.extend(listed.map(|(triangle, fall, fibre)| (triangle, false, fall, fibre)));
         self.beyond.clear();
         // Those around have a part in the moments that turn normals.

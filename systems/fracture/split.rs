@@ -2,7 +2,7 @@
 //! the mesh follows.
 
 mod ends;
-mod starts;
+mod nucleation;
 
 use crate::components::{
     DecidedBy, EnergyCriterion, PartedBy, Refined, SolveResult, TearDecision, TearDecisions, TearLog, TearMode, Tearing,
@@ -11,8 +11,8 @@ use crate::event::{Course, EventKind, TearCost};
 use crate::math::elementary;
 use crate::storage::{EditRecord, Mesh, TipKey, TipRow, Tips, Topology, Triangles, Vertices};
 use crate::systems::fracture::{
-    Advance, Cutter, End, EnergyTerms, Followers, FollowersQuery, NewTip, Quality, Reach, TearRefusal, TearScratch,
-    TipChart, factor_of, in_turn, may_go_on, mean_around, turned_axis,
+    Advance, AdvanceBudget, Cutter, End, EnergyTerms, Followers, FollowersQuery, NewTip, Quality, TearRefusal,
+    TearScratch, TipChart, factor_of, in_turn, may_go_on, mean_around, turned_axis,
 };
 use crate::systems::{StepContext, work};
 use glam::DVec3;
@@ -40,18 +40,18 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
         if step.is_done(Some(decisions)) {
             continue;
         }
-        let reach = Reach::new(step, tearing);
+        let budget = AdvanceBudget::new(step, tearing);
         if !step.is_resumed {
             log.note_decisions(&decisions.tips);
-            note_withheld(decisions, log);
+            note_blocked_nucleation(decisions, log);
         }
         if !decisions.ask() {
-            (0..tips.len()).for_each(|tip| rest(tips, tip, reach));
+            (0..tips.len()).for_each(|tip| rest(tips, tip, budget));
             decisions.may_advance_further = false;
             continue;
         }
         count += 1;
-        let (advances_before, starts_before) = (log.advance_count, log.start_count);
+        let (advances_before, starts_before) = (log.advance_count, log.nucleation_count);
         let mut tearer = Tearer {
             mesh: Mesh { vertices, triangles, topology },
             followers: Followers::of(followers, refined),
@@ -69,30 +69,30 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
             let advances = (tearer.log.advance_count - advances_before) as usize;
             let and_this = work::of_advances(advances + 1, tearer.mesh.triangles.len());
             if advances > 0 && step.left(result).is_some_and(|left| left < and_this) {
-                tearer.wait(key, decision, reach);
+                tearer.wait(key, decision, budget);
             } else {
-                tearer.advance(key, decision, reach);
+                tearer.advance(key, decision, budget);
             }
         }
-        if let Some((site, decision)) = decisions.start {
-            let refused = tearer.start(site, &decision, decisions.start_length);
-            tearer.tell_refused(refused, &mut decisions.refused_start);
+        if let Some((site, decision)) = decisions.nucleation {
+            let refused = tearer.nucleate(site, &decision, decisions.nucleation_length);
+            tearer.tell_refused(refused, &mut decisions.refused_nucleation);
         }
-        let has_torn = tearer.log.advance_count > advances_before || tearer.log.start_count > starts_before;
+        let has_torn = tearer.log.advance_count > advances_before || tearer.log.nucleation_count > starts_before;
         // Where tears have just gone on, the tissue is judged anew first.
-        let has_parted = match &decisions.parting {
-            Some(parting) if !has_torn => tearer.part(parting, &mut decisions.refused_parting),
+        let has_parted = match &decisions.ligament_failure {
+            Some(failure) if !has_torn => tearer.part(failure, &mut decisions.refused_ligament_failure),
             _ => false,
         };
-        let is_strand = decisions.parting.as_ref().is_some_and(|parting| parting.by == PartedBy::Strand);
-        if is_strand && !has_torn && !has_parted {
-            decisions.strand_refused_at = tearer.log.length;
+        let is_ligament = decisions.ligament_failure.as_ref().is_some_and(|failure| failure.by == PartedBy::Ligament);
+        if is_ligament && !has_torn && !has_parted {
+            decisions.ligament_refused_at = tearer.log.length;
         }
         let tables = (&*tearer.mesh.vertices, &*tearer.mesh.triangles, &*tearer.mesh.topology);
         let has_more = (0..tearer.tips.len()).any(|tip| may_go_on(tables, tearing, tearer.tips, tip));
         let (is_held_back, is_waiting) = (tearer.is_held_back, tearer.is_waiting);
         let triangles = tearer.mesh.triangles.len();
-        let (has_advanced, has_started) = (log.advance_count > advances_before, log.start_count > starts_before);
+        let (has_advanced, has_started) = (log.advance_count > advances_before, log.nucleation_count > starts_before);
         decisions.may_advance_further = if step.is_static {
             has_advanced || has_started || has_parted
         } else {
@@ -108,20 +108,20 @@ pub fn split(world: &mut hecs::World, step: &StepContext) -> usize {
 }
 
 /// Counts a step in which a nucleation is blocked by energy: the stress suffices, the energy does not. It is reported once.
-fn note_withheld(decisions: &mut TearDecisions, log: &mut TearLog) {
-    let was_told = std::mem::replace(&mut decisions.is_withheld_told, decisions.withheld.is_some());
-    if let Some(withheld) = decisions.withheld {
-        log.withheld_start_count = log.withheld_start_count.saturating_add(1);
+fn note_blocked_nucleation(decisions: &mut TearDecisions, log: &mut TearLog) {
+    let was_told = std::mem::replace(&mut decisions.is_blocked_reported, decisions.blocked_by_energy.is_some());
+    if let Some(blocked) = decisions.blocked_by_energy {
+        log.blocked_nucleation_count = log.blocked_nucleation_count.saturating_add(1);
         if !was_told {
-            log.pending.push(EventKind::StartWithheld(withheld));
+            log.pending.push(EventKind::NucleationBlocked(blocked));
         }
     }
 }
 
 /// A tip that does not want to advance saves nothing up; only an advance beyond its budget is paid off in time.
-fn rest(tips: &mut Tips, tip: usize, reach: Reach) {
-    let more = if let Reach::New(more) = reach { more } else { 0.0 };
-    tips.allowance[tip] = (tips.allowance[tip] + more).min(0.0);
+fn rest(tips: &mut Tips, tip: usize, budget: AdvanceBudget) {
+    let more = if let AdvanceBudget::New(more) = budget { more } else { 0.0 };
+    tips.advance_budget[tip] = (tips.advance_budget[tip] + more).min(0.0);
     tips.is_refused[tip] = false;
 }
 
@@ -145,33 +145,33 @@ struct Tearer<'a> {
 }
 
 impl Tearer<'_> {
-    /// Lets a tip that would advance save its allowance up for the next step.
-    fn wait(&mut self, key: TipKey, decision: &TearDecision, reach: Reach) {
+    /// Lets a tip that would advance save its advance budget up for the next step.
+    fn wait(&mut self, key: TipKey, decision: &TearDecision, budget: AdvanceBudget) {
         let Some(tip) = self.tips.row(key).map(|row| row as usize) else { return };
         if !(decision.value > 1.0) {
-            return rest(self.tips, tip, reach);
+            return rest(self.tips, tip, budget);
         }
         let chart = TipChart::new(&self.mesh, self.tips.vertex[tip]).ok();
-        self.is_waiting |= self.may_reach(tip, chart.as_ref(), decision.direction, reach);
+        self.is_waiting |= self.has_budget(tip, chart.as_ref(), decision.direction, budget);
     }
 
-    /// Adds this step's allowance to a tip's; returns whether it is enough for the next triangle in this direction.
-    fn may_reach(&mut self, tip: usize, chart: Option<&TipChart>, direction: DVec3, reach: Reach) -> bool {
+    /// Adds this step's advance budget to a tip's; returns whether it is enough for the next triangle in this direction.
+    fn has_budget(&mut self, tip: usize, chart: Option<&TipChart>, direction: DVec3, budget: AdvanceBudget) -> bool {
         let exit = chart.and_then(|tip| tip.chart.exit(tip.chart.to_chart(direction)));
         let way = exit.map_or(0.0, |exit| exit.distance);
-        let allowance = &mut self.tips.allowance[tip];
-        *allowance = reach.allowance(*allowance, way);
-        reach.allows(*allowance, way)
+        let advance_budget = &mut self.tips.advance_budget[tip];
+        *advance_budget = budget.of_tip(*advance_budget, way);
+        budget.suffices(*advance_budget, way)
     }
 
-    /// Advances a tip by one triangle or edge, if its allowance is enough for it.
-    fn advance(&mut self, key: TipKey, decision: &TearDecision, reach: Reach) {
+    /// Advances a tip by one triangle or edge, if its advance budget is enough for it.
+    fn advance(&mut self, key: TipKey, decision: &TearDecision, budget: AdvanceBudget) {
         // A tip that another one has met in this step is gone.
         let Some(tip) = self.tips.row(key).map(|row| row as usize) else { return };
         self.log.edges_per_radius =
             Some(self.log.edges_per_radius.map_or(decision.edges_per_radius, |e| e.min(decision.edges_per_radius)));
         if !(decision.value > 1.0) {
-            return rest(self.tips, tip, reach);
+            return rest(self.tips, tip, budget);
         }
         let (vertex, ideal) = (self.tips.vertex[tip], self.tips.ideal[tip]);
         let at = self.mesh.vertices.rest_position[vertex as usize];
@@ -181,7 +181,7 @@ impl Tearer<'_> {
         }
         // Whole triangles only: a tear that stopped inside one would leave more and worse ones.
         let chart = TipChart::new(&self.mesh, vertex);
-        if !self.may_reach(tip, chart.as_ref().ok(), decision.direction, reach) {
+        if !self.has_budget(tip, chart.as_ref().ok(), decision.direction, budget) {
             return self.note_held_back(key, at, decision.value);
         }
         let factor = chart.as_ref().map_or(1.0, |tip| self.factor_ahead(tip, decision.direction));
@@ -194,7 +194,7 @@ impl Tearer<'_> {
                 self.branch(decision);
             }
             Err(refusal) => {
-                self.tips.allowance[tip] = self.tips.allowance[tip].min(0.0);
+                self.tips.advance_budget[tip] = self.tips.advance_budget[tip].min(0.0);
                 if !std::mem::replace(&mut self.tips.is_refused[tip], true) {
                     self.refuse(Some(key), at, &refusal);
                 }
@@ -202,7 +202,7 @@ impl Tearer<'_> {
         }
     }
 
-    /// A tip that has to wait for its allowance.
+    /// A tip that has to wait for its advance budget.
     fn note_held_back(&mut self, tip: TipKey, at: DVec3, criterion: f64) {
         if self.log.held_back_criterion == 0.0 {
             self.log.pending.push(EventKind::HeldBack { tip, at, criterion });
@@ -235,7 +235,7 @@ impl Tearer<'_> {
                 previous: turned_axis(before.previous, decision.direction, length, self.tearing),
                 ideal,
                 criterion: decision.value,
-                allowance: before.allowance - length,
+                advance_budget: before.advance_budget - length,
                 is_refused: false,
                 ..before
             },
@@ -293,8 +293,8 @@ impl Tearer<'_> {
     fn finish_cut(&mut self, freed: Option<usize>) {
         note_parted(&self.parted, Some(self.tips), self.log, &self.followers, self.mesh.vertices);
         if let Some(triangle_count) = freed {
-            self.log.piece_count += 1;
-            self.log.pending.push(EventKind::PieceFreed { triangle_count });
+            self.log.fragment_count += 1;
+            self.log.pending.push(EventKind::FragmentFreed { triangle_count });
         }
     }
 
@@ -345,7 +345,7 @@ pub fn add_tip(tips: &mut Tips, tip: NewTip) -> TipKey {
         previous: direction,
         ideal,
         criterion: 0.0,
-        allowance: 0.0,
+        advance_budget: 0.0,
         is_refused: false,
         is_coarse: false,
     };

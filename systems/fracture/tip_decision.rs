@@ -11,7 +11,11 @@ use glam::{DVec2, DVec3};
 
 /// The strengths of a body.
 pub fn strength(tearing: &Tearing) -> Strength {
-    Strength { fibre: tearing.strength_fibre, transverse: tearing.strength_transverse, exponent: tearing.exponent }
+    Strength {
+        fibre: tearing.strength_across_fibres,
+        transverse: tearing.strength_along_fibres,
+        exponent: tearing.exponent,
+    }
 }
 
 /// The criterion at the `tip`th tip of a body, with the last direction `previous` (zero for none), within its fan and cone.

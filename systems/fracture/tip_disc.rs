@@ -19,7 +19,7 @@ use glam::{DVec2, DVec3};
 const LEAST_OVERLAP: f64 = 1e-13;
 
 /// Triangles for which a disc, and its rim, have room from the start: with three edges to the radius there are some 65 in it.
-const USUAL: usize = 128;
+const USUAL_DISC: usize = 128;
 
 /// A disc laid out on the surface.
 #[derive(Clone, Debug, Default)]
@@ -94,9 +94,9 @@ impl Disc {
     ) {
         let plane = TangentPlane::new(centre, axes);
         self.members.clear();
-        self.members.reserve(USUAL);
+        self.members.reserve(USUAL_DISC);
         self.rim.clear();
-        self.rim.reserve(USUAL);
+        self.rim.reserve(USUAL_DISC);
         walk.begin(surface.triangles.len());
         start.into_iter().for_each(|t| walk.visit(t));
         let (mut area, mut full_area, mut fibres) = (0.0, 0.0, Sym2::ZERO);

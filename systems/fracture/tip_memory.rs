@@ -2,9 +2,9 @@
 //! edit touches their triangles. A resting tip then costs the stress in its disc and one search.
 
 use super::held_shut::{field_centre, lay_at_tip, triangles_around};
+use super::ligaments::Ligaments;
 use super::ring::Ring;
 use super::shifted_disc::{MaterialForce, ShiftedDisc};
-use super::strands::Strands;
 use super::tip_disc::{Disc, Walk};
 use super::tip_stress::{DiscAverage, Surface};
 use crate::storage::{EditLog, Revision};
@@ -22,7 +22,7 @@ pub struct TipMemory {
     /// Discs for the material force, where it is asked for.
     shifted: Vec<Kept<ShiftedDisc>>,
     /// Ligaments of a body that has torn.
-    strands: Option<Box<Strands>>,
+    ligaments: Option<Box<Ligaments>>,
     /// Buffer for discs that are not kept.
     pub passing: Disc,
     /// Buffers of the walk.
@@ -47,28 +47,28 @@ struct Kept<T> {
     radius: f64,
     /// Revision at which the domain was last found up to date.
     checked: Revision,
-    laid: T,
+    domain: T,
 }
 
 /// A domain that depends on some triangles alone.
-trait Laid: Default {
+trait Domain: Default {
     /// Rows of the triangles.
     fn rows(&self) -> impl Iterator<Item = u32>;
 }
 
-impl Laid for Ring {
+impl Domain for Ring {
     fn rows(&self) -> impl Iterator<Item = u32> {
         self.triangles()
     }
 }
 
-impl Laid for ShiftedDisc {
+impl Domain for ShiftedDisc {
     fn rows(&self) -> impl Iterator<Item = u32> {
         self.triangles()
     }
 }
 
-impl<T: Laid> Kept<T> {
+impl<T: Domain> Kept<T> {
     /// The entry kept at a tip.
     fn at(list: &mut Vec<Self>, tip: usize) -> &mut Self {
         if list.len() <= tip {
@@ -80,7 +80,7 @@ impl<T: Laid> Kept<T> {
     /// Whether the domain has to be rebuilt; it counts as up to date from now on.
     fn is_due(&mut self, vertex: u32, radius: f64, log: &EditLog) -> bool {
         let is_known = self.vertex == Some(vertex) && self.radius == radius;
-        let is_due = !is_known || log.have_changed(self.laid.rows(), self.checked);
+        let is_due = !is_known || log.have_changed(self.domain.rows(), self.checked);
         (self.vertex, self.radius, self.checked) = (Some(vertex), radius, log.now());
         is_due
     }
@@ -94,10 +94,10 @@ impl TipMemory {
     }
 
     /// The ligaments of a body narrower than a radius \[mm\].
-    pub fn strands(&mut self, surface: &Surface, radius: f64) -> &Strands {
-        let strands = self.strands.get_or_insert_default();
-        strands.find(surface, radius);
-        strands
+    pub fn ligaments(&mut self, surface: &Surface, radius: f64) -> &Ligaments {
+        let ligaments = self.ligaments.get_or_insert_default();
+        ligaments.find(surface, radius);
+        ligaments
     }
 
     /// Finds for the `tip`th tip of a body, at `vertex`, the chart of its fan, the search for these strengths and the averages
@@ -124,7 +124,7 @@ impl TipMemory {
         (radius, ring_radius): (f64, f64),
     ) -> Option<(&FanChart, DiscAverage, &Ring)> {
         self.look(surface, (tip, vertex), strength, radius)?;
-        Kept::at(&mut self.shifted, tip).laid.make_room();
+        Kept::at(&mut self.shifted, tip).domain.make_room();
         let place = self.places[tip].as_ref()?;
         let kept = Kept::at(&mut self.rings, tip);
         if kept.is_due(vertex, ring_radius, &surface.topology.log) {
@@ -132,10 +132,10 @@ impl TipMemory {
             let at = field_centre(surface, (vertex, radius), &place.chart).0;
             let start = triangles_around(surface, vertex);
             let frame = (at, place.chart.axes(), ring_radius);
-            kept.laid.lay(surface, frame, place.disc.fibre, start, &mut self.walk);
+            kept.domain.lay(surface, frame, place.disc.fibre, start, &mut self.walk);
         }
         let average = DiscAverage::over(&place.disc, radius, surface)?;
-        Some((&place.chart, average, &kept.laid))
+        Some((&place.chart, average, &kept.domain))
     }
 
     /// The material force \[N/mm\] at the `tip`th tip of a body, at `vertex`, on a disc of about `wanted` \[mm\], with the chart in
@@ -151,11 +151,11 @@ impl TipMemory {
         let place = self.places[tip].as_ref()?;
         let radius = ShiftedDisc::radius(wanted, radius / place.disc.edges_per_radius);
         let kept = Kept::at(&mut self.shifted, tip);
-        if kept.is_due(vertex, radius, &surface.topology.log) || !kept.laid.bends_as(surface) {
+        if kept.is_due(vertex, radius, &surface.topology.log) || !kept.domain.bends_as(surface) {
             let start = triangles_around(surface, vertex);
-            kept.laid.lay(surface, (vertex, place.chart.axes(), radius), start, &mut self.walk);
+            kept.domain.lay(surface, (vertex, place.chart.axes(), radius), start, &mut self.walk);
         }
-        Some((&place.chart, kept.laid.force(surface)?))
+        Some((&place.chart, kept.domain.force(surface)?))
     }
 
     /// Updates the memory of a tip; `None` where its fan has no area.

@@ -186,7 +186,7 @@ pub fn account(world: &mut hecs::World, step: &StepContext) -> usize {
         }
         count += 1;
         let sheet = Sheet::new(triangles, strained).bent(bending, vertices, topology);
-        let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+        let viscosity = damping.map_or(0.0, |d| d.time) * step.inv_effective_dt();
         let body = Carried {
             vertices,
             sheet,

@@ -9,9 +9,9 @@ use glam::DVec2;
 
 /// Change of the deformation gradient from which on a triangle that is not crushed goes far: a smaller one turns by less than
 /// 0.1, and its spurious energy has a bound.
-const FAR: f64 = 0.1;
+const FAR_GRADIENT: f64 = 0.1;
 
-/// Upper bound \[mJ\] of the spurious energy of the triangles; infinite where the gradient of one changes by more than [`FAR`].
+/// Upper bound \[mJ\] of the spurious energy of the triangles; infinite where the gradient of one changes by more than [`FAR_GRADIENT`].
 ///
 /// Of a stretch the tangent leaves out no more than a²/t, with the change a of the triangle's gradient and t twice its [mean
 /// stretch](uncrushed). The sum Σ V·(|T|·a²/t + (a²/t)·C·(a²/t)) is bounded by the stored energy and Schwarz's inequality.
@@ -23,7 +23,7 @@ pub(super) fn bound(
 ) -> f64 {
     let least = parallel::least(frames.len(), partials, |t| uncrushed(&frames.state(t), frames.is_planar()));
     let (Triangles { corners, rest, .. }, displacement) = (triangles, &increment.delta);
-    let far = Far { corners, rest, displacement, from: FAR * least };
+    let far = Far { corners, rest, displacement, from: FAR_GRADIENT * least };
     let DVec2 { x: count, y: fourth } = parallel::sum_chunks(&mut vec![(); triangles.len()], pairs, &far);
     if count > 0.0 {
         return f64::INFINITY;

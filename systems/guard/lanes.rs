@@ -114,7 +114,7 @@ mod tests {
         let cells = (0..5).flat_map(|row| (0..7).map(move |column| 8 * row + column));
         let triangles = cells.flat_map(|v| [[v, v + 1, v + 9], [v, v + 9, v + 8]]).collect();
         let mesh = TriangleMesh { positions, triangles, fibres: None };
-        let sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(30.0));
+        let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0));
         let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
         let body = simulation.spawn(if is_planar { sheet.planar() } else { sheet }).unwrap();
         let wave = |v: usize, k: f64| (k * v as f64).sin();
@@ -141,7 +141,7 @@ mod tests {
         let operator =
             Operator { inertia, viscosity, ..Operator::membrane((vertices, triangles, topology, frames), tangent) };
         let unstretched = Sym2::new(0.98, 1.01, 0.005);
-        let (is_counted, is_damped_before, rate) = (false, false, 0.1);
+        let (is_counted, is_damped_before, inv_effective_dt) = (false, false, 0.1);
         let (free, residual, drag) = (&scratch.free, &scratch.residual, 0.0);
         let increment = &*increment;
         f(&mut Solved {
@@ -154,7 +154,7 @@ mod tests {
             is_counted,
             is_damped_before,
             drag,
-            rate,
+            inv_effective_dt,
         });
     }
 

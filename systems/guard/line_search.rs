@@ -7,7 +7,7 @@
 //!
 //! The energy guard's sum has the first terms already, with −p²·u·(K + D/dt)·u in place of −½·p²·u·K·u. The work of damping by
 //! earlier solves of the step along the way is subtracted there. A is positive definite, so that a small fraction of the answer always lowers
-//! Φ. So does one of a way that [vertices](super::patch) have found whose slope r·u is positive.
+//! Φ. So does one of a way that [vertices](super::local_relaxation) have found whose slope r·u is positive.
 
 use super::solved::{Solved, Sums};
 use crate::systems::parallel;
@@ -15,10 +15,10 @@ use crate::systems::solver::{Operator, ProductMemory};
 use glam::DVec3;
 
 /// Smallest fraction.
-const LEAST: f64 = 1.0 / 64.0;
+const LEAST_SEARCHED: f64 = 1.0 / 64.0;
 
 /// The part of the decrease promised by the slope by which Φ has to fall (Armijo 1966).
-const PROMISED: f64 = 1e-4;
+const ARMIJO_OF_WAY: f64 = 1e-4;
 
 /// A fraction of a way along free axes.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +60,7 @@ impl Solved<'_> {
             let dissipated = parallel::sum(full.triangles.len(), sums.partials, |t| self.damped_along(t, fraction));
             let potential =
                 strained + dissipated + fraction * fraction * (damped - 0.5 * elastic + 0.5 * whole) - fraction * slope;
-            if potential < 0.0 && potential <= -PROMISED * fraction * slope || fraction <= LEAST {
+            if potential < 0.0 && potential <= -ARMIJO_OF_WAY * fraction * slope || fraction <= LEAST_SEARCHED {
                 let created =
                     strained - self.dissipated(fraction, sums.partials) - fraction * (slope - fraction * whole);
                 return Fraction { fraction, created, potential };

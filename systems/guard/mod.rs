@@ -20,7 +20,7 @@
 //! energy grows without bound. So it is summed from step to step, down to zero. A solve that takes the sum beyond a share of
 //! the energy in the body meets these remedies, in this order:
 //!
-//! 1. a patch: vertices of the triangles that create the most descend on the incremental potential itself;
+//! 1. a local relaxation: vertices of the triangles that create the most descend on the incremental potential itself;
 //! 2. in a fallback sub-step, or where the budget allows no other solve, the largest fraction of the increment that stays below the limit;
 //! 3. a [Newton correction](crate::settings::Advanced::newton_corrections) with the projected tangent and a line search, where
 //!    settings allow it;
@@ -36,8 +36,8 @@ mod bound;
 mod folds;
 mod lanes;
 mod line_search;
+mod local_relaxation;
 pub mod nonlinear;
-mod patch;
 mod place;
 mod solved;
 mod verdict;
@@ -59,7 +59,7 @@ use verdict::{Judged, Permitted};
 
 /// Limit of the spurious energy, as a share of the energy in the body. The next steps mostly take away the energy that one
 /// adds, so that a much smaller share would refuse steps that do no harm.
-const SHARE: f64 = 0.1;
+const SPURIOUS_SHARE: f64 = 0.1;
 
 /// Share of the limit up to which unchecked bounds do in place of sums.
 const UNCHECKED: f64 = 0.1;
@@ -72,7 +72,7 @@ const SPIKE: usize = 2;
 const RELAXING: u32 = 8;
 
 /// A strain whose energy counts as being in the body: slack tissue at rest stores nothing, and may turn.
-const SLACK: f64 = 0.01;
+const SLACK_STRAIN: f64 = 0.01;
 
 /// Fraction of the increment down to which a body is tried at halves.
 const HALVED: f64 = 1e-3;
@@ -83,7 +83,7 @@ const HALVED: f64 = 1e-3;
 const LEAST_FRACTION: f64 = 1e-15;
 
 /// Rounding of a sum over all triangles, over the limit.
-const ROUNDING: f64 = 1e-12;
+const SUM_ROUNDING: f64 = 1e-12;
 
 type Query<'a> = (
     (&'a Vertices, &'a Triangles, &'a Topology, &'a Frames),
@@ -138,7 +138,7 @@ fn enforce_in(
         slack: slack_energy(triangles, |t| &triangles.stiffness[t]),
         stiffest: (0..triangles.len()).map(|t| stiffness(triangles, t)).fold(0.0, f64::max),
     });
-    let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), result.tangent);
+    let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(), result.tangent);
     let membrane = Operator::membrane((vertices, triangles, topology, frames), tangent);
     let operator = Operator { folds, inertia: step.inertia(), viscosity, ..membrane };
     let fibres = fibre_law(fibres, pre_stretch);
@@ -148,7 +148,7 @@ fn enforce_in(
     // After the first Newton correction there is enough left for a fallback sub-step.
     let may_correct = step.newton_corrections > 0
         && step.affords(result, if step.is_correction { 1 } else { 2 })
-        && scratch.allowed.is_empty()
+        && scratch.guide_constraints.is_empty()
         && !may_spin(planar, &scratch.free, holders.0);
     let (twice_stored, work) = (scratch.twice_stored, scratch.residual_work);
     let SolverScratch { free, residual, partials, pairs, to_correct, is_counted, .. } = &mut *scratch;
@@ -162,12 +162,13 @@ fn enforce_in(
         residual,
         is_counted: *is_counted,
         is_damped_before,
-        drag: drag.map_or(0.0, |drag| drag.coefficient * step.rate()),
-        rate: step.rate(),
+        drag: drag.map_or(0.0, |drag| drag.coefficient * step.inv_effective_dt()),
+        inv_effective_dt: step.inv_effective_dt(),
     };
     // Energy created by the previous solve is in the body where this one starts, and this one is to take it away.
     let is_corrected = to_correct.is_some();
-    let limit = to_correct.take().unwrap_or_else(|| SHARE * solved.energy(twice_stored, tautness.slack, partials));
+    let limit =
+        to_correct.take().unwrap_or_else(|| SPURIOUS_SHARE * solved.energy(twice_stored, tautness.slack, partials));
     // Once the body has lost energy, its share of the rest is the most that can be spurious.
     let mut before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
     ledger.unchecked_bound = ledger.unchecked_bound.min(UNCHECKED * limit);
@@ -197,7 +198,7 @@ fn enforce_in(
         more,
         work,
         // Rounding of zero energy counts as zero.
-        most: most * (1.0 + ROUNDING),
+        most: most * (1.0 + SUM_ROUNDING),
     };
     let may = Permitted {
         triangles: if step.is_retried || is_last || step.is_correction || ledger.relaxing > 0 {
@@ -234,11 +235,11 @@ fn stiffness(triangles: &Triangles, t: usize) -> f64 {
     (q.q11 + q.q22).max(2.0 * q.q66) * triangles.thickness[t]
 }
 
-/// Energy that a body whose triangles have such laws would store at the strain [`SLACK`] \[mJ\].
+/// Energy that a body whose triangles have such laws would store at the strain [`SLACK_STRAIN`] \[mJ\].
 fn slack_energy<'a>(triangles: &Triangles, law: impl Fn(usize) -> &'a Orthotropic) -> f64 {
     let of_triangle = |t: usize| {
         let q = law(t);
-        0.5 * triangles.rest[t].area * triangles.thickness[t] * (q.q11 + q.q22) * (SLACK * SLACK)
+        0.5 * triangles.rest[t].area * triangles.thickness[t] * (q.q11 + q.q22) * (SLACK_STRAIN * SLACK_STRAIN)
     };
     (0..triangles.len()).map(of_triangle).sum()
 }

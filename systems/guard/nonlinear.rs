@@ -20,7 +20,7 @@
 //! holds and loads act as at its end.
 
 use super::place::of_triangle;
-use super::{SHARE, slack_energy};
+use super::{SPURIOUS_SHARE, slack_energy};
 use crate::components::{
     Bending, Damping, FibreLaws, Forces, Frames, GuardLedger, Increment, Planar, PreStretch, Sleeping, SolveResult,
     SolverScratch, fibre_law,
@@ -93,7 +93,7 @@ pub fn linearise(world: &mut hecs::World, step: &StepContext) -> usize {
         world,
         |((_, triangles, ..), (_, _, result, _), _)| result.rows_to_solve(triangles.len()),
         |((vertices, triangles, topology, frames), (forces, increment, result, scratch), (folds, passes, damping))| {
-            let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.rate(), result.tangent);
+            let (viscosity, tangent) = (damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(), result.tangent);
             let operator =
                 Operator { folds, viscosity, ..Operator::membrane((vertices, triangles, topology, frames), tangent) };
             let SolverScratch { free, product, partials, account, .. } = scratch;
@@ -135,7 +135,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             let SolverScratch { free, residual, partials, account, .. } = scratch;
             let ((vertices, triangles, _, frames), ..) = elastic;
             let Some(start) = account.energy.take() else { return };
-            let rate = step.rate();
+            let inv_effective_dt = step.inv_effective_dt();
             let work = |v: usize| {
                 let (mass, own) = (vertices.mass[v], account.own[v] - residual[v] * free[v]);
                 let Increment { start_velocity, displacement, .. } = &*increment;
@@ -144,12 +144,12 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
                     return (displacement[v] - account.earlier[v]).dot(forces.nodal[v] - account.own[v]);
                 }
                 if step.formula == Formula::BackwardEuler {
-                    return displacement[v].dot((after - before) * (mass * rate) - own);
+                    return displacement[v].dot((after - before) * (mass * inv_effective_dt) - own);
                 }
                 let [way, middle] = [increment.middle_displacement[v], increment.middle_velocity[v]];
                 let rest = displacement[v] - way;
-                let inertia =
-                    0.5 * (middle + before).dot(middle - before) + rest.dot(after - middle) * (FRAC_1_SQRT_2 * rate);
+                let inertia = 0.5 * (middle + before).dot(middle - before)
+                    + rest.dot(after - middle) * (FRAC_1_SQRT_2 * inv_effective_dt);
                 let first = account.earlier[v].dot(way * 0.5 + rest * (FRAC_1_SQRT_2 * (MIDDLE - 1.0)));
                 mass * inertia - first - own.dot(rest) * FRAC_1_SQRT_2
             };
@@ -164,7 +164,7 @@ pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
             if before == 0.0 && more <= 0.0 {
                 return;
             }
-            let most = SHARE * (start + slack_energy(triangles, |t| frames.stiffness(triangles, t)));
+            let most = SPURIOUS_SHARE * (start + slack_energy(triangles, |t| frames.stiffness(triangles, t)));
             let sum = before.min(most) + more;
             ledger.creates_energy = !(sum <= most);
             if ledger.creates_energy {

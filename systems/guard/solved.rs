@@ -30,7 +30,7 @@ pub(super) struct Solved<'a> {
     /// The coefficient of drag over dt \[N/mm³\].
     pub(super) drag: f64,
     /// 1/dt \[1/ms\].
-    pub(super) rate: f64,
+    pub(super) inv_effective_dt: f64,
 }
 
 /// Energies by which a fraction of an answer is judged \[mJ\].
@@ -149,12 +149,12 @@ impl Solved<'_> {
         let Self { operator: Operator { vertices, triangles, topology, .. }, increment, .. } = self;
         let dissipated = |v: usize| {
             let delta = fraction_of(self.delta[v], self.free[v], fraction);
-            let (gained, before) = (delta * self.rate, increment.start_velocity[v]);
+            let (gained, before) = (delta * self.inv_effective_dt, increment.start_velocity[v]);
             let gone = increment.displacement[v];
             let (earlier, dragged) = if self.is_counted {
                 (0.0, 0.0)
             } else {
-                (0.5 * (gone * self.rate - before).length_squared(), gone.length_squared())
+                (0.5 * (gone * self.inv_effective_dt - before).length_squared(), gone.length_squared())
             };
             let drag = if self.drag > 0.0 { self.drag * topology.vertex_area(triangles, v as u32) } else { 0.0 };
             vertices.mass[v] * (earlier + 0.5 * gained.length_squared() - gained.dot(before))

@@ -1,17 +1,17 @@
 //! The verdict on a solve's answer: it is kept, taken in part, corrected by a further Newton solve or refused.
 
-use super::patch::{Extent, Patch};
+use super::local_relaxation::{Extent, LocalRelaxation};
 use super::solved::{Bounds, Solved, Sums};
 use super::{HALVED, LEAST_FRACTION, RELAXING, place};
 use crate::components::{GuardLedger, Increment, SolverScratch};
 use crate::event::{GuardCause, GuardPlace};
 use crate::systems::solver::Operator;
-use crate::systems::solver::solve::restrain;
+use crate::systems::solver::solve::adapt_lm_damping;
 use glam::DVec3;
 
 /// Remedies permitted for an answer that creates too much energy.
 pub(super) struct Permitted {
-    /// Most triangles of the first patch, whose vertices are relaxed locally.
+    /// Most triangles of the first local relaxation, whose vertices are relaxed locally.
     pub triangles: usize,
     /// Whether the body may take a fraction of the answer.
     pub is_shortened: bool,
@@ -37,12 +37,12 @@ pub(super) struct Judged<'a> {
 
 /// Verdict on an answer, with the resulting spurious energy \[mJ\].
 pub(super) enum Verdict {
-    /// The body takes the whole answer, or that of a patch.
-    Kept(f64, Option<Patch>),
+    /// The body takes the whole answer, or that of a local relaxation.
+    Kept(f64, Option<LocalRelaxation>),
     /// The body takes this fraction of the answer.
-    Limited(f64, f64),
-    /// The body takes this fraction of the answer or of a patch's way, and gets a Newton correction from there.
-    SolvedFurther(f64, f64, Option<Patch>),
+    StepLimited(f64, f64),
+    /// The body takes this fraction of the answer or of a local relaxation's way, and gets a Newton correction from there.
+    SolvedFurther(f64, f64, Option<LocalRelaxation>),
     /// The step of the body is undone.
     Refused,
 }
@@ -60,8 +60,8 @@ impl Judged<'_> {
         // A sum that is no number is too much.
         let is_solved_further = may.is_solved_further && !may.is_shortened && sum.is_finite();
         let extent = Extent { triangles: may.triangles, is_partial: is_solved_further && may.triangles == usize::MAX };
-        let verdict = match self.patch(&extent, sum, sums) {
-            Some((patch, sum)) if sum <= most => Verdict::Kept(sum, Some(patch)),
+        let verdict = match self.local_relaxation(&extent, sum, sums) {
+            Some((relaxation, sum)) if sum <= most => Verdict::Kept(sum, Some(relaxation)),
             _ if may.is_shortened => self.shortened(sums),
             part if is_solved_further => self.solved_further(may.is_corrected, sum, part, sums),
             _ => Verdict::Refused,
@@ -74,11 +74,11 @@ impl Judged<'_> {
         Operator { external: self.holders.1, ..self.solved.operator }
     }
 
-    fn patch(&self, extent: &Extent, sum: f64, sums: &mut Sums<'_>) -> Option<(Patch, f64)> {
+    fn local_relaxation(&self, extent: &Extent, sum: f64, sums: &mut Sums<'_>) -> Option<(LocalRelaxation, f64)> {
         let full = self.full();
-        Patch::found(self.solved, &full, extent, (sum, self.most), |patch| {
-            let more = patch.judged(self.solved).spurious_energy(1.0, sums);
-            self.before + more + patch.residual_work(self.solved, &full)
+        LocalRelaxation::found(self.solved, &full, extent, (sum, self.most), |relaxation| {
+            let more = relaxation.judged(self.solved).spurious_energy(1.0, sums);
+            self.before + more + relaxation.residual_work(self.solved, &full)
         })
     }
 
@@ -90,28 +90,35 @@ impl Judged<'_> {
         if fraction == 0.0 && solved.increment.start_velocity.iter().all(|v| *v == DVec3::ZERO) {
             (fraction, sum) = solved.shorten(&bounds, LEAST_FRACTION, sums);
         }
-        if sum <= most { Verdict::Limited(sum, fraction) } else { Verdict::Refused }
+        if sum <= most { Verdict::StepLimited(sum, fraction) } else { Verdict::Refused }
     }
 
-    /// `sum` is the spurious energy of the answer; `part` a patch that takes some of it away, with the spurious energy then
+    /// `sum` is the spurious energy of the answer; `part` a local relaxation that takes some of it away, with the spurious energy then
     /// left.
-    fn solved_further(&self, is_corrected: bool, sum: f64, part: Option<(Patch, f64)>, sums: &mut Sums<'_>) -> Verdict {
+    fn solved_further(
+        &self,
+        is_corrected: bool,
+        sum: f64,
+        part: Option<(LocalRelaxation, f64)>,
+        sums: &mut Sums<'_>,
+    ) -> Verdict {
         // The first answer carries the prescribed motion, and goes all its way.
         if !is_corrected {
             return match part {
-                Some((patch, less)) if less < sum => Verdict::SolvedFurther(less, 1.0, Some(patch)),
+                Some((relaxation, less)) if less < sum => Verdict::SolvedFurther(less, 1.0, Some(relaxation)),
                 _ => Verdict::SolvedFurther(sum, 1.0, None),
             };
         }
         let full = self.full();
         let pull = self.solved.pull(&full, sums);
         let answer = self.solved.fraction(&pull, &full, sums);
-        let patched = part.map(|(patch, _)| (patch.judged(self.solved).fraction(&pull, &full, sums), patch));
-        let (found, patch) = match patched {
-            Some((patched, patch)) if patched.potential < answer.potential => (patched, Some(patch)),
+        let relaxed =
+            part.map(|(relaxation, _)| (relaxation.judged(self.solved).fraction(&pull, &full, sums), relaxation));
+        let (found, relaxation) = match relaxed {
+            Some((relaxed, relaxation)) if relaxed.potential < answer.potential => (relaxed, Some(relaxation)),
             _ => (answer, None),
         };
-        Verdict::SolvedFurther(self.before + found.created, found.fraction, patch)
+        Verdict::SolvedFurther(self.before + found.created, found.fraction, relaxation)
     }
 }
 
@@ -124,36 +131,36 @@ impl Verdict {
         (increment, scratch, ledger): (&mut Increment, &mut SolverScratch, &mut GuardLedger),
     ) {
         let somewhere = place.unwrap_or(GuardPlace::nowhere(GuardCause::Membrane));
-        if let Self::SolvedFurther(sum, fraction, patch) = self {
-            if let Some(patch) = patch {
-                increment.delta.copy_from_slice(&patch.way);
-                increment.relaxed = increment.relaxed.max(patch.len());
+        if let Self::SolvedFurther(sum, fraction, relaxation) = self {
+            if let Some(relaxation) = relaxation {
+                increment.delta.copy_from_slice(&relaxation.way);
+                increment.relaxed = increment.relaxed.max(relaxation.len());
             }
             if let Some(place) = place {
                 increment.guard.correct(place.cause);
             }
             increment.take_fraction(&scratch.free, fraction);
-            restrain(scratch, fraction);
+            adapt_lm_damping(scratch, fraction);
             (ledger.spurious_energy, scratch.is_counted, scratch.to_correct) = (sum, true, Some(limit));
             return;
         }
         ledger.creates_energy = matches!(self, Self::Refused);
         increment.creates_at = place;
-        if let Self::Kept(sum, _) | Self::Limited(sum, _) = self {
+        if let Self::Kept(sum, _) | Self::StepLimited(sum, _) = self {
             (ledger.spurious_energy, scratch.is_counted) = (sum.max(0.0), true);
         }
         match self {
-            Self::Kept(_, Some(patch)) => {
-                increment.delta.copy_from_slice(&patch.way);
+            Self::Kept(_, Some(relaxation)) => {
+                increment.delta.copy_from_slice(&relaxation.way);
                 increment.is_fraction = true;
-                increment.relaxed = increment.relaxed.max(patch.len());
+                increment.relaxed = increment.relaxed.max(relaxation.len());
                 ledger.relaxing = RELAXING;
                 increment.guard.relax(somewhere);
             }
-            Self::Limited(_, fraction) => {
+            Self::StepLimited(_, fraction) => {
                 ledger.is_step_limited = true;
                 increment.is_fraction = true;
-                increment.was_fraction = true;
+                increment.any_substep_limited = true;
                 increment.guard.limit(somewhere, increment.delta.len());
                 increment.take_fraction(&scratch.free, fraction);
             }

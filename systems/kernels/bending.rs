@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 pub const TURN: f64 = 0.65;
 
 /// A triangle squeezed to less than this part of its rest area has no meaningful normal, and is left out.
-const LEAST_AREA: f64 = 1e-3;
+const LEAST_BENT_AREA: f64 = 1e-3;
 
 /// How a triangle tilts. Its edges e₀, e₁, e₂ follow one after the other and have the lengths l; cₑ is eₑ·eₑ₊₁ over twice the area.
 /// Heights a and b of corners 1 and 2 over corner 0 tilt it about its edges by (c₂·(a − b) − c₀·b)/l₀, (c₁·a + c₀·b)/l₁ and
@@ -32,7 +32,7 @@ pub struct Tilt {
 /// Twice the area up to which a triangle with a rest area \[mm²\] is collapsed.
 #[inline(always)]
 pub fn least_twice_area(rest_area: f64) -> f64 {
-    2.0 * LEAST_AREA * rest_area
+    2.0 * LEAST_BENT_AREA * rest_area
 }
 
 impl Tilt {

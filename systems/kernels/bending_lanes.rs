@@ -15,12 +15,12 @@ use glam::DVec3;
 pub type EdgeValuesX4 = [F64x4; 3];
 
 /// The numbers of four triangles in a list.
-const NUMBERS: usize = 3 * DOUBLES;
+const NUMBERS_OF_FOUR: usize = 3 * DOUBLES;
 
 /// The place of an edge of a triangle in a list of numbers.
 #[inline(always)]
 fn place(t: usize, e: usize) -> usize {
-    t / DOUBLES * NUMBERS + e * DOUBLES + t % DOUBLES
+    t / DOUBLES * NUMBERS_OF_FOUR + e * DOUBLES + t % DOUBLES
 }
 
 /// The value of an edge of a triangle.
@@ -57,7 +57,7 @@ impl RestX4 {
     /// The triangles from `first` on of so many, each with its law, its turns, for each of its edges the triangle across and which
     /// edge of that it is, and its rest area.
     pub fn new(first: usize, count: usize, of: impl Fn(usize) -> (EdgeMatrix, DVec3, [Across; 3], f64)) -> Self {
-        let nothing = (count.div_ceil(DOUBLES) * NUMBERS) as u32;
+        let nothing = (count.div_ceil(DOUBLES) * NUMBERS_OF_FOUR) as u32;
         let mut four = Self { across: [[nothing; DOUBLES]; 3], least: [f64::INFINITY; DOUBLES], ..Self::default() };
         for lane in 0..DOUBLES.min(count - first) {
             let (law, turn, across, area) = of(first + lane);
@@ -126,7 +126,7 @@ impl RestX4 {
     #[inline(always)]
     pub fn across(&self, e: usize, lane: usize) -> (usize, usize) {
         let across = self.across[e][lane] as usize;
-        (across / NUMBERS, across % NUMBERS)
+        (across / NUMBERS_OF_FOUR, across % NUMBERS_OF_FOUR)
     }
 }
 

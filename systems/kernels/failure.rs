@@ -30,7 +30,7 @@ use std::f64::consts::FRAC_PI_2;
 use table::Table;
 
 /// Values closer than this, relatively, are a tie.
-const TIE: f64 = 1e-12;
+const VALUE_TIE: f64 = 1e-12;
 /// Below this margin to the runner-up a decision is ambiguous.
 const AMBIGUOUS_MARGIN: f64 = 0.05;
 
@@ -62,7 +62,7 @@ impl Strength {
     /// Each must be positive and finite.
     pub fn new(fibre: f64, transverse: f64, exponent: f64) -> Result<Self, InadmissibleStrength> {
         for (name, value) in
-            [("strength_fibre", fibre), ("strength_transverse", transverse), ("strength_exponent", exponent)]
+            [("strength_across_fibres", fibre), ("strength_along_fibres", transverse), ("strength_exponent", exponent)]
         {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(InadmissibleStrength { name, value });
@@ -165,7 +165,7 @@ impl Decision {
 
     /// Whether the runner-up is as good as the best, so that the tie rule of [`evaluate`] decided.
     pub fn is_tie(&self) -> bool {
-        self.margin() <= TIE
+        self.margin() <= VALUE_TIE
     }
 
     /// The result where all thresholds are `factor` times as large.

@@ -10,7 +10,7 @@ use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 
 /// A fan whose spokes leave one plane by less than this, relative to their lengths, is flat: some roundings of positions.
-const FLAT: f64 = 1e-12;
+const FLAT_FAN: f64 = 1e-12;
 
 /// The chart. Directions in it are unit vectors; offsets are in mm.
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ impl FanChart {
         let normal = crosses.clone().sum::<DVec3>().try_normalize()?;
         let e1 = axis_in_plane(normal);
         let axes = [e1, normal.cross(e1)];
-        let is_flat = offsets.iter().all(|s| s.dot(normal).abs() <= FLAT * s.length());
+        let is_flat = offsets.iter().all(|s| s.dot(normal).abs() <= FLAT_FAN * s.length());
 
         let mut turns: SmallVec<[f64; 14]> = SmallVec::new();
         let mut turn = 0.0;

@@ -6,7 +6,7 @@ use crate::math::{ElementState, FibreLaw, Orthotropic, RestTriangle, Sym2};
 use glam::DVec3;
 
 /// Points and weights of Gauss's rule on \[0, 1\] (Abramowitz and Stegun 1964, table 25.4).
-const GAUSS: [(f64, f64); 5] = [
+const GAUSS_OF_UNIT: [(f64, f64); 5] = [
     (0.046_910_077_030_668_0, 0.118_463_442_528_094_54),
     (0.230_765_344_947_158_45, 0.239_314_335_249_683_24),
     (0.5, 0.284_444_444_444_444_44),
@@ -67,7 +67,7 @@ impl Element<'_> {
     pub fn work(&self, x: [DVec3; 3], u: [DVec3; 3]) -> f64 {
         let at = |s: f64| std::array::from_fn(|i| x[i] + u[i] * s);
         let panel = |from: f64, length: f64| {
-            GAUSS.iter().map(|&(s, weight)| weight * self.slope(at(from + s * length), u)).sum::<f64>() * length
+            GAUSS_OF_UNIT.iter().map(|&(s, weight)| weight * self.slope(at(from + s * length), u)).sum::<f64>() * length
         };
         let panels = |count: u16| {
             let length = 1.0 / f64::from(count);

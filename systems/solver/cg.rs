@@ -1,7 +1,7 @@
 //! Preconditioned conjugate gradients on the free axes, warm started, with scratch owned by the caller.
 
 use super::estimate::Limits;
-use super::guess::{fit, is_none, residual_without};
+use super::initial_guess::{fit, is_none, residual_without};
 use super::recurrence::{Vectors, iterate};
 use super::{Operator, ProductMemory};
 use crate::components::{FreeAxes, SolverScratch};
@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 
 /// A negative curvature up to this, over the lengths of the direction and of the operator's product with it, may be rounding: sums of
 /// ten thousand terms are good to some 1e-14 of their largest.
-const ROUNDING: f64 = 1e-12;
+const CURVATURE_ROUNDING: f64 = 1e-12;
 
 /// Iterations, relative residual, error energy and outcome of a linear solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -115,7 +115,7 @@ impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors 
         let n = direction.len();
         let sizes_sq = parallel::sum(n, partials, |v| direction[v].length_squared())
             * parallel::sum(n, partials, |v| (product[v] * free[v]).length_squared());
-        operator.is_definite() && curvature >= -ROUNDING * sizes_sq.sqrt()
+        operator.is_definite() && curvature >= -CURVATURE_ROUNDING * sizes_sq.sqrt()
     }
 
     fn advance(&mut self, alpha: f64) -> DVec2 {

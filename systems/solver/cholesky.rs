@@ -233,18 +233,18 @@ impl Cholesky {
     }
 
     /// The first half of a solve; returns the scalar product of the forces with the displacements that answer them.
-    pub(super) fn descend(&mut self) -> f64 {
+    pub(super) fn forward_sweep(&mut self) -> f64 {
         match &mut self.panels {
-            Either::Single(panels) => panels.descend(),
-            Either::Double(panels) => panels.descend(),
+            Either::Single(panels) => panels.forward_sweep(),
+            Either::Double(panels) => panels.forward_sweep(),
         }
     }
 
     /// The second half, which leaves those displacements.
-    pub(super) fn ascend(&mut self) {
+    pub(super) fn backward_sweep(&mut self) {
         match &mut self.panels {
-            Either::Single(panels) => panels.ascend(),
-            Either::Double(panels) => panels.ascend(),
+            Either::Single(panels) => panels.backward_sweep(),
+            Either::Double(panels) => panels.backward_sweep(),
         }
     }
 
@@ -302,8 +302,8 @@ mod tests {
             let answers = [1, 2].map(|threads| {
                 (0..operator_copy.own.len()).for_each(|v| factor.put(v, force(v)));
                 let work = Pool::new(threads, false).unwrap().run(|| {
-                    let work = factor.descend();
-                    factor.ascend();
+                    let work = factor.forward_sweep();
+                    factor.backward_sweep();
                     work
                 });
                 (work, (0..operator_copy.own.len()).map(|v| factor.part(v)).collect::<Vec<_>>())

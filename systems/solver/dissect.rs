@@ -7,19 +7,19 @@
 
 /// Vertices from which on an order is dissected: those of some 8,000 triangles, under which no second thread is kept awake for
 /// loops so short.
-const LEAST: usize = 4096;
+const LEAST_DISSECTED: usize = 4096;
 
 /// Two subdomains have to save so much of a sweep's time to be worth while.
 const LEAST_SAVED: f64 = 0.2;
 
 /// No place.
-const NONE: u32 = u32::MAX;
+const NO_PLACE: u32 = u32::MAX;
 
 /// Sorts an order of elimination into two subdomains and their separator, in each of which it stays as it is. Returns where the
 /// second subdomain and the separator begin. `None` where the order is better left in one. `earlier(p, list)` appends the places of
 /// the neighbours of the vertex in place `p` that come before it.
 pub(super) fn dissect(order: &mut [u32], earlier: impl FnMut(usize, &mut Vec<u32>)) -> Option<[usize; 2]> {
-    if order.len() < LEAST {
+    if order.len() < LEAST_DISSECTED {
         return None;
     }
     let (first_under, entries) = tree(order.len(), earlier);
@@ -37,7 +37,7 @@ pub(super) fn dissect(order: &mut [u32], earlier: impl FnMut(usize, &mut Vec<u32
 
 /// The first place under every place of the elimination tree, itself counted, and the entries of its column of the factor.
 fn tree(count: usize, mut earlier: impl FnMut(usize, &mut Vec<u32>)) -> (Vec<u32>, Vec<u64>) {
-    let (mut parent, mut seen_from) = (vec![NONE; count], vec![NONE; count]);
+    let (mut parent, mut seen_from) = (vec![NO_PLACE; count], vec![NO_PLACE; count]);
     let (mut entries, mut list) = (vec![1; count], Vec::new());
     for p in 0..count {
         list.clear();
@@ -49,7 +49,7 @@ fn tree(count: usize, mut earlier: impl FnMut(usize, &mut Vec<u32>)) -> (Vec<u32
             while seen_from[below] != p as u32 {
                 seen_from[below] = p as u32;
                 entries[below] += 1;
-                if parent[below] == NONE {
+                if parent[below] == NO_PLACE {
                     parent[below] = p as u32;
                 }
                 below = parent[below] as usize;

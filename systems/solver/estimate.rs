@@ -38,7 +38,7 @@ pub(super) struct Limits {
 const FAR_BELOW: f64 = 1e-3;
 
 /// No round of iterations goes further than this below its own residual: from about ten times less on, single precision only adds noise.
-const LEAST_GAIN: f64 = 1e-5;
+const MOST_REDUCTION: f64 = 1e-5;
 
 /// A solve that stops for the error of positions leaves at most so much of the squared error for each part that it has taken away.
 const PROGRESS: f64 = 1.0;
@@ -75,7 +75,7 @@ impl Limits {
     /// than single precision can go.
     pub(super) fn of_round(self, norm: f64, iterations: u32) -> Self {
         let norm_sq = norm * norm;
-        let aim = |residual_sq: f64| (AIM * AIM * residual_sq / norm_sq).max(LEAST_GAIN * LEAST_GAIN);
+        let aim = |residual_sq: f64| (AIM * AIM * residual_sq / norm_sq).max(MOST_REDUCTION * MOST_REDUCTION);
         let (residual_sq, least_sq) = (aim(self.residual_sq), aim(self.least_sq));
         Self { residual_sq, least_sq, energy: self.energy / norm_sq, near: self.near / norm_sq, iterations, ..self }
     }

@@ -28,7 +28,7 @@ const STALE: u32 = 4;
 /// Cost of a solve without the factor, the baseline (`rhexis bench ladder`).
 struct Baseline {
     /// Baseline iterations that cost about as much as an iteration with the factor.
-    cost: u32,
+    iteration_cost: u32,
     /// Baseline iterations that cost as much as the preparation of the baseline's preconditioner.
     prepared: u32,
     /// Iterations assumed for the first solve.
@@ -36,21 +36,21 @@ struct Baseline {
 }
 
 /// With an incomplete factor, made for every solve: the first as on a sheet of 500 triangles.
-const INCOMPLETE: Baseline = Baseline { cost: 5, prepared: 8, first: 60 };
+const INCOMPLETE: Baseline = Baseline { iteration_cost: 5, prepared: 8, first: 60 };
 /// With multigrid, whose numbers last.
-const LEVELS: Baseline = Baseline { cost: 2, prepared: 0, first: 8 };
+const LEVELS: Baseline = Baseline { iteration_cost: 2, prepared: 0, first: 8 };
 
 /// Consecutive early-stale factors after which factorisation pauses: each stale before it has served for as long as it took to make.
-const STRIKES: u32 = 3;
-/// Solves without a factor after [`STRIKES`] stale ones in a row. A factor after such a pause is only tried once; if stale as soon, the
+const MOST_EARLY_STALE: u32 = 3;
+/// Solves without a factor after [`MOST_EARLY_STALE`] stale ones in a row. A factor after such a pause is only tried once; if stale as soon, the
 /// next pause is twice as long. A trial makes a step twice as long as others, and tissue that bends and tears as it did has no use for
 /// one.
-const REST: u32 = 512;
+const PAUSE: u32 = 512;
 /// Maximum doublings of the pause: after 16,384 solves there is always another trial.
-const DOUBLINGS: u32 = 5;
+const PAUSE_DOUBLINGS: u32 = 5;
 /// Solves with factors made on the spot after one that has come to nothing without: then solves are as before. Tissue
 /// that was crushed has come free by then, or costs one such solve more in so many.
-const RESCUED: u32 = 16;
+const FACTORED_NOW: u32 = 16;
 
 /// Solves from a snapshot to the day its factor takes effect: a 1,500-triangle sheet steps 20 times in 4 ms, and is factored in
 /// three; the larger, the more.
@@ -65,12 +65,12 @@ pub struct Factor {
     pending: Option<Pending>,
     /// Iterations of the last solve without it; zero before the first.
     without: u32,
-    strikes: u32,
-    rest: u32,
-    /// Rests since a factor has last served for long.
-    rests: u32,
+    stale_count: u32,
+    pause: u32,
+    /// Pauses since a factor has last served for long.
+    pauses: u32,
     /// Solves that are still to be served by factors made on the spot.
-    rescued: u32,
+    factored_now: u32,
 }
 
 struct InUse {
@@ -114,7 +114,7 @@ impl InUse {
 
     /// Takes the residual `r`, given by vertex, as far down as it takes to know its scalar product with the answer of the old mesh.
     #[inline]
-    fn descend(&mut self, r: impl Fn(usize) -> DVec3, vertex_count: usize) -> f64 {
+    fn forward_sweep(&mut self, r: impl Fn(usize) -> DVec3, vertex_count: usize) -> f64 {
         let Self { cholesky, edit_map, rotation_warp, .. } = self;
         if !edit_map.is_empty() {
             cholesky.clear();
@@ -127,14 +127,14 @@ impl InUse {
         } else {
             rotation_warp.turns().iter().enumerate().for_each(|(v, turn)| cholesky.put(v, turn.transpose() * r(v)));
         }
-        cholesky.descend()
+        cholesky.forward_sweep()
     }
 
     /// The rest of the way; hands that answer for every vertex to `z`.
     #[inline]
-    fn ascend(&mut self, vertex_count: usize, mut z: impl FnMut(usize, DVec3)) {
+    fn backward_sweep(&mut self, vertex_count: usize, mut z: impl FnMut(usize, DVec3)) {
         let Self { cholesky, edit_map, rotation_warp, .. } = self;
-        cholesky.ascend();
+        cholesky.backward_sweep();
         if !edit_map.is_empty() {
             for v in 0..vertex_count {
                 z(v, edit_map.links(v).iter().map(|&(old, weight)| cholesky.part(old as usize) * weight).sum());
@@ -172,7 +172,7 @@ impl Factor {
         self.pending = None;
         let before = self.current.take().map(|current| current.cholesky);
         let cholesky = Cholesky::new(&OperatorCopy::new(operator, free), FactorPrecision::Double, before);
-        let cholesky = cholesky.inspect_err(|_| self.rescued = 0)?;
+        let cholesky = cholesky.inspect_err(|_| self.factored_now = 0)?;
         self.current = Some(InUse::new(cholesky, EditMap::default(), RotationWarp::new(operator)));
         Ok(())
     }
@@ -182,20 +182,20 @@ impl Factor {
     ///
     /// # Errors
     /// As [`renew`](Self::renew).
-    pub fn rescue(&mut self, operator: &Operator, free: &FreeAxes, without: u32) -> Result<(), NoFactor> {
-        (self.without, self.strikes, self.rest, self.rests) = (without, 0, 0, 0);
+    pub fn factor_now(&mut self, operator: &Operator, free: &FreeAxes, without: u32) -> Result<(), NoFactor> {
+        (self.without, self.stale_count, self.pause, self.pauses) = (without, 0, 0, 0);
         self.renew(operator, free)?;
-        self.rescued = RESCUED;
+        self.factored_now = FACTORED_NOW;
         Ok(())
     }
 
     /// Before a dynamic solve: whether one of the last has come to nothing without a factor, as this one might.
-    pub fn is_rescued(&mut self) -> bool {
-        if self.rescued == 0 {
+    pub fn is_factored_now(&mut self) -> bool {
+        if self.factored_now == 0 {
             return false;
         }
-        self.rescued -= 1;
-        if self.rescued == 0 {
+        self.factored_now -= 1;
+        if self.factored_now == 0 {
             // The iterations of that solve tell nothing of those to come.
             self.without = 0;
         }
@@ -219,8 +219,8 @@ impl Factor {
         if self.current.as_ref().is_some_and(|current| !current.fits(free)) {
             (self.current, self.pending) = (None, None);
         }
-        if self.rest > 0 {
-            self.rest -= 1;
+        if self.pause > 0 {
+            self.pause -= 1;
             return false;
         }
         if self.current.is_none() && self.pending.is_none() {
@@ -236,10 +236,10 @@ impl Factor {
 
     /// Iterations with it in a dynamic solve at the most: with more it is worse than none, which has `mixed` in its place.
     pub fn most(&self, mixed: Option<MixedPreconditioner>) -> u32 {
-        let Baseline { cost, prepared, first } =
+        let Baseline { iteration_cost, prepared, first } =
             if mixed == Some(MixedPreconditioner::Multigrid) { LEVELS } else { INCOMPLETE };
         let without = if self.without == 0 { first } else { self.without };
-        ((without + prepared) / cost).max(STALE + 1)
+        ((without + prepared) / iteration_cost).max(STALE + 1)
     }
 
     /// After a dynamic solve with the factor, which might have taken so many iterations at the most.
@@ -251,11 +251,11 @@ impl Factor {
             return;
         }
         if current.served > delay(free) {
-            (self.strikes, self.rests) = (0, 0);
+            (self.stale_count, self.pauses) = (0, 0);
         } else {
-            self.strikes += 1;
+            self.stale_count += 1;
         }
-        if self.strikes < if self.rests == 0 { STRIKES } else { 1 } {
+        if self.stale_count < if self.pauses == 0 { MOST_EARLY_STALE } else { 1 } {
             self.renew_aside(operator, free);
         } else {
             self.discard();
@@ -264,13 +264,13 @@ impl Factor {
 
     /// Where it is of no use, or there could be none: there is none for a while.
     pub fn discard(&mut self) {
-        (self.current, self.pending, self.strikes) = (None, None, 0);
-        self.rest = REST << self.rests.min(DOUBLINGS);
-        self.rests = self.rests.saturating_add(1);
+        (self.current, self.pending, self.stale_count) = (None, None, 0);
+        self.pause = PAUSE << self.pauses.min(PAUSE_DOUBLINGS);
+        self.pauses = self.pauses.saturating_add(1);
     }
 
     /// After a dynamic solve without it.
-    pub fn has_rested(&mut self, iterations: u32) {
+    pub fn has_paused(&mut self, iterations: u32) {
         self.without = iterations;
     }
 
@@ -306,8 +306,8 @@ impl Factor {
             return 0.0;
         };
         let scale = scale_to_single(r);
-        current.descend(|v| r[v] * scale, r.len());
-        current.ascend(r.len(), |v, answer| z[v] = answer * free[v] / scale);
+        current.forward_sweep(|v| r[v] * scale, r.len());
+        current.backward_sweep(r.len(), |v, answer| z[v] = answer * free[v] / scale);
         current.touched.iter().for_each(|&(v, inverse, _)| z[v] += inverse * r[v]);
         parallel::sum_rows(z, partials, |v, z| r[v].dot(*z))
     }
@@ -315,26 +315,26 @@ impl Factor {
     /// The first half of the same in single precision, as far as it takes to know r·z, which is returned: `xr` has r as second entry,
     /// and is numbered by `row`, which gives the row of a vertex. Entries of r are neither near the largest nor near the smallest
     /// numbers.
-    pub fn descend(&mut self, xr: &[[Vec4; 2]], row: &[u32]) -> f64 {
+    pub fn forward_sweep(&mut self, xr: &[[Vec4; 2]], row: &[u32]) -> f64 {
         let Some(current) = self.current.as_deref_mut() else { return 0.0 };
         if current.is_plain() {
             current.cholesky.put_all(|v, axis| xr[row[v] as usize][1][axis]);
-            return current.cholesky.descend();
+            return current.cholesky.forward_sweep();
         }
         let r = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3();
         let of_touched: f64 = current.touched.iter().map(|&(v, inverse, _)| r(v).dot(inverse * r(v))).sum();
-        current.descend(r, row.len()) + of_touched
+        current.forward_sweep(r, row.len()) + of_touched
     }
 
     /// The second half, after the first for the same `xr`; `z` is numbered by `row` too, and zero along prescribed axes.
-    pub fn ascend(&mut self, xr: &[[Vec4; 2]], row: &[u32], z: &mut [Vec4]) {
+    pub fn backward_sweep(&mut self, xr: &[[Vec4; 2]], row: &[u32], z: &mut [Vec4]) {
         let Some(current) = self.current.as_deref_mut() else { return z.fill(Vec4::ZERO) };
         if current.is_plain() {
-            current.cholesky.ascend();
+            current.cholesky.backward_sweep();
             return current.cholesky.parts(|v, axis, part| z[row[v] as usize][axis] = part);
         }
         let r = |v: usize| xr[row[v] as usize][1].truncate().as_dvec3();
-        current.ascend(row.len(), |v, answer| z[row[v] as usize] = answer.as_vec3().extend(0.0));
+        current.backward_sweep(row.len(), |v, answer| z[row[v] as usize] = answer.as_vec3().extend(0.0));
         for &(v, inverse, free) in &current.touched {
             let z = &mut z[row[v] as usize];
             *z = ((z.truncate().as_dvec3() + inverse * r(v)) * free).as_vec3().extend(0.0);
@@ -355,12 +355,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rests_grow_while_no_factor_serves() {
+    fn pauses_grow_while_no_factor_serves() {
         let mut factor = Factor::default();
-        let mut rests = (0..8).map(|_| {
+        let mut pauses = (0..8).map(|_| {
             factor.discard();
-            factor.rest
+            factor.pause
         });
-        assert!(rests.by_ref().eq([512, 1024, 2048, 4096, 8192, 16384, 16384, 16384]));
+        assert!(pauses.by_ref().eq([512, 1024, 2048, 4096, 8192, 16384, 16384, 16384]));
     }
 }

@@ -10,7 +10,7 @@ use super::estimate::Limits;
 use super::factor::NoFactor;
 use super::recurrence::{self, Vectors};
 use super::{Available, CgError, CgInfo, Factor, Operator, ProductMemory, block_jacobi};
-use crate::components::{Allowed, FreeAxes, SolverScratch};
+use crate::components::{FreeAxes, GuideConstraints, SolverScratch};
 use crate::settings::LinearParams;
 use crate::systems::bending::BendingPasses;
 use crate::systems::parallel;
@@ -20,7 +20,7 @@ use glam::{DMat3, DVec2, DVec3};
 const MOST_WITH_EARLIER_FACTOR: u32 = 60;
 
 /// A pivot below this part of a block's largest entry is none.
-const LEAST_PIVOT: f64 = 1e-12;
+const LEAST_GUIDED_PIVOT: f64 = 1e-12;
 
 /// As [`solve`](super::solve), for a body with guided vertices. It starts from nothing along free axes and guides.
 ///
@@ -34,16 +34,16 @@ pub(super) fn solve(
     x: &mut [DVec3],
     scratch: &mut SolverScratch,
 ) -> Result<CgInfo, CgError> {
-    let allowed = std::mem::take(&mut scratch.allowed);
-    let blocks = inverse_blocks(operator, &allowed);
-    allowed.add_forces(&mut scratch.residual);
-    let result = solve_with((&allowed, &blocks), operator, params, available, memory, x, scratch);
-    scratch.allowed = allowed;
+    let guide_constraints = std::mem::take(&mut scratch.guide_constraints);
+    let blocks = inverse_blocks(operator, &guide_constraints);
+    guide_constraints.add_forces(&mut scratch.residual);
+    let result = solve_with((&guide_constraints, &blocks), operator, params, available, memory, x, scratch);
+    scratch.guide_constraints = guide_constraints;
     result
 }
 
 fn solve_with(
-    guides: (&Allowed, &[DMat3]),
+    guides: (&GuideConstraints, &[DMat3]),
     operator: &Operator,
     params: &LinearParams,
     available: &mut Available,
@@ -93,9 +93,9 @@ fn solve_with(
 }
 
 /// The inverse of Zᵀ·A·Z for each list of vertices that move alike, Z having their directions in its columns.
-fn inverse_blocks(operator: &Operator, allowed: &Allowed) -> Vec<DMat3> {
+fn inverse_blocks(operator: &Operator, guide_constraints: &GuideConstraints) -> Vec<DMat3> {
     let of_group = |group: usize| {
-        let (rows, directions) = allowed.group(group);
+        let (rows, directions) = guide_constraints.group(group);
         let block = match rows {
             [row] => operator.diagonal_block(*row as usize),
             _ => sum_of_blocks(operator, rows),
@@ -109,7 +109,7 @@ fn inverse_blocks(operator: &Operator, allowed: &Allowed) -> Vec<DMat3> {
         }
         inverse(own, directions.len())
     };
-    (0..allowed.len()).map(of_group).collect()
+    (0..guide_constraints.len()).map(of_group).collect()
 }
 
 /// Σ over pairs of rows of their blocks of A: how the sum of their forces answers a common displacement.
@@ -130,7 +130,7 @@ fn inverse(block: DMat3, size: usize) -> DMat3 {
     let diagonal = [block.x_axis.x, block.y_axis.y, block.z_axis.z];
     let scale: f64 = diagonal[..size].iter().product();
     let padded = (size..3).fold(1.0, |product, i| product * diagonal[i]);
-    if diagonal.iter().all(|d| *d > 0.0) && block.determinant() > LEAST_PIVOT * scale * padded {
+    if diagonal.iter().all(|d| *d > 0.0) && block.determinant() > LEAST_GUIDED_PIVOT * scale * padded {
         return block.inverse();
     }
     let safe = diagonal.map(|d| if d > 0.0 && d.is_finite() { 1.0 / d } else { 1.0 });
@@ -138,10 +138,14 @@ fn inverse(block: DMat3, size: usize) -> DMat3 {
 }
 
 /// Writes the answer of the blocks to the residual `r` into `z`, and returns their part of r·z.
-fn precondition_guided((allowed, blocks): (&Allowed, &[DMat3]), r: &[DVec3], z: &mut [DVec3]) -> f64 {
+fn precondition_guided(
+    (guide_constraints, blocks): (&GuideConstraints, &[DMat3]),
+    r: &[DVec3],
+    z: &mut [DVec3],
+) -> f64 {
     let mut sum = 0.0;
     for (group, inverse) in blocks.iter().enumerate() {
-        let (rows, directions) = allowed.group(group);
+        let (rows, directions) = guide_constraints.group(group);
         let force: DVec3 = rows.iter().map(|&row| r[row as usize]).sum();
         let mut parts = DVec3::ZERO;
         directions.iter().enumerate().for_each(|(i, d)| parts[i] = d.dot(force));
@@ -154,16 +158,16 @@ fn precondition_guided((allowed, blocks): (&Allowed, &[DMat3]), r: &[DVec3], z: 
 }
 
 /// Orthogonal projection of forces onto free axes and guides.
-fn project(allowed: &Allowed, free: &FreeAxes, forces: &mut [DVec3]) {
-    allowed.level(forces);
-    scale((allowed, free), forces, 1.0);
+fn project(guide_constraints: &GuideConstraints, free: &FreeAxes, forces: &mut [DVec3]) {
+    guide_constraints.level(forces);
+    scale((guide_constraints, free), forces, 1.0);
 }
 
 /// Multiplies vectors by a factor along free axes and guides, and leaves nothing of them elsewhere.
-pub fn scale((allowed, free): (&Allowed, &FreeAxes), vectors: &mut [DVec3], factor: f64) {
-    let guided: Vec<DVec3> = allowed.rows().iter().map(|&row| vectors[row as usize]).collect();
+pub fn scale((guide_constraints, free): (&GuideConstraints, &FreeAxes), vectors: &mut [DVec3], factor: f64) {
+    let guided: Vec<DVec3> = guide_constraints.rows().iter().map(|&row| vectors[row as usize]).collect();
     parallel::for_rows(vectors, |v, vector| *vector *= free[v] * factor);
-    let groups = (0..allowed.len()).map(|group| allowed.group(group));
+    let groups = (0..guide_constraints.len()).map(|group| guide_constraints.group(group));
     let rows = groups.flat_map(|(rows, directions)| rows.iter().map(move |&row| (row, directions)));
     for ((row, directions), own) in rows.zip(guided) {
         let along: DVec3 = directions.iter().map(|d| *d * d.dot(own)).sum();
@@ -172,7 +176,7 @@ pub fn scale((allowed, free): (&Allowed, &FreeAxes), vectors: &mut [DVec3], fact
 }
 
 fn iterate(
-    (allowed, blocks): (&Allowed, &[DMat3]),
+    (guide_constraints, blocks): (&GuideConstraints, &[DMat3]),
     operator: &Operator,
     params: &LinearParams,
     memory: &mut ProductMemory<'_>,
@@ -185,10 +189,10 @@ fn iterate(
     let SolverScratch { free, residual, direction, product, partials, stops, reference_sq, .. } = scratch;
     [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
     parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);
-    allowed.take(x);
+    guide_constraints.take(x);
     operator.apply(x, free, memory, product, partials);
     parallel::for_rows(residual, |v, r| *r -= product[v]);
-    project(allowed, free, residual);
+    project(guide_constraints, free, residual);
     let residual_sq = parallel::sum(n, partials, |v| residual[v].length_squared());
     if !residual_sq.is_finite() {
         return Err(CgError::NotFinite { iteration: 0 });
@@ -196,7 +200,7 @@ fn iterate(
     *reference_sq = reference_sq.max(residual_sq);
     let limits = Limits::new(params, *reference_sq, scales).repeating(stops);
     let on_axes = Free { operator, memory, x, free, residual, direction, product, partials, precondition };
-    let mut vectors = Guided { guides: (allowed, blocks), on_axes };
+    let mut vectors = Guided { guides: (guide_constraints, blocks), on_axes };
     let rz = vectors.precondition();
     let reached = recurrence::iterate(&mut vectors, DVec2::new(residual_sq, rz), &limits)?;
     stops.note(reached.iterations, reached.is_late);
@@ -205,7 +209,7 @@ fn iterate(
 
 /// Vectors on free axes and along guides.
 struct Guided<'a, 'b, P> {
-    guides: (&'a Allowed, &'a [DMat3]),
+    guides: (&'a GuideConstraints, &'a [DMat3]),
     on_axes: Free<'a, 'b, P>,
 }
 
@@ -234,10 +238,10 @@ impl<P: FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64> Vectors 
     }
 
     fn advance(&mut self, alpha: f64) -> DVec2 {
-        let Self { guides: (allowed, _), on_axes } = self;
+        let Self { guides: (guide_constraints, _), on_axes } = self;
         let Free { x, free, residual, direction, product, partials, .. } = on_axes;
         parallel::for_rows(x, |v, x| *x += direction[v] * alpha);
-        project(allowed, free, product);
+        project(guide_constraints, free, product);
         let residual_sq = parallel::sum_rows(residual, partials, |v, r| {
             *r -= product[v] * alpha;
             r.length_squared()

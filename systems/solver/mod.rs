@@ -12,8 +12,8 @@ mod edit_map;
 mod estimate;
 #[cfg_attr(not(feature = "direct"), path = "no_factor.rs")]
 mod factor;
-mod guess;
 mod guided;
+mod initial_guess;
 mod load_stiffness;
 mod mixed;
 mod operator;
@@ -32,7 +32,7 @@ pub mod solve;
 
 pub use cg::{CgError, CgInfo};
 pub use factor::{Factor, FactorState};
-pub use guided::scale as scale_allowed;
+pub use guided::scale as scale_guided;
 pub use load_stiffness::{edge_loads, has_free_rim, load_block, load_product};
 pub use mixed::{ActivePreconditioner, MixedPreconditioner, MixedSolver, MixedState};
 pub use operator::{Operator, ProductMemory};

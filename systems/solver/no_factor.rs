@@ -54,12 +54,12 @@ impl Factor {
     ///
     /// # Errors
     /// Always: there is none.
-    pub fn rescue(&mut self, _operator: &Operator, _free: &FreeAxes, _without: u32) -> Result<(), NoFactor> {
+    pub fn factor_now(&mut self, _operator: &Operator, _free: &FreeAxes, _without: u32) -> Result<(), NoFactor> {
         Err(NoFactor::Unavailable)
     }
 
     /// False.
-    pub fn is_rescued(&mut self) -> bool {
+    pub fn is_factored_now(&mut self) -> bool {
         false
     }
 
@@ -80,7 +80,7 @@ impl Factor {
     pub fn discard(&mut self) {}
 
     /// Nothing.
-    pub fn has_rested(&mut self, _iterations: u32) {}
+    pub fn has_paused(&mut self, _iterations: u32) {}
 
     /// Nothing.
     pub fn follow(&mut self, _record: &EditRecord) {}
@@ -95,12 +95,12 @@ impl Factor {
     }
 
     /// Zero.
-    pub fn descend(&mut self, _xr: &[[Vec4; 2]], _row: &[u32]) -> f64 {
+    pub fn forward_sweep(&mut self, _xr: &[[Vec4; 2]], _row: &[u32]) -> f64 {
         0.0
     }
 
     /// Zero.
-    pub fn ascend(&mut self, _xr: &[[Vec4; 2]], _row: &[u32], z: &mut [Vec4]) {
+    pub fn backward_sweep(&mut self, _xr: &[[Vec4; 2]], _row: &[u32], z: &mut [Vec4]) {
         z.fill(Vec4::ZERO);
     }
 }

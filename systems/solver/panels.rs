@@ -139,7 +139,7 @@ impl<T: Real> Panels<T> {
     }
 
     /// Forward sweep: replaces `column` b by L⁻¹·b; returns the scalar product b·(L·Lᵀ)⁻¹·b, the squared norm of the result.
-    pub(super) fn descend(&mut self) -> f64 {
+    pub(super) fn forward_sweep(&mut self) -> f64 {
         self.sweep(true);
         let mut sums = [0.0; LANES];
         for (i, &x) in self.column.iter().enumerate() {
@@ -150,7 +150,7 @@ impl<T: Real> Panels<T> {
     }
 
     /// Replaces `column` by L⁻ᵀ times it, the way up.
-    pub(super) fn ascend(&mut self) {
+    pub(super) fn backward_sweep(&mut self) {
         self.sweep(false);
     }
 

@@ -15,7 +15,7 @@ use glam::{DMat3, DVec3};
 /// The diagonal is raised by this fraction of its vertex' trace, so that a part that nothing holds (a fragment torn free, a slack flap
 /// out of its plane) has a factor. Conjugate gradients take the error out again: softer than this over its stiffest direction
 /// no usable body is.
-const SHIFT: f64 = 1e-10;
+const FACTOR_SHIFT: f64 = 1e-10;
 
 /// Where the entries of the matrix stand, for one set of triangles and free axes.
 #[derive(Debug)]
@@ -204,7 +204,7 @@ impl AxisPattern {
                     }
                 }
             }
-            let shift = SHIFT * axes(self.free[v]).map(|axis| own.col(axis)[axis].abs()).sum::<f64>();
+            let shift = FACTOR_SHIFT * axes(self.free[v]).map(|axis| own.col(axis)[axis].abs()).sum::<f64>();
             add(v, own + DMat3::from_diagonal(DVec3::splat(shift)));
             earlier.iter().for_each(|&w| offset[w as usize] = u32::MAX);
             offset[v] = u32::MAX;

@@ -61,13 +61,13 @@ pub fn solve(
     if let Some((mixed, _)) = &mut available.mixed {
         mixed.forget_operator();
     }
-    if !scratch.allowed.is_empty() {
+    if !scratch.guide_constraints.is_empty() {
         return guided::solve(operator, params, available, memory, x, scratch);
     }
     let start = Moment::now();
     let mut done = 0;
     if let Some((factor, how)) = &mut available.factor
-        && (*how == Refresh::Now || factor.is_rescued())
+        && (*how == Refresh::Now || factor.is_factored_now())
     {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
             scratch.rhs_backup.clone_from(&scratch.residual);
@@ -127,7 +127,7 @@ pub fn solve(
     if let Some((factor, Refresh::Background)) = &mut available.factor
         && done == 0
     {
-        factor.has_rested(info.iterations);
+        factor.has_paused(info.iterations);
     }
     Ok(CgInfo { iterations: done + info.iterations, ..info })
 }
@@ -168,7 +168,7 @@ fn solve_without_factor(
                 Err(_) => {}
             }
             if let Some((factor, Refresh::Background)) = &mut available.factor
-                && factor.rescue(operator, &scratch.free, done).is_ok()
+                && factor.factor_now(operator, &scratch.free, done).is_ok()
             {
                 let left = LinearParams { iterations: params.iterations - done, ..*params };
                 let info = solve_with_factor(operator, &left, MOST_WITH_FRESH_CHOLESKY, factor, memory, x, scratch)?;

@@ -53,7 +53,7 @@ pub fn of_part(world: &mut hecs::World, step: &StepContext) {
             continue;
         }
         let (external, folds, damping) = about;
-        let viscosity = damping.map_or(0.0, |d| d.time) * step.rate();
+        let viscosity = damping.map_or(0.0, |d| d.time) * step.inv_effective_dt();
         let (inertia, tangent) = (step.inertia(), result.tangent);
         let operator = Operator {
             external,

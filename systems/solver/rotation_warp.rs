@@ -10,7 +10,7 @@ use crate::systems::parallel;
 use glam::{DMat3, DVec3};
 
 /// Turns that all are smaller than this change no iteration: how far the ends of axes have moved.
-const SMALL: f64 = 0.1;
+const SMALL_TURN: f64 = 0.1;
 
 /// One in so many vertices tells whether any has turned: the time of a look at all of them is a tenth of a step's. A turn that
 /// fewer have made costs an iteration.
@@ -82,7 +82,7 @@ impl RotationWarp {
 }
 
 fn is_near([a, b]: [DVec3; 2], [p, q]: [DVec3; 2]) -> bool {
-    p.distance_squared(a) <= SMALL * SMALL && q.distance_squared(b) <= SMALL * SMALL
+    p.distance_squared(a) <= SMALL_TURN * SMALL_TURN && q.distance_squared(b) <= SMALL_TURN * SMALL_TURN
 }
 
 /// The rotation that takes one pair of axes to another.

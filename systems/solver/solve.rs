@@ -1,11 +1,11 @@
 //! The solve of a Newton iteration: imbalance, convergence, preconditioner, conjugate gradients, reactions.
 
 mod choice;
+mod early_stop;
 mod line_search;
-mod near;
-mod restraint;
+mod lm_damping;
 
-pub use restraint::restrain;
+pub use lm_damping::adapt_lm_damping;
 
 use super::{Available, CgError, CgInfo, Factor, MixedSolver, Operator, ProductMemory, reactions};
 use crate::components::{
@@ -18,9 +18,9 @@ use crate::storage::{Tips, Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::{StepContext, parallel, work};
 use choice::available;
+use early_stop::{motion_by_an_edge, scale_to_no_work, within_budget};
 use glam::DVec3;
 use line_search::{reject_increment, start_line_search};
-use near::{motion_by_an_edge, scale_to_no_work, within_budget};
 
 /// Relative residual of the linear solve of the first Newton iteration; later ones follow Eisenstat and Walker.
 const FIRST_NEWTON: f64 = 1e-4;
@@ -82,7 +82,7 @@ fn solve_body(
     // Before the first increment prescribed motion is still to come.
     let has_begun = result.newton_iterations > 1;
     scratch.least_imbalance = if has_begun { scratch.least_imbalance.min(imbalance_before) } else { f64::INFINITY };
-    (increment.is_fraction, increment.is_put_outside) = (false, false);
+    (increment.is_fraction, increment.has_projected_vertices) = (false, false);
     let force_scale = imbalance(vertices, forces, increment, (result, scratch), step);
     // At every evaluation, so that an iteration that stops short of its tolerance has reactions too.
     if step.newton_iterations > 1 {
@@ -105,12 +105,12 @@ fn solve_body(
     result.newton_iterations += 1;
     result.work = result.work.saturating_add(work::EVALUATION);
     result.work_of_advance = tearing.map_or(0, |_| work::of_advances(1, triangles.len()));
-    let restraint = restraint::inertia(step, scratch);
+    let lm_damping = lm_damping::inertia(step, scratch);
     let operator = Operator {
         external,
         folds,
-        inertia: step.inertia() + restraint,
-        viscosity: damping.map_or(0.0, |d| d.time) * step.rate(),
+        inertia: step.inertia() + lm_damping,
+        viscosity: damping.map_or(0.0, |d| d.time) * step.inv_effective_dt(),
         // A linear response is that of linear elasticity, whose load acts on the shape as it is.
         pressure: match pressure.filter(|_| step.is_static && step.newton_iterations > 1) {
             Some(pressure) if !super::has_free_rim((vertices, triangles, topology), &scratch.free) => {
@@ -135,8 +135,10 @@ fn solve_body(
     scratch.is_audited = step.asks_for_exact_residual(audit.is_some());
     let is_linear_step = !step.is_static && step.newton_iterations == 1;
     // The position tolerance is ignored in retries: in a short sub-step every motion is small against an edge.
-    let uses_position_tolerance =
-        is_linear_step && !step.is_retried && step.position_tolerance.is_finite() && scratch.allowed.is_empty();
+    let uses_position_tolerance = is_linear_step
+        && !step.is_retried
+        && step.position_tolerance.is_finite()
+        && scratch.guide_constraints.is_empty();
     // The norm that residuals are measured by: the largest right-hand side of the step. Newton's iterations, further solves of the energy
     // guard and fallbacks use their own.
     if !is_linear_step || step.is_correction || step.is_fallback {
@@ -165,8 +167,8 @@ fn solve_body(
             if uses_position_tolerance {
                 scale_to_no_work(&operator, &mut memory, increment, scratch);
             }
-            if restraint > 0.0 {
-                restraint::leave(restraint, vertices, increment, scratch);
+            if lm_damping > 0.0 {
+                lm_damping::leave(lm_damping, vertices, increment, scratch);
             }
             if is_linear_step {
                 scratch.residual_work = residual_work(increment, scratch);
@@ -251,7 +253,7 @@ fn imbalance(
     let of_vertices = scratch.residual.iter().zip(&scratch.free).map(|(r, f)| *r * *f);
     // A NaN is not small.
     let larger = |most: f64, r: DVec3| if r.is_finite() { most.max(r.abs().max_element()) } else { f64::INFINITY };
-    result.imbalance = of_vertices.fold(scratch.allowed.imbalance(&scratch.residual), larger);
+    result.imbalance = of_vertices.fold(scratch.guide_constraints.imbalance(&scratch.residual), larger);
     forces.scale
 }
 

@@ -1,6 +1,6 @@
 //! Faults of a body after a solve, and the way back to its last good state.
 
-use super::run::Aside;
+use super::run::Excluded;
 use crate::components::Fault;
 use crate::components::{
     EnergyAudit, Forceps, Grips, GuardLedger, Increment, Reactions, Sleeping, SolveResult, SolverScratch, TearDecisions,
@@ -52,7 +52,7 @@ pub fn is_finite(world: &mut World) -> bool {
 }
 
 /// Rolls back the bodies that a solve has left in no sound state, and excludes them. Returns whether there are others to go on with.
-pub(super) fn roll_back_unsound(world: &mut World, failed: &mut Aside) -> bool {
+pub(super) fn roll_back_unsound(world: &mut World, failed: &mut Excluded) -> bool {
     let unsound = world.query_mut::<(Entity, Judged)>().into_iter();
     let unsound: SmallVec<[(Entity, Fault); 1]> =
         unsound.filter_map(|(body, judged)| Some((body, fault_of(judged)?))).collect();
@@ -114,7 +114,7 @@ fn set_back(((vertices, increment, audit), (result, scratch, ledger), read): Sta
     result.forget_attempt();
     scratch.forget_attempt();
     ledger.forget_attempt();
-    scratch.readings.put_back(read);
+    scratch.outputs.put_back(read);
     if let Some(audit) = audit {
         audit.undo_step();
     }

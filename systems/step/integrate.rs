@@ -2,7 +2,7 @@
 //! ([`context`](crate::systems::context)).
 
 use crate::components::{
-    Forces, GuardLedger, Guide, HoldGuides, Holds, Increment, Planar, Read, Sleeping, SolveResult, SolverScratch,
+    Forces, GuardLedger, Guide, HoldGuides, Holds, Increment, OutputsMut, Planar, Sleeping, SolveResult, SolverScratch,
     TearDecisions,
 };
 use crate::storage::Vertices;
@@ -19,7 +19,7 @@ type Stage<'a> =
 /// The guess is the last increment scaled to this step along free axes, the prescribed displacement along the others.
 pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
     type Begun<'a> =
-        ((&'a mut SolveResult, &'a mut SolverScratch, &'a mut GuardLedger), Option<&'a Sleeping>, Read<'a>);
+        ((&'a mut SolveResult, &'a mut SolverScratch, &'a mut GuardLedger), Option<&'a Sleeping>, OutputsMut<'a>);
     for ((result, scratch, ledger), sleeping, read) in world.query_mut::<Begun>() {
         result.begin(sleeping.is_some_and(Sleeping::is_asleep));
         scratch.begin(read);
@@ -33,7 +33,7 @@ pub fn hold(world: &mut hecs::World, step: &StepContext) -> usize {
             increment.start.clone_from(&vertices.position);
             increment.start_velocity.clone_from(&vertices.velocity);
             increment.displacement.resize(n, DVec3::ZERO);
-            let scale = if step.is_static || increment.dt <= 0.0 { 0.0 } else { step.reach() / increment.dt };
+            let scale = if step.is_static || increment.dt <= 0.0 { 0.0 } else { step.stage_dt() / increment.dt };
             increment.delta.clear();
             increment.delta.extend(increment.displacement.iter().map(|&u| u * scale));
             increment.displacement.fill(DVec3::ZERO);
@@ -120,8 +120,10 @@ pub fn integrate(world: &mut hecs::World, step: &StepContext) -> usize {
             parallel::for_rows(displacement, |v, u| *u += delta[v]);
             let Increment { start, displacement, .. } = &*increment;
             parallel::for_rows(&mut vertices.position, |v, x| *x = start[v] + displacement[v]);
-            let rate = step.rate();
-            parallel::for_rows(&mut vertices.velocity, |v, x| *x = step.travel(increment, v) * rate);
+            let inv_effective_dt = step.inv_effective_dt();
+            parallel::for_rows(&mut vertices.velocity, |v, x| {
+                *x = step.velocity_displacement(increment, v) * inv_effective_dt
+            });
             if !step.is_static {
                 increment.delta.fill(DVec3::ZERO);
             }

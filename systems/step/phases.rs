@@ -7,7 +7,7 @@ use std::slice::from_ref;
 
 /// The stress error allowed before a tear advances, as part of that allowed otherwise. An advance cannot be undone, and the error
 /// at a tip may be several times that in the body as a whole.
-const DECISIVE: f64 = 0.2;
+const CORRECTOR_STRESS: f64 = 0.2;
 
 /// Upper bound of the relative residual for Newton corrections of a step that fails the energy check.
 const FURTHER: f64 = 1e-6;
@@ -19,7 +19,7 @@ const CONTACT_ROUNDS: u32 = 4;
 pub enum Phase {
     /// The systems of a stage, in the order of [`STEP`](super::schedule::STEP).
     Run(Stage),
-    /// Bodies left in no sound state are set back and put aside; the step ends where none is left.
+    /// Bodies left in no sound state are set back and excluded; the step ends where none is left.
     Check,
     /// Check of bodies as [`Check`](Self::Check), where the caller has systems of its own after the last one.
     CheckCallers,
@@ -65,9 +65,9 @@ pub const PHASES: &[Phase] = &[AtLeastOnce(Loop {
         Run(Stage::Judge),
         Check,
         When(is_linear, from_ref(&CONTACT)),
-        Run(Stage::Sides),
+        Run(Stage::PreventTunnelling),
         Run(Stage::Decide),
-        When(is_linear, from_ref(&TIP_SOLVE)),
+        When(is_linear, from_ref(&CORRECTOR)),
         Run(Stage::Account),
         Run(Stage::Tear),
         CheckCallers,
@@ -126,20 +126,20 @@ const CONTACT: Phase = While(Loop {
     most: |_| CONTACT_ROUNDS,
     context: |step, _| *step,
     phases: &[Group(LINEAR), Check],
-    used_up: &[Run(Stage::Outside), Check],
+    used_up: &[Run(Stage::Depenetrate), Check],
 });
 
 /// A second solve of the bodies whose tips will advance in this step. One linear solve leaves the linearisation error of the whole step, or
 /// of an advance that springs open, on which the path would depend (`fig2-tear`: 0.83 mm between dt = 10 and 5 ms; 0.03 mm with the
 /// second solve).
-const TIP_SOLVE: Phase = While(Loop {
+const CORRECTOR: Phase = While(Loop {
     needed: Stage::Advancing,
     most: |_| 1,
     context: |step, _| {
-        let stress_tolerance = DECISIVE * step.linear.stress_tolerance;
-        StepContext { is_decisive: true, linear: LinearParams { stress_tolerance, ..step.linear }, ..*step }
+        let stress_tolerance = CORRECTOR_STRESS * step.linear.stress_tolerance;
+        StepContext { is_corrector: true, linear: LinearParams { stress_tolerance, ..step.linear }, ..*step }
     },
-    phases: &[Group(LINEAR), Check, Run(Stage::Sides), Run(Stage::Decide)],
+    phases: &[Group(LINEAR), Check, Run(Stage::PreventTunnelling), Run(Stage::Decide)],
     used_up: &[],
 });
 

@@ -2,7 +2,7 @@
 
 use super::faults::report_to_forceps;
 use super::phases::PHASES;
-use super::run::{Aside, Running};
+use super::run::{Excluded, Running};
 use crate::components::{GuardLedger, SolveResult};
 use crate::math::elementary;
 use crate::settings::Settings;
@@ -38,7 +38,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
         return dt;
     }
     let mut done = running.list();
-    put_all_aside(world, &mut done);
+    exclude_all(world, &mut done);
     let mut most = if done.is_empty() { 0.0 } else { dt };
     for (body, result) in failed.drain(..) {
         // As in `give_back`.
@@ -59,7 +59,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
                     if ledger.is_step_limited { before + 1 } else { before.saturating_sub(1) };
             }
         }
-        put_all_aside(world, &mut done);
+        exclude_all(world, &mut done);
     }
     running.give_back(world, failed);
     running.give_back(world, done);
@@ -146,7 +146,7 @@ fn take_step_limited(world: &mut World) -> SmallVec<[(Entity, u32); 4]> {
 }
 
 /// Takes the result of their solves off all bodies, so that no system runs on them.
-fn put_all_aside(world: &mut World, list: &mut Aside) {
+fn exclude_all(world: &mut World, list: &mut Excluded) {
     let bodies = world.query_mut::<(Entity, &SolveResult)>().into_iter();
     let bodies: SmallVec<[Entity; 16]> = bodies.map(|(body, _)| body).collect();
     list.extend(bodies.into_iter().filter_map(|body| Some((body, world.remove_one::<SolveResult>(body).ok()?))));

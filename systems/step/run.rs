@@ -15,8 +15,8 @@ pub struct Running<'a> {
     pub schedule: &'a mut Schedule,
     /// Report of the systems.
     pub report: &'a mut Report,
-    /// Lists of bodies put aside that are empty again.
-    pub spare: &'a mut Vec<Aside>,
+    /// Lists of bodies excluded that are empty again.
+    pub spare: &'a mut Vec<Excluded>,
 }
 
 impl Running<'_> {
@@ -25,8 +25,8 @@ impl Running<'_> {
         self.schedule.run_stage(world, step, stage, &mut self.report.systems)
     }
 
-    /// Runs a step. Bodies that a solve leaves in no sound state are set back and put aside into `failed`.
-    pub fn step(&mut self, world: &mut World, step: &StepContext, phases: &[Phase], failed: &mut Aside) {
+    /// Runs a step. Bodies that a solve leaves in no sound state are set back and excluded into `failed`.
+    pub fn step(&mut self, world: &mut World, step: &StepContext, phases: &[Phase], failed: &mut Excluded) {
         // Where it ended early, no sound body was left or a caller wrote invalid data.
         let _ = self.phases(world, step, phases, failed);
     }
@@ -36,7 +36,7 @@ impl Running<'_> {
         world: &mut World,
         step: &StepContext,
         phases: &[Phase],
-        failed: &mut Aside,
+        failed: &mut Excluded,
     ) -> ControlFlow<()> {
         for phase in phases {
             match phase {
@@ -63,7 +63,7 @@ impl Running<'_> {
         world: &mut World,
         step: &StepContext,
         (rounds, made): (&Loop, u32),
-        failed: &mut Aside,
+        failed: &mut Excluded,
     ) -> ControlFlow<()> {
         let most = made + (rounds.most)(step);
         for round in made..most {
@@ -79,18 +79,18 @@ impl Running<'_> {
     }
 
     /// Ends the step where no sound body is left or a caller's system has written invalid data.
-    fn check(&self, world: &mut World, failed: &mut Aside) -> ControlFlow<()> {
+    fn check(&self, world: &mut World, failed: &mut Excluded) -> ControlFlow<()> {
         let may_go_on = !self.schedule.has_invalid_caller_data() && roll_back_unsound(world, failed);
         if may_go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 
     /// An empty list of bodies.
-    pub(super) fn list(&mut self) -> Aside {
+    pub(super) fn list(&mut self) -> Excluded {
         self.spare.pop().unwrap_or_default()
     }
 
     /// Gives the bodies of a list back the result of their solves, and keeps the list.
-    pub(super) fn give_back(&mut self, world: &mut World, mut list: Aside) {
+    pub(super) fn give_back(&mut self, world: &mut World, mut list: Excluded) {
         for (body, result) in list.drain(..) {
             // The body is there: nothing has been despawned.
             let _ = world.insert_one(body, result);
@@ -100,4 +100,4 @@ impl Running<'_> {
 }
 
 /// Bodies that no system runs on for a while, with the result of their solves: without it none does.
-pub type Aside = Vec<(Entity, SolveResult)>;
+pub type Excluded = Vec<(Entity, SolveResult)>;

@@ -36,10 +36,10 @@ pub enum Stage {
     /// Selects and counts the bodies of which a solve has carried a vertex deep into an obstacle, or through it.
     Penetrating,
     /// Depenetration where the rounds of contact are used up and a vertex is still deep in an obstacle.
-    Outside,
-    /// Clamp against tunnelling: after contact in each pass, and after the solve for the tips.
-    Sides,
-    /// The criterion on the state that the iterations have reached; once more after a solve for the tips.
+    Depenetrate,
+    /// Clamp against tunnelling: after contact in each pass, and after the corrector solve.
+    PreventTunnelling,
+    /// The criterion on the state that the iterations have reached; once more after a corrector solve.
     Decide,
     /// Selects and counts the bodies whose tips will advance in this step.
     Advancing,
@@ -107,8 +107,8 @@ pub const STEP: &[System] = &[
     system("solve: end", Stage::Solved, systems::solver::solve::end),
     system("energy guard: end", Stage::Judge, systems::guard::nonlinear::enforce),
     system("contact: penetrating", Stage::Penetrating, systems::contact::penetrating),
-    system("contact: outside", Stage::Outside, systems::contact::put_outside),
-    system("contact: sides", Stage::Sides, systems::contact::keep_sides),
+    system("contact: depenetrate", Stage::Depenetrate, systems::contact::depenetrate),
+    system("contact: prevent tunnelling", Stage::PreventTunnelling, systems::contact::prevent_tunnelling),
     system("criterion", Stage::Decide, systems::fracture::criterion::criterion),
     system("split: advancing", Stage::Advancing, systems::fracture::advancing),
     system("energy audit: account", Stage::Account, systems::guard::audit::account),

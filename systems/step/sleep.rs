@@ -175,7 +175,7 @@ fn strain_of(triangles: &Triangles, t: usize, moved: impl Fn(usize) -> f64) -> f
 fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
     let Some((tearing, tips, decisions)) = tears else { return true };
     let ((_, triangles, _), (frames, ..), _) = body;
-    let least = tearing.strength_transverse.min(tearing.strength_fibre) * triangles.least_strength();
+    let least = tearing.strength_along_fibres.min(tearing.strength_across_fibres) * triangles.least_strength();
     let stiffest = (0..triangles.len())
         .map(|t| frames.stiffness(triangles, t))
         .map(|q| q.q11.max(q.q22) + q.q12.abs() + q.q66)
@@ -183,7 +183,7 @@ fn will_stay(sleeping: &Sleeping, body: &Body, tears: TearState) -> bool {
     let more = stiffest * sleeping.strain;
     let is_sound = || frames.states().all(|state| state.stress.principal_values().0 + more <= least);
     tips.criterion.iter().all(|c| c + more / least <= 1.0)
-        && decisions.refused_start.is_none()
+        && decisions.refused_nucleation.is_none()
         && (!tearing.may_initiate || is_sound())
 }
 
@@ -208,13 +208,13 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
         ..Operator::membrane((vertices, triangles, topology, frames), Tangent::Rotated)
     };
     // Guided vertices count as held: the forces that move them are in balance, or the body is not at rest.
-    let allowed = std::mem::take(&mut scratch.allowed);
+    let guide_constraints = std::mem::take(&mut scratch.guide_constraints);
     let mut is_converged = true;
     for is_momentum in [false, true] {
         for (v, x) in increment.delta.iter_mut().enumerate() {
             let own = DVec3::ONE - scratch.free[v];
             *x = if is_momentum { DVec3::ZERO } else { state.first_guess[v] * own };
-            let momentum = vertices.velocity[v] * (vertices.mass[v] * step.rate());
+            let momentum = vertices.velocity[v] * (vertices.mass[v] * step.inv_effective_dt());
             scratch.residual[v] = if is_momentum { momentum } else { forces.nodal[v] };
         }
         scratch.reference_sq = 0.0;
@@ -224,7 +224,7 @@ fn strain_left(state: &mut SleepState, body: &mut Body, step: &StepContext) -> f
         is_converged &= answer.is_ok_and(|info| info.relative_residual <= TRIAL.tolerance);
         state.left.iter_mut().zip(&increment.delta).for_each(|(left, x)| *left += x.length());
     }
-    scratch.allowed = allowed;
+    scratch.guide_constraints = guide_constraints;
     // This operator is no step's.
     mixed.forget_operator();
     increment.delta.copy_from_slice(&state.first_guess);

@@ -34,12 +34,12 @@ pub struct Square {
 
 impl Square {
     pub fn new(cells: [usize; 2], fibre: f64) -> Self {
-        let (material, tearing) = (Material::figure_2(), Tearing::default());
+        let (material, tearing) = (Material::allard_2009(), Tearing::default());
         Self { cells, material, fibre, tearing, notches: vec![NOTCH] }
     }
 
     pub fn isotropic(cells: [usize; 2]) -> Self {
-        let tearing = Tearing { strength_fibre: 0.2, strength_transverse: 0.2, ..Tearing::default() };
+        let tearing = Tearing { strength_across_fibres: 0.2, strength_along_fibres: 0.2, ..Tearing::default() };
         Self { material: Material::isotropic(3.0, 0.3, 0.1), tearing, ..Self::new(cells, 0.0) }
     }
 
@@ -171,7 +171,7 @@ impl Run {
         self.simulation.world().get::<&Triangles>(self.body).unwrap().len()
     }
 
-    pub fn piece_count(&self) -> usize {
+    pub fn fragment_count(&self) -> usize {
         self.simulation.world().get::<&Topology>(self.body).unwrap().components().0
     }
 

@@ -17,7 +17,7 @@ const CENTRE: DVec3 = DVec3::new(5.0, 5.0, 0.0);
 /// A square whose vertices are all held in place, pinched in the middle.
 fn pinched(cells: usize) -> Membrane {
     let mesh = generate::grid(10.0, 10.0, cells, cells).unwrap();
-    let sheet = Membrane::new("sheet", mesh, Material::figure_2());
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009());
     let members = Attached::new(sheet.select(|_| true).into_iter().map(|row| (row, DVec3::ZERO)));
     let grip = Grip {
         name: "forceps".into(),

@@ -17,7 +17,7 @@ const RADIUS: f64 = 0.5;
 fn slit(sheet: impl FnOnce(Membrane) -> Membrane) -> (Simulation, Entity) {
     let mesh = generate::grid(10.0, 10.0, 40, 40).unwrap();
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
-    let body = simulation.spawn(sheet(Membrane::new("sheet", mesh, Material::figure_2()))).unwrap();
+    let body = simulation.spawn(sheet(Membrane::new("sheet", mesh, Material::allard_2009()))).unwrap();
     simulation.cut(body, &[DVec3::new(0.0, 5.0, 0.0), DVec3::new(6.0, 5.0, 0.0)]).unwrap();
     (simulation, body)
 }

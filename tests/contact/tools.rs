@@ -19,7 +19,7 @@ const CENTRE: DVec3 = DVec3::new(5.0, 5.0, 0.0);
 /// A square of 10 mm, its left edge clamped.
 fn square(cells: usize) -> Membrane {
     let mesh = generate::grid(SIDE, SIDE, cells, cells).unwrap();
-    let sheet = Membrane::new("sheet", mesh, Material::figure_2());
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009());
     let members = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|row| (row, DVec3::ZERO)));
     sheet.hold(Hold { name: "left".into(), members, axes: [true; 3], curve: Curve::constant(0.0) })
 }

@@ -173,8 +173,8 @@ fn absurd(kind: usize, s: &mut Simulation, actors: [hecs::Entity; 4], way: Way, 
         12 => put(s, body, way, Bending { stiffness: d.some() }),
         13 => {
             let tearing = Tearing {
-                strength_fibre: d.number(),
-                strength_transverse: d.number(),
+                strength_across_fibres: d.number(),
+                strength_along_fibres: d.number(),
                 exponent: d.number(),
                 cone: d.number(),
                 radius: d.number(),
@@ -228,7 +228,7 @@ fn state(s: &mut Simulation, body: hecs::Entity, d: &mut Dice) {
                 previous: d.point(),
                 ideal: d.point(),
                 criterion: d.number(),
-                allowance: d.number(),
+                advance_budget: d.number(),
                 is_refused: false,
                 is_coarse: false,
             });
@@ -240,7 +240,7 @@ fn state(s: &mut Simulation, body: hecs::Entity, d: &mut Dice) {
         }
         7 => s.world_mut().insert(body, (Frames::default(), Forces::default(), Reactions::default())).unwrap(),
         _ => {
-            let swept = Swept { from: d.shape(), turn: None };
+            let swept = ObstacleMotion { from: d.shape(), turn: None };
             s.world_mut().insert_one(body, swept).unwrap();
         }
     }
@@ -253,7 +253,7 @@ fn good() -> (Simulation, [hecs::Entity; 4]) {
         ..Settings::default()
     })
     .unwrap();
-    let sheet = Membrane::new("sheet", generate::grid(4.0, 3.0, 4, 3).unwrap(), Material::figure_2());
+    let sheet = Membrane::new("sheet", generate::grid(4.0, 3.0, 4, 3).unwrap(), Material::allard_2009());
     let members = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|row| (row, DVec3::X)));
     let hold = Hold { name: "left".into(), members, axes: [true; 3], curve: Curve::ramp(10.0, 0.1).unwrap() };
     let sheet = sheet.hold(hold).with(Tearing { radius: 1.0, ..Tearing::default() }).with(Contact::default());

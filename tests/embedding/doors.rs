@@ -18,7 +18,7 @@ pub(super) fn simulation() -> Simulation {
 }
 
 fn sheet() -> Membrane {
-    Membrane::new("sheet", generate::grid(4.0, 3.0, 4, 3).unwrap(), Material::figure_2())
+    Membrane::new("sheet", generate::grid(4.0, 3.0, 4, 3).unwrap(), Material::allard_2009())
 }
 
 fn hold(rows: impl IntoIterator<Item = u32>) -> Hold {
@@ -152,7 +152,7 @@ fn what_is_set_acts_as_what_was_spawned_with() {
     }
     assert_eq!(set.hash(), spawned.hash());
     // And each can be taken off again.
-    assert!(matches!(set.unset::<Tearing>(body), Err(SetError::Refused(_))), "refinement needs it");
+    assert!(matches!(set.unset::<Tearing>(body), Err(SetError::Rejected(_))), "refinement needs it");
     assert_eq!(set.unset::<Refinement>(body), Ok(true));
     assert_eq!(set.unset::<EnergyCriterion>(body), Ok(true));
     assert_eq!(set.unset::<Tearing>(body), Ok(true));
@@ -218,8 +218,8 @@ fn what_is_set_wrongly_changes_nothing_and_is_named() {
     refused(s.set(body, Holds { groups: vec![hold([3]), hold([3])] }), &["both prescribe"]);
     refused(s.set(body, pinched(MISSING)), &["Grips", "vertex 99"]);
     refused(
-        s.set(body, Tearing { strength_fibre: -1.0, ..Tearing::default() }),
-        &["Tearing", "strength_fibre", "-1.0"],
+        s.set(body, Tearing { strength_across_fibres: -1.0, ..Tearing::default() }),
+        &["Tearing", "strength_across_fibres", "-1.0"],
     );
     refused(s.set(body, Sleeping { strain: 0.0, ..Sleeping::default() }), &["Sleeping"]);
     refused(s.set(body, rhexis::math::StiffeningFibres { k1: -1.0, k2: 1.0 }), &["k1 of the stiffening fibres"]);
@@ -301,8 +301,8 @@ fn what_was_written_past_the_calls_is_refused_at_the_next_step() {
     written(&["EdgeLoads", "boundary"], insert(edge_loads([6, 7])), remove::<EdgeLoads>);
     written(&["Grips", "vertex 99"], insert(pinched(MISSING)), remove::<Grips>);
     written(
-        &["Tearing", "strength_fibre"],
-        insert(Tearing { strength_fibre: -1.0, ..Tearing::default() }),
+        &["Tearing", "strength_across_fibres"],
+        insert(Tearing { strength_across_fibres: -1.0, ..Tearing::default() }),
         remove::<Tearing>,
     );
     written(&["refinement goes with"], insert(Refinement::default()), remove::<Refinement>);

@@ -21,7 +21,7 @@ const FALL: f64 = 9.81e-3;
 fn sheet(settings: Settings, hangs: bool) -> (Simulation, hecs::Entity) {
     let mut simulation = Simulation::new(settings).unwrap();
     let mesh = generate::grid(20.0, 20.0, 16, 16).unwrap();
-    let sheet = Membrane::new("cloth", mesh, Material { density: 1e-3, ..Material::figure_2() })
+    let sheet = Membrane::new("cloth", mesh, Material { density: 1e-3, ..Material::allard_2009() })
         .fibres(Fibres::at_degrees(20.0))
         .with(Gravity { acceleration: DVec3::new(0.0, 0.0, -FALL) })
         .with(Damping { time: 1.0 })
@@ -118,7 +118,7 @@ fn most_work(settings: Settings) -> (u32, [u32; 4]) {
         simulation.move_forceps(forceps, Pose::at(start + way * 12.0), DT).unwrap();
         let report = &simulation.step(DT).unwrap().bodies[0];
         most = most.max(report.work);
-        let (undone, in_part) = (report.guard.refusals(), u32::from(report.went_part_of_way));
+        let (undone, in_part) = (report.guard.refusals(), u32::from(report.any_substep_limited));
         let undecided = u32::from(report.is_tear_undecided);
         let advances =
             simulation.drain_events().filter(|e| matches!(e.kind, EventKind::Advanced { .. })).count() as u32;
@@ -154,7 +154,7 @@ fn no_step_under_a_rough_hand_goes_above_its_budget() {
 /// the triangles that refinement had halved by then.
 fn two_tears(budget: Option<u32>, refinement: Option<Refinement>) -> Vec<(Vec<DVec3>, u32)> {
     let mesh = generate::grid(30.0, 30.0, 30, 25).unwrap();
-    let mut sheet = Membrane::new("sheet", mesh, Material::figure_2())
+    let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009())
         .fibres(Fibres::at_degrees(90.0))
         .planar()
         .with(Tearing::default())

@@ -15,7 +15,7 @@ fn two_sheets(threads: usize, is_crumpled: bool) -> Simulation {
     let mut simulation = Simulation::new(Settings { threads, ..Settings::default() }).unwrap();
     for name in ["at rest", "crumpled"] {
         let mesh = generate::grid(10.0, 10.0, 8, 8).unwrap();
-        let sheet = Membrane::new(name, mesh, Material { thickness: 0.015, ..Material::figure_2() });
+        let sheet = Membrane::new(name, mesh, Material { thickness: 0.015, ..Material::allard_2009() });
         let body = simulation.spawn(sheet.fibres(Fibres::at_degrees(30.0))).unwrap();
         if name == "crumpled" && is_crumpled {
             let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
@@ -43,7 +43,7 @@ fn refusals_have_a_body_a_cause_and_a_place() {
         assert_eq!(rest, GuardFigures::default());
         // Every attempt that is undone is tried again, but for the last one of a step that fails.
         assert_eq!(crumpled.refusals(), report.rolled_back);
-        assert_eq!(crumpled.limitations() > 0, report.bodies[1].went_part_of_way);
+        assert_eq!(crumpled.limitations() > 0, report.bodies[1].any_substep_limited);
         assert_eq!(crumpled.relaxations() > 0, report.bodies[1].relaxed_vertices > 0);
         let changes = crumpled.limitations() + crumpled.relaxations();
         assert_eq!(crumpled.has_acted(), crumpled.refusals() + changes > 0);
@@ -86,7 +86,7 @@ fn what_is_not_finite_names_its_vertex() {
     assert_eq!(guard.first.and_then(|place| place.vertex), Some(17), "{guard:?}");
 }
 
-/// Where one or two triangles create the energy, their vertices find their own way in the whole step.
+/// Where one or two triangles create the energy, their vertices are relaxed locally in the whole step.
 #[test]
 fn a_spike_is_relaxed_without_a_retry() {
     let mut simulation = two_sheets(1, true);

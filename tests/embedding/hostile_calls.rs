@@ -15,7 +15,7 @@ use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};
 const HOSTILE: [f64; 8] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1e308, 1e-308, -1.0, -0.0];
 
 fn sheet() -> Membrane {
-    let mut sheet = Membrane::new("sheet", generate::grid(4.0, 2.0, 8, 4).unwrap(), Material::figure_2())
+    let mut sheet = Membrane::new("sheet", generate::grid(4.0, 2.0, 8, 4).unwrap(), Material::allard_2009())
         .planar()
         .with(Tearing { radius: 0.5, ..Tearing::default() });
     for (name, x, way) in [("left", 0.0, DVec3::NEG_X), ("right", 4.0, DVec3::X)] {
@@ -306,8 +306,8 @@ fn parameters_poisoned_after_spawning_are_contained() {
         {
             let mut tearing = simulation.world().get::<&mut Tearing>(body).unwrap();
             *tearing = Tearing {
-                strength_fibre: value,
-                strength_transverse: value,
+                strength_across_fibres: value,
+                strength_along_fibres: value,
                 exponent: value,
                 cone: value,
                 radius: value,

@@ -32,7 +32,7 @@ fn obstacles_and_tools_are_judged_when_they_are_put_in_and_moved() {
         ));
         assert!(s.spawn_moving_obstacle(Obstacle { shape: shape.clone() }, Path::default()).is_err());
         assert!(matches!(s.move_obstacle(ball, shape.clone()), Err(SimulationError::Written(_))), "{shape:?}");
-        assert!(matches!(s.set(ball, Obstacle { shape: shape.clone() }), Err(SetError::Refused(_))), "{shape:?}");
+        assert!(matches!(s.set(ball, Obstacle { shape: shape.clone() }), Err(SetError::Rejected(_))), "{shape:?}");
     }
     let path = Path { points: vec![(0.0, NAN)] };
     assert!(s.spawn_moving_obstacle(Obstacle { shape: sphere(1.0) }, path).is_err());

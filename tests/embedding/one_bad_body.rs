@@ -15,7 +15,7 @@ use rhexis::storage::Vertices;
 /// A sheet that nothing holds, crumpled by as much as its own size: its steps are retried down to the smallest parts.
 fn crumpled(simulation: &mut Simulation) -> Entity {
     let mesh = generate::grid(10.0, 10.0, 8, 8).unwrap();
-    let sheet = Membrane::new("crumpled", mesh, Material { thickness: 0.015, ..Material::figure_2() });
+    let sheet = Membrane::new("crumpled", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
     let body = simulation.spawn(sheet.fibres(Fibres::at_degrees(30.0))).unwrap();
     let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();
     for (v, x) in vertices.position.iter_mut().enumerate() {
@@ -29,7 +29,7 @@ fn crumpled(simulation: &mut Simulation) -> Entity {
 /// A sheet that nothing holds, one corner of which is drawn out to a spike: as it swings back a step is retried in halves.
 fn spiked(simulation: &mut Simulation) -> Entity {
     let mesh = generate::grid(10.0, 10.0, 8, 8).unwrap();
-    let sheet = Membrane::new("spiked", mesh, Material { thickness: 0.015, ..Material::figure_2() });
+    let sheet = Membrane::new("spiked", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
     let body = simulation.spawn(sheet.fibres(Fibres::at_degrees(30.0))).unwrap();
     simulation.world().get::<&mut Vertices>(body).unwrap().position[0] += DVec3::new(0.9, 0.7, 4.0);
     body
@@ -44,7 +44,7 @@ fn torn(settings: Settings, steps: usize, mut other: impl FnMut(&mut Simulation)
     for _ in 0..steps {
         let report = simulation.step(2.0 * DT).unwrap();
         let own = report.bodies.iter().find(|report| report.body == body).unwrap();
-        assert!(own.fault.is_none() && !own.is_held_back);
+        assert!(own.fault.is_none() && !own.is_step_limited);
         retried += report.rolled_back;
     }
     assert_eq!(simulation.time(), 2.0 * DT * steps as f64);

@@ -124,7 +124,7 @@ fn a_torn_body_goes_on_as_it_would_have() {
         run
     };
     let [straight, sorted] = [false, true].map(tear);
-    assert_eq!(sorted.piece_count(), 2);
+    assert_eq!(sorted.fragment_count(), 2);
     assert_eq!(straight.log().advance_count, sorted.log().advance_count);
     // Sums in another order, and a factor made anew: solves of a tolerance of 1e-4 differ by as much, and so does the way.
     assert!(straight.end().distance(sorted.end()) < 0.02, "{} {}", straight.end(), sorted.end());
@@ -144,7 +144,7 @@ fn what_was_told_of_vertices_that_are_gone_is_no_matter() {
     let is_gone = |run: &Run, key| run.vertices().row(key).is_none();
     run.run_until(60, |run| made.iter().any(|&key| is_gone(run, key)));
     let gone = *made.iter().find(|&&key| is_gone(&run, key)).unwrap();
-    run.simulation.entity_mut::<&mut TearDecisions>(body).unwrap().refused_start = Some(RefusedSite::Vertex(gone));
+    run.simulation.entity_mut::<&mut TearDecisions>(body).unwrap().refused_nucleation = Some(RefusedSite::Vertex(gone));
     run.simulation.reorder(body).unwrap();
     let decisions = run.simulation.world().get::<&TearDecisions>(body).unwrap();
     let count = run.vertices().len() as u32;

@@ -72,7 +72,7 @@ fn every_call_is_repeated() {
 fn tools_are_repeated_and_restored() {
     let mut s = simulation();
     let mesh = generate::grid(16.0, 14.0, 16, 14).unwrap();
-    let mut sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(60.0));
+    let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(60.0));
     let members = Attached::new(sheet.select(|p| p.x == 0.0 || p.x == 16.0).into_iter().map(|row| (row, DVec3::ZERO)));
     sheet = sheet.hold(Hold { name: "sides".into(), members, axes: [true; 3], curve: Curve::constant(0.0) });
     sheet = sheet.with(Bending::default()).with(Contact::default()).with(Tearing::default());

@@ -20,7 +20,7 @@ fn drawn_out(u: f64, tearing: Tearing) -> Membrane {
 }
 
 fn strong() -> Tearing {
-    Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() }
+    Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() }
 }
 
 fn simulation() -> Simulation {
@@ -165,7 +165,8 @@ fn a_body_that_may_tear_or_is_audited_stays_awake() {
     };
     for (below, sleeps) in [(1e-2, true), (1e-7, false)] {
         let strength = 1e6 * criterion * (1.0 + below);
-        let tearing = Tearing { strength_fibre: strength, strength_transverse: strength, ..Tearing::default() };
+        let tearing =
+            Tearing { strength_across_fibres: strength, strength_along_fibres: strength, ..Tearing::default() };
         let mut simulation = simulation();
         let body = simulation.spawn(drawn_out(0.3, tearing).with(Sleeping::default())).unwrap();
         simulation.cut(body, &common::NOTCH).unwrap();
@@ -248,7 +249,7 @@ fn contact_leaves_a_body_alone_that_falls_asleep_in_the_first_stage() {
         let mut simulation = Simulation::new(settings).unwrap();
         // So large a strain that the push of the ball does not keep the sheet awake.
         let sleeping = Sleeping { strain, steps: 1, ..Sleeping::default() };
-        let sheet = Membrane::new("sheet", generate::grid(4.0, 4.0, 4, 4).unwrap(), Material::figure_2());
+        let sheet = Membrane::new("sheet", generate::grid(4.0, 4.0, 4, 4).unwrap(), Material::allard_2009());
         let contact = Contact { stiffness: None, friction: 0.2 };
         let body = simulation.spawn(sheet.with(contact).with(sleeping)).unwrap();
         let ball = Shape::Sphere { centre: dvec3(2.0, 2.0, from), radius: 1.0 };

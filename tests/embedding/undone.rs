@@ -22,7 +22,7 @@ fn simulation() -> Simulation {
 /// A sheet drawn out at one edge, in rigid jaws at another place, on a plane.
 fn sheet() -> Membrane {
     let mesh = generate::grid(4.0, 3.0, 8, 6).unwrap();
-    let sheet = Membrane::new("sheet", mesh, Material::figure_2());
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009());
     let members = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|row| (row, DVec3::NEG_X)));
     let curve = Curve::ramp(10.0, 0.2).unwrap();
     let grip = Grip {
@@ -175,7 +175,7 @@ fn no_order_of_calls_panics_on_a_body_that_bends() {
     for first in 0..calls.len() {
         for second in 0..calls.len() {
             let mut simulation = simulation();
-            let sheet = Membrane::new("sheet", generate::grid(4.0, 4.0, 4, 4).unwrap(), Material::figure_2());
+            let sheet = Membrane::new("sheet", generate::grid(4.0, 4.0, 4, 4).unwrap(), Material::allard_2009());
             let body = simulation.spawn(sheet.with(Bending { stiffness: Some(1e-2) })).unwrap();
             let keys = simulation.view(body).unwrap().vertex_keys.to_vec();
             simulation.pin(body, "needle", &[keys[22], keys[23], keys[17]]).unwrap();

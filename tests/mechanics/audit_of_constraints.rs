@@ -14,7 +14,7 @@ use rhexis::storage::{Attached, Vertices};
 
 fn sheet(is_planar: bool) -> Membrane {
     let mesh = generate::grid(10.0, 10.0, 10, 10).unwrap();
-    let sheet = Membrane::new("sheet", mesh, Material::figure_2());
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009());
     let members = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|row| (row, DVec3::ZERO)));
     let hold = Hold { name: "left".into(), members, axes: [true; 3], curve: Curve::constant(0.0) };
     let sheet = sheet.hold(hold).with(Damping { time: 0.1 }).with(Drag { coefficient: 1e-4 });
@@ -103,8 +103,8 @@ fn putting_tissue_outside_a_moving_obstacle_is_a_term_of_its_own() {
     let rim = skin.select(|p| p.length() > 14.99);
     let members = Attached::new(rim.into_iter().map(|row| (row, DVec3::ZERO)));
     let tearing = Tearing {
-        strength_fibre: 0.35,
-        strength_transverse: 0.35,
+        strength_across_fibres: 0.35,
+        strength_along_fibres: 0.35,
         may_initiate: true,
         max_tear_speed: 1.0,
         ..Tearing::default()
@@ -121,25 +121,25 @@ fn putting_tissue_outside_a_moving_obstacle_is_a_term_of_its_own() {
     simulation
         .spawn_moving_obstacle(Obstacle { shape }, Path { points: vec![(0.0, DVec3::ZERO), (1500.0, DVec3::Z * 20.0)] })
         .unwrap();
-    let mut is_put_outside = false;
+    let mut any_vertex_projected = false;
     for _ in 0..200 {
         let report = simulation.step(5.0).unwrap();
-        is_put_outside |= report.bodies[0].is_put_outside;
+        any_vertex_projected |= report.bodies[0].any_vertex_projected;
         let b = balance(&mut simulation, body);
         // Quadrature of the true work of triangles that spring open far in one step.
         assert!(b.relative_imbalance() < 1e-5, "{:e}: {b:?}", b.relative_imbalance());
     }
     let b = balance(&mut simulation, body);
     println!("{b:?}");
-    assert!(is_put_outside && b.unbalanced != 0.0, "{b:?}");
+    assert!(any_vertex_projected && b.unbalanced != 0.0, "{b:?}");
 }
 
-/// A crumpled sheet that nothing holds: its steps go only a part of their way, or some of its vertices find their own.
+/// A crumpled sheet that nothing holds: its steps go only a part of their way, or some of its vertices are relaxed locally.
 #[test]
 fn steps_that_do_not_go_the_solves_way_close_their_balance() {
     let mut simulation = simulation();
     let mesh = generate::grid(10.0, 10.0, 8, 8).unwrap();
-    let sheet = Membrane::new("crumpled", mesh, Material { thickness: 0.015, ..Material::figure_2() });
+    let sheet = Membrane::new("crumpled", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
     let body = simulation.spawn(sheet.fibres(Fibres::at_degrees(30.0)).with(EnergyAudit::default())).unwrap();
     for (v, x) in simulation.entity_mut::<&mut Vertices>(body).unwrap().position.iter_mut().enumerate() {
         let phase = v as f64;
@@ -148,7 +148,7 @@ fn steps_that_do_not_go_the_solves_way_close_their_balance() {
     let mut parts = 0;
     for _ in 0..25 {
         let report = &simulation.step(20.0).unwrap().bodies[0];
-        parts += u32::from(report.went_part_of_way || report.relaxed_vertices > 0);
+        parts += u32::from(report.any_substep_limited || report.relaxed_vertices > 0);
         let b = balance(&mut simulation, body);
         // Quadrature along the ways of triangles that are turned over.
         assert!(b.relative_imbalance() < 1e-4, "{:e}: {b:?}", b.relative_imbalance());
@@ -168,13 +168,13 @@ fn a_spike_at_an_edge_holds_nobody_up() {
     let middle = (mesh.positions[a] + mesh.positions[b]) * 0.5;
     mesh.positions.push(middle - DVec3::Y * 0.15);
     mesh.triangles.push([b as u32, a as u32, tip]);
-    let sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::figure_2() });
+    let sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
     let body = simulation.spawn(sheet.with(EnergyAudit::default())).unwrap();
     simulation.entity_mut::<&mut Vertices>(body).unwrap().position[tip as usize] += DVec3::new(1.5, -0.5, 0.8);
     let mut relaxed = 0;
     for _ in 0..25 {
         let report = simulation.step(20.0).unwrap();
-        assert!(report.rolled_back <= 1 && !report.bodies[0].went_part_of_way, "{report:?}");
+        assert!(report.rolled_back <= 1 && !report.bodies[0].any_substep_limited, "{report:?}");
         relaxed = relaxed.max(report.bodies[0].relaxed_vertices);
         let b = balance(&mut simulation, body);
         // Quadrature along the way of the spike, which is turned over.

@@ -18,7 +18,7 @@ fn sheet(is_planar: bool, settings: Settings) -> (Simulation, Entity) {
 
 fn spawned(settings: Settings, kind: impl Fn(Membrane) -> Membrane) -> (Simulation, Entity) {
     let mesh = generate::grid(10.0, 10.0, 10, 10).unwrap();
-    let mut sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::figure_2() });
+    let mut sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
     sheet = kind(sheet.fibres(Fibres::at_degrees(30.0)));
     let mut simulation = Simulation::new(Settings { threads: 1, ..settings }).unwrap();
     let body = simulation.spawn(sheet).unwrap();
@@ -165,7 +165,7 @@ fn work_that_is_done_on_a_body_is_not_taken_for_its_own() {
 /// A taut sheet in a plane that is drawn out on, from a twentieth to a tenth within so many ms, and aside, in a field of gravity.
 fn drawn(settings: Settings, over: f64) -> (Simulation, Entity) {
     let mesh = generate::grid(10.0, 10.0, 10, 10).unwrap();
-    let material = Material { thickness: 0.1, ..Material::figure_2() };
+    let material = Material { thickness: 0.1, ..Material::allard_2009() };
     let mut sheet = Membrane::new("sheet", mesh, material).fibres(Fibres::at_degrees(30.0)).planar();
     for (name, x, way) in [("left", 0.0, DVec3::ZERO), ("right", 10.0, DVec3::new(1.0, 0.3, 0.0))] {
         let members = Attached::new(sheet.select(|p| p.x == x).into_iter().map(|vertex| (vertex, way)));

@@ -11,7 +11,7 @@ use rhexis::storage::{Topology, Triangles, Vertices};
 #[test]
 fn a_cut_through_a_loaded_edge_keeps_its_length_and_its_edges_on_the_boundary() {
     let mesh = generate::grid(4.0, 3.0, 4, 3).unwrap();
-    let sheet = Membrane::new("sheet", mesh, Material::figure_2()).planar();
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).planar();
     let top = sheet.select(|p| p.y == 3.0);
     let edges = top.windows(2).map(|pair| [pair[0], pair[1]]).collect();
     let load = EdgeLoad { edges, traction: DVec3::Y, curve: Curve::constant(1.0) };

@@ -34,7 +34,7 @@ fn hold(sheet: &Membrane, name: &str, at: f64, to: DVec3) -> Hold {
 /// A taut sheet in space, 20 × 16 mm, pulled and lifted at one end, under everything there is.
 fn loaded_sheet() -> Membrane {
     let mesh = generate::grid(20.0, 16.0, 10, 8).unwrap();
-    let sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(30.0));
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0));
     let (left, right) =
         (hold(&sheet, "left", 0.0, DVec3::ZERO), hold(&sheet, "right", 20.0, DVec3::new(1.0, 0.2, 0.5)));
     let middle = sheet.select(|p| p.x > 7.0 && p.x < 13.0 && p.y > 5.0 && p.y < 11.0);
@@ -126,7 +126,7 @@ fn every_step_under_every_load_closes_its_balance() {
 fn the_converged_step_makes_no_energy_in_tension() {
     for dt in [10.0, 1.0, 0.1] {
         let mesh = generate::grid(30.0, 30.0, 12, 10).unwrap();
-        let sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(45.0)).planar();
+        let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(45.0)).planar();
         let (left, right) = (hold(&sheet, "left", 0.0, DVec3::ZERO), hold(&sheet, "right", 30.0, DVec3::X));
         let settings = schemes()[3].1;
         let (mut simulation, body) = simulate(settings, sheet.hold(left).hold(right).with(EnergyAudit::default()));
@@ -268,7 +268,7 @@ fn a_static_tear_tells_what_every_advance_releases() {
 #[test]
 fn a_step_that_falls_back_to_the_rotated_tangent_keeps_the_balance() {
     let mesh = generate::grid(20.0, 16.0, 10, 8).unwrap();
-    let sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(30.0));
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0));
     let (left, right) = (hold(&sheet, "left", 0.0, DVec3::ZERO), hold(&sheet, "right", 20.0, DVec3::NEG_X));
     let sheet = sheet.hold(left).hold(right).with(Damping { time: 0.3 }).with(EnergyAudit::default());
     let (mut simulation, body) = simulate(schemes()[1].1, sheet);

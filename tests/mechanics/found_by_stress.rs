@@ -78,7 +78,7 @@ fn the_smallest_part_of_a_step_counts_what_its_near_triangles_create() {
 #[test]
 fn where_the_exact_tangent_gives_way_the_answer_is_judged_by_the_rotated_one() {
     // A crushed sheet is solved along the rotated tangent where the exact one is indefinite. The energy guard took the exact one's
-    // geometric stiffness with it, and vertices that found their own way went to 1.3 times the energy here, in `rhexis stress` to 1.6 times.
+    // geometric stiffness with it, and vertices that were relaxed locally went to 1.3 times the energy here, in `rhexis stress` to 1.6 times.
     for seed in 0..40 {
         for (dt, size) in [(0.2, 2.0), (1.0, 4.0), (30.0, 4.0)] {
             let mesh = generate::grid(4.0, 4.0, 5, 5).unwrap();
@@ -133,8 +133,8 @@ fn a_damped_body_that_goes_forth_and_back_within_a_step_gains_nothing() {
     for seed in 0..20 {
         let mesh = generate::grid(4.0, 4.0, 5, 5).unwrap();
         let tearing = Tearing {
-            strength_fibre: 0.3,
-            strength_transverse: 1e-4,
+            strength_across_fibres: 0.3,
+            strength_along_fibres: 1e-4,
             radius: 1.0,
             mode: TearMode::Edge,
             max_tear_speed: 0.02,

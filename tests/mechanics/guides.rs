@@ -52,7 +52,7 @@ fn strip(turn: DQuat, right: Guide, is_planar: bool) -> Membrane {
     let positions = positions.into_iter().map(|p| turn * p).collect();
     let mesh = TriangleMesh { positions, triangles, fibres: None };
     let fibre = turn * DVec3::new(0.8, 0.6, 0.0);
-    let material = Material { thickness: 0.1, ..Material::figure_2() };
+    let material = Material { thickness: 0.1, ..Material::allard_2009() };
     let sheet = Membrane::new("strip", mesh, material).fibres(Fibres::Uniform(fibre)).with(Damping { time: 1.0 });
     let sheet = if is_planar { sheet.planar() } else { sheet.with(rhexis::components::Bending { stiffness: None }) };
     let left = hold(at(0.0), "left", DVec3::ZERO, [true; 3]);
@@ -62,7 +62,7 @@ fn strip(turn: DQuat, right: Guide, is_planar: bool) -> Membrane {
 
 /// The strip with what only axes say.
 fn straight(axes: [bool; 3], is_planar: bool) -> Membrane {
-    let material = Material { thickness: 0.1, ..Material::figure_2() };
+    let material = Material { thickness: 0.1, ..Material::allard_2009() };
     let sheet = Membrane::new("strip", mesh(), material).fibres(Fibres::Uniform(DVec3::new(0.8, 0.6, 0.0)));
     let sheet = sheet.with(Damping { time: 1.0 });
     let sheet = if is_planar { sheet.planar() } else { sheet.with(rhexis::components::Bending { stiffness: None }) };
@@ -117,7 +117,7 @@ fn a_turned_body_with_its_guides_is_the_body_turned() {
 }
 
 fn clamped(force: DVec3, is_planar: bool) -> Membrane {
-    let material = Material { thickness: 0.1, ..Material::figure_2() };
+    let material = Material { thickness: 0.1, ..Material::allard_2009() };
     let sheet = Membrane::new("strip", mesh(), material).fibres(Fibres::Uniform(DVec3::new(0.8, 0.6, 0.0)));
     let sheet = if is_planar { sheet.planar() } else { sheet };
     let left = hold(at(0.0), "left", DVec3::ZERO, [true; 3]);
@@ -147,7 +147,7 @@ fn a_clamp_under_a_force_is_a_hold_with_that_reaction() {
         assert!((told[1].1 - force).length() < 1e-9 && (told[0].1 + force).length() < 1e-9, "{told:?}");
 
         let mut prescribed = self::simulation(preconditioner);
-        let material = Material { thickness: 0.1, ..Material::figure_2() };
+        let material = Material { thickness: 0.1, ..Material::allard_2009() };
         let sheet =
             Membrane::new("strip", mesh(), material).fibres(Fibres::Uniform(DVec3::new(0.8, 0.6, 0.0))).planar();
         let left = hold(at(0.0), "left", DVec3::ZERO, [true; 3]);
@@ -167,7 +167,7 @@ fn a_body_that_is_one_clamp_falls_as_a_point() {
     let force = DVec3::new(2e-4, 0.0, 1e-4);
     let guide = Guide::Together { force, curve: Curve::constant(1.0) };
     let down = DVec3::new(0.0, 0.0, -9.81e-3);
-    let sheet = Membrane::new("plate", mesh(), Material::figure_2())
+    let sheet = Membrane::new("plate", mesh(), Material::allard_2009())
         .hold(hold(rows, "all", DVec3::ZERO, [true; 3]))
         .with(HoldGuides { list: vec![(0, guide)] })
         .with(Gravity { acceleration: down })
@@ -254,7 +254,7 @@ fn guides_that_contradict_their_holds_are_refused() {
     };
     let sheet = |axes, guide, planar| {
         let right = hold(at(LENGTH), "right", DVec3::ZERO, axes);
-        let sheet = Membrane::new("strip", mesh(), Material::figure_2()).hold(right);
+        let sheet = Membrane::new("strip", mesh(), Material::allard_2009()).hold(right);
         let sheet = if planar { sheet.planar() } else { sheet };
         sheet.with(HoldGuides { list: vec![(0, guide)] })
     };

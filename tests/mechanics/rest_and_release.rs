@@ -17,7 +17,7 @@ const CENTRE: DVec3 = DVec3::new(0.5 * SIDE, 0.5 * SIDE, 0.0);
 
 fn sheet(cells: usize) -> Membrane {
     let mesh = generate::grid(SIDE, SIDE, cells, cells).unwrap();
-    Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(30.0))
+    Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0))
 }
 
 fn spawn(settings: Settings, membrane: Membrane) -> (Simulation, Entity) {
@@ -58,7 +58,7 @@ fn resting() -> [Membrane; 3] {
         let mut mesh = generate::jittered(SIDE, SIDE, 3, 3, 5).unwrap();
         let turn = DMat3::from_axis_angle(DVec3::new(2.0, 1.0, -2.0) / 3.0, 1.1);
         mesh.positions.iter_mut().for_each(|x| *x = turn * *x + DVec3::new(70.0, -20.0, 30.0));
-        Membrane::new("turned", mesh, Material::figure_2()).fibres(Fibres::Uniform(turn * DVec3::new(0.6, 0.8, 0.0)))
+        Membrane::new("turned", mesh, Material::allard_2009()).fibres(Fibres::Uniform(turn * DVec3::new(0.6, 0.8, 0.0)))
     };
     [sheet(2).planar(), sheet(2), turned]
 }
@@ -312,7 +312,7 @@ fn fibres_however_stiff_that_are_crushed_buckle_at_any_time_step() {
         // Of the stability map: in steps of 100 ms no part of the way that is worth a name was free of gain.
         let mesh = generate::jittered(SIDE, SIDE, 6, 6, 1).unwrap();
         let (young_fibre, thickness, density) = (1e4, 0.1, 1e-3);
-        let material = Material { young_fibre, thickness, density, shear_modulus: None, ..Material::figure_2() };
+        let material = Material { young_fibre, thickness, density, shear_modulus: None, ..Material::allard_2009() };
         let sheet = Membrane::new("sheet", mesh, material).fibres(Fibres::at_degrees(30.0));
         let shift = |x: DVec3| DVec3::X * (0.5 * (CENTRE.x - x.x));
         let rest = sheet.mesh().positions.clone();

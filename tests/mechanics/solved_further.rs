@@ -16,7 +16,7 @@ fn two_sheets(settings: Settings) -> (Simulation, [Entity; 2]) {
     let mut simulation = Simulation::new(settings).unwrap();
     let bodies = ["at rest", "spinning"].map(|name| {
         let mesh = generate::grid(10.0, 10.0, 12, 12).unwrap();
-        let sheet = Membrane::new(name, mesh, Material { thickness: 0.015, ..Material::figure_2() });
+        let sheet = Membrane::new(name, mesh, Material { thickness: 0.015, ..Material::allard_2009() });
         // One corner stays where it is, about which the sheet spins.
         let members = Attached::new([(0, DVec3::ZERO)]);
         let hold = Hold { name: "corner".into(), members, axes: [true; 3], curve: Curve::constant(0.0) };
@@ -94,7 +94,7 @@ fn undone_under_a_hand(corrections: u32) -> u32 {
     let mut undone = 0;
     for seed in 0..4 {
         let mesh = generate::grid(20.0, 20.0, 20, 20).unwrap();
-        let sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::figure_2() });
+        let sheet = Membrane::new("sheet", mesh, Material { thickness: 0.015, ..Material::allard_2009() });
         let sheet = sheet.fibres(Fibres::at_degrees(30.0)).with(Damping { time: 1.0 });
         let sheet = sheet.with(Gravity { acceleration: DVec3::new(0.0, -9.81e-3, 0.0) });
         let mut simulation = Simulation::new(single(corrections)).unwrap();

@@ -33,7 +33,7 @@ fn distance(a: &Run, b: &Run) -> f64 {
 
 #[test]
 fn an_elastic_sheet_steps_alike_in_few_iterations() {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let square = Square { tearing: strong, ..Square::new([30, 26], 45.0) };
     let [mut plain, mut factored] =
         [Preconditioner::BlockJacobi, Preconditioner::Auto].map(|kind| square.spawn(settings(kind, 1)));
@@ -79,7 +79,7 @@ fn a_torn_sheet_tears_alike_across_edits() {
 fn a_body_that_turns_keeps_its_factor() {
     let mut simulation = Simulation::new(settings(Preconditioner::Auto, 1)).unwrap();
     let mesh = generate::grid(30.0, 30.0, 30, 26).unwrap();
-    let sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(45.0)).planar();
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(45.0)).planar();
     let body = simulation.spawn(sheet).unwrap();
     {
         let mut vertices = simulation.world().get::<&mut Vertices>(body).unwrap();

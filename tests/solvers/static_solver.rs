@@ -45,7 +45,7 @@ fn held(membrane: &Membrane, name: &str, at: impl Fn(DVec3) -> bool, offset: DVe
 /// A square of 30 mm pulled by 10 %, fibres at 45°.
 fn taut(settings: Settings, is_planar: bool) -> (Simulation, Entity) {
     let mesh = generate::grid(30.0, 30.0, 20, 16).unwrap();
-    let mut square = Membrane::new("square", mesh, Material::figure_2()).fibres(Fibres::at_degrees(45.0));
+    let mut square = Membrane::new("square", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(45.0));
     if is_planar {
         square = square.planar();
     }
@@ -89,7 +89,7 @@ fn a_cap_under_pressure_comes_to_the_same_rest() {
     let (off, iterations) = compare(|settings| {
         let mesh = generate::cap(10.0, 12.0, 800).unwrap();
         let rim = mesh.positions.iter().map(|p| p.truncate().length()).fold(0.0, f64::max);
-        let cap = Membrane::new("cap", mesh, Material::figure_2()).fibres(Fibres::at_degrees(30.0));
+        let cap = Membrane::new("cap", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0));
         let hold = held(&cap, "rim", |p| p.truncate().length() > rim - 1e-9, DVec3::ZERO);
         let cap = cap.hold(hold).with(Pressure { curve: Curve::ramp(1.0, 2e-4).unwrap() });
         let mut simulation = Simulation::new(Settings {
@@ -113,7 +113,7 @@ fn a_piece_that_nothing_holds_does_not_keep_the_rest_from_its_equilibrium() {
         simulation.settle(1.0, 1e-10).unwrap();
         let corners = [[10.2, 10.2], [17.1, 10.2], [17.1, 17.1], [10.2, 17.1], [10.2, 10.2]];
         let cut = simulation.cut(body, &corners.map(|[x, y]| DVec3::new(x, y, 0.0))).unwrap();
-        assert_eq!(cut.piece_count, 1);
+        assert_eq!(cut.fragment_count, 1);
         simulation.settle(0.0, 1e-10).unwrap();
         (positions(&simulation, body), simulation.frame().bodies[0].rest_positions.clone())
     });
@@ -131,7 +131,7 @@ fn a_piece_that_nothing_holds_does_not_keep_the_rest_from_its_equilibrium() {
 fn a_body_that_is_held_everywhere_moves_as_it_is_told() {
     let (off, iterations) = compare(|settings| {
         let mesh = generate::grid(3.0, 3.0, 3, 3).unwrap();
-        let sheet = Membrane::new("sheet", mesh, Material::figure_2());
+        let sheet = Membrane::new("sheet", mesh, Material::allard_2009());
         let hold = held(&sheet, "all", |_| true, DVec3::Y);
         let mut simulation = Simulation::new(settings).unwrap();
         let body = simulation.spawn(sheet.hold(hold)).unwrap();
@@ -163,8 +163,8 @@ fn dynamic_steps_may_use_a_factor_too() {
 fn any_number_of_threads_gives_the_same_bits() {
     let [one, two] = [1, 2].map(|threads| {
         let mut square = Square::new([60, 50], 60.0);
-        square.tearing.strength_fibre *= 0.2;
-        square.tearing.strength_transverse *= 0.2;
+        square.tearing.strength_across_fibres *= 0.2;
+        square.tearing.strength_along_fibres *= 0.2;
         let mut run = square.spawn(Settings { threads, ..Settings::default() });
         run.simulation.settle_and_tear(0.5 / GRIP_SPEED, 1e-8, 3).unwrap();
         assert!(run.log().advance_count > 2, "the state must be one after tears");

@@ -68,7 +68,7 @@ fn linear_attributes_stay_linear_through_random_cuts_on_flat_and_curved_bodies()
         let mut random = Random::new(seed);
         let (attributes, positions) = (of(&sheet.positions), sheet.positions.clone());
         let mesh = TriangleMesh { positions: sheet.positions, triangles: sheet.corners, ..TriangleMesh::default() };
-        let membrane = Membrane::new("sheet", mesh, Material::figure_2()).with(attributes);
+        let membrane = Membrane::new("sheet", mesh, Material::allard_2009()).with(attributes);
         let mut simulation = Simulation::new(settings()).unwrap();
         let body = simulation.spawn(membrane).unwrap();
         let (mut made, mut point) = (0, || positions[random.below(positions.len())]);
@@ -94,7 +94,7 @@ fn a_parted_vertex_gets_a_copy_and_one_on_an_edge_the_mean_of_its_ends() {
     let colours =
         Attributes { stride: 5, values: (0..20).map(f64::from).collect(), channels: vec![(Channel::Colour, 0)] };
     let mut simulation = Simulation::new(settings()).unwrap();
-    let body = simulation.spawn(Membrane::new("two", mesh, Material::figure_2()).with(colours.clone())).unwrap();
+    let body = simulation.spawn(Membrane::new("two", mesh, Material::allard_2009()).with(colours.clone())).unwrap();
     simulation.cut(body, &[DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0)]).unwrap();
     let view = simulation.view(body).unwrap();
     let after = view.attributes.unwrap();
@@ -144,7 +144,7 @@ fn attributes_are_judged_at_every_door() {
     assert_eq!(error, "body `square`: Attributes: a number at vertex 3 is NaN: it must be finite");
     let beyond = Attributes { channels: vec![(Channel::Normal, 0)], ..Attributes::new(2, vec![0.0; 2 * count]) };
     let error = simulation.set(body, beyond).unwrap_err();
-    assert!(matches!(error, SetError::Refused(_)), "{error}");
+    assert!(matches!(error, SetError::Rejected(_)), "{error}");
     // Past the calls.
     simulation.world_mut().insert_one(body, bad).unwrap();
     let error = simulation.step(10.0).unwrap_err().to_string();

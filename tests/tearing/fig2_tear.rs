@@ -15,9 +15,9 @@ fn torn_through(square: &Square, start: f64) -> Run {
     run.stretch_to(start);
     run.tear_through();
     run.assert_sound();
-    assert_eq!(run.piece_count(), 2);
-    let freed = run.events.iter().filter(|e| matches!(e.kind, EventKind::PieceFreed { .. })).count();
-    assert_eq!((freed, run.log().piece_count, run.log().refusal_count), (1, 1, 0));
+    assert_eq!(run.fragment_count(), 2);
+    let freed = run.events.iter().filter(|e| matches!(e.kind, EventKind::FragmentFreed { .. })).count();
+    assert_eq!((freed, run.log().fragment_count, run.log().refusal_count), (1, 1, 0));
     let advances = run.advances();
     assert!(advances.windows(2).all(|w| w[0].to == w[1].from), "one unbroken path");
     println!(
@@ -77,7 +77,7 @@ fn fibres_at_30_60_75_and_90_degrees_lead_the_tear() {
     };
     for (degrees, start) in [(30.0, 1.0), (60.0, 0.7), (75.0, 0.5), (90.0, 0.5)] {
         let mut square = Square::new(CELLS, degrees);
-        square.tearing.strength_fibre = if degrees == 30.0 { 1.6 } else { 0.8 };
+        square.tearing.strength_across_fibres = if degrees == 30.0 { 1.6 } else { 0.8 };
         follows_the_fibre(&square, start, end(degrees));
     }
 }

@@ -57,7 +57,7 @@ impl Torn {
 
 /// A sheet of fibrous tissue with a notch, folded, sheared and stretched at random.
 fn crumpled(mesh: &TriangleMesh, fibres: &[DVec3]) -> Membrane {
-    let sheet = Membrane::new("sheet", mesh.clone(), Material::figure_2());
+    let sheet = Membrane::new("sheet", mesh.clone(), Material::allard_2009());
     sheet
         .fibres(Fibres::PerTriangle(fibres.to_vec()))
         .with(Tearing::default())
@@ -104,7 +104,7 @@ fn notched(
     let h = 5e-4;
     let wanted = axes.map(|axis| {
         let [near, far] = [h, 2.0 * h].map(|h| energy(axis, h) - energy(axis, -h));
-        -(8.0 * near - far) / (12.0 * h * Material::figure_2().thickness)
+        -(8.0 * near - far) / (12.0 * h * Material::allard_2009().thickness)
     });
     drop((vertices, triangles));
     (torn, wanted)
@@ -136,7 +136,7 @@ fn bending_has_its_part_in_it() {
     let radius = 2.5;
     let stiff = Bending { stiffness: Some(0.02) };
     let sheet = |mesh: &TriangleMesh, fibres: &[DVec3]| {
-        let sheet = Membrane::new("sheet", mesh.clone(), Material::figure_2()).with(Tearing::default()).with(stiff);
+        let sheet = Membrane::new("sheet", mesh.clone(), Material::allard_2009()).with(Tearing::default()).with(stiff);
         sheet.fibres(Fibres::PerTriangle(fibres.to_vec()))
     };
     // Rolled tighter and tighter along the tear, without strain but that of chords.

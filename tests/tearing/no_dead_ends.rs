@@ -1,5 +1,5 @@
 //! A tear leaves a piece or a live tip, turns as much over a length however small its advances, splits where two ways tie, and
-//! tissue fails without a tip where it is a narrow strand or stretched too far.
+//! tissue fails without a tip where it is a narrow ligament or stretched too far.
 
 use crate::common::{Run, SIDE, Square};
 use glam::DVec3;
@@ -20,7 +20,7 @@ fn one_thread() -> Settings {
 
 /// Strength that no test reaches.
 fn strong(radius: f64) -> Tearing {
-    Tearing { strength_fibre: 1e6, strength_transverse: 1e6, radius, ..Tearing::default() }
+    Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, radius, ..Tearing::default() }
 }
 
 fn tips(run: &Run) -> Vec<DVec3> {
@@ -77,27 +77,27 @@ fn tissue_beyond_its_ultimate_stretch_parts() {
         let tearing = Tearing { ultimate_stretch, max_tear_speed: 10.0, ..strong(1.0) };
         let square = Square { tearing, notches: Vec::new(), ..Square::isotropic([12, 9]) };
         let mut run = square.spawn(one_thread());
-        try_until(&mut run, 80, |run| run.log().piece_count > 0);
+        try_until(&mut run, 80, |run| run.log().fragment_count > 0);
         run.assert_sound();
         run
     };
     // 80 steps stretch the sheet by 16 %.
     let run = torn(Some(1.05));
     let log = run.log();
-    assert!(log.parted_count > 0 && log.piece_count > 0, "{log:?}");
+    assert!(log.parted_count > 0 && log.fragment_count > 0, "{log:?}");
     let is_stretch =
         |kind: &EventKind| matches!(kind, EventKind::Parted { by: PartedBy::Stretch, value, .. } if *value > 1.0);
     assert_eq!(count(&run, is_stretch), log.parted_count);
-    assert_eq!(run.piece_count() as u32, 1 + log.piece_count);
+    assert_eq!(run.fragment_count() as u32, 1 + log.fragment_count);
     let run = torn(None);
-    assert_eq!((run.log().parted_count, run.piece_count()), (0, 1));
+    assert_eq!((run.log().parted_count, run.fragment_count()), (0, 1));
 }
 
 /// A bite out of the rim without a tip, and R wider than what is left beside it.
 #[test]
 fn a_strand_narrower_than_r_parts_beyond_its_strength() {
     let torn = |strength: f64| {
-        let tearing = Tearing { strength_fibre: strength, strength_transverse: strength, ..strong(5.0) };
+        let tearing = Tearing { strength_across_fibres: strength, strength_along_fibres: strength, ..strong(5.0) };
         let square = Square { tearing, notches: Vec::new(), ..Square::isotropic([30, 30]) };
         let mut run = square.spawn(one_thread());
         // Two bites, from above and from below, leave 3 mm.
@@ -105,18 +105,18 @@ fn a_strand_narrower_than_r_parts_beyond_its_strength() {
             run.simulation.cut(run.body, &bite).unwrap();
         }
         assert_eq!(tips(&run), []);
-        let bites = run.log().piece_count;
+        let bites = run.log().fragment_count;
         assert_eq!(bites, 2);
-        try_until(&mut run, 60, |run| run.log().piece_count > bites);
+        try_until(&mut run, 60, |run| run.log().fragment_count > bites);
         run.assert_sound();
         run
     };
     let run = torn(0.2);
     let log = run.log();
-    assert_eq!((log.parted_count, log.start_count, log.piece_count), (1, 0, 3), "{log:?}");
-    let is_strand =
-        |kind: &EventKind| matches!(kind, EventKind::Parted { by: PartedBy::Strand, value, .. } if *value > 1.0);
-    assert_eq!((count(&run, is_strand), run.piece_count()), (1, 4));
+    assert_eq!((log.parted_count, log.nucleation_count, log.fragment_count), (1, 0, 3), "{log:?}");
+    let is_ligament =
+        |kind: &EventKind| matches!(kind, EventKind::Parted { by: PartedBy::Ligament, value, .. } if *value > 1.0);
+    assert_eq!((count(&run, is_ligament), run.fragment_count()), (1, 4));
     assert_eq!(torn(1e6).log().parted_count, 0);
 }
 
@@ -126,8 +126,13 @@ fn a_notch_whose_ways_tie_tears_both_ways() {
     let torn = |branch_margin: Option<f64>| {
         let mut square = Square::isotropic([30, 30]);
         square.notches = vec![[mm(15.0, 30.0), mm(15.0, 20.0)]];
-        square.tearing =
-            Tearing { strength_fibre: 50.0, strength_transverse: 0.02, radius: 3.0, branch_margin, ..square.tearing };
+        square.tearing = Tearing {
+            strength_across_fibres: 50.0,
+            strength_along_fibres: 0.02,
+            radius: 3.0,
+            branch_margin,
+            ..square.tearing
+        };
         let mut run = square.spawn(one_thread());
         try_until(&mut run, 60, |run| run.log().advance_count >= 2);
         run.assert_sound();
@@ -149,7 +154,8 @@ fn a_notch_whose_ways_tie_tears_both_ways() {
 fn a_tear_that_bites_its_own_lip_leaves_a_live_tip() {
     let mut square = Square::isotropic([30, 30]);
     square.notches = Vec::new();
-    square.tearing = Tearing { strength_fibre: 2e-3, strength_transverse: 2e-3, radius: 3.0, ..square.tearing };
+    square.tearing =
+        Tearing { strength_across_fibres: 2e-3, strength_along_fibres: 2e-3, radius: 3.0, ..square.tearing };
     let mut run = square.spawn(one_thread());
     let hook = [mm(15.0, 30.0), mm(15.0, 18.0), mm(17.0, 17.0), mm(18.0, 19.0), mm(15.9, 20.2)];
     run.simulation.cut(run.body, &hook).unwrap();
@@ -159,7 +165,7 @@ fn a_tear_that_bites_its_own_lip_leaves_a_live_tip() {
     let log = run.log();
     assert_eq!((log.end_count, log.renewed_count, tips(&run).len()), (1, 1, 1), "{:?}", tips(&run));
     let advances = log.advance_count;
-    // So weak that strands between the hook and the lip part as well.
+    // So weak that ligaments between the hook and the lip part as well.
     run.run_until(100, |run| run.log().advance_count > advances + 10);
     run.assert_sound();
     assert!(tips(&run).iter().all(|at| at.y < SIDE));

@@ -46,8 +46,8 @@ fn one_factor_for_all_is_the_bodys_own() {
         };
         let mapped = with_energy(square.membrane(), 1.0).strengths(vec![0.5; count]).toughnesses(vec![0.25; count]);
         let weak = Tearing {
-            strength_fibre: 0.5 * square.tearing.strength_fibre,
-            strength_transverse: 0.5 * square.tearing.strength_transverse,
+            strength_across_fibres: 0.5 * square.tearing.strength_across_fibres,
+            strength_along_fibres: 0.5 * square.tearing.strength_along_fibres,
             ..square.tearing
         };
         let plain = with_energy(Square { tearing: weak, ..square.clone() }.membrane(), 0.25);

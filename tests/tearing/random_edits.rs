@@ -125,7 +125,7 @@ impl State {
                 previous,
                 ideal,
                 criterion: 0.0,
-                allowance: 0.0,
+                advance_budget: 0.0,
                 is_refused: false,
                 is_coarse: false,
             });

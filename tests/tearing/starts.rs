@@ -14,7 +14,7 @@ use rhexis::settings::Settings;
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Tips, Topology, TriangleMesh, Triangles, Vertices};
 use rhexis::systems::fracture::{
-    Disc, EnergyTerms, Surface, TipMemory, Trial, Walk, decision, disc_average, strength, vertex_decision,
+    CoupledCriterion, Disc, EnergyTerms, Surface, TipMemory, Walk, decision, disc_average, strength, vertex_decision,
 };
 
 /// Strength \[MPa\], thickness \[mm\] and R \[mm\] of the plates; Young's modulus is 3 MPa.
@@ -30,8 +30,8 @@ fn even(toughness: f64) -> EnergyCriterion {
 /// A sheet about the origin between grips at x = ±`half` \[mm\], which go apart by 1 mm each in 1 ms.
 fn pulled(mesh: TriangleMesh, half: f64, strength: f64, energy: Option<EnergyCriterion>) -> (Simulation, Entity) {
     let tearing = Tearing {
-        strength_fibre: strength,
-        strength_transverse: strength,
+        strength_across_fibres: strength,
+        strength_along_fibres: strength,
         radius: RADIUS,
         may_initiate: true,
         ..Tearing::default()
@@ -102,11 +102,11 @@ fn tried(
     tearing: &Tearing,
     energy: &EnergyCriterion,
     site: TearSite,
-) -> Option<(TearDecision, Trial)> {
+) -> Option<(TearDecision, CoupledCriterion)> {
     let asked = asked(surface, tearing, site)?;
     let (mut disc, mut walk) = (Disc::default(), Walk::default());
     let terms = EnergyTerms { tearing, energy };
-    Some((asked, terms.trial(surface, site, &asked, (&mut disc, &mut walk))?))
+    Some((asked, terms.coupled_criterion(surface, site, &asked, (&mut disc, &mut walk))?))
 }
 
 /// The site at a point: a vertex of the boundary, or the triangle there.
@@ -145,24 +145,24 @@ fn opening_a_start_releases_what_its_trial_says() {
         simulation.settle(0.01 * half, 1e-10).unwrap();
         let before = simulation.energies(body).unwrap().elastic;
         let energy = even(0.6 * 0.03 * 0.03 / 3.0 * 3.0);
-        let (start, asked, trial) = with_surface(&simulation, body, |surface, tearing| {
+        let (start, asked, coupled) = with_surface(&simulation, body, |surface, tearing| {
             let site = site(surface, at, is_rim);
-            let (asked, trial) = tried(surface, tearing, &energy, site).unwrap();
+            let (asked, coupled) = tried(surface, tearing, &energy, site).unwrap();
             let start = match site {
                 TearSite::Vertex(v) => surface.vertices.rest_position[v as usize],
                 TearSite::Triangle(_) => at.extend(0.0),
             };
-            (start, asked, trial)
+            (start, asked, coupled)
         });
-        assert!(trial.opens && asked.direction.x.abs() < 0.02, "{name}: {trial:?} {asked:?}");
-        let by = DVec3::Y * (trial.length + 0.32 * edge);
+        assert!(coupled.opens && asked.direction.x.abs() < 0.02, "{name}: {coupled:?} {asked:?}");
+        let by = DVec3::Y * (coupled.length + 0.32 * edge);
         let (from, to) = (if is_rim { start } else { start - by }, start + by);
         simulation.cut(body, &[from, to]).unwrap();
         simulation.settle(0.0, 1e-10).unwrap();
         let released = (before - simulation.energies(body).unwrap().elastic)
-            / (THICKNESS * trial.length * if is_rim { 1.0 } else { 2.0 });
-        println!("{name}: length {} mm, {} said and {released} released", trial.length, trial.release);
-        assert!((trial.release / released - 1.0).abs() < 0.1, "{name}: {} for {released}", trial.release);
+            / (THICKNESS * coupled.length * if is_rim { 1.0 } else { 2.0 });
+        println!("{name}: length {} mm, {} said and {released} released", coupled.length, coupled.release);
+        assert!((coupled.release / released - 1.0).abs() < 0.1, "{name}: {} for {released}", coupled.release);
     }
 }
 
@@ -182,10 +182,10 @@ fn counted(simulation: &Simulation, body: Entity, energy: &EnergyCriterion, half
         let sites = triangles.map(|t| TearSite::Triangle(t as u32)).chain(vertices.map(|v| TearSite::Vertex(v as u32)));
         let mut counts = [0, 0];
         for site in sites {
-            if let Some((asked, trial)) = tried(surface, tearing, energy, site)
+            if let Some((asked, coupled)) = tried(surface, tearing, energy, site)
                 && asked.value > 1.0
             {
-                counts[usize::from(!trial.opens)] += 1;
+                counts[usize::from(!coupled.opens)] += 1;
             }
         }
         counts
@@ -211,8 +211,8 @@ fn drawn(mesh: TriangleMesh, half: f64, energy: EnergyCriterion, strains: (f64, 
         assert_eq!(both, 0, "at step {i}, after {starts} starts");
         strong += alone;
     }
-    let withheld = simulation.world().get::<&TearLog>(body).unwrap().withheld_start_count;
-    (starts, strong, withheld)
+    let blocked = simulation.world().get::<&TearLog>(body).unwrap().blocked_nucleation_count;
+    (starts, strong, blocked)
 }
 
 #[test]
@@ -220,9 +220,9 @@ fn what_stays_above_the_strength_beside_a_hole_stays_for_want_of_energy() {
     // Irwin's length is the hole's radius: between the strength at its rim and the start lies a third more load.
     let energy = even(STRENGTH * STRENGTH / 3.0);
     let mesh = generate::plate_with_hole(64).unwrap();
-    let (starts, strong, withheld) = drawn(mesh, 5.0, energy, (0.015, 0.001, 16));
+    let (starts, strong, blocked) = drawn(mesh, 5.0, energy, (0.015, 0.001, 16));
     assert_eq!(starts, 2);
-    assert!(strong > 20 && withheld >= 3, "{strong} places, {withheld} steps");
+    assert!(strong > 20 && blocked >= 3, "{strong} places, {blocked} steps");
 }
 
 #[test]
@@ -238,21 +238,21 @@ fn a_sheet_that_parted_has_no_place_left_with_both_conditions() {
 }
 
 #[test]
-fn a_start_withheld_for_want_of_energy_is_counted_and_told_once() {
+fn a_nucleation_blocked_by_energy_is_counted_and_told_once() {
     let (mut simulation, body) =
         pulled(generate::plate_with_hole(64).unwrap(), 5.0, STRENGTH, Some(even(STRENGTH * STRENGTH)));
     let mut told = Vec::new();
     for i in 0..6 {
         simulation.settle_and_tear(if i == 0 { 0.1 } else { 0.005 }, 1e-8, 10).unwrap();
         told.extend(simulation.drain_events().filter_map(|event| match event.kind {
-            EventKind::StartWithheld(withheld) => Some(withheld),
+            EventKind::NucleationBlocked(blocked) => Some(blocked),
             _ => None,
         }));
     }
     let log = simulation.world().get::<&TearLog>(body).unwrap();
-    assert_eq!((log.start_count, told.len()), (0, 1));
-    assert!((3..=6).contains(&log.withheld_start_count), "{}", log.withheld_start_count);
-    let withheld = told[0];
-    assert!(withheld.criterion > 1.0 && withheld.release < withheld.toughness, "{withheld:?}");
-    assert!((withheld.at.length() - 1.0).abs() < 0.1, "{withheld:?}");
+    assert_eq!((log.nucleation_count, told.len()), (0, 1));
+    assert!((3..=6).contains(&log.blocked_nucleation_count), "{}", log.blocked_nucleation_count);
+    let blocked = told[0];
+    assert!(blocked.criterion > 1.0 && blocked.release < blocked.toughness, "{blocked:?}");
+    assert!((blocked.at.length() - 1.0).abs() < 0.1, "{blocked:?}");
 }

@@ -54,8 +54,8 @@ fn tips_that_meet_merge() {
     for (cells, aside) in [([20, 18], 0.0), ([20, 18], 0.4), ([21, 17], 0.2)] {
         let run = face_to_face(cells, aside);
         let log = run.log();
-        assert_eq!((log.piece_count, log.end_count, log.refusal_count), (1, 2, 0), "{cells:?} {aside}");
-        assert_eq!((run.piece_count(), tip_count(&run)), (2, 0), "{cells:?} {aside}");
+        assert_eq!((log.fragment_count, log.end_count, log.refusal_count), (1, 2, 0), "{cells:?} {aside}");
+        assert_eq!((run.fragment_count(), tip_count(&run)), (2, 0), "{cells:?} {aside}");
     }
 }
 
@@ -65,9 +65,9 @@ fn tips_that_pass_each_other_part_the_sheet() {
     for aside in [0.75, 1.2, 2.0] {
         let run = face_to_face([20, 18], aside);
         let log = run.log();
-        println!("{aside} aside: {} ended, {} pieces", log.end_count, run.piece_count());
-        assert!(log.piece_count >= 1 && log.end_count >= 1 && log.refusal_count == 0, "{log:?}");
-        assert_eq!(run.piece_count() as u32, 1 + log.piece_count);
+        println!("{aside} aside: {} ended, {} pieces", log.end_count, run.fragment_count());
+        assert!(log.fragment_count >= 1 && log.end_count >= 1 && log.refusal_count == 0, "{log:?}");
+        assert_eq!(run.fragment_count() as u32, 1 + log.fragment_count);
         // A lens smaller than the disc leaves a notch that is a tip.
         assert_eq!(tip_count(&run) as u32, 2 + log.renewed_count - log.end_count);
     }
@@ -78,7 +78,7 @@ fn face_to_face(cells: [usize; 2], aside: f64) -> Run {
     let cuts = [[mm(15.0, 30.0), mm(15.0, 22.0)], [mm(15.0 + aside, 0.0), mm(15.0 + aside, 8.0)]];
     let square = square(cells, &cuts);
     let mut run = spawn(&square, square.membrane(), Settings::default(), 0.4);
-    run.run_until(150, |run| run.log().piece_count > 0);
+    run.run_until(150, |run| run.log().fragment_count > 0);
     run.assert_sound();
     run
 }
@@ -194,7 +194,7 @@ fn a_held_vertex_on_the_path_is_kept_shut_and_told() {
             .filter_map(|e| if let EventKind::HeldShut { at } = e.kind { Some(at) } else { None })
             .collect();
         assert_eq!(shut.len() as u32, run.log().held_shut_count);
-        assert_eq!((shut.len(), run.piece_count()), (1, 2), "{what}");
+        assert_eq!((shut.len(), run.fragment_count()), (1, 2), "{what}");
         assert!(shut[0].distance(mm(15.0, 15.0)) < 1e-9);
         let vertices = run.vertices();
         let copies: Vec<usize> =
@@ -268,7 +268,7 @@ fn resumes_beyond_those_needed_change_nothing() {
         for _ in 0..3 {
             run.step();
             was_cut_short |= run.simulation.report().bodies[0].is_tear_cut_short;
-            let tips = run.simulation.world().get::<&Tips>(run.body).map(|tips| tips.allowance.clone()).unwrap();
+            let tips = run.simulation.world().get::<&Tips>(run.body).map(|tips| tips.advance_budget.clone()).unwrap();
             // What is saved up for a triangle, and one step more.
             assert!(tips.iter().all(|&left| left <= 0.5 * DT + 2.0 * square.edge()), "{tips:?}");
         }
@@ -318,7 +318,7 @@ fn a_quasi_static_tear_runs_until_no_tip_asks_and_says_if_it_may_not() {
     assert!(!report.bodies[0].is_tear_cut_short);
     run.events.extend(run.simulation.drain_events());
     run.assert_sound();
-    assert_eq!((tip_count(&run), run.piece_count(), run.log().refusal_count), (0, 2, 0));
+    assert_eq!((tip_count(&run), run.fragment_count(), run.log().refusal_count), (0, 2, 0));
 }
 
 /// A corner that nothing holds comes free, and the rest still finds its equilibrium.
@@ -330,7 +330,7 @@ fn a_piece_without_a_hold_is_no_obstacle_to_equilibrium() {
         .map(|k| mm(15.0, 15.0) + 5.0 * DVec2::from_angle(0.3 + std::f64::consts::TAU * f64::from(k) / 8.0).extend(0.0))
         .collect();
     let cut = run.simulation.cut(run.body, &loop_around).unwrap();
-    assert_eq!((cut.piece_count, run.piece_count()), (1, 2));
+    assert_eq!((cut.fragment_count, run.fragment_count()), (1, 2));
     run.simulation.settle_and_tear(0.05 / GRIP_SPEED, 1e-8, 10).unwrap();
     run.step();
     run.assert_sound();
@@ -357,7 +357,7 @@ fn started(square: &Square, is_thin: impl Fn(DVec3) -> bool + Send + Sync + 'sta
         material
     });
     let mut run = spawn(square, membrane, Settings::default(), 0.5);
-    run.run_until(200, |run| run.log().start_count > 0);
+    run.run_until(200, |run| run.log().nucleation_count > 0);
     run
 }
 
@@ -409,7 +409,7 @@ fn a_quasi_static_start_is_followed_until_no_tip_asks() {
     run.assert_sound();
     let log = run.log();
     println!("{log:?}");
-    assert!(log.start_count > 0 && log.advance_count > 0 && log.refusal_count == 0, "{log:?}");
+    assert!(log.nucleation_count > 0 && log.advance_count > 0 && log.refusal_count == 0, "{log:?}");
     let tips = run.simulation.frame().bodies[0].tips.iter().map(|tip| tip.value).fold(0.0, f64::max);
     assert!(tips <= 1.0, "{tips}");
 }
@@ -434,7 +434,7 @@ fn no_tear_starts_at_a_clamp() {
 fn starts_keep_their_distance_from_each_other() {
     let square = initiating([20, 18], TearMode::Free);
     let mut run = started(&square, |p| p.distance(mm(8.0, 15.0)) < 3.0 || p.distance(mm(22.0, 15.0)) < 3.0);
-    run.run_until(30, |run| run.log().start_count >= 2);
+    run.run_until(30, |run| run.log().nucleation_count >= 2);
     let starts: Vec<(u64, DVec3)> = run
         .events
         .iter()
@@ -464,10 +464,10 @@ fn a_sheet_torn_to_shreds_stays_sound() {
         }
         run.assert_sound();
         let log = run.log();
-        println!("{mode:?}: {log:?}, {} pieces", run.piece_count());
+        println!("{mode:?}: {log:?}, {} pieces", run.fragment_count());
         // Tears as long as the sheet is high, from many places.
-        assert!(log.start_count > 3 && log.length > 30.0, "{log:?}");
-        assert_eq!(run.piece_count() as u32, 1 + log.piece_count);
+        assert!(log.nucleation_count > 3 && log.length > 30.0, "{log:?}");
+        assert_eq!(run.fragment_count() as u32, 1 + log.fragment_count);
         assert!(mode == TearMode::Free || run.triangle_count() == 2 * 12 * 11);
     }
 }

@@ -31,8 +31,8 @@ fn steered(count: usize, fibre: f64, cone: f64, aside: f64, start: f64) -> Vec<A
     let mut square = Square::new([40, 40], fibre);
     square.tearing.cone = cone.to_radians();
     // Weak tissue, so that even a narrow cone is left at strains of a few per cent; the directions do not feel a common factor.
-    square.tearing.strength_fibre *= 0.2;
-    square.tearing.strength_transverse *= 0.2;
+    square.tearing.strength_across_fibres *= 0.2;
+    square.tearing.strength_along_fibres *= 0.2;
     let mouth = DVec3::new(15.0 + aside, SIDE, 0.0);
     square.notches = vec![[mouth, TIP.extend(0.0)]];
     let mut run = square.spawn(Settings::default());
@@ -180,8 +180,8 @@ fn uniform_sheet(is_graded: bool) -> (Simulation, hecs::Entity) {
     let mesh = generate::grid(SIDE, SIDE, 20, 16).unwrap();
     let tearing = Tearing {
         may_initiate: true,
-        strength_fibre: 0.2,
-        strength_transverse: 0.2,
+        strength_across_fibres: 0.2,
+        strength_along_fibres: 0.2,
         radius: 3.0,
         max_tear_speed: 10.0,
         ..Tearing::default()

@@ -14,7 +14,7 @@ fn main() -> AppExit {
 
 fn spawn(mut commands: Commands, mut materials: ResMut<Assets<StandardMaterial>>) -> Result {
     let mesh = generate::grid(30.0, 30.0, 30, 25)?;
-    let sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(75.0));
+    let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(75.0));
     let sheet = sheet.with(Tearing::default()).with(Damping { time: 0.1 });
     let skin = StandardMaterial { double_sided: true, cull_mode: None, ..Color::srgb(0.9, 0.6, 0.5).into() };
     let tissue = commands.spawn((Tissue::new(sheet), MeshMaterial3d(materials.add(skin)))).id();

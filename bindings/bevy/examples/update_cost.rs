@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         app.add_systems(PostUpdate, end.after(RhexisSystems::Show));
         app.finish();
         app.cleanup();
-        let sheet = Membrane::new("sheet", generate::grid(100.0, 100.0, 100, 100)?, Material::figure_2()).planar();
+        let sheet = Membrane::new("sheet", generate::grid(100.0, 100.0, 100, 100)?, Material::allard_2009()).planar();
         let tissue = Tissue::new(sheet.with(Tearing::default()));
         let tissue = app.world_mut().spawn(if has_normals { tissue } else { tissue.without_normals() }).id();
         app.update();

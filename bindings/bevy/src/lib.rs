@@ -10,7 +10,7 @@
 //! app.add_plugins((TaskPoolPlugin::default(), TimePlugin, TransformPlugin, RhexisPlugin::default()));
 //! app.add_systems(Startup, |mut commands: Commands| {
 //!     let Ok(mesh) = generate::disc(5.0, 200) else { return };
-//!     commands.spawn(Tissue::new(Membrane::new("capsule", mesh, Material::figure_2()).with(Tearing::default())));
+//!     commands.spawn(Tissue::new(Membrane::new("capsule", mesh, Material::allard_2009()).with(Tearing::default())));
 //!     let jaws = Jaws { radius: 0.5, ..Jaws::default() };
 //!     commands.spawn((Forceps { is_closed: true, ..Forceps::new(jaws, 1.0) }, Transform::from_xyz(1.0, 0.0, 0.2)));
 //! });

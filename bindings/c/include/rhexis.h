@@ -70,9 +70,9 @@
 #define RHEXIS_EVENT_PARTED 6
 
 /**
- * A piece came free: `count` triangles.
+ * A fragment came free: `count` triangles.
  */
-#define RHEXIS_EVENT_PIECE_FREED 7
+#define RHEXIS_EVENT_FRAGMENT_FREED 7
 
 /**
  * A tear stays shut where a hold keeps both lips: `at`.
@@ -90,9 +90,9 @@
 #define RHEXIS_EVENT_HELD_BACK 10
 
 /**
- * A start was withheld for want of energy: `at`; `value` is the criterion; `length`.
+ * A nucleation was blocked by energy: `at`; `value` is the criterion; `length`.
  */
-#define RHEXIS_EVENT_START_WITHHELD 11
+#define RHEXIS_EVENT_NUCLEATION_BLOCKED 11
 
 /**
  * An advance that the mesh could not make: `tip`, `at`; `text` says why.
@@ -745,9 +745,9 @@ typedef struct {
      */
     uint64_t tips;
     /**
-     * Number of pieces that came free.
+     * Number of fragments that came free.
      */
-    uint64_t pieces;
+    uint64_t fragments;
 } RhexisCut;
 
 /**
@@ -884,7 +884,7 @@ RhexisStatus rhexis_obstacle_create(RhexisWorld world,
 const char *rhexis_component_name(size_t index);
 
 /**
- * Gives a body, an obstacle or a tool a component, or changes the one that it has: "Tearing" with "strength_fibre = 0.8", say. Keys that the
+ * Gives a body, an obstacle or a tool a component, or changes the one that it has: "Tearing" with "strength_across_fibres = 0.8", say. Keys that the
  * text does not name keep their values, or those of the default where the component is new and has one. The component is judged as a whole;
  * nothing has changed where it is refused.
  */

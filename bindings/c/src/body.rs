@@ -16,7 +16,7 @@ pub extern "C" fn rhexis_body_init(body: Out<RhexisBodyDesc>) -> RhexisStatus {
     call(|| {
         body.check("body")?;
         let Material { young_fibre, young_transverse, poisson_major, shear_modulus, thickness, density } =
-            Material::figure_2();
+            Material::allard_2009();
         body.write(RhexisBodyDesc {
             name: Text::NULL,
             positions: Array::NULL,

@@ -70,7 +70,7 @@ pub extern "C" fn rhexis_component_name(index: usize) -> *const c_char {
     ENTRIES.get(index).map_or(std::ptr::null(), |entry| entry.name.as_ptr().cast())
 }
 
-/// Gives a body, an obstacle or a tool a component, or changes the one that it has: "Tearing" with "strength_fibre = 0.8", say. Keys that the
+/// Gives a body, an obstacle or a tool a component, or changes the one that it has: "Tearing" with "strength_across_fibres = 0.8", say. Keys that the
 /// text does not name keep their values, or those of the default where the component is new and has one. The component is judged as a whole;
 /// nothing has changed where it is refused.
 #[unsafe(no_mangle)]

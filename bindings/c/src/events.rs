@@ -23,16 +23,16 @@ pub const RHEXIS_EVENT_ENDED: u32 = 4;
 pub const RHEXIS_EVENT_RENEWED: u32 = 5;
 /// Tissue parted where no tip led: `at`; `value` is by how much it was too weak; `text` says why.
 pub const RHEXIS_EVENT_PARTED: u32 = 6;
-/// A piece came free: `count` triangles.
-pub const RHEXIS_EVENT_PIECE_FREED: u32 = 7;
+/// A fragment came free: `count` triangles.
+pub const RHEXIS_EVENT_FRAGMENT_FREED: u32 = 7;
 /// A tear stays shut where a hold keeps both lips: `at`.
 pub const RHEXIS_EVENT_HELD_SHUT: u32 = 8;
 /// The mesh is too coarse at a tip: `tip`, `at`; `value` is edges per averaging radius, to be 3 or more.
 pub const RHEXIS_EVENT_UNDER_RESOLVED: u32 = 9;
 /// A tip waits for `max_tear_speed`: `tip`, `at`; `value` is the criterion.
 pub const RHEXIS_EVENT_HELD_BACK: u32 = 10;
-/// A start was withheld for want of energy: `at`; `value` is the criterion; `length`.
-pub const RHEXIS_EVENT_START_WITHHELD: u32 = 11;
+/// A nucleation was blocked by energy: `at`; `value` is the criterion; `length`.
+pub const RHEXIS_EVENT_NUCLEATION_BLOCKED: u32 = 11;
 /// An advance that the mesh could not make: `tip`, `at`; `text` says why.
 pub const RHEXIS_EVENT_REFUSED: u32 = 12;
 /// Jaws were pulled beyond their limit: `value` \[N\]; `count` is 1 where they have let go; `text` is their name.
@@ -80,8 +80,8 @@ fn told(event: &Event, blank: RhexisEvent) -> (RhexisEvent, String) {
         EventKind::Parted { at: place, value, by } => {
             (RhexisEvent { value: *value, ..at(RHEXIS_EVENT_PARTED, *place) }, by.to_string())
         }
-        EventKind::PieceFreed { triangle_count } => {
-            (RhexisEvent { count: *triangle_count as u64, ..of(RHEXIS_EVENT_PIECE_FREED) }, none())
+        EventKind::FragmentFreed { triangle_count } => {
+            (RhexisEvent { count: *triangle_count as u64, ..of(RHEXIS_EVENT_FRAGMENT_FREED) }, none())
         }
         EventKind::HeldShut { at: place } => (at(RHEXIS_EVENT_HELD_SHUT, *place), none()),
         EventKind::UnderResolved { tip, at, edges_per_radius } => {
@@ -90,9 +90,9 @@ fn told(event: &Event, blank: RhexisEvent) -> (RhexisEvent, String) {
         EventKind::HeldBack { tip, at, criterion } => {
             (RhexisEvent { value: *criterion, ..at_tip(RHEXIS_EVENT_HELD_BACK, *tip, *at) }, none())
         }
-        EventKind::StartWithheld(start) => {
+        EventKind::NucleationBlocked(start) => {
             let (value, length) = (start.criterion, start.length);
-            (RhexisEvent { value, length, ..at(RHEXIS_EVENT_START_WITHHELD, start.at) }, none())
+            (RhexisEvent { value, length, ..at(RHEXIS_EVENT_NUCLEATION_BLOCKED, start.at) }, none())
         }
         EventKind::Refused { tip, at: place, reason } => {
             let tip = tip.map_or(0, key);

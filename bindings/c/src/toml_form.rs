@@ -25,8 +25,8 @@ mod tests {
     #[test]
     fn what_a_text_does_not_name_stays() {
         let base = Tearing { radius: 7.0, ..Tearing::default() };
-        let changed = patched("Tearing", Some(&base), "strength_fibre = 3\nmode = \"Edge\"").unwrap();
-        assert_eq!((changed.radius, changed.strength_fibre), (7.0, 3.0));
+        let changed = patched("Tearing", Some(&base), "strength_across_fibres = 3\nmode = \"Edge\"").unwrap();
+        assert_eq!((changed.radius, changed.strength_across_fibres), (7.0, 3.0));
         let settings = patched("settings", Some(&Settings::default()), "advanced.linear.tolerance = 1e-6").unwrap();
         assert_eq!(settings.advanced.linear.tolerance, 1e-6);
         assert_eq!(settings.advanced.linear.iterations, Settings::default().advanced.linear.iterations);
@@ -34,9 +34,12 @@ mod tests {
 
     #[test]
     fn unknown_missing_and_wrong_keys_are_refused_with_a_remedy() {
-        let error = patched("Tearing", Some(&Tearing::default()), "strength_fibres = 3").unwrap_err();
+        let error = patched("Tearing", Some(&Tearing::default()), "strength_across_fibre = 3").unwrap_err();
         assert_eq!(error.status, RhexisStatus::Scene);
-        assert_eq!(error.message, "Tearing: there is no key `strength_fibres`: did you mean `strength_fibre`?");
+        assert_eq!(
+            error.message,
+            "Tearing: there is no key `strength_across_fibre`: did you mean `strength_across_fibres`?"
+        );
         let error = patched::<Gravity>("Gravity", None, "").unwrap_err();
         assert!(error.message.contains("missing field `acceleration`"), "{}", error.message);
         let error = patched::<Gravity>("Gravity", None, "acceleration = 3").unwrap_err();

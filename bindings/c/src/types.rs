@@ -261,15 +261,15 @@ pub struct RhexisCut {
     pub strokes: u64,
     /// Number of tips left inside the tissue.
     pub tips: u64,
-    /// Number of pieces that came free.
-    pub pieces: u64,
+    /// Number of fragments that came free.
+    pub fragments: u64,
 }
 
 impl From<&Cut> for RhexisCut {
     fn from(cut: &Cut) -> Self {
         let Cut { asked, made, off_line, smallest_angle, .. } = *cut;
-        let (strokes, tips, pieces) = (cut.strokes.len() as u64, cut.tips.len() as u64, cut.piece_count as u64);
-        Self { asked, made, off_line, smallest_angle, strokes, tips, pieces }
+        let (strokes, tips, fragments) = (cut.strokes.len() as u64, cut.tips.len() as u64, cut.fragment_count as u64);
+        Self { asked, made, off_line, smallest_angle, strokes, tips, fragments }
     }
 }
 

@@ -103,7 +103,7 @@ fn events(world: RhexisWorld) -> Vec<RhexisEvent> {
 fn tools_do_what_they_do_in_rust() {
     let world = world();
     let body = sheet(world, 6);
-    set(world, body, c"Tearing", c"strength_fibre = 0.05\nstrength_transverse = 0.01\nradius = 1.5");
+    set(world, body, c"Tearing", c"strength_across_fibres = 0.05\nstrength_along_fibres = 0.01\nradius = 1.5");
     set(world, body, c"Gravity", c"acceleration = [0, 0, -9.81e-3]");
     let mut keys = RhexisViewU64 { data: std::ptr::null(), count: 0 };
     ok(rhexis_vertex_keys(world, body, out(&mut keys)));
@@ -124,11 +124,11 @@ fn tools_do_what_they_do_in_rust() {
     let (positions, triangles) = grid(6);
     let positions = positions.as_chunks::<3>().0.iter().map(|&p| DVec3::from_array(p)).collect();
     let mesh = TriangleMesh { positions, triangles: triangles.as_chunks::<3>().0.to_vec(), fibres: None };
-    let material = rhexis::components::Material::figure_2();
+    let material = rhexis::components::Material::allard_2009();
     let mut rust = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
     let there = rust.spawn(Membrane::new("sheet", mesh, material)).unwrap();
-    let (strength_fibre, strength_transverse, radius) = (0.05, 0.01, 1.5);
-    rust.set(there, Tearing { strength_fibre, strength_transverse, radius, ..Tearing::default() }).unwrap();
+    let (strength_across_fibres, strength_along_fibres, radius) = (0.05, 0.01, 1.5);
+    rust.set(there, Tearing { strength_across_fibres, strength_along_fibres, radius, ..Tearing::default() }).unwrap();
     rust.set(there, Gravity { acceleration: DVec3::NEG_Z * 9.81e-3 }).unwrap();
     let pinned = [0, 7, 14].map(|row: usize| rust.view(there).unwrap().vertex_keys[row]);
     rust.pin(there, "left", &pinned).unwrap();

@@ -370,8 +370,8 @@ namespace Rhexis
         public ulong strokes;
         /// <summary>Number of tips left inside the tissue.</summary>
         public ulong tips;
-        /// <summary>Number of pieces that came free.</summary>
-        public ulong pieces;
+        /// <summary>Number of fragments that came free.</summary>
+        public ulong fragments;
     }
 
     /// <summary>A point of a body's surface.</summary>
@@ -464,16 +464,16 @@ namespace Rhexis
         public const uint RHEXIS_EVENT_RENEWED = 5;
         /// <summary>Tissue parted where no tip led: `at`; `value` is by how much it was too weak; `text` says why.</summary>
         public const uint RHEXIS_EVENT_PARTED = 6;
-        /// <summary>A piece came free: `count` triangles.</summary>
-        public const uint RHEXIS_EVENT_PIECE_FREED = 7;
+        /// <summary>A fragment came free: `count` triangles.</summary>
+        public const uint RHEXIS_EVENT_FRAGMENT_FREED = 7;
         /// <summary>A tear stays shut where a hold keeps both lips: `at`.</summary>
         public const uint RHEXIS_EVENT_HELD_SHUT = 8;
         /// <summary>The mesh is too coarse at a tip: `tip`, `at`; `value` is edges per averaging radius, to be 3 or more.</summary>
         public const uint RHEXIS_EVENT_UNDER_RESOLVED = 9;
         /// <summary>A tip waits for `max_tear_speed`: `tip`, `at`; `value` is the criterion.</summary>
         public const uint RHEXIS_EVENT_HELD_BACK = 10;
-        /// <summary>A start was withheld for want of energy: `at`; `value` is the criterion; `length`.</summary>
-        public const uint RHEXIS_EVENT_START_WITHHELD = 11;
+        /// <summary>A nucleation was blocked by energy: `at`; `value` is the criterion; `length`.</summary>
+        public const uint RHEXIS_EVENT_NUCLEATION_BLOCKED = 11;
         /// <summary>An advance that the mesh could not make: `tip`, `at`; `text` says why.</summary>
         public const uint RHEXIS_EVENT_REFUSED = 12;
         /// <summary>Jaws were pulled beyond their limit: `value` [N]; `count` is 1 where they have let go; `text` is their name.</summary>
@@ -547,7 +547,7 @@ namespace Rhexis
         public static extern IntPtr rhexis_component_name(UIntPtr index);
 
         /// <summary>
-        /// Gives a body, an obstacle or a tool a component, or changes the one that it has: "Tearing" with "strength_fibre = 0.8", say.
+        /// Gives a body, an obstacle or a tool a component, or changes the one that it has: "Tearing" with "strength_across_fibres = 0.8", say.
         /// Keys that the text does not name keep their values, or those of the default where the component is new and has one. The
         /// component is judged as a whole; nothing has changed where it is refused.
         /// </summary>

@@ -25,7 +25,7 @@ struct MaterialValues {
 }
 
 fn material(values: Option<&Bound<'_, PyAny>>) -> Answer<Material> {
-    let base = Material::figure_2();
+    let base = Material::allard_2009();
     let base = MaterialValues {
         young_fibre: base.young_fibre,
         young_transverse: base.young_transverse,

@@ -31,7 +31,7 @@ fn plain(dict: &Bound<'_, PyDict>) -> PyResult<()> {
     Ok(())
 }
 
-/// `PieceFreed` as `piece_freed`.
+/// `FragmentFreed` as `fragment_freed`.
 fn snake(name: &str) -> String {
     let mut snake = String::new();
     for letter in name.chars() {

@@ -201,17 +201,17 @@ impl World {
         })
     }
 
-    /// Pieces that a body has come apart into: number by vertex and by triangle, and areas \[mm²\].
+    /// Fragments that a body has come apart into: number by vertex and by triangle, and areas \[mm²\].
     #[pyo3(signature = (body = None))]
-    fn pieces<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyDict>> {
+    fn fragments<'py>(&self, py: Python<'py>, body: Option<BodyRef>) -> PyResult<Bound<'py, PyDict>> {
         self.look(|state| {
             let body = state.body(body.as_ref())?;
-            let pieces = state.simulation().pieces(body).map_err(refused)?;
+            let fragments = state.simulation().fragments(body).map_err(refused)?;
             let told = PyDict::new(py);
-            told.set_item("count", pieces.count())?;
-            told.set_item("of_vertex", PyArray1::from_vec(py, pieces.of_vertex))?;
-            told.set_item("of_triangle", PyArray1::from_vec(py, pieces.of_triangle))?;
-            told.set_item("areas", PyArray1::from_vec(py, pieces.areas))?;
+            told.set_item("count", fragments.count())?;
+            told.set_item("of_vertex", PyArray1::from_vec(py, fragments.of_vertex))?;
+            told.set_item("of_triangle", PyArray1::from_vec(py, fragments.of_triangle))?;
+            told.set_item("areas", PyArray1::from_vec(py, fragments.areas))?;
             Ok(told)
         })
     }

@@ -41,7 +41,7 @@ fn cut_told<'py>(py: Python<'py>, cut: &Cut) -> PyResult<Bound<'py, PyDict>> {
     told.set_item("smallest_angle", cut.smallest_angle)?;
     told.set_item("strokes", cut.strokes.len())?;
     told.set_item("tips", cut.tips.iter().map(|tip| tip.data().as_ffi()).collect::<Vec<u64>>())?;
-    told.set_item("pieces", cut.piece_count)?;
+    told.set_item("fragments", cut.fragment_count)?;
     told.set_item("path", of_points(py, &cut.path)?)?;
     Ok(told)
 }

@@ -10,7 +10,7 @@ import pytest
 
 import rhexis
 
-SOFT = "strength_fibre = 0.05\nstrength_transverse = 0.01\nradius = 1.5"
+SOFT = "strength_across_fibres = 0.05\nstrength_along_fibres = 0.01\nradius = 1.5"
 
 
 def grid(n: int) -> tuple[np.ndarray, np.ndarray]:

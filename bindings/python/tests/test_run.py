@@ -73,7 +73,7 @@ def test_meshio_takes_and_gives_bodies(sheet: rhexis.World, tmp_path: Path) -> N
     sheet.step(5.0)
     mesh = rhexis.to_meshio(sheet)
     assert set(mesh.point_data) == {"rest_position", "displacement", "velocity", "force"}
-    assert {"fibre", "stress", "principal_stress", "criterion", "piece"} == set(mesh.cell_data)
+    assert {"fibre", "stress", "principal_stress", "criterion", "fragment"} == set(mesh.cell_data)
     file = tmp_path / "sheet.vtu"
     mesh.write(file)
     vertices, triangles, fibres = rhexis.from_meshio(meshio.read(file))

@@ -157,7 +157,7 @@ def test_a_tear_is_told_and_shown() -> None:
     count = changes["triangle_count"]
     assert fields["criterion"].shape == (count,) and fields["stress"].shape == (count, 9)
     assert fields["principal_stress"].shape == (count, 2)
-    assert world.energies()["elastic"] > 0.0 and world.pieces()["count"] == 1
+    assert world.energies()["elastic"] > 0.0 and world.fragments()["count"] == 1
 
 
 def test_attributes_follow_the_mesh(world: rhexis.World) -> None:

@@ -87,15 +87,15 @@ def test_arrays_that_are_no_mesh_are_refused(
 
 def test_components_are_set_by_toml_dictionaries_and_keywords(world: rhexis.World) -> None:
     body = world.spawn(*grid(2), name="sheet")
-    world.set(body, "Tearing", "strength_fibre = 3\nmode = 'Edge'")
+    world.set(body, "Tearing", "strength_across_fibres = 3\nmode = 'Edge'")
     world.set("sheet", "Tearing", {"radius": np.float64(7.0)}, exponent=0.5)
     tearing = world.get(body, "Tearing")
-    assert (tearing["strength_fibre"], tearing["mode"], tearing["radius"]) == (3.0, "Edge", 7.0)
+    assert (tearing["strength_across_fibres"], tearing["mode"], tearing["radius"]) == (3.0, "Edge", 7.0)
     world.set(body, "Gravity", acceleration=np.array([0.0, 0.0, -1.0]))
     assert world.get(body, "Gravity") == {"acceleration": [0.0, 0.0, -1.0]}
     assert world.unset(body, "Gravity") and not world.unset(body, "Gravity")
-    with refused("scene", "did you mean `strength_fibre`?"):
-        world.set(body, "Tearing", strength_fibres=3)
+    with refused("scene", "did you mean `strength_across_fibres`?"):
+        world.set(body, "Tearing", strength_across_fibre=3)
     with refused("not_found", "did you mean `Tearing`?"):
         world.set(body, "Tearings")
     with refused("scene", "missing field `acceleration`"):
@@ -178,7 +178,7 @@ def test_stale_and_foreign_handles_are_refused(world: rhexis.World) -> None:
     with refused("invalid_handle", "no body"):
         world.positions(forceps)
     world.despawn(body)
-    for call in (world.positions, world.tips, world.pieces, world.fields, world.energies, world.reactions):
+    for call in (world.positions, world.tips, world.fragments, world.fields, world.energies, world.reactions):
         with refused("invalid_handle", "destroyed"):
             call(body)
     with refused("invalid_input", "0 bodies"):

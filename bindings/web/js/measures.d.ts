@@ -18,7 +18,7 @@ export interface TearFigures {
   starts: number;
   advances: number;
   ended: number;
-  pieces_freed: number;
+  fragments_freed: number;
   branches: number;
   refusals: number;
   tips: number;

@@ -167,7 +167,7 @@ function shown(next) {
 
 function tell({ fault, events, measures }) {
   if (fault) { play(false); return say(fault, true); }
-  if (events.some(({ what }) => what.startsWith("PieceFreed"))) say("A piece has come free.");
+  if (events.some(({ what }) => what.startsWith("FragmentFreed"))) say("A piece has come free.");
   else if (events.some(({ what }) => what.startsWith("Ended"))) say("A tear has reached its end.");
   const isDone = measures.is_finished && state.opened && !state.opened.mesh && !state.opened.byHand;
   if (isDone && state.isPlaying) { play(false); say("The scene is at its end."); }

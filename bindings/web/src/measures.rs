@@ -98,7 +98,7 @@ pub struct Tear {
     /// Tears ended.
     pub ended: u32,
     /// Pieces freed.
-    pub pieces_freed: u32,
+    pub fragments_freed: u32,
     /// Second tips of branches.
     pub branches: u32,
     /// Advances refused.
@@ -171,10 +171,10 @@ impl Engine {
         let log = world.get::<&TearLog>(body).ok().filter(|log| log.length > 0.0 || world.satisfies::<&Tearing>(body));
         let tear = log.map(|log| Tear {
             length_mm: log.length,
-            starts: log.start_count,
+            starts: log.nucleation_count,
             advances: log.advance_count,
             ended: log.end_count,
-            pieces_freed: log.piece_count,
+            fragments_freed: log.fragment_count,
             branches: log.branch_count,
             refusals: log.refusal_count,
             tips,

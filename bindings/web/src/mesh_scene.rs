@@ -95,8 +95,8 @@ damping = 1       # ms
 drag = {drag}     # N·ms/mm³
 
 [bodies.tearing]
-strength_transverse = 0.05   # MPa, tearing along the fibres
-strength_fibre = 0.8         # MPa, tearing across them
+strength_along_fibres = 0.05   # MPa, tearing along the fibres
+strength_across_fibres = 0.8   # MPa, tearing across them
 exponent = 0.5
 cone_degrees = 90
 radius = {radius}            # mm, one and a half mean edges

@@ -30,9 +30,9 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     let most = t.most_relaxed;
     counted(
         t.relaxed,
-        &format!("up to {most} vertices found their own way, for the solve's would have created energy"),
+        &format!("up to {most} vertices were relaxed locally: the linear solution would have gained energy"),
     );
-    counted(t.put_outside, "vertices were put back outside an obstacle, where no solve had left them");
+    counted(t.vertices_projected, "vertices were put back outside an obstacle, where no solve had left them");
     counted(
         t.cut_short,
         "a tear could have gone on when the step had used up run.max_tear_passes, run.budget or run.advanced.static_advances",
@@ -61,7 +61,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
                 body.name, tear.held_back_steps, tear.held_back_criterion
             ));
         }
-        if let Some(steps) = tear.starts_without_energy.filter(|&steps| steps > 0) {
+        if let Some(steps) = tear.nucleations_blocked.filter(|&steps| steps > 0) {
             list.push(format!(
                 "{}: in {steps} step(s) the stress reached the strength where no tear started: opening it would have released less than the \
                  toughness (events.jsonl says where)",

@@ -10,7 +10,7 @@ use super::series::Observation;
 use super::{Stop, checkpoint};
 use crate::output::{OutputError, PictureSettings, PvdWriter, file, gltf, render, write_obj, write_ply};
 use glam::DVec3;
-use rhexis::components::WithheldStart;
+use rhexis::components::BlockedNucleation;
 use rhexis::event::{Event, EventKind, Verdict};
 use rhexis::frame::Frame;
 use serde::{Deserialize, Serialize};
@@ -348,7 +348,7 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         EventKind::Cut { asked, made, strokes } => {
             json!({ "kind": "cut", "asked_mm": asked, "made_mm": made, "strokes": strokes })
         }
-        EventKind::PieceFreed { triangle_count } => json!({ "kind": "piece_freed", "triangles": triangle_count }),
+        EventKind::FragmentFreed { triangle_count } => json!({ "kind": "fragment_freed", "triangles": triangle_count }),
         EventKind::Renewed { tip, at, by } => {
             json!({ "kind": "renewed", "tip": key(tip), "at_mm": point(at), "by": by.to_string() })
         }
@@ -362,8 +362,8 @@ fn described(step: u64, body: &str, event: &Event) -> Value {
         EventKind::HeldBack { tip, at, criterion } => {
             json!({ "kind": "held_back", "tip": key(tip), "at_mm": point(at), "criterion": criterion })
         }
-        EventKind::StartWithheld(WithheldStart { at, criterion, length, release, toughness }) => json!({
-            "kind": "start_withheld", "at_mm": point(at), "criterion": criterion, "length_mm": length,
+        EventKind::NucleationBlocked(BlockedNucleation { at, criterion, length, release, toughness }) => json!({
+            "kind": "nucleation_blocked", "at_mm": point(at), "criterion": criterion, "length_mm": length,
             "release_n_per_mm": release, "toughness_n_per_mm": toughness,
         }),
         EventKind::Refused { tip, at, reason } => {

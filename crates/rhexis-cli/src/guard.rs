@@ -22,7 +22,7 @@ pub(super) struct GuardTally {
     pub refused_by_cause: BTreeMap<String, u64>,
     /// Parts of steps whose answer was limited, by cause.
     pub limited_by_cause: BTreeMap<String, u64>,
-    /// Parts of steps in which a few vertices found their own way, by cause.
+    /// Parts of steps in which a few vertices were relaxed locally, by cause.
     #[serde(default)]
     pub relaxed_by_cause: BTreeMap<String, u64>,
     /// Most vertices limited in one part of a step.

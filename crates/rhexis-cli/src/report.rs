@@ -136,7 +136,7 @@ pub(super) struct TearFigures {
     pub length_mm: f64,
     pub starts: u32,
     /// Steps in which a start had the stress and not the energy; absent for a body without an energy criterion.
-    pub starts_without_energy: Option<u32>,
+    pub nucleations_blocked: Option<u32>,
     pub advances: u32,
     /// What the toughness claims, and where the energy went; absent for a body that cannot tear.
     pub account: Option<AccountReport>,
@@ -152,7 +152,7 @@ pub(super) struct TearFigures {
     pub held_back_steps: u32,
     pub held_back_criterion: f64,
     pub ended: u32,
-    pub pieces_freed: u32,
+    pub fragments_freed: u32,
     /// Live tips left at notches, second tips of branches, and places where tissue parted without a tip.
     pub renewed: u32,
     pub branches: u32,
@@ -233,12 +233,12 @@ pub(super) struct SolverFigures {
     /// Steps in which a linear solve stopped because its time was up.
     pub late: Count,
     /// Steps in which a body took only a fraction of its increment, lest it create energy.
-    pub part_of_way: Count,
-    /// Vertices found their own way, for the solve's would have created energy, and the most at once.
+    pub step_limited: Count,
+    /// Vertices were relaxed locally: the linear solution would have gained energy, and the most at once.
     pub relaxed: Count,
     pub most_relaxed_vertices: usize,
     /// Steps at whose end vertices were put back outside an obstacle.
-    pub put_outside: Count,
+    pub vertices_projected: Count,
     /// Steps in which a tear could have gone on when the resumes, the budget or the rounds were used up.
     pub cut_short: Count,
     /// Steps in which the budget had no room for the second solve of a tear that was due.
@@ -305,10 +305,10 @@ pub(super) fn report(instance: &mut Instance, s: Sources<'_>) -> RunReport {
             unconverged: t.unconverged,
             fell_back: t.fell_back,
             late: t.late,
-            part_of_way: t.part_of_way,
+            step_limited: t.step_limited,
             relaxed: t.relaxed,
             most_relaxed_vertices: t.most_relaxed,
-            put_outside: t.put_outside,
+            vertices_projected: t.vertices_projected,
             cut_short: t.cut_short,
             tear_undecided: t.tear_undecided,
             refinement_put_off: t.refinement_put_off,
@@ -398,8 +398,8 @@ fn tear_figures(instance: &Instance, body: Entity, account: Option<&TearAccount>
     });
     Some(TearFigures {
         length_mm: log.length,
-        starts: log.start_count,
-        starts_without_energy: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.withheld_start_count),
+        starts: log.nucleation_count,
+        nucleations_blocked: world.get::<&EnergyCriterion>(body).is_ok().then_some(log.blocked_nucleation_count),
         advances: log.advance_count,
         account: account.map(|account| AccountReport::of(&account.figures())),
         detours: log.detour_count,
@@ -409,7 +409,7 @@ fn tear_figures(instance: &Instance, body: Entity, account: Option<&TearAccount>
         held_back_steps: log.held_back_count,
         held_back_criterion: log.held_back_criterion,
         ended: log.end_count,
-        pieces_freed: log.piece_count,
+        fragments_freed: log.fragment_count,
         renewed: log.renewed_count,
         branches: log.branch_count,
         parted: log.parted_count,
@@ -420,8 +420,8 @@ fn tear_figures(instance: &Instance, body: Entity, account: Option<&TearAccount>
         edges_per_radius: log.edges_per_radius,
         refinement: refinement_figures(instance, body),
         thresholds: thresholds(&instance.simulation, body).map(|(tearing, toughness)| ThresholdFigures {
-            strength_along_fibres_mpa: tearing.strength_transverse,
-            strength_across_fibres_mpa: tearing.strength_fibre,
+            strength_along_fibres_mpa: tearing.strength_along_fibres,
+            strength_across_fibres_mpa: tearing.strength_across_fibres,
             radius_mm: tearing.radius,
             toughness_along_fibres_n_per_mm: toughness.along,
             toughness_across_fibres_n_per_mm: toughness.across,

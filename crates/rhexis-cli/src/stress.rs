@@ -89,9 +89,10 @@ fn failed(outcome: Outcome, directory: &Path) -> Result<Option<Failed>, Stop> {
 }
 
 fn summary(output: &Output) -> String {
-    let Counts { cases, steps, tears, rollbacks, failed_steps, held_back, slowest_step, slowest_case } = &output.counts;
+    let Counts { cases, steps, tears, rollbacks, failed_steps, step_limited, slowest_step, slowest_case } =
+        &output.counts;
     let mut lines = format!(
-        "{cases} cases of seed {}, {steps} steps in {:.1} s: {tears} advances of tears, {rollbacks} rollbacks, {held_back} steps held back, \
+        "{cases} cases of seed {}, {steps} steps in {:.1} s: {tears} advances of tears, {rollbacks} rollbacks, {step_limited} steps limited, \
          {failed_steps} failed steps; the longest step {slowest_step:.0} ms (case {slowest_case})\n{} failures",
         output.seed,
         output.seconds,

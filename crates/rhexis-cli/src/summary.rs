@@ -49,7 +49,7 @@ pub(super) fn summary(report: &RunReport) -> String {
                 tear.advances,
                 tear.tips.len(),
                 tear.ended,
-                tear.pieces_freed
+                tear.fragments_freed
             ));
             lines.extend(tear.account.iter().flat_map(AccountReport::summary));
             if let Some(refinement) = &tear.refinement {

@@ -42,12 +42,12 @@ pub(super) struct Tally {
     /// Steps in which a linear solve stopped because its time was up.
     pub late: Count,
     /// Steps in which a body took only a fraction of its increment, lest it create energy.
-    pub part_of_way: Count,
-    /// Vertices that found their own way, and the most at once.
+    pub step_limited: Count,
+    /// Vertices that were relaxed locally, and the most at once.
     pub relaxed: Count,
     pub most_relaxed: usize,
     /// Steps at whose end vertices were put back outside an obstacle.
-    pub put_outside: Count,
+    pub vertices_projected: Count,
     /// Steps that were given up.
     pub failed: Count,
     /// Sub-steps undone and retried.
@@ -98,7 +98,7 @@ pub(super) struct EventCounts {
     pub detoured: u64,
     pub ambiguous: u64,
     pub ended: u64,
-    pub piece_freed: u64,
+    pub fragment_freed: u64,
     /// Cuts by tools.
     #[serde(default)]
     pub cut: u64,
@@ -108,7 +108,7 @@ pub(super) struct EventCounts {
     pub under_resolved: u64,
     pub held_back: u64,
     #[serde(default)]
-    pub start_withheld: u64,
+    pub nucleation_blocked: u64,
     pub refused: u64,
     pub slipped: u64,
     pub fell_asleep: u64,
@@ -141,11 +141,11 @@ impl Tally {
         self.unconverged.note(report.bodies.iter().any(|body| !body.is_converged), o.step);
         self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);
         self.late.note(report.bodies.iter().any(|body| body.is_late), o.step);
-        self.part_of_way.note(report.bodies.iter().any(|body| body.went_part_of_way), o.step);
+        self.step_limited.note(report.bodies.iter().any(|body| body.any_substep_limited), o.step);
         let relaxed = report.bodies.iter().map(|body| body.relaxed_vertices).max().unwrap_or(0);
         self.relaxed.note(relaxed > 0, o.step);
         self.most_relaxed = self.most_relaxed.max(relaxed);
-        self.put_outside.note(report.bodies.iter().any(|body| body.is_put_outside), o.step);
+        self.vertices_projected.note(report.bodies.iter().any(|body| body.any_vertex_projected), o.step);
         self.failed.note(report.has_failed, o.step);
         self.cut_short.note(report.bodies.iter().any(|body| body.is_tear_cut_short), o.step);
         self.tear_undecided.note(report.bodies.iter().any(|body| body.is_tear_undecided), o.step);
@@ -185,13 +185,13 @@ impl Tally {
             EventKind::FellAsleep => counts.fell_asleep += 1,
             EventKind::Woke { .. } => counts.woke += 1,
             EventKind::Ended { .. } => counts.ended += 1,
-            EventKind::PieceFreed { .. } => counts.piece_freed += 1,
+            EventKind::FragmentFreed { .. } => counts.fragment_freed += 1,
             EventKind::HeldShut { .. } => counts.held_shut += 1,
             EventKind::Renewed { .. } => counts.renewed += 1,
             EventKind::Parted { .. } => counts.parted += 1,
             EventKind::UnderResolved { .. } => counts.under_resolved += 1,
             EventKind::HeldBack { .. } => counts.held_back += 1,
-            EventKind::StartWithheld(_) => counts.start_withheld += 1,
+            EventKind::NucleationBlocked(_) => counts.nucleation_blocked += 1,
             EventKind::Refused { .. } => counts.refused += 1,
             EventKind::StepFailed { .. } => counts.step_failed += 1,
             EventKind::StepGuarded { .. } => counts.step_guarded += 1,

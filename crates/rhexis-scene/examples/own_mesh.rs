@@ -32,8 +32,8 @@ pub fn tear(mesh: TriangleMesh) -> Result<(), Box<dyn std::error::Error>> {
     println!("{} triangles, {length:.3} × {width:.3} mm", mesh.triangles.len());
 
     let tearing = Tearing {
-        strength_transverse: 0.3,
-        strength_fibre: 0.3,
+        strength_along_fibres: 0.3,
+        strength_across_fibres: 0.3,
         radius: width / 20.0,
         max_tear_speed: width / 1000.0,
         ..Tearing::default()

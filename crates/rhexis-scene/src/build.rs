@@ -201,7 +201,7 @@ fn surroundings(mut membrane: Membrane, spec: &BodySpec, key: &str) -> Result<Me
     }
     if let Some(SleepSpec { strain, steps }) = spec.sleep {
         if steps == 0 {
-            return Err(Fault::new(at("sleep.steps"), "0 steps are none", "give 1 or more"));
+            return Err(Fault::new(at("sleep.steps"), "steps must be at least 1", "give 1 or more"));
         }
         let strain = positive(at("sleep.strain"), strain, "")?;
         membrane = membrane.with(Sleeping { strain, steps, ..Sleeping::default() });
@@ -225,7 +225,7 @@ fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing
     }
     let branch_margin = spec.branch_margin;
     if let Some(margin) = branch_margin.filter(|margin| !(0.0..1.0).contains(margin)) {
-        let what = format!("{margin} is no margin of a tie");
+        let what = format!("branch_margin must be in [0, 1), not {margin}");
         return Err(Fault::new(at("branch_margin"), what, "give at least 0 and less than 1, such as 1e-6"));
     }
     Ok(Tearing {
@@ -246,31 +246,43 @@ fn tearing(spec: &TearingSpec, material: &Material, key: &str) -> Result<Tearing
 /// Strengths and R, from strengths or from toughnesses.
 fn thresholds(spec: &TearingSpec, material: &Material, radius: f64, key: &str) -> Result<Tearing, Fault> {
     let at = |name: &str| format!("{key}.{name}");
-    let TearingSpec { strength_transverse, strength_fibre, strength_ratio, toughness_along, toughness_across, .. } =
-        *spec;
-    match (strength_transverse, strength_fibre, strength_ratio, toughness_along, toughness_across) {
+    let TearingSpec {
+        strength_along_fibres,
+        strength_across_fibres,
+        strength_ratio,
+        toughness_along_fibres,
+        toughness_across_fibres,
+        ..
+    } = *spec;
+    match (
+        strength_along_fibres,
+        strength_across_fibres,
+        strength_ratio,
+        toughness_along_fibres,
+        toughness_across_fibres,
+    ) {
         (Some(transverse), fibre, ratio, None, None) => {
-            let strength_transverse = positive(at("strength_transverse"), transverse, "MPa")?;
-            let strength_fibre = match (fibre, ratio) {
-                (Some(strength), None) => positive(at("strength_fibre"), strength, "MPa")?,
-                (None, Some(ratio)) => strength_transverse * positive(at("strength_ratio"), ratio, "")?,
+            let strength_along_fibres = positive(at("strength_along_fibres"), transverse, "MPa")?;
+            let strength_across_fibres = match (fibre, ratio) {
+                (Some(strength), None) => positive(at("strength_across_fibres"), strength, "MPa")?,
+                (None, Some(ratio)) => strength_along_fibres * positive(at("strength_ratio"), ratio, "")?,
                 _ => {
                     let what = "the strength across the fibres is given twice or not at all";
-                    return Err(Fault::new(key, what, "give either `strength_fibre` or `strength_ratio`"));
+                    return Err(Fault::new(key, what, "give either `strength_across_fibres` or `strength_ratio`"));
                 }
             };
-            Ok(Tearing { strength_fibre, strength_transverse, radius, ..Tearing::default() })
+            Ok(Tearing { strength_across_fibres, strength_along_fibres, radius, ..Tearing::default() })
         }
         (None, None, None, Some(along), Some(across)) => {
-            let along = positive(at("toughness_along"), along, "N/mm")?;
-            let across = positive(at("toughness_across"), across, "N/mm")?;
+            let along = positive(at("toughness_along_fibres"), along, "N/mm")?;
+            let across = positive(at("toughness_across_fibres"), across, "N/mm")?;
             let law = material.stiffness().map_err(|error| inadmissible(key, &error))?;
             let tearing = Tearing::from_toughness(Toughness { along, across }, &law, radius);
             tearing.map_err(|error| Fault::new(key, error, "give numbers of an ordinary size"))
         }
         _ => {
-            let hint = "give `strength_transverse` with `strength_fibre` or `strength_ratio` [MPa], or both of \
-                        `toughness_along` and `toughness_across` [N/mm]; one kind follows from the other through `radius`";
+            let hint = "give `strength_along_fibres` with `strength_across_fibres` or `strength_ratio` [MPa], or both of \
+                        `toughness_along_fibres` and `toughness_across_fibres` [N/mm]; one kind follows from the other through `radius`";
             Err(Fault::new(key, "strengths and toughnesses are incomplete or mixed", hint))
         }
     }
@@ -290,13 +302,13 @@ fn tip_criterion(spec: &BodySpec, material: &Material, key: &str) -> Result<Opti
         }
         (Some(energy), Some(_)) => energy_criterion(energy, &at).map(Some),
         (None, Some(tearing)) => {
-            let is_tough = tearing.toughness_along.is_some();
+            let is_tough = tearing.toughness_along_fibres.is_some();
             if tearing.criterion.map_or(!is_tough, |criterion| criterion == CriterionSpec::Stress) {
                 return Ok(None);
             }
             let key = format!("{key}.tearing");
             let thresholds = thresholds(tearing, material, tearing.radius, &key)?;
-            let given = tearing.toughness_along.zip(tearing.toughness_across);
+            let given = tearing.toughness_along_fibres.zip(tearing.toughness_across_fibres);
             let toughness = match given {
                 Some((along, across)) => Toughness { along, across },
                 None => thresholds.toughness(&material.stiffness().map_err(|error| inadmissible(&key, &error))?),
@@ -309,8 +321,8 @@ fn tip_criterion(spec: &BodySpec, material: &Material, key: &str) -> Result<Opti
 
 fn energy_criterion(spec: &EnergyCriterionSpec, key: &str) -> Result<EnergyCriterion, Fault> {
     let at = |name: &str| format!("{key}.{name}");
-    let along = positive(at("toughness_along"), spec.toughness_along, "N/mm")?;
-    let across = positive(at("toughness_across"), spec.toughness_across, "N/mm")?;
+    let along = positive(at("toughness_along_fibres"), spec.toughness_along_fibres, "N/mm")?;
+    let across = positive(at("toughness_across_fibres"), spec.toughness_across_fibres, "N/mm")?;
     let ring = positive(at("ring"), spec.ring, "")?;
     if ring > 100.0 {
         let what = format!("a ring of {ring} averaging radii is too wide");

@@ -160,12 +160,12 @@ pub(super) fn values(
     }
     let Some(tearing) = tearing else { return Ok(membrane) };
     let over = |list: Vec<f64>, own: f64| list.into_iter().map(|value| value / own).collect::<Vec<f64>>();
-    let own = tearing.strength_transverse;
+    let own = tearing.strength_along_fibres;
     let strengths = strength.as_ref().map(|rows| positive(rows, own, &at("strength"))).transpose()?;
     let strengths = strengths.map(|list| over(list, own));
     // Thresholds that follow from toughnesses, or these from them, still do in every triangle: G_c grows with the strength's square.
     let is_derived = spec.energy_criterion.is_none();
-    let of_tearing = spec.tearing.as_ref().and_then(|spec| spec.toughness_along);
+    let of_tearing = spec.tearing.as_ref().and_then(|spec| spec.toughness_along_fibres);
     let own = energy.map(|energy| energy.toughness.along).or(of_tearing);
     let toughnesses = match (toughness, own) {
         (Some(rows), Some(own)) => Some(over(positive(rows, own, &at("toughness"))?, own)),

@@ -111,7 +111,7 @@ fn varying(triangles: &Triangles, tearing: Option<&Tearing>, energy: Option<&Ene
         }
         (least != own && least.is_finite()).then(|| format!("{what} {least:.3e}{unit}"))
     };
-    let strength = tearing.map_or(0.0, |tearing| tearing.strength_transverse);
+    let strength = tearing.map_or(0.0, |tearing| tearing.strength_along_fibres);
     let toughness = energy.map_or(0.0, |energy| energy.toughness.along);
     let (factors, tough) = (triangles.strength.iter(), triangles.toughness.iter());
     let (strains, thick) = (|| triangles.pre_stretch.iter(), triangles.thickness.get(0).copied().unwrap_or(0.0));
@@ -157,7 +157,7 @@ impl fmt::Display for Summary {
                 write!(f, ", {} tear tip(s)", body.tip_count)?;
             }
             if let Some((t, toughness)) = &body.tearing {
-                let (transverse, fibre) = (t.strength_transverse, t.strength_fibre);
+                let (transverse, fibre) = (t.strength_along_fibres, t.strength_across_fibres);
                 let Toughness { along, across } = toughness;
                 let way = |way: &str, strength: f64, toughness: f64| match body.energy {
                     Some(_) => format!("{way} the fibres at {strength:.3e} MPa"),

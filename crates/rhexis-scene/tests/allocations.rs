@@ -25,7 +25,7 @@ fn allocations(work: impl FnOnce()) -> usize {
 }
 
 fn main() {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     for (threads, preconditioner) in [
         (1, Preconditioner::IncompleteCholesky),
         (2, Preconditioner::IncompleteCholesky),
@@ -73,7 +73,7 @@ fn a_refined_tear_hardly_allocates() {
         "run.threads=1",
         "run.advanced.preconditioner=incomplete_cholesky",
         "bodies.0.mesh.cap.triangles=2500",
-        "bodies.0.tearing.toughness_along=0.5",
+        "bodies.0.tearing.toughness_along_fibres=0.5",
     ] {
         document.set(set).unwrap();
     }
@@ -104,7 +104,7 @@ const WARM_UP: usize = 1000;
 const STEPS: usize = 1400;
 
 fn accurate_steps_allocate_nothing() {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let settings = Settings {
         threads: 1,
         advanced: Advanced {
@@ -127,7 +127,7 @@ fn accurate_steps_allocate_nothing() {
 
 /// All that a loop of pictures asks for, and a system of the caller's.
 fn an_embedding_loop_allocates_nothing() {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let settings = Settings {
         threads: 1,
         advanced: Advanced { preconditioner: Preconditioner::IncompleteCholesky, ..Advanced::default() },
@@ -162,7 +162,7 @@ fn an_embedding_loop_allocates_nothing() {
 
 /// Several bodies side by side, pulled, falling asleep, asleep.
 fn many_bodies_allocate_nothing() {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let settings = Settings {
         threads: 2,
         advanced: Advanced { preconditioner: Preconditioner::IncompleteCholesky, ..Advanced::default() },

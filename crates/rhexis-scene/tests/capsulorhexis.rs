@@ -88,7 +88,7 @@ fn the_tear_follows_the_circle_and_closes() {
     assert!((3e-3..=30e-3).contains(&figures.force_rms), "{}", row(&figures));
     assert!((4..=7).contains(&figures.grasps) && figures.completion == TAU);
     let freed = events.iter().find_map(|event| match event.kind {
-        EventKind::PieceFreed { triangle_count } => Some(triangle_count),
+        EventKind::FragmentFreed { triangle_count } => Some(triangle_count),
         _ => None,
     });
     assert!(freed.is_some_and(|count| count > 500), "{freed:?}");
@@ -350,7 +350,8 @@ fn straight_grasps(degrees: f64) -> String {
 #[test]
 #[ignore = "minutes: cargo test --release --test capsulorhexis -- --ignored --nocapture angles"]
 fn the_angles_of_a_hand_that_no_fibre_guides() {
-    let isotropic = ["bodies.0.grading.ratio_at_rim=1", "bodies.0.tearing.toughness_across=0.7", "run.duration=28200"];
+    let isotropic =
+        ["bodies.0.grading.ratio_at_rim=1", "bodies.0.tearing.toughness_across_fibres=0.7", "run.duration=28200"];
     for degrees in [30.0, 45.0, 60.0, 80.0, 110.0] {
         let mut all = sets(&FEW);
         all.extend(sets(&isotropic));

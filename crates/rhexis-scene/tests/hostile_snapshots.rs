@@ -23,7 +23,7 @@ const HEAD: usize = 28;
 
 fn torn() -> Simulation {
     let mut square = Square::new([6, 5], 60.0);
-    square.tearing = Tearing { strength_fibre: 0.1, strength_transverse: 0.01, ..square.tearing };
+    square.tearing = Tearing { strength_across_fibres: 0.1, strength_along_fibres: 0.01, ..square.tearing };
     let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
     simulation.record();
     let membrane = square.membrane().with(Sleeping::default());

@@ -1,6 +1,6 @@
 //! Working memory of a body's solves.
 
-use crate::components::{Allowed, FreeAxes, Read, Readings, Stops};
+use crate::components::{FreeAxes, GuideConstraints, Outputs, OutputsMut, Stops};
 use glam::{DVec2, DVec3};
 
 /// Forces and energy by which a step of several Newton iterations or two stages is judged at its end; empty in others.
@@ -21,7 +21,7 @@ pub struct SolverScratch {
     /// 1 along free axes, 0 along prescribed ones.
     pub free: FreeAxes,
     /// Motions of guided vertices, which have no free axes for them.
-    pub allowed: Box<Allowed>,
+    pub guide_constraints: Box<GuideConstraints>,
     /// Right-hand side b \[N\] before a solve, its residual b − A·δ after it.
     pub residual: Vec<DVec3>,
     /// Right-hand side \[N\] of a solve in double precision that may have to begin anew.
@@ -42,8 +42,8 @@ pub struct SolverScratch {
     pub stops: Box<Stops>,
     /// Motion counts of the triangles that have to be put outside an obstacle.
     pub sweeps: Box<Sweeps>,
-    /// Readings of the last step, to be put back if this one is undone.
-    pub readings: Box<Readings>,
+    /// Outputs of the last step, to be put back if this one is undone.
+    pub outputs: Box<Outputs>,
     /// Twice the energy stored in the body \[mJ\], where the solve asks for it; else zero.
     pub twice_stored: f64,
     /// Energy \[mJ\] of the body's motion by an edge in one step, where the solve asks for the error of positions; else zero.
@@ -63,15 +63,15 @@ pub struct SolverScratch {
     /// Limit \[mJ\] of the spurious energy in this step, where a solve has exceeded it and the next one is to correct it.
     pub to_correct: Option<f64>,
     /// How often the masses of the next further solve are quadrupled.
-    pub restraint: u32,
+    pub lm_damping: u32,
     /// The static increment that is being tried.
     pub line_search: Option<LineSearch>,
 }
 
 impl SolverScratch {
-    /// Begins a step with the readings of the last one.
-    pub(crate) fn begin(&mut self, read: Read<'_>) {
-        self.readings.keep(read);
+    /// Begins a step with the outputs of the last one.
+    pub(crate) fn begin(&mut self, read: OutputsMut<'_>) {
+        self.outputs.keep(read);
         (self.is_counted, self.to_correct, self.line_search) = (false, None, None);
         self.reference_sq = 0.0;
         self.account.energy = None;

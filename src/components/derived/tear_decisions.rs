@@ -1,6 +1,6 @@
 //! Findings of the tear criterion for the split.
 
-use crate::components::{DecidedBy, Parting, WithheldStart};
+use crate::components::{BlockedNucleation, DecidedBy, LigamentFailure};
 use crate::math::Sym2;
 use crate::storage::{TriangleKey, VertexKey};
 use glam::DVec3;
@@ -62,22 +62,22 @@ pub struct TearDecisions {
     /// Per tip; `None` where no direction is admissible.
     pub tips: Vec<Option<TearDecision>>,
     /// The place with the largest criterion above 1, if the body may tear where there is no tip.
-    pub start: Option<(TearSite, TearDecision)>,
+    pub nucleation: Option<(TearSite, TearDecision)>,
     /// Where tissue is to part without a tip.
-    pub parting: Option<Box<Parting>>,
-    /// Length torn or cut \[mm\] when the mesh last refused to part a strand; none is looked for until it has grown.
-    pub strand_refused_at: f64,
-    /// Where the last parting was refused, if it was.
-    pub refused_parting: Option<RefusedSite>,
+    pub ligament_failure: Option<Box<LigamentFailure>>,
+    /// Length torn or cut \[mm\] when the mesh last refused to part a ligament; none is looked for until it has grown.
+    pub ligament_refused_at: f64,
+    /// Where the last ligament failure was refused, if it was.
+    pub refused_ligament_failure: Option<RefusedSite>,
     /// Length that this start opens at once \[mm\], to either side of a start from inside; zero for one edge, where the strength
     /// alone decides.
-    pub start_length: f64,
+    pub nucleation_length: f64,
     /// The strongest of the places where strength is reached and none may start for want of energy.
-    pub withheld: Option<WithheldStart>,
-    /// Whether that was reported: once until no start is withheld.
-    pub is_withheld_told: bool,
+    pub blocked_by_energy: Option<BlockedNucleation>,
+    /// Whether that was reported: once until no nucleation is blocked.
+    pub is_blocked_reported: bool,
     /// Where the last start was refused, if it was.
-    pub refused_start: Option<RefusedSite>,
+    pub refused_nucleation: Option<RefusedSite>,
     /// Vertices of the boundary at which a tear may start: scratch of the search.
     pub rim: Vec<u32>,
     /// Whether a tip has advanced by less than it may in this step: the step is then redone for this body.
@@ -88,13 +88,14 @@ impl TearDecisions {
     /// Forgets the findings before an edit that gives rows to others; refused sites stay known.
     pub fn forget(&mut self) {
         self.tips.clear();
-        (self.start, self.start_length, self.withheld, self.parting) = (None, 0.0, None, None);
+        (self.nucleation, self.nucleation_length, self.blocked_by_energy, self.ligament_failure) =
+            (None, 0.0, None, None);
     }
 
     /// Whether the criterion asks for an advance or a start anywhere.
     pub fn ask(&self) -> bool {
-        self.start.is_some()
-            || self.parting.is_some()
+        self.nucleation.is_some()
+            || self.ligament_failure.is_some()
             || self.tips.iter().flatten().any(|decision| decision.value > 1.0)
     }
 }

@@ -48,7 +48,7 @@ impl Channel {
 /// let uv = positions.iter().flat_map(|p| [p.x, p.y]).collect();
 /// let mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..TriangleMesh::default() };
 /// let mut simulation = Simulation::new(Settings::default())?;
-/// let sheet = Membrane::new("sheet", mesh, Material::figure_2()).with(Attributes::new(2, uv));
+/// let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).with(Attributes::new(2, uv));
 /// let body = simulation.spawn(sheet)?;
 /// simulation.cut(body, &[DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.5, 0.5, 0.0)])?;
 /// let view = simulation.view(body)?;

@@ -1,12 +1,12 @@
 //! Grips of a body: forceps by script, which close at one time, follow a hand path and open.
 
 use crate::components::BodyError;
-use crate::components::check::{Check, Host, MOST, at_row, finite, number};
+use crate::components::check::{Check, Host, MOST_COUNTED, at_row, finite, number};
 use crate::components::{Jaws, Pinch, Pose};
 use glam::DVec3;
 
 /// Vertices for which every grip has room from the start: jaws are small, and close in the middle of a course.
-const USUAL: usize = 64;
+const USUAL_PINCH: usize = 64;
 
 /// A polyline through space over time, at rest before its first and after its last point.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -88,9 +88,9 @@ impl Grips {
     pub fn new(list: Vec<Grip>) -> Self {
         let pinch = |grip: &Grip| {
             let mut pinch = Pinch { name: grip.name.clone(), jaws: grip.jaws, ..Pinch::default() };
-            pinch.held.reserve(USUAL);
-            pinch.prescribed.reserve(USUAL);
-            pinch.forces.reserve(USUAL);
+            pinch.held.reserve(USUAL_PINCH);
+            pinch.prescribed.reserve(USUAL_PINCH);
+            pinch.forces.reserve(USUAL_PINCH);
             pinch
         };
         Self { pinches: list.iter().map(pinch).collect(), list, grasp_count: 0 }
@@ -136,7 +136,7 @@ impl Path {
 
 impl Grip {
     fn check(&self) -> Result<(), BodyError> {
-        self.jaws.judge("Grips")?;
+        self.jaws.validate("Grips")?;
         for (what, time) in [("time of a grasp", self.from), ("time of a release", self.until)] {
             number("Grips", what, time, (!time.is_nan(), "it must be a time, or infinite"))?;
         }
@@ -157,7 +157,7 @@ impl Check for Grips {
         if self.pinches.len() < self.list.len() {
             return wrong("there must be a pinch for each grip of the list: make them with Grips::new");
         }
-        if u64::from(self.grasp_count) > MOST {
+        if u64::from(self.grasp_count) > MOST_COUNTED {
             return wrong("the grasps count what no run can do: they must be at most 1073741824");
         }
         for pinch in &self.pinches {
@@ -165,8 +165,8 @@ impl Check for Grips {
             for (&row, place) in pinch.held.rows().iter().zip(pinch.held.values()) {
                 finite("Grips", "place in the jaws", place.to_array()).map_err(at_row(row))?;
             }
-            pinch.jaws.judge("Grips")?;
-            pinch.motion.judge("Grips")?;
+            pinch.jaws.validate("Grips")?;
+            pinch.motion.validate("Grips")?;
             if !pinch.origin.is_sound() {
                 return wrong("where jaws closed is no pose: finite numbers, and a unit quaternion");
             }

@@ -10,9 +10,9 @@ use smallvec::{SmallVec, smallvec};
 use std::collections::BTreeMap;
 
 /// Weights and parts of the radius below this are zero.
-const ROUNDING: f64 = 1e-12;
+const WEIGHT_ROUNDING: f64 = 1e-12;
 /// Triangles in a box that is not halved further.
-const FEW: usize = 4;
+const LEAF_TRIANGLES: usize = 4;
 
 /// A closed triangle mesh, facing outwards, about the middle of its bounds.
 #[derive(Clone, Debug)]
@@ -175,7 +175,7 @@ impl Hull {
         let (way, distance) = (x - point, x.distance(point));
         let sign = if way.dot(normal) < 0.0 { -1.0 } else { 1.0 };
         // At a rounding from the surface the way to it says nothing.
-        let is_off = distance > ROUNDING * self.radius;
+        let is_off = distance > WEIGHT_ROUNDING * self.radius;
         let normal = if is_off { way * (sign / distance) } else { normal.normalize_or_zero() };
         (normal != DVec3::ZERO).then_some((sign * distance, normal))
     }
@@ -183,10 +183,10 @@ impl Hull {
     fn pseudonormal(&self, row: u32, weights: [f64; 3]) -> DVec3 {
         let corners = self.surface.triangles[row as usize];
         let [edges @ .., face] = self.normals[row as usize];
-        if let Some(corner) = (0..3).find(|&i| weights[i] >= 1.0 - ROUNDING) {
+        if let Some(corner) = (0..3).find(|&i| weights[i] >= 1.0 - WEIGHT_ROUNDING) {
             return self.vertex_normals[corners[corner] as usize];
         }
-        (0..3).find(|&edge| weights[(edge + 2) % 3] <= ROUNDING).map_or(face, |edge| edges[edge])
+        (0..3).find(|&edge| weights[(edge + 2) % 3] <= WEIGHT_ROUNDING).map_or(face, |edge| edges[edge])
     }
 }
 
@@ -200,7 +200,7 @@ fn halve(of: &dyn Fn(u32) -> [DVec3; 3], rows: &mut [u32], first: u32, boxes: &m
     let place = boxes.len();
     let end = first + rows.len() as u32;
     boxes.push(Bounds { low, high, triangles: [first, end], upper: 0 });
-    if rows.len() <= FEW {
+    if rows.len() <= LEAF_TRIANGLES {
         return;
     }
     let size = high - low;

@@ -40,7 +40,7 @@ impl Material {
     }
 
     /// The material of Figure 2 of Allard, Marchal and Cotin 2009: E_F 10, E_T 1, G 0.5 MPa, ν_F 0.3, 0.1 mm thick.
-    pub fn figure_2() -> Self {
+    pub fn allard_2009() -> Self {
         Self {
             young_fibre: 10.0,
             young_transverse: 1.0,

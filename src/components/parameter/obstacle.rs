@@ -118,7 +118,7 @@ impl ObstaclePath {
 /// Where an obstacle was at the start of the step, so that none passes through a body unchecked. *Derived.*
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Swept {
+pub struct ObstacleMotion {
     /// Shape of the obstacle at the start of the step.
     pub from: Shape,
     /// The rotation from there to where it is now, if it is turned.
@@ -128,7 +128,7 @@ pub struct Swept {
 /// The friction of an obstacle on bodies in the last step. *Derived.*
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Rubbing {
+pub struct FrictionState {
     /// Force on each body that it rubs \[N\], by the body's [`order`](crate::components::Body::order).
     pub forces: Vec<(u32, DVec3)>,
 }
@@ -268,10 +268,10 @@ impl Shape {
     /// Where a way from a point outside to another first meets the surface: the point \[mm\] and the normal there. In steps of the
     /// distance, which never passes the surface (Hart 1996).
     pub fn entry(&self, from: DVec3, to: DVec3) -> Option<(DVec3, DVec3)> {
-        const MOST: u32 = 100;
+        const MOST_MARCHES: u32 = 100;
         let length = from.distance(to);
         let mut done = 0.0;
-        for _ in 0..MOST {
+        for _ in 0..MOST_MARCHES {
             let x = if length > 0.0 { from.lerp(to, done / length) } else { from };
             let (distance, normal) = self.distance(x)?;
             if distance <= 1e-9 * length {

@@ -2,7 +2,7 @@
 
 use crate::components::BodyError;
 use crate::components::check::{Check, Host, Owner, finite, not_negative, number, positive};
-use crate::components::{Contact, Obstacle, ObstaclePath, Rubbing, Shape, Swept};
+use crate::components::{Contact, FrictionState, Obstacle, ObstacleMotion, ObstaclePath, Shape};
 use glam::{DMat3, DVec3};
 
 impl Shape {
@@ -73,20 +73,20 @@ impl Check for ObstaclePath {
     }
 }
 
-impl Check for Swept {
+impl Check for ObstacleMotion {
     const OWNER: Owner = Owner::Obstacle;
 
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.from.check("Swept")?;
-        self.turn.map_or(Ok(()), |turn| finite("Swept", "turn", turn.to_cols_array()))
+        self.from.check("ObstacleMotion")?;
+        self.turn.map_or(Ok(()), |turn| finite("ObstacleMotion", "turn", turn.to_cols_array()))
     }
 }
 
-impl Check for Rubbing {
+impl Check for FrictionState {
     const OWNER: Owner = Owner::Obstacle;
 
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.forces.iter().try_for_each(|(_, force)| finite("Rubbing", "friction", force.to_array()))
+        self.forces.iter().try_for_each(|(_, force)| finite("FrictionState", "friction", force.to_array()))
     }
 }
 

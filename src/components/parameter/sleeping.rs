@@ -2,7 +2,7 @@
 
 use crate::components::BodyError;
 use crate::components::Obstacle;
-use crate::components::check::{Check, Host, MOST, positive};
+use crate::components::check::{Check, Host, MOST_COUNTED, positive};
 use glam::DVec3;
 
 /// Lets a body fall asleep: while it sleeps, no system runs on it. A body without this component never sleeps. *Parameter*
@@ -84,7 +84,7 @@ impl Check for Sleeping {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         positive("Sleeping", "the strain of sleep", self.strain)?;
         let counts = [self.steps, self.state.quiet_steps, self.state.wait];
-        let is_right = counts.iter().all(|&count| u64::from(count) <= MOST);
+        let is_right = counts.iter().all(|&count| u64::from(count) <= MOST_COUNTED);
         let what = "its steps count what no run can do: they must be at most 1073741824";
         is_right.then_some(()).ok_or(BodyError::Contradiction { component: "Sleeping", what })
     }

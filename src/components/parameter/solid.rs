@@ -42,7 +42,7 @@ pub(in crate::components) fn of_cylinder(x: DVec3, [a, b]: [DVec3; 2], radius: f
 /// of symmetry several points may be closest inside: there x is taken to be a little off it.
 pub(in crate::components) fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) -> (DVec3, DVec3) {
     const OFF: f64 = 1e-12;
-    const MOST: u32 = 100;
+    const MOST_NEWTON_STEPS: u32 = 100;
     let squares = half_axes * half_axes;
     let y = x.abs().max(half_axes * OFF);
     let sign = DVec3::select(x.cmplt(DVec3::ZERO), DVec3::NEG_ONE, DVec3::ONE);
@@ -58,7 +58,7 @@ pub(in crate::components) fn closest_on_ellipsoid(x: DVec3, half_axes: DVec3) ->
     // Where one term alone is one: left of the root. A step from where it is for x on the surface leads left of it as well, and is
     // all but there for a near x.
     let mut t = (z - above).max_element().max(newton(squares.min_element()));
-    for _ in 0..MOST {
+    for _ in 0..MOST_NEWTON_STEPS {
         let next = newton(t);
         // To rounding, or no further.
         if !(next > t) {

@@ -26,9 +26,9 @@ pub enum TearMode {
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tearing {
     /// Strength against tearing across the fibres σ̄_F \[MPa\], > 0.
-    pub strength_fibre: f64,
+    pub strength_across_fibres: f64,
     /// Strength against tearing along the fibres σ̄_T \[MPa\], > 0.
-    pub strength_transverse: f64,
+    pub strength_along_fibres: f64,
     /// Exponent α of the threshold between them, > 0; only α ≤ 1 makes the tear prefer the fibre sharply.
     pub exponent: f64,
     /// θ_P \[rad\]: the tear turns at most so far from its last direction. 90° by default.
@@ -56,8 +56,8 @@ impl Default for Tearing {
     /// The thresholds of the `fig2-tear` scene.
     fn default() -> Self {
         Self {
-            strength_fibre: 0.8,
-            strength_transverse: 0.05,
+            strength_across_fibres: 0.8,
+            strength_along_fibres: 0.05,
             exponent: 0.5,
             cone: std::f64::consts::FRAC_PI_2,
             radius: 1.5,
@@ -99,7 +99,7 @@ impl Tearing {
     ///
     /// ```
     /// use rhexis::components::{Material, Tearing, Toughness};
-    /// let law = Material::figure_2().stiffness()?;
+    /// let law = Material::allard_2009().stiffness()?;
     /// let tearing = Tearing::from_toughness(Toughness { along: 0.02, across: 0.5 }, &law, 0.5)?;
     /// let back = tearing.toughness(&law);
     /// assert!((back.along - 0.02).abs() < 1e-12 && (back.across - 0.5).abs() < 1e-12);
@@ -115,8 +115,8 @@ impl Tearing {
             }
         }
         Ok(Self {
-            strength_transverse: CrackTip::new(law, 0.0).strength(toughness.along, radius),
-            strength_fibre: CrackTip::new(law, FRAC_PI_2).strength(toughness.across, radius),
+            strength_along_fibres: CrackTip::new(law, 0.0).strength(toughness.along, radius),
+            strength_across_fibres: CrackTip::new(law, FRAC_PI_2).strength(toughness.across, radius),
             radius,
             ..Self::default()
         })
@@ -126,8 +126,8 @@ impl Tearing {
     /// across them, reach the criterion. It grows with R; a threshold of stress has no toughness of its own.
     pub fn toughness(&self, law: &Orthotropic) -> Toughness {
         Toughness {
-            along: CrackTip::new(law, 0.0).toughness(self.strength_transverse, self.radius),
-            across: CrackTip::new(law, FRAC_PI_2).toughness(self.strength_fibre, self.radius),
+            along: CrackTip::new(law, 0.0).toughness(self.strength_along_fibres, self.radius),
+            across: CrackTip::new(law, FRAC_PI_2).toughness(self.strength_across_fibres, self.radius),
         }
     }
 }
@@ -135,8 +135,8 @@ impl Tearing {
 impl Check for Tearing {
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
         let numbers = [
-            ("strength_fibre", self.strength_fibre),
-            ("strength_transverse", self.strength_transverse),
+            ("strength_across_fibres", self.strength_across_fibres),
+            ("strength_along_fibres", self.strength_along_fibres),
             ("exponent", self.exponent),
             ("cone", self.cone),
             ("radius", self.radius),

@@ -259,7 +259,7 @@ impl Pinch {
 
 impl Jaws {
     /// Judges the numbers as a part of a component.
-    pub(crate) fn judge(&self, component: &'static str) -> Result<(), BodyError> {
+    pub(crate) fn validate(&self, component: &'static str) -> Result<(), BodyError> {
         let wrong = |(what, value, must)| BodyError::OutOfRange { component, what, row: None, value, must };
         self.check().map_err(wrong)
     }
@@ -267,7 +267,7 @@ impl Jaws {
 
 impl Motion {
     /// Judges the poses and times as a part of a component.
-    pub(crate) fn judge(&self, component: &'static str) -> Result<(), BodyError> {
+    pub(crate) fn validate(&self, component: &'static str) -> Result<(), BodyError> {
         let are_times = self.start.is_finite() && self.end.is_finite() && self.start <= self.end;
         let what = "a motion needs finite times in their order, and poses of finite numbers with a unit quaternion";
         let is_right = are_times && self.from.is_sound() && self.to.is_sound();
@@ -279,8 +279,8 @@ impl Check for Forceps {
     const OWNER: Owner = Owner::Forceps;
 
     fn check(&self, _: &Host<'_>) -> Result<(), BodyError> {
-        self.jaws.judge("Forceps")?;
-        self.motion.judge("Forceps")
+        self.jaws.validate("Forceps")?;
+        self.motion.validate("Forceps")
     }
 }
 

@@ -29,7 +29,7 @@ pub struct GuardFigures {
     pub refused: [u32; GuardCause::COUNT],
     /// Parts of the step whose answer was limited, by cause in the same order.
     pub limited: [u32; GuardCause::COUNT],
-    /// Parts of the step in which a few vertices found their own way, by cause in the same order.
+    /// Parts of the step in which a few vertices were relaxed locally, by cause in the same order.
     pub relaxed: [u32; GuardCause::COUNT],
     /// Most vertices whose displacement was limited in one part of the step.
     pub limited_vertices: u32,
@@ -53,7 +53,7 @@ impl GuardFigures {
         self.limited.iter().sum()
     }
 
-    /// Number of parts in which a few vertices found their own way.
+    /// Number of parts in which a few vertices were relaxed locally.
     pub fn relaxations(&self) -> u32 {
         self.relaxed.iter().sum()
     }
@@ -81,7 +81,7 @@ impl GuardFigures {
         self.first.get_or_insert(place);
     }
 
-    /// Counts an answer in which a few vertices found their own way.
+    /// Counts an answer in which a few vertices were relaxed locally.
     pub(crate) fn relax(&mut self, place: GuardPlace) {
         self.relaxed[place.cause as usize] += 1;
         self.first.get_or_insert(place);

@@ -16,7 +16,7 @@ pub struct GuardLedger {
     pub is_step_limited: bool,
     /// Number of times the next fallback sub-step is shortened: once more each time that the body is step-limited again.
     pub fallback_shortenings: u32,
-    /// Whole steps in which vertices may still [find their own way](crate::report::GuardFigures::relaxed) at once, after one in which some had to.
+    /// Whole steps in which vertices may still [be relaxed locally](crate::report::GuardFigures::relaxed) at once, after one in which some had to.
     pub relaxing: u32,
 }
 

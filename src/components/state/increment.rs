@@ -32,20 +32,20 @@ pub struct Increment {
     pub is_fraction: bool,
     /// Whether vertices were put back outside an obstacle after the last solve.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub is_put_outside: bool,
+    pub has_projected_vertices: bool,
     /// Whether only a fraction of an increment was applied in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub was_fraction: bool,
+    pub any_substep_limited: bool,
     /// Whether vertices were put back outside an obstacle in any part of the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
-    pub was_put_outside: bool,
+    pub any_vertex_projected: bool,
     /// Figures of the energy guard for the step that was asked for.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub guard: Box<GuardFigures>,
     /// Where the last solve would have created energy.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub creates_at: Option<GuardPlace>,
-    /// The most vertices that have found their own way in a part of it.
+    /// The most vertices that were relaxed locally in a part of it.
     #[cfg_attr(feature = "snapshot", serde(skip))]
     pub relaxed: usize,
     /// The time step that `displacement` belongs to \[ms\].

@@ -7,7 +7,7 @@ pub(super) mod forceps;
 pub(super) mod guard;
 pub(super) mod guard_ledger;
 pub(super) mod increment;
-pub(super) mod readings;
+pub(super) mod outputs;
 pub(super) mod solve_result;
 pub(super) mod step_forces;
 pub(super) mod stops;

@@ -14,9 +14,9 @@ pub struct TearLog {
     /// Surface energy that the toughness claims for that area \[mJ\]; `None` where none of it was torn under a toughness.
     pub surface_energy: Option<f64>,
     /// Tears that the criterion has started.
-    pub start_count: u32,
+    pub nucleation_count: u32,
     /// Steps in which a start was refused for want of energy: its stress reached the strength, and opening it released too little.
-    pub withheld_start_count: u32,
+    pub blocked_nucleation_count: u32,
     /// Advances of tips.
     pub advance_count: u32,
     /// Advances that took another way than the one wanted: by a snap, a part of the way or, in free mode, along an edge.
@@ -39,10 +39,10 @@ pub struct TearLog {
     pub renewed_count: u32,
     /// Second tips sent the other way where two directions tied.
     pub branch_count: u32,
-    /// Places where tissue parted without a tip: strands, and tissue beyond its ultimate stretch.
+    /// Places where tissue parted without a tip: ligaments, and tissue beyond its ultimate stretch.
     pub parted_count: u32,
-    /// Pieces that came free.
-    pub piece_count: u32,
+    /// Fragments that came free.
+    pub fragment_count: u32,
     /// Advances that the mesh refused; a tip that stays refused counts once.
     pub refusal_count: u32,
     /// Parted vertices that a hold or a grip keeps shut.
@@ -62,7 +62,7 @@ impl TearLog {
             let count = match decision.by {
                 DecidedBy::Energy => &mut self.energy_decision_count,
                 DecidedBy::MaterialForce(fault) => &mut self.force_decision_counts[fault as usize],
-                DecidedBy::Stress | DecidedBy::Blade | DecidedBy::Start => continue,
+                DecidedBy::Stress | DecidedBy::Blade | DecidedBy::Nucleation => continue,
             };
             *count = count.saturating_add(1);
         }

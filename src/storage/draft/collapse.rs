@@ -14,7 +14,7 @@ use crate::storage::{Mesh, NONE, Refusal};
 
 /// Largest distance of a boundary vertex from the line between its neighbours on the boundary, relative to theirs: that
 /// left by splits and openings of a straight edge is six orders of magnitude below.
-const STRAIGHT: f64 = 1e-9;
+const STRAIGHT_BOUNDARY: f64 = 1e-9;
 
 pub(super) fn collapse(mesh: &Mesh<'_>, vertex: u32, into: u32) -> Result<Draft, Refusal> {
     for row in [vertex, into] {
@@ -66,7 +66,8 @@ fn boundary_stays(mesh: &Mesh<'_>, vertex: u32, into: u32) -> Result<(), Refusal
         return Err(Refusal::BoundaryVertex { vertex });
     }
     let [a, x, b] = rest_corners(mesh.vertices, [previous, vertex, next]);
-    let is_straight = (x - a).cross(b - x).length() <= STRAIGHT * a.distance_squared(b) && (x - a).dot(b - x) > 0.0;
+    let is_straight =
+        (x - a).cross(b - x).length() <= STRAIGHT_BOUNDARY * a.distance_squared(b) && (x - a).dot(b - x) > 0.0;
     if is_straight { Ok(()) } else { Err(Refusal::BentBoundary { vertex }) }
 }
 

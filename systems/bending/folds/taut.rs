@@ -15,7 +15,7 @@ use crate::systems::kernels::bending::EdgeMatrix;
 use crate::systems::parallel;
 
 /// The part of the stiffness by tension that may be left out.
-const LEAST: f64 = 0.5;
+const LEAST_TENSION: f64 = 0.5;
 
 /// Part of a triangle that the majorant includes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,7 +56,7 @@ impl DihedralAngles {
         bends.resize(rest.len(), false);
         parallel::for_rows(is_slack, |t, is_slack| {
             let volume = triangles.rest[t].area * triangles.thickness[t];
-            let left = frames.geometric_stiffness(t).normal * (LEAST * volume) - rest[t].stiffest * *factor;
+            let left = frames.geometric_stiffness(t).normal * (LEAST_TENSION * volume) - rest[t].stiffest * *factor;
             // Taut where that is positive definite; not so where one is no number.
             *is_slack = !(left.xx > 0.0 && left.yy > 0.0 && left.determinant() > 0.0);
         });

@@ -2,7 +2,7 @@
 //! tip.
 
 use super::{Tearer, add_tip};
-use crate::components::{PartedBy, Parting, RefusedSite, TearDecision, TearSite};
+use crate::components::{LigamentFailure, PartedBy, RefusedSite, TearDecision, TearSite};
 use crate::event::{EventKind, Renewal};
 use crate::storage::{NONE, TipKey, TipRow};
 use crate::systems::fracture::{Advance, NewTip, TearRefusal, TipChart};
@@ -116,29 +116,29 @@ impl Tearer<'_> {
     }
 
     /// Parts tissue that fails without a tip. Whether it did; a refusal is reported once for a site.
-    pub(super) fn part(&mut self, parting: &Parting, last: &mut Option<RefusedSite>) -> bool {
-        let parted = match (parting.by, parting.site) {
-            (PartedBy::Strand, _) => self.part_strand(parting),
-            (PartedBy::Stretch, TearSite::Vertex(tip)) => self.lead_on(tip, parting),
-            (PartedBy::Stretch, TearSite::Triangle(_)) => self.part_stretched(parting),
+    pub(super) fn part(&mut self, failure: &LigamentFailure, last: &mut Option<RefusedSite>) -> bool {
+        let parted = match (failure.by, failure.site) {
+            (PartedBy::Ligament, _) => self.part_ligament(failure),
+            (PartedBy::Stretch, TearSite::Vertex(tip)) => self.lead_on(tip, failure),
+            (PartedBy::Stretch, TearSite::Triangle(_)) => self.part_stretched(failure),
         };
         let has_parted = parted.is_ok();
-        self.tell_refused(parted.map_err(|refusal| (parting.site, refusal)), last);
+        self.tell_refused(parted.map_err(|refusal| (failure.site, refusal)), last);
         has_parted
     }
 
     /// Opens a ligament from the vertex of the rim at which it was found straight on, to the rim across or as far as the mesh
     /// lets it.
-    fn part_strand(&mut self, parting: &Parting) -> Result<(), TearRefusal> {
-        let slit = self.open_at(parting.site, parting.fibre, parting.direction)?;
-        self.note_parting(parting);
+    fn part_ligament(&mut self, failure: &LigamentFailure) -> Result<(), TearRefusal> {
+        let slit = self.open_at(failure.site, failure.fibre, failure.direction)?;
+        self.note_ligament_failure(failure);
         self.finish_cut(slit.freed);
         for mut tip in slit.tips {
             let mut has_met = false;
             while !has_met && let Ok(chart) = TipChart::new(&self.mesh, tip.vertex) {
                 let thickness = self.thickness_at(tip.vertex);
-                let Ok((advance, ideal)) = self.cut_from(&chart, tip.ideal, parting.direction) else { break };
-                self.note_way(&advance, thickness, parting);
+                let Ok((advance, ideal)) = self.cut_from(&chart, tip.ideal, failure.direction) else { break };
+                self.note_way(&advance, thickness, failure);
                 (tip.vertex, tip.ideal, has_met) = (advance.vertex, ideal, advance.end.is_some());
                 self.finish_cut(advance.end.and_then(|end| end.freed));
             }
@@ -150,16 +150,16 @@ impl Tearer<'_> {
     }
 
     /// Leads the tip at a vertex on into tissue that is stretched too far.
-    fn lead_on(&mut self, vertex: u32, parting: &Parting) -> Result<(), TearRefusal> {
+    fn lead_on(&mut self, vertex: u32, failure: &LigamentFailure) -> Result<(), TearRefusal> {
         let Some(row) = self.tips.vertex.iter().position(|&v| v == vertex).map(|row| row as u32) else { return Ok(()) };
         let (key, before, thickness) = (self.tips.key(row), self.tips.at(row), self.thickness_at(vertex));
         let chart = TipChart::new(&self.mesh, vertex)?;
-        let (advance, ideal) = self.cut_from(&chart, before.ideal, parting.direction)?;
-        self.note_parting(parting);
-        self.note_way(&advance, thickness, parting);
+        let (advance, ideal) = self.cut_from(&chart, before.ideal, failure.direction)?;
+        self.note_ligament_failure(failure);
+        self.note_way(&advance, thickness, failure);
         if let Some(row) = key.and_then(|key| self.tips.row(key)) {
             let led =
-                TipRow { vertex: advance.vertex, previous: parting.direction, ideal, is_refused: false, ..before };
+                TipRow { vertex: advance.vertex, previous: failure.direction, ideal, is_refused: false, ..before };
             self.tips.set(row, led);
         }
         self.finish_cut(advance.end.and_then(|end| end.freed));
@@ -167,9 +167,9 @@ impl Tearer<'_> {
     }
 
     /// Opens tissue across its greatest stretch, as a start does.
-    fn part_stretched(&mut self, parting: &Parting) -> Result<(), TearRefusal> {
-        let slit = self.open_at(parting.site, parting.fibre, parting.direction)?;
-        self.note_parting(parting);
+    fn part_stretched(&mut self, failure: &LigamentFailure) -> Result<(), TearRefusal> {
+        let slit = self.open_at(failure.site, failure.fibre, failure.direction)?;
+        self.note_ligament_failure(failure);
         self.finish_cut(slit.freed);
         for tip in slit.tips {
             self.renew(tip, Renewal::Notch);
@@ -177,18 +177,18 @@ impl Tearer<'_> {
         Ok(())
     }
 
-    fn note_parting(&mut self, parting: &Parting) {
-        let at = (parting.ends[0] + parting.ends[1]) * 0.5;
+    fn note_ligament_failure(&mut self, failure: &LigamentFailure) {
+        let at = (failure.ends[0] + failure.ends[1]) * 0.5;
         self.log.parted_count += 1;
-        self.log.pending.push(EventKind::Parted { at, value: parting.value, by: parting.by });
+        self.log.pending.push(EventKind::Parted { at, value: failure.value, by: failure.by });
     }
 
     /// Records one way of a ligament failure, with the thickness \[mm\] of the sheet at its start.
-    fn note_way(&mut self, advance: &Advance, thickness: f64, parting: &Parting) {
-        let way = (advance.to - advance.from).normalize_or(parting.direction);
+    fn note_way(&mut self, advance: &Advance, thickness: f64, failure: &LigamentFailure) {
+        let way = (advance.to - advance.from).normalize_or(failure.direction);
         self.log.length += advance.length();
         let factor = self.factor_at(advance.vertex);
-        self.log.note_area(advance.length() * thickness, self.toughness(parting.fibre, way, factor));
+        self.log.note_area(advance.length() * thickness, self.toughness(failure.fibre, way, factor));
         self.log.note_angle(advance.smallest_angle);
     }
 }

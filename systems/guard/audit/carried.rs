@@ -145,11 +145,11 @@ impl Carried<'_> {
             let blocks = external.block.iter().zip(u).zip(&audit.displacement);
             work_of_loads -= blocks.map(|((k, u), at)| (*k * (*u - *at)).dot(*u)).sum::<f64>();
         }
-        let coefficient = self.drag.map_or(0.0, |d| d.coefficient) * step.rate();
+        let coefficient = self.drag.map_or(0.0, |d| d.coefficient) * step.inv_effective_dt();
         let area = |v: usize| self.topology.vertex_area(self.sheet.triangles, v as u32);
         let braked = |(v, u): (usize, &DVec3)| coefficient * area(v) * u.length_squared();
         let drag = if coefficient > 0.0 { u.iter().enumerate().map(braked).sum() } else { 0.0 };
-        let is_shifted = self.increment.is_fraction || self.increment.is_put_outside;
+        let is_shifted = self.increment.is_fraction || self.increment.has_projected_vertices;
         let missing = is_shifted.then(|| self.missing_forces(audit, step));
         let missing = missing.as_deref();
         let jumps = velocity.iter().zip(start_velocity).zip(mass);

@@ -13,7 +13,7 @@ const DIFFERENCE: f64 = 1e-4;
 /// maxima nearer than that are one decision.
 const CELLS: i32 = 120;
 /// Halvings of a cell: to 1e-14 rad, below the rounding of a difference.
-const HALVINGS: usize = 42;
+const CELL_HALVINGS: usize = 42;
 
 /// Value of a criterion by direction. Angles θ \[rad\] count from a direction ahead.
 pub(super) trait Worth {
@@ -66,7 +66,7 @@ pub(super) fn best_direction<W: Worth>(
         if high <= low || !(worth.rise(low) > 0.0 && worth.rise(high) <= 0.0) {
             return;
         }
-        for _ in 0..HALVINGS {
+        for _ in 0..CELL_HALVINGS {
             let middle = 0.5 * (low + high);
             *if worth.rise(middle) > 0.0 { &mut low } else { &mut high } = middle;
         }

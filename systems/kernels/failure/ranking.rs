@@ -2,7 +2,7 @@
 
 use super::curve::Curve;
 use super::region::Region;
-use super::{Candidate, Decision, Origin, TIE};
+use super::{Candidate, Decision, Origin, VALUE_TIE};
 use crate::math::elementary;
 use glam::DVec2;
 use smallvec::SmallVec;
@@ -15,7 +15,7 @@ const INDISTINCT: f64 = 1e-9;
 /// Four kinks, four smooth maxima with their opposites, four limits and p.
 const CAPACITY: usize = 17;
 /// The rotation by 1e-4 rad, larger than the slack of the admissible set.
-const STEP: DVec2 = DVec2::new(1.0 - 5e-9, 1e-4);
+const ROTATION_STEP: DVec2 = DVec2::new(1.0 - 5e-9, 1e-4);
 
 #[derive(Clone, Copy)]
 struct Entry {
@@ -66,8 +66,9 @@ impl Ranking {
             return;
         }
         let [left, right] = rises;
-        let is_beaten_left = left && self.region.admits(STEP.rotate(direction));
-        let is_beaten_right = right && self.region.admits(DVec2::new(STEP.x, -STEP.y).rotate(direction));
+        let is_beaten_left = left && self.region.admits(ROTATION_STEP.rotate(direction));
+        let is_beaten_right =
+            right && self.region.admits(DVec2::new(ROTATION_STEP.x, -ROTATION_STEP.y).rotate(direction));
         let is_maximum = !is_beaten_left && !is_beaten_right;
         self.entries.push(Entry { direction, value, origin, is_maximum });
     }
@@ -81,7 +82,7 @@ impl Ranking {
             .reduce(|best, e| if e.value > best.value + 4.0 * f64::EPSILON * best.value.abs() { e } else { best })?;
         let best = entries
             .iter()
-            .filter(|e| e.is_maximum && e.value >= top.value - TIE * top.value.abs() && self.is_other(e, &top))
+            .filter(|e| e.is_maximum && e.value >= top.value - VALUE_TIE * top.value.abs() && self.is_other(e, &top))
             .fold(top, |best, e| if self.goes_first(e.direction, best.direction) { *e } else { best });
         let runner_up = entries
             .iter()

@@ -6,7 +6,7 @@ use glam::DVec2;
 use std::f64::consts::{PI, TAU};
 
 /// Slack of the tests, on d·p and on sector angles \[rad\]: in floating point cos 90° is 6e-17, not 0.
-const SLACK: f64 = 1e-9;
+const REGION_SLACK: f64 = 1e-9;
 
 /// The admissible set, ready to be asked.
 #[derive(Clone, Copy)]
@@ -46,12 +46,12 @@ impl Region {
         };
         let sector = match sector.map(|s| (s.from, s.to - s.from)) {
             Some((from, width)) if !(from.is_finite() && width >= 0.0 && width.is_finite()) => return None,
-            Some((from, width)) if width < TAU - SLACK => Some(Limits::new(from, width)),
+            Some((from, width)) if width < TAU - REGION_SLACK => Some(Limits::new(from, width)),
             _ => None,
         };
         let bounding = previous.filter(|_| half_angle < PI);
         let cone = [turn, DVec2::new(turn.x, -turn.y)].map(|turn| Some(turn.rotate(bounding?)));
-        Some(Self { previous, smallest_cosine: turn.x - SLACK, cone, sector })
+        Some(Self { previous, smallest_cosine: turn.x - REGION_SLACK, cone, sector })
     }
 
     /// Whether nothing is excluded and nothing tells `d` from `−d`.
@@ -67,7 +67,7 @@ impl Region {
     /// Angle \[rad\] from the sector's first limit counter-clockwise to `d`.
     pub(super) fn turn_into_sector(&self, d: DVec2) -> Option<f64> {
         let turn = (elementary::angle_of(d) - self.sector?.from).rem_euclid(TAU);
-        Some(if turn >= TAU - SLACK { 0.0 } else { turn })
+        Some(if turn >= TAU - REGION_SLACK { 0.0 } else { turn })
     }
 
     /// The limits of the cone and of the sector; each may lie outside the other.
@@ -92,9 +92,11 @@ impl Limits {
         let [first, last] = self.ends;
         if self.is_wide {
             // Not further than the slack inside the complement, which is narrow.
-            !(last.perp_dot(d) > SLACK && d.perp_dot(first) > SLACK && d.dot(self.middle) > 0.0)
+            !(last.perp_dot(d) > REGION_SLACK && d.perp_dot(first) > REGION_SLACK && d.dot(self.middle) > 0.0)
         } else {
-            first.perp_dot(d) >= -SLACK && d.perp_dot(last) >= -SLACK && d.dot(self.middle) >= -4.0 * SLACK
+            first.perp_dot(d) >= -REGION_SLACK
+                && d.perp_dot(last) >= -REGION_SLACK
+                && d.dot(self.middle) >= -4.0 * REGION_SLACK
         }
     }
 }

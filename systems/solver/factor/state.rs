@@ -56,10 +56,10 @@ pub struct FactorState {
     current: Option<Current>,
     pending: Option<Coming>,
     without: u32,
-    strikes: u32,
-    rest: u32,
-    rests: u32,
-    rescued: u32,
+    stale_count: u32,
+    pause: u32,
+    pauses: u32,
+    factored_now: u32,
 }
 
 /// The factor in use.
@@ -87,7 +87,7 @@ struct Coming {
 impl Factor {
     /// Snapshot state of the factor and of its use.
     pub fn state(&self) -> FactorState {
-        let &Self { ref current, ref pending, without, strikes, rest, rests, rescued } = self;
+        let &Self { ref current, ref pending, without, stale_count, pause, pauses, factored_now } = self;
         // Across edits a factor does not turn.
         let turning = |edit_map: &EditMap, rotation_warp: &RotationWarp| {
             if edit_map.is_empty() { rotation_warp.state() } else { RotationWarp::default() }
@@ -105,7 +105,15 @@ impl Factor {
                 (origin.clone(), turning(edit_map, rotation_warp), edit_map.clone());
             Coming { origin, edit_map, rotation_warp, left: *left }
         };
-        FactorState { current, pending: pending.as_ref().map(coming), without, strikes, rest, rests, rescued }
+        FactorState {
+            current,
+            pending: pending.as_ref().map(coming),
+            without,
+            stale_count,
+            pause,
+            pauses,
+            factored_now,
+        }
     }
 
     /// The factor of a state, which goes on as the one did that it was kept of. The one in use is made now, the other aside.
@@ -113,7 +121,7 @@ impl Factor {
     /// # Errors
     /// Where the matrix has none, which that of a factor has.
     pub fn of_state(state: &FactorState) -> Result<Self, NoFactor> {
-        let &FactorState { ref current, ref pending, without, strikes, rest, rests, rescued } = state;
+        let &FactorState { ref current, ref pending, without, stale_count, pause, pauses, factored_now } = state;
         let current = current.as_ref().map(|current| {
             let cholesky = Cholesky::of_equations(&current.equations, current.precision)?;
             let mut factor = InUse::new(cholesky, current.edit_map.clone(), current.rotation_warp.clone());
@@ -124,7 +132,7 @@ impl Factor {
             Pending::new(origin.clone(), edit_map.clone(), rotation_warp.clone(), *left)
         };
         let pending = pending.as_ref().map(begin);
-        Ok(Self { current: current.transpose()?, pending, without, strikes, rest, rests, rescued })
+        Ok(Self { current: current.transpose()?, pending, without, stale_count, pause, pauses, factored_now })
     }
 }
 

@@ -32,10 +32,10 @@ pub(super) trait Precondition {
     const LEAST_STEP: f64 = 0.0;
 
     /// x += α·p, r −= α·q and as much of z = M⁻¹·r as it takes to know r·z; returns r·r and r·z.
-    fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2;
+    fn forward_sweep(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2;
 
     /// The rest of z = M⁻¹·r, then p = z + β·p.
-    fn ascend(&mut self, beta: f32, vectors: &mut Vectors);
+    fn backward_sweep(&mut self, beta: f32, vectors: &mut Vectors);
 }
 
 /// Solves A·x = r for the `r` in `vectors`, whose `x` is zero, up to the limits.
@@ -54,7 +54,7 @@ pub(super) fn solve<P: Precondition>(
         empty(zero, n);
         zero.resize(n, Vec4::ZERO);
     }
-    let start = preconditioner.descend(0.0, vectors);
+    let start = preconditioner.forward_sweep(0.0, vectors);
     iterate(&mut Single { matrix, partition, preconditioner, vectors }, start, limits)
 }
 
@@ -72,7 +72,7 @@ impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
     }
 
     fn next_direction(&mut self, beta: f64) {
-        self.preconditioner.ascend(beta as f32, self.vectors);
+        self.preconditioner.backward_sweep(beta as f32, self.vectors);
     }
 
     fn multiply(&mut self) -> f64 {
@@ -85,6 +85,6 @@ impl<P: Precondition> recurrence::Vectors for Single<'_, P> {
     }
 
     fn advance(&mut self, alpha: f64) -> DVec2 {
-        self.preconditioner.descend(alpha as f32, self.vectors)
+        self.preconditioner.forward_sweep(alpha as f32, self.vectors)
     }
 }

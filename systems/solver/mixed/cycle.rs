@@ -44,8 +44,8 @@ impl MixedSolver {
         parallel::for_rows(&mut vectors.xr, |row, xr| {
             xr[1] = (r[order.vertex[row] as usize] * scale).as_vec3().extend(0.0);
         });
-        multigrid.descend(0.0, vectors);
-        multigrid.ascend(0.0, vectors);
+        multigrid.forward_sweep(0.0, vectors);
+        multigrid.backward_sweep(0.0, vectors);
         parallel::sum_rows(z, partials, |v, z| {
             *z = vectors.p[order.row[v] as usize].truncate().as_dvec3() / scale;
             r[v].dot(*z)

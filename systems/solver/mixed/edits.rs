@@ -8,7 +8,7 @@ use super::partition::Partition;
 use crate::storage::{EditLog, Revision, Topology};
 
 /// All is found anew where more than one in so many triangles has changed since the last solve,
-const MOST: usize = 16;
+const TRIANGLES_PER_CHANGE: usize = 16;
 
 /// or one in so many since all was found anew the last time. Rows out of order cost iterations: on the lens capsule as it tears none
 /// with this limit, an eighth more without it.
@@ -60,7 +60,7 @@ impl Edits {
         let Self { triangles, count_before, is_touched, moved, touched } = self;
         let (rows_before, rows) = (order.row.len(), topology.incident.len());
         let before = partition.triangle_count();
-        let most = (before / MOST).max(1);
+        let most = (before / TRIANGLES_PER_CHANGE).max(1);
         if before == 0 || corners.len().abs_diff(before) > most || rows_before.abs_diff(rows) > most {
             return false;
         }

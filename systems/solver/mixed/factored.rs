@@ -16,19 +16,19 @@ pub(super) struct Factored<'a> {
 }
 
 impl Precondition for Factored<'_> {
-    fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
+    fn forward_sweep(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
         let Vectors { xr, p, q, partials, .. } = vectors;
         let rr = parallel::sum_rows(xr, partials, |v, [x, r]| {
             *x += p[v] * alpha;
             *r -= q[v] * alpha;
             dot(*r, *r)
         });
-        DVec2::new(rr, self.factor.descend(xr, &self.order.row))
+        DVec2::new(rr, self.factor.forward_sweep(xr, &self.order.row))
     }
 
-    fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
+    fn backward_sweep(&mut self, beta: f32, vectors: &mut Vectors) {
         let Vectors { xr, p, z, .. } = vectors;
-        self.factor.ascend(xr, &self.order.row, z);
+        self.factor.backward_sweep(xr, &self.order.row, z);
         parallel::for_rows(p, |v, p| *p = z[v] + *p * beta);
     }
 }

@@ -34,7 +34,7 @@ impl Jacobi {
 }
 
 impl Precondition for Jacobi {
-    fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
+    fn forward_sweep(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
         let Vectors { xr, p, q, pairs, .. } = vectors;
         parallel::sum_rows(xr, pairs, |v, [x, r]| {
             *x += p[v] * alpha;
@@ -43,7 +43,7 @@ impl Precondition for Jacobi {
         })
     }
 
-    fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
+    fn backward_sweep(&mut self, beta: f32, vectors: &mut Vectors) {
         let Vectors { xr, p, .. } = vectors;
         // Once more M⁻¹·r: as fast as to write and read it.
         parallel::for_rows(p, |v, p| *p = block::apply(&self.inverse[v], xr[v][1]) + *p * beta);

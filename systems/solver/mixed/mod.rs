@@ -242,7 +242,7 @@ mod tests {
         };
         let (positions, triangles) = ((0..441).map(place).collect(), (0..400).flat_map(cell).collect());
         let mesh = TriangleMesh { positions, triangles, fibres: None };
-        let body = simulation.spawn(Membrane::new("sheet", mesh, Material::figure_2())).unwrap();
+        let body = simulation.spawn(Membrane::new("sheet", mesh, Material::allard_2009())).unwrap();
         let mut solver = MixedSolver::default();
         let is_found = [4.3, 14.3].map(|y| {
             let mut tables = simulation.world().query_one::<(&Vertices, &Triangles, &Topology)>(body);

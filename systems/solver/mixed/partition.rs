@@ -10,20 +10,20 @@ use std::ops::Range;
 
 /// Triangles of a block: its two local vectors (16 bytes for each of some 1,100 vertices) stay in the first cache, and a
 /// sheet of 5,000 still has a block for either of two threads.
-const BLOCK: usize = 2048;
+const PARTITION_BLOCK: usize = 2048;
 
 /// First triangle of the second subdomain: half of the blocks of triangles belong to each of two threads.
 pub(super) fn cut(triangle_count: usize) -> u32 {
-    (triangle_count.div_ceil(BLOCK) / 2 * BLOCK) as u32
+    (triangle_count.div_ceil(PARTITION_BLOCK) / 2 * PARTITION_BLOCK) as u32
 }
 
 /// Whether a subdomain may begin with this triangle.
 pub(super) fn is_cut(triangle: u32) -> bool {
-    (triangle as usize).is_multiple_of(BLOCK)
+    (triangle as usize).is_multiple_of(PARTITION_BLOCK)
 }
 
 /// Packs per block of triangles.
-const PACKS: usize = BLOCK / LANES;
+const PACKS: usize = PARTITION_BLOCK / LANES;
 
 /// No triangle in this lane.
 pub(super) const EMPTY: u32 = u32::MAX;
@@ -51,7 +51,7 @@ pub(super) struct Partition {
 impl Partition {
     /// Cuts the triangles anew. `number` gives the vertices their rows in the vectors.
     pub(super) fn rebuild(&mut self, corners: &[[u32; 3]], number: &[u32]) {
-        let (block_count, pack_count) = (corners.len().div_ceil(BLOCK), corners.len().div_ceil(LANES));
+        let (block_count, pack_count) = (corners.len().div_ceil(PARTITION_BLOCK), corners.len().div_ceil(LANES));
         self.count = corners.len();
         empty(&mut self.places, pack_count);
         // Some vertices are in several blocks.
@@ -61,7 +61,7 @@ impl Partition {
         // Here: per vertex its entry in the block at hand.
         empty(&mut self.source_start, number.len() + 1);
         self.source_start.resize(number.len() + 1, EMPTY);
-        for (block, of_block) in corners.chunks(BLOCK).enumerate() {
+        for (block, of_block) in corners.chunks(PARTITION_BLOCK).enumerate() {
             self.pack_start.push((block * PACKS) as u32);
             self.vertex_start.push(self.vertex.len() as u32);
             self.add_block(of_block, number);
@@ -78,27 +78,27 @@ impl Partition {
 
     /// The triangles of a block: first those of its packs' first lane, pack after pack, then those of the next one.
     pub(super) fn triangles_of(&self, block: usize) -> Range<u32> {
-        let first = block * BLOCK;
+        let first = block * PARTITION_BLOCK;
         first as u32..(first + self.of_block(first)) as u32
     }
 
     /// The blocks before a [`cut`], and the blocks from it on.
     pub(super) fn blocks_of_subdomains(&self, cut: u32) -> [Range<usize>; 2] {
         let all = self.all_blocks();
-        let second = (cut as usize / BLOCK).min(all.end);
+        let second = (cut as usize / PARTITION_BLOCK).min(all.end);
         [0..second, second..all.end]
     }
 
     /// Triangles in the block that begins with this one.
     fn of_block(&self, first: usize) -> usize {
-        (self.count - first).min(BLOCK)
+        (self.count - first).min(PARTITION_BLOCK)
     }
 
     /// The triangles in the lanes of a pack; [`EMPTY`] where there is none. Triangles that follow each other share vertices: side by side they
     /// would wait for each other's sums. The lanes of a pack are as far apart as they can be.
     #[inline(always)]
     pub(super) fn triangles(&self, pack: usize) -> [u32; LANES] {
-        let (first, within) = (pack / PACKS * BLOCK, pack % PACKS);
+        let (first, within) = (pack / PACKS * PARTITION_BLOCK, pack % PACKS);
         let count = self.of_block(first);
         let apart = count.div_ceil(LANES);
         std::array::from_fn(|lane| {
@@ -109,8 +109,8 @@ impl Partition {
 
     /// The pack and lane of a triangle.
     pub(super) fn place_of(&self, triangle: u32) -> (usize, usize) {
-        let (block, within) = (triangle as usize / BLOCK, triangle as usize % BLOCK);
-        let apart = self.of_block(block * BLOCK).div_ceil(LANES);
+        let (block, within) = (triangle as usize / PARTITION_BLOCK, triangle as usize % PARTITION_BLOCK);
+        let apart = self.of_block(block * PARTITION_BLOCK).div_ceil(LANES);
         (block * PACKS + within % apart, within / apart)
     }
 
@@ -122,14 +122,14 @@ impl Partition {
     /// The rows of the corners of a triangle.
     pub(super) fn rows(&self, triangle: u32) -> [u32; 3] {
         let (pack, lane) = self.place_of(triangle);
-        let start = self.vertex_start[triangle as usize / BLOCK];
+        let start = self.vertex_start[triangle as usize / PARTITION_BLOCK];
         self.places[pack].map(|places| self.vertex[(start + u32::from(places[lane])) as usize])
     }
 
     /// Rows of the corners of all triangles, one after another.
     pub(super) fn all_rows(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
-        (0..self.count).step_by(BLOCK).zip(&self.vertex_start).flat_map(move |(first, &start)| {
-            let (pack, count) = (first / BLOCK * PACKS, self.of_block(first));
+        (0..self.count).step_by(PARTITION_BLOCK).zip(&self.vertex_start).flat_map(move |(first, &start)| {
+            let (pack, count) = (first / PARTITION_BLOCK * PACKS, self.of_block(first));
             let apart = count.div_ceil(LANES);
             let all = (0..LANES).flat_map(move |lane| (pack..pack + apart).map(move |pack| (pack, lane)));
             let row = move |place: u16| self.vertex[(start + u32::from(place)) as usize];
@@ -140,7 +140,7 @@ impl Partition {
     /// Number of packs, from the first on, that have the same triangles in their lanes as one of `before` triangles would. Where
     /// the number of triangles has changed, they are those before the block in which the last triangles stand.
     pub(super) fn packs_as_before(&self, before: usize) -> usize {
-        if before == self.count { self.places.len() } else { before.min(self.count) / BLOCK * PACKS }
+        if before == self.count { self.places.len() } else { before.min(self.count) / PARTITION_BLOCK * PACKS }
     }
 
     /// Adds a block; its vertices stand as triangle after triangle meets them, near each other those that are so.

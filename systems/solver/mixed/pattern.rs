@@ -22,7 +22,7 @@ pub(super) struct BlockPattern {
     pub column_start: Vec<u32>,
     /// Row and block of every entry below the diagonal, rows ascending in each column.
     pub below: Vec<[u32; 2]>,
-    /// Per lane of every pack where in their rows the blocks of its [`EDGES`] stand; [`FAR`] where that is to be counted.
+    /// Per lane of every pack where in their rows the blocks of its [`EDGES`] stand; [`FAR_IN_ROW`] where that is to be counted.
     target: Vec<[[u8; LANES]; 3]>,
     /// Scratch of edits: the rows and columns before.
     row_start_before: Vec<u32>,
@@ -32,7 +32,7 @@ pub(super) struct BlockPattern {
 }
 
 /// So far into its row or farther.
-const FAR: u8 = u8::MAX;
+const FAR_IN_ROW: u8 = u8::MAX;
 
 impl BlockPattern {
     /// A pattern with the fill of level one: besides neighbours, rows have a block where both are neighbours of a row before them. A row
@@ -210,7 +210,7 @@ impl BlockPattern {
     /// The target of an edge of a triangle.
     fn find_target(&self, t: u32, edge: [usize; 2], row: &[u32], corners: &[[u32; 3]]) -> u8 {
         let [a, b] = edge.map(|corner| row[corners[t as usize][corner] as usize] as usize);
-        u8::try_from(self.find(a.max(b), a.min(b))).unwrap_or(FAR)
+        u8::try_from(self.find(a.max(b), a.min(b))).unwrap_or(FAR_IN_ROW)
     }
 
     /// Where in its row the block of two neighbours stands.
@@ -280,7 +280,7 @@ impl BlockPattern {
                         let (row, column) = (a.max(b), a.min(b));
                         let value = if a < b { &value.transposed() } else { value };
                         let within = match self.target[pack][edge][lane] {
-                            FAR => self.find(row, column),
+                            FAR_IN_ROW => self.find(row, column),
                             near => near.into(),
                         };
                         lower(row, self.row_start[row] as usize + within, value);

@@ -6,7 +6,7 @@ use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::LinearParams;
 use crate::storage::room::grow;
 use crate::systems::parallel;
-use crate::systems::solver::guess::{fit, is_none, residual_without};
+use crate::systems::solver::initial_guess::{fit, is_none, residual_without};
 use crate::systems::solver::{CgError, Operator, ProductMemory};
 use glam::{DVec3, Vec4};
 

@@ -15,10 +15,10 @@ use glam::{DVec3, Vec4};
 const STALLED: f64 = 0.5;
 
 /// Iterations that are few: of hundreds the rounding adds up.
-const FEW: u32 = 20;
+const FEW_ITERATIONS: u32 = 20;
 
 /// The diagonal is raised by this fraction of itself before it is factored (Manteuffel 1980). Chosen on the lens capsule as it tears.
-const SHIFT: f32 = 0.01;
+const DIAGONAL_SHIFT: f32 = 0.01;
 
 /// Iterations of a round with a factor at the most. One that has come to nothing in so many, or is broken, is a bad one: the next has its
 /// diagonal raised ten times as far, up to [`MOST_SHIFT`].
@@ -70,12 +70,12 @@ impl MixedSolver {
         let (reference_sq, residual_sq, is_assembled) = self.first_residual(operator, is_single, memory, x, scratch)?;
         let limits = Limits::new(params, reference_sq, [scratch.twice_stored, scratch.near]);
         let info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
-        let mut progress = Progress { limits, residual_sq, is_single, shift: SHIFT, info };
+        let mut progress = Progress { limits, residual_sq, is_single, shift: DIAGONAL_SHIFT, info };
         if !progress.is_done() {
             if !is_assembled {
                 self.assemble(operator, &scratch.free, active.may_be_cut(operator));
             }
-            self.set_up(operator, &mut active, &scratch.free, SHIFT);
+            self.set_up(operator, &mut active, &scratch.free, DIAGONAL_SHIFT);
         }
         let mut is_solved = true;
         while !progress.is_done() && progress.info.iterations < limits.iterations && !progress.info.is_late {
@@ -180,7 +180,7 @@ impl MixedSolver {
         let norm = progress.residual_sq.sqrt();
         // Each iteration adds its rounding to the residual of the recursion: a few do not show.
         let by_recursion = reached.residual_sq * progress.residual_sq;
-        let is_known = progress.is_single && reached.iterations <= FEW;
+        let is_known = progress.is_single && reached.iterations <= FEW_ITERATIONS;
         self.add_to(x, norm);
         progress.residual_sq = if is_known && progress.limits.are_met_at_end(by_recursion, progress.info.error_energy) {
             let (row, xr) = (&self.order.row, &self.vectors.xr);

@@ -18,7 +18,7 @@ pub(super) struct VertexBlocks {
 }
 
 /// Free axes (1) by their bit mask.
-const FREE: [Vec4; 8] = {
+const FREE_BY_MASK: [Vec4; 8] = {
     let mut free = [Vec4::ZERO; 8];
     let mut axes = 0;
     while axes < 8 {
@@ -50,7 +50,7 @@ impl VertexBlocks {
     /// Free axes (1) of a row.
     #[inline(always)]
     pub(super) fn free(&self, row: usize) -> Vec4 {
-        FREE[self.free[row] as usize % FREE.len()]
+        FREE_BY_MASK[self.free[row] as usize % FREE_BY_MASK.len()]
     }
 }
 

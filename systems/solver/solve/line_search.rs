@@ -2,7 +2,7 @@
 
 use crate::components::{Forces, Increment, LineSearch, SolveResult, SolverScratch};
 use crate::systems::parallel;
-use crate::systems::solver::scale_allowed;
+use crate::systems::solver::scale_guided;
 
 /// Fractions of a static increment that are tried, each half of the one before, until the imbalance no longer grows.
 const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
@@ -10,7 +10,7 @@ const LINE_SEARCH_HALVINGS: f64 = 1.0 / 64.0;
 /// Merit of the line search: work of the imbalance along an increment, and the norm of the imbalance.
 fn merit(increment: &Increment, scratch: &SolverScratch) -> (f64, f64) {
     let rows = increment.delta.iter().zip(&scratch.residual).zip(&scratch.free);
-    let guided = scratch.allowed.merit(&increment.delta, &scratch.residual);
+    let guided = scratch.guide_constraints.merit(&increment.delta, &scratch.residual);
     rows.fold(guided, |(work, norm_sq), ((d, r), f)| (work + (*d * *f).dot(*r), norm_sq + (*r * *f).length_squared()))
 }
 
@@ -36,8 +36,8 @@ pub(super) fn reject_increment(increment: &mut Increment, scratch: &mut SolverSc
         return false;
     }
     let back = if search.fraction == 1.0 { -0.5 } else { 0.5 };
-    let SolverScratch { free, allowed, .. } = scratch;
-    scale_allowed((allowed, free), &mut increment.delta, back);
+    let SolverScratch { free, guide_constraints, .. } = scratch;
+    scale_guided((guide_constraints, free), &mut increment.delta, back);
     scratch.line_search = Some(LineSearch { fraction: 0.5 * search.fraction, ..search });
     true
 }

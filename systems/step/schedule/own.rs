@@ -2,7 +2,7 @@
 
 use super::{STEP, Stage};
 use crate::clock::Moment;
-use crate::registry::{Refused, judge_all};
+use crate::registry::{Rejected, validate_all};
 use crate::report::SystemReport;
 use crate::systems::StepContext;
 use hecs::World;
@@ -54,14 +54,14 @@ struct Entry {
 pub struct Schedule {
     entries: Vec<Entry>,
     /// Rejection of data written by a system of the caller's, and whether the step had begun to move by then.
-    refused: Option<(Refused, bool)>,
+    rejected: Option<(Rejected, bool)>,
 }
 
 impl Default for Schedule {
     /// [`STEP`].
     fn default() -> Self {
         let entry = |s: &super::System| Entry { name: s.name, stage: s.stage, run: Run::Engines(s.run) };
-        Self { entries: STEP.iter().map(entry).collect(), refused: None }
+        Self { entries: STEP.iter().map(entry).collect(), rejected: None }
     }
 }
 
@@ -128,12 +128,12 @@ impl Schedule {
 
     /// Whether a system of the caller's has written rejected data: no system runs any more until the rejection was taken.
     pub(crate) fn has_invalid_caller_data(&self) -> bool {
-        self.refused.is_some()
+        self.rejected.is_some()
     }
 
     /// Takes the rejection, and whether the step had begun to move by then.
-    pub(crate) fn take_refused(&mut self) -> Option<(Refused, bool)> {
-        self.refused.take()
+    pub(crate) fn take_rejected(&mut self) -> Option<(Rejected, bool)> {
+        self.rejected.take()
     }
 
     /// Runs the systems of one stage in order and adds their times and counts to `reports`, which has one entry per system. Returns the
@@ -147,7 +147,7 @@ impl Schedule {
     ) -> usize {
         let (mut has_begun, mut count) = (stage != Stage::Begin, 0);
         for (entry, report) in self.entries.iter_mut().zip(reports).filter(|(entry, _)| entry.stage == stage) {
-            if self.refused.is_some() {
+            if self.rejected.is_some() {
                 return 0;
             }
             let start = Moment::now();
@@ -160,7 +160,7 @@ impl Schedule {
                 }
                 Run::Callers(run) => {
                     let bodies = run(world, step);
-                    self.refused = judge_all(world).err().map(|refused| (refused, has_begun));
+                    self.rejected = validate_all(world).err().map(|rejected| (rejected, has_begun));
                     bodies
                 }
             };

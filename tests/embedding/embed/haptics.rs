@@ -15,7 +15,7 @@ const PINCH: f64 = 0.2;
 /// A taut sheet clamped around, pinched in the middle and drawn to `hand` \[mm\] within 10 ms, then to wherever the path goes.
 fn pinched(cells: usize, hand: DVec3) -> (Simulation, Entity) {
     let mesh = generate::grid(20.0, 20.0, cells, cells).unwrap();
-    let mut sheet = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(30.0));
+    let mut sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0));
     let rim = sheet.select(|p| p.x == 0.0 || p.y == 0.0 || p.x == 20.0 || p.y == 20.0);
     // Drawn out by 5 %, as a membrane in its frame is.
     let out = |row: u32| (sheet.mesh().positions[row as usize] - DVec3::new(10.0, 10.0, 0.0)) * 0.05;

@@ -12,20 +12,20 @@ fn tips_and_pieces_are_those_of_the_tear() {
     let tip = run.simulation.tips(run.body).unwrap()[0];
     // The notch ends 3 mm under the rim, at a vertex that cuts may have slid to it.
     assert!(tip.rest_position.distance(DVec3::new(15.0, 27.0, 0.0)) < 1e-9, "{tip:?}");
-    assert_eq!(run.simulation.pieces(run.body).unwrap().count(), 1);
+    assert_eq!(run.simulation.fragments(run.body).unwrap().count(), 1);
     run.tear_through();
     assert!(run.simulation.tips(run.body).unwrap().is_empty());
-    let pieces = run.simulation.pieces(run.body).unwrap();
+    let fragments = run.simulation.fragments(run.body).unwrap();
     let view = run.simulation.view(run.body).unwrap();
-    assert!(pieces.count() == 2 && pieces.of_triangle[0] == 0);
+    assert!(fragments.count() == 2 && fragments.of_triangle[0] == 0);
     // Both are there with all of the square's area, to a rounding per triangle.
-    assert!((pieces.areas.iter().sum::<f64>() / (SIDE * SIDE) - 1.0).abs() < 1e-12);
-    for (corners, piece) in view.triangles.iter().zip(&pieces.of_triangle) {
-        assert!(corners.iter().all(|&v| pieces.of_vertex[v as usize] == *piece));
+    assert!((fragments.areas.iter().sum::<f64>() / (SIDE * SIDE) - 1.0).abs() < 1e-12);
+    for (corners, piece) in view.triangles.iter().zip(&fragments.of_triangle) {
+        assert!(corners.iter().all(|&v| fragments.of_vertex[v as usize] == *piece));
     }
     // The tear runs from the upper rim to the left one.
     let at = |x: f64| view.rest_positions.iter().position(|p| p.x == x && p.y == SIDE).unwrap();
-    assert_ne!(pieces.of_vertex[at(0.0)], pieces.of_vertex[at(SIDE)]);
+    assert_ne!(fragments.of_vertex[at(0.0)], fragments.of_vertex[at(SIDE)]);
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn tools_and_obstacles_are_listed_and_all_is_judged_on_request() {
 /// A membrane is checked before it is spawned, and spawned as often as one likes.
 #[test]
 fn a_membrane_is_checked_and_cloned() {
-    let sheet = Membrane::new("sheet", generate::grid(4.0, 4.0, 4, 4).unwrap(), Material::figure_2()).planar();
+    let sheet = Membrane::new("sheet", generate::grid(4.0, 4.0, 4, 4).unwrap(), Material::allard_2009()).planar();
     sheet.validate().unwrap();
     let wrong = sheet.clone().with(Damping { time: -1.0 });
     assert!(wrong.validate().unwrap_err().to_string().contains("Damping"));

@@ -103,8 +103,8 @@ fn a_mirror_of_the_changes_equals_the_arrays_bit_for_bit() {
         let mut random = TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]);
         let mut unit = move || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         let mut square = Square::new([24, 20], 180.0 * unit());
-        square.tearing.strength_fibre *= 0.2;
-        square.tearing.strength_transverse *= 0.2;
+        square.tearing.strength_across_fibres *= 0.2;
+        square.tearing.strength_along_fibres *= 0.2;
         square.tearing.radius *= 0.7;
         let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
         let refinement = Refinement { edges_per_radius: 3.0, budget: 3.0, ..Refinement::default() };

@@ -11,7 +11,7 @@ use rhexis::storage::VertexKey;
 
 fn sheet() -> Membrane {
     let mesh = generate::grid(10.0, 10.0, 10, 10).unwrap();
-    Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(30.0)).planar()
+    Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0)).planar()
 }
 
 fn at_x(simulation: &mut Simulation, body: hecs::Entity, x: f64) -> Vec<VertexKey> {

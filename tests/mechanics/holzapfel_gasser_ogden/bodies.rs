@@ -197,7 +197,7 @@ fn what_is_not_a_law_or_does_not_go_with_it_is_refused_by_name() {
     let both = sheet(0.0).with(StiffeningFibres { k1: 1.0, k2: 1.0 });
     assert_eq!(simulation.spawn(both).unwrap_err(), BodyError::TwoFibreLaws);
     let mesh = generate::grid(6.0, 5.0, 6, 5).unwrap();
-    let linear = Membrane::new("sheet", mesh, Material::figure_2()).with(adventitia());
+    let linear = Membrane::new("sheet", mesh, Material::allard_2009()).with(adventitia());
     assert_eq!(simulation.spawn(linear).unwrap_err(), BodyError::NotNeoHookean(0));
     let strained = sheet(0.0).with(PreStretch { strain: Sym2::new(0.95, 0.0, 0.0) });
     assert!(simulation.spawn(strained).unwrap_err().to_string().contains("pre-stretch"));

@@ -40,11 +40,11 @@ fn a_patch_under_uniform_stretch_has_the_stress_of_the_law() {
         let length = along.hypot(shear);
         let e = length - (1.0 - held.xx);
         let pull = FIBRES.k1 * e * (FIBRES.k2 * e * e).exp() / length;
-        let mut wanted = Material::figure_2().stiffness().unwrap().stress(strain);
+        let mut wanted = Material::allard_2009().stiffness().unwrap().stress(strain);
         wanted += Sym2::new(pull * along, 0.0, 0.5 * pull * shear);
         simulation.refresh(body).unwrap();
         let area = 30.0 * 0.1;
-        let mut energy = 0.5 * Material::figure_2().stiffness().unwrap().stress(strain).contract(strain);
+        let mut energy = 0.5 * Material::allard_2009().stiffness().unwrap().stress(strain).contract(strain);
         energy += FIBRES.k1 / (2.0 * FIBRES.k2) * ((FIBRES.k2 * e * e).exp() - 1.0);
         let found = simulation.energies(body).unwrap().elastic;
         // Imbalance of 1e-13 of the forces, and the rounding of positions.
@@ -76,7 +76,7 @@ fn a_patch_under_uniform_stretch_has_the_stress_of_the_law() {
 #[test]
 fn a_strip_follows_the_curve_of_the_law() {
     let mesh = generate::jittered(10.0, 4.0, 10, 4, 5).unwrap();
-    let strip = Membrane::new("strip", mesh, Material::figure_2()).with(FIBRES).planar();
+    let strip = Membrane::new("strip", mesh, Material::allard_2009()).with(FIBRES).planar();
     let hold = |name: &str, rows: Vec<u32>, way: DVec3, axes| {
         let members = Attached::new(rows.into_iter().map(|row| (row, way)));
         Hold { name: name.into(), members, axes, curve: Curve::new(vec![(0.0, 0.0), (1.0, 1.0)]).unwrap() }

@@ -15,7 +15,7 @@ const FIBRES: StiffeningFibres = StiffeningFibres { k1: 6.0, k2: 9.0 };
 /// A sheet of 6 × 5 mm on a jittered mesh.
 fn sheet(degrees: f64) -> Membrane {
     let mesh = generate::jittered(6.0, 5.0, 6, 5, 3).unwrap();
-    Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(degrees)).with(FIBRES)
+    Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(degrees)).with(FIBRES)
 }
 
 fn simulate(settings: Settings, membrane: Membrane) -> (Simulation, Entity) {

@@ -60,7 +60,7 @@ pub fn show(
     use bevy_rhexis::rhexis::event::EventKind;
     for event in events.read() {
         match &event.event.kind {
-            EventKind::PieceFreed { .. } => said.0 = "A piece has come free.".to_owned(),
+            EventKind::FragmentFreed { .. } => said.0 = "A piece has come free.".to_owned(),
             EventKind::Slipped { is_open: true, .. } => said.0 = "The jaws have slipped.".to_owned(),
             EventKind::Ended { .. } => said.0 = "A tear has ended.".to_owned(),
             EventKind::StepFailed { .. } => said.0 = "A step was undone; the last good state stands.".to_owned(),

@@ -42,7 +42,7 @@ pub fn plugin() -> RhexisPlugin {
 /// A square in the plane z = 0, held along x = 0, whose fibres go along y.
 pub fn sheet(name: &str) -> Membrane {
     let mesh = generate::grid(SIDE, SIDE, 16, 14).unwrap();
-    let mut sheet = Membrane::new(name, mesh, Material::figure_2()).planar().fibres(Fibres::at_degrees(90.0));
+    let mut sheet = Membrane::new(name, mesh, Material::allard_2009()).planar().fibres(Fibres::at_degrees(90.0));
     sheet = sheet.with(Tearing::default()).with(Damping { time: 0.1 });
     let members = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|vertex| (vertex, DVec3::ZERO)));
     sheet.hold(Hold { name: "table".into(), members, axes: [true; 3], curve: Curve::constant(1.0) })

@@ -54,7 +54,7 @@ fn a_tissue_taken_off_leaves_an_entity_without_body() {
 fn a_body_that_is_refused_is_told() {
     let mut app = app();
     let mesh = TriangleMesh { positions: vec![DVec3::ZERO; 3], triangles: vec![[0, 1, 2]], ..TriangleMesh::default() };
-    let bad = Membrane::new("bad", mesh, Material::figure_2());
+    let bad = Membrane::new("bad", mesh, Material::allard_2009());
     let tissue = app.world_mut().spawn((Tissue::new(bad), Name::new("patch"))).id();
     app.update();
     let told = messages::<RhexisError>(&mut app);

@@ -54,7 +54,7 @@ fn a_tear_writes_the_triangles_that_it_changes() {
 fn of_20_000_triangles_a_tear_writes_a_handful() {
     let mut app = app();
     let mesh = generate::grid(100.0, 100.0, 100, 100).unwrap();
-    let membrane = Membrane::new("sheet", mesh, Material::figure_2()).planar().with(Tearing::default());
+    let membrane = Membrane::new("sheet", mesh, Material::allard_2009()).planar().with(Tearing::default());
     let (tissue, body) = spawn(&mut app, Tissue::new(membrane));
     let count = |app: &App| (updates(app, tissue), positions(app, tissue).len() as u64);
     let (whole, vertices) = count(&app);

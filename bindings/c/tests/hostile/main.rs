@@ -60,7 +60,7 @@ struct Pool {
 const TEXTS: [&CStr; 8] = [c"", c"sheet", c"left", c"\xff\xfe", c"shape = {", c"\xc3\xa4", c"Tearing", c"radius = nan"];
 
 const COMPONENTS: [(&CStr, &CStr); 16] = [
-    (c"Tearing", c"radius = 0.8\nstrength_fibre = 0.02\nstrength_transverse = 0.01"),
+    (c"Tearing", c"radius = 0.8\nstrength_across_fibres = 0.02\nstrength_along_fibres = 0.01"),
     (c"Tearing", c"radius = -inf"),
     (c"Tearing", c""),
     (c"Gravity", c"acceleration = [0, 0, -9.81e-3]"),

@@ -28,7 +28,7 @@ class _Cut(TypedDict):
     smallest_angle: float
     strokes: int
     tips: list[int]
-    pieces: int
+    fragments: int
     path: _F64
 
 class _Hit(TypedDict):
@@ -60,7 +60,7 @@ class _Tips(TypedDict):
     rest_positions: _F64
     directions: _F64
 
-class _Pieces(TypedDict):
+class _Fragments(TypedDict):
     count: int
     of_vertex: _U32
     of_triangle: _U32
@@ -336,7 +336,7 @@ class World:
     def fields(self, body: _Body = None) -> dict[str, _F64]: ...
     def energies(self, body: _Body = None) -> _Energies: ...
     def tips(self, body: _Body = None) -> _Tips: ...
-    def pieces(self, body: _Body = None) -> _Pieces: ...
+    def fragments(self, body: _Body = None) -> _Fragments: ...
     def track_changes(self, body: _Body = None) -> None: ...
     def changes(self, body: _Body = None) -> _Changes: ...
     def events(self) -> list[dict[str, Any]]: ...

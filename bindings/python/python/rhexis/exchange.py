@@ -27,7 +27,7 @@ def _arrays(world: World, body: Entity | str | None) -> tuple[dict[str, NDArray[
         "velocity": world.velocities(body),
         "force": fields.pop("force"),
     }
-    return points, {**fields, "piece": world.pieces(body)["of_triangle"]}
+    return points, {**fields, "fragment": world.fragments(body)["of_triangle"]}
 
 
 def to_meshio(world: World, body: Entity | str | None = None) -> meshio.Mesh:

@@ -29,7 +29,7 @@ const TEAR: [(&str, &str); 9] = [
     ("/advances", "advances"),
     ("/ambiguous", "ambiguous"),
     ("/ended", "tips_ended"),
-    ("/pieces_freed", "pieces_freed"),
+    ("/fragments_freed", "fragments_freed"),
     ("/refusals", "refusals"),
 ];
 

@@ -76,7 +76,7 @@ Example, as fibres.toml:
   \"bodies.0.material.young_fibre\" = { from = 5, to = 20, count = 3 }   # or step = 5; scale = \"log\"
 
   [sample]                  # uniform, log_uniform, normal, integer, choice
-  \"bodies.0.tearing.strength_transverse\" = { uniform = [0.04, 0.06] }
+  \"bodies.0.tearing.strength_along_fibres\" = { uniform = [0.04, 0.06] }
 
   rhexis sweep fibres.toml
   rhexis sweep fibres.toml --list

@@ -129,7 +129,7 @@ fn a_tear_is_reported_to_its_end() {
     // The spans add up to the whole.
     assert!((sum - released).abs() < 1e-9 * released, "{sum} of {released} mJ in {} spans", paid.len());
     let kinds = |kind: &str| events.iter().filter(|e| e["kind"] == kind).count() as u64;
-    for kind in ["started", "advanced", "ended", "piece_freed"] {
+    for kind in ["started", "advanced", "ended", "fragment_freed"] {
         assert_eq!(report["events"][kind].as_u64(), Some(kinds(kind)), "{kind}");
         assert!(kinds(kind) > 0, "{kind}");
     }

@@ -89,7 +89,7 @@ fn torn() -> Frame {
     });
     let channels = vec![(Channel::TextureCoordinates, 0), (Channel::Normal, 2), (Channel::Colour, 5)];
     let attributes = Attributes { stride: 9, values: values.collect(), channels };
-    let membrane = rhexis::membrane::Membrane::new("cap", mesh, rhexis::components::Material::figure_2());
+    let membrane = rhexis::membrane::Membrane::new("cap", mesh, rhexis::components::Material::allard_2009());
     let mut simulation = Simulation::new(rhexis::settings::Settings::default()).unwrap();
     let body = simulation.spawn(membrane.with(attributes)).unwrap();
     simulation.cut(body, &[dvec3(-3.1, 0.2, 0.0), dvec3(0.4, 1.0, 0.0), dvec3(3.3, -0.7, 0.0)]).unwrap();

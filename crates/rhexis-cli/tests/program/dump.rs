@@ -51,7 +51,7 @@ fn a_tip_at_rest_shows_stress_direction_and_decider() {
 
 #[test]
 fn a_decision_by_the_material_force_says_why() {
-    let criterion = "bodies.0.energy_criterion={ toughness_along = 1e-3, toughness_across = 2e-3 }";
+    let criterion = "bodies.0.energy_criterion={ toughness_along_fibres = 1e-3, toughness_across_fibres = 2e-3 }";
     let folder = dump(&["--steps", "5", "--set", criterion]);
     let tips = rows(&folder.path().join("tips.csv"));
     // The notch is as long as two averaging radii: the ring is not around its crack alone, or its mesh is too coarse.

@@ -45,7 +45,7 @@ fn overrides_are_judged_like_the_file() {
         ("scene.preset=none", "no preset `none`"),
         ("bodies.0.holds.0.region.x=77", "selects no vertex"),
         ("bodies.0.holds.0.name=right", "is taken by entry 0"),
-        ("bodies.0.tearing.strength_fibre=5", "given twice"),
+        ("bodies.0.tearing.strength_across_fibres=5", "given twice"),
         ("bodies.0.copies=4000000000", "bodies, copies counted"),
     ] {
         // Others stand before and behind it.

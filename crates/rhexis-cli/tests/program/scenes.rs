@@ -91,7 +91,7 @@ name = "tissue"
 planar = true
 mesh = { grid = { width = 4, height = 2, nx = 4, ny = 2 } }
 material = { young_fibre = 10, young_transverse = 1, poisson_major = 0.3, thickness = 0.1 }
-tearing = { strength_transverse = 0.1, strength_ratio = 2, radius = 0.5 }
+tearing = { strength_along_fibres = 0.1, strength_ratio = 2, radius = 0.5 }
 holds = [
     { name = "left", region = { x = 0 } },
     { name = "right", region = { x = 4 }, move = { offset = [1, 0] }, curve = [[0, 0], [10, 1]] },
@@ -167,18 +167,24 @@ fn a_bad_scene_is_refused_with_line_reason_and_remedy() {
         ("[[0, 0], [10, 1]]", "[[0, 0], [0, 1]]", 16, "time must be larger", "ascending"),
         ("offset = [1, 0]", "offset = [1]", 16, "not a point", "[x, y]"),
         ("radius = 0.5", "radius = -0.5", 13, "-0.5 mm is not above zero", "above zero"),
-        ("strength_ratio = 2, ", "", 13, "not at all", "`strength_fibre` or `strength_ratio`"),
-        ("strength_ratio = 2", "toughness_along = 0.1", 13, "incomplete or mixed", "both of `toughness_along`"),
+        ("strength_ratio = 2, ", "", 13, "not at all", "`strength_across_fibres` or `strength_ratio`"),
         (
-            "strength_transverse = 0.1, strength_ratio = 2",
-            "toughness_along = 0.1",
+            "strength_ratio = 2",
+            "toughness_along_fibres = 0.1",
+            13,
+            "incomplete or mixed",
+            "both of `toughness_along_fibres`",
+        ),
+        (
+            "strength_along_fibres = 0.1, strength_ratio = 2",
+            "toughness_along_fibres = 0.1",
             13,
             "incomplete or mixed",
             "follows from the other",
         ),
         (
-            "strength_transverse = 0.1, strength_ratio = 2",
-            "toughness_along = 0.1, toughness_across = 0",
+            "strength_along_fibres = 0.1, strength_ratio = 2",
+            "toughness_along_fibres = 0.1, toughness_across_fibres = 0",
             13,
             "0 N/mm is not above zero",
             "above zero",

@@ -22,7 +22,7 @@ seed = 7
 "bodies.0.material.young_fibre" = { from = 5, to = 20, count = 2 }
 
 [sample]
-"bodies.0.tearing.strength_transverse, bodies.0.damping" = { uniform = [0.004, 0.006] }
+"bodies.0.tearing.strength_along_fibres, bodies.0.damping" = { uniform = [0.004, 0.006] }
 "#;
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {
@@ -80,7 +80,7 @@ fn lists_ranges_and_samples_are_one_table_on_any_number_of_cores() {
     assert_eq!(column("case"), ["0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11"]);
     assert_eq!(column("bodies.0.fibres.degrees"), [&["45"; 6][..], &["60"; 6]].concat());
     assert_eq!(column("bodies.0.material.young_fibre")[..6], ["5", "5", "5", "20", "20", "20"]);
-    let samples = column("bodies.0.tearing.strength_transverse, bodies.0.damping");
+    let samples = column("bodies.0.tearing.strength_along_fibres, bodies.0.damping");
     // The same three for every combination, and no two alike.
     assert_eq!(samples[..3], samples[9..]);
     assert_eq!(samples.iter().collect::<BTreeSet<_>>().len(), 3);

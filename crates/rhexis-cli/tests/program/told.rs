@@ -21,7 +21,7 @@ material = { young = 1, poisson = 0.3, thickness = 0.1 }
 damping = 1
 bending = { }
 [bodies.tearing]
-strength_transverse = 0.1
+strength_along_fibres = 0.1
 strength_ratio = 1
 radius = 1.5
 max_tear_speed = 0.01
@@ -72,9 +72,9 @@ fn a_tear_that_is_held_back_by_its_speed_is_a_note() {
 #[test]
 fn decisions_by_the_material_force_are_told_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
-    let criterion = "bodies.0.energy_criterion={ toughness_along = 1e3, toughness_across = 1e3 }";
+    let criterion = "bodies.0.energy_criterion={ toughness_along_fibres = 1e3, toughness_across_fibres = 1e3 }";
     let (code, printed, _) =
-        run(folder.path(), &[criterion, "bodies.0.tearing.strength_transverse=1e3", "run.steps=8"]);
+        run(folder.path(), &[criterion, "bodies.0.tearing.strength_along_fibres=1e3", "run.steps=8"]);
     assert_eq!(code, Some(0), "{printed}");
     let report = report(folder.path());
     assert_eq!(report["bodies"][0]["tear"]["by_material_force"], 0);
@@ -97,7 +97,7 @@ fn numbers_out_of_scale_are_refused_with_their_range_or_leave_numbers() {
         "bodies.0.material.density=1e-280",
         "bodies.0.tearing.radius=1e-10",
         "bodies.0.tearing.radius=1e-300",
-        "bodies.0.tearing.strength_transverse=1e150",
+        "bodies.0.tearing.strength_along_fibres=1e150",
         "bodies.0.tearing.exponent=1e3",
         "bodies.0.holds.0.move.offset=[0, 1e200, 0]",
     ] {

@@ -103,7 +103,7 @@ pub(super) fn run(case: &Case, steps: u64) -> Result<Course, BenchError> {
         let report = simulation.step(case.dt)?;
         course.steps += 1;
         course.retried += u64::from(report.rolled_back > 0);
-        course.held_back += u64::from(report.bodies.iter().any(|body| body.is_held_back));
+        course.held_back += u64::from(report.bodies.iter().any(|body| body.is_step_limited));
         course.failed += u64::from(report.has_failed);
         now = energy(&mut simulation, body)?;
         course.is_finite = now.is_finite();

@@ -83,7 +83,7 @@ pub struct Counts {
     /// Steps that failed, so that the last good state stayed.
     pub failed_steps: u64,
     /// Steps in which a body was step-limited.
-    pub held_back: u64,
+    pub step_limited: u64,
     /// The longest step \[ms\].
     pub slowest_step: f64,
     /// The case with it.
@@ -115,7 +115,7 @@ impl Counts {
         self.tears += other.tears;
         self.rollbacks += other.rollbacks;
         self.failed_steps += other.failed_steps;
-        self.held_back += other.held_back;
+        self.step_limited += other.step_limited;
         if other.slowest_step > self.slowest_step {
             (self.slowest_step, self.slowest_case) = (other.slowest_step, other.slowest_case);
         }
@@ -258,7 +258,7 @@ fn step(simulation: &mut Simulation, dt: f64, counts: &mut Counts) -> Result<(),
     counts.slowest_step = counts.slowest_step.max(start.elapsed().as_secs_f64() * 1e3);
     counts.rollbacks += u64::from(report.rolled_back);
     counts.failed_steps += u64::from(report.has_failed);
-    counts.held_back += u64::from(report.bodies.iter().any(|body| body.is_held_back));
+    counts.step_limited += u64::from(report.bodies.iter().any(|body| body.is_step_limited));
     let is_tear = |kind: &EventKind| matches!(kind, EventKind::Started { .. } | EventKind::Advanced { .. });
     counts.tears += simulation.drain_events().filter(|event| is_tear(&event.kind)).count() as u64;
     Ok(())

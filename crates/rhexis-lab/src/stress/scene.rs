@@ -172,8 +172,8 @@ fn membrane(name: &str, dice: &mut Dice, is_free: bool, settings: &Settings) -> 
 fn tearing(mut body: Membrane, dice: &mut Dice, young: f64, size: f64) -> Membrane {
     let radius = size * dice.decades(-1.5, -0.3);
     body = body.with(Tearing {
-        strength_fibre: young * dice.decades(-2.0, 1.0),
-        strength_transverse: young * dice.decades(-3.0, 0.0),
+        strength_across_fibres: young * dice.decades(-2.0, 1.0),
+        strength_along_fibres: young * dice.decades(-3.0, 0.0),
         exponent: dice.decades(-1.0, 0.5),
         cone: dice.between(0.2, PI),
         radius,

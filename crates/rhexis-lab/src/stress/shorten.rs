@@ -181,7 +181,7 @@ mod tests {
     fn a_recording_is_cut_down_to_what_fails() {
         let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
         for name in ["one", "other"] {
-            let sheet = Membrane::new(name, generate::grid(4.0, 4.0, 4, 4).unwrap(), Material::figure_2());
+            let sheet = Membrane::new(name, generate::grid(4.0, 4.0, 4, 4).unwrap(), Material::allard_2009());
             simulation.spawn(sheet.fibres(Fibres::at_degrees(0.0))).unwrap();
         }
         simulation.record();

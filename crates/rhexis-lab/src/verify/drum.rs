@@ -35,7 +35,7 @@ fn one_thread() -> Settings {
 
 /// A sheet of Figure 2's material with fibres along x under the tensions \[N/mm\] along x and y.
 fn taut(mesh: TriangleMesh, tension: [f64; 2]) -> Result<Membrane, VerifyError> {
-    let material = Material::figure_2();
+    let material = Material::allard_2009();
     let law = material.stiffness().map_err(|source| rhexis::membrane::BodyError::Material { triangle: 0, source })?;
     let [tx, ty] = tension.map(|t| t / material.thickness);
     let determinant = law.q11 * law.q22 - law.q12 * law.q12;
@@ -103,7 +103,7 @@ fn taut_frequencies(rows: &mut Rows, file: &Json) -> Result<(), VerifyError> {
 /// Stretches a rectangle with held edges and finds its lowest frequency.
 fn stretched(a: f64, b: f64, n: usize, stretch: [f64; 2], is_strip: bool) -> Result<f64, VerifyError> {
     let mesh = if is_strip { strip(a, n) } else { generate::grid(a, b, n, n)? };
-    let membrane = Membrane::new("sheet", mesh, Material::figure_2()).fibres(Fibres::at_degrees(0.0));
+    let membrane = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(0.0));
     let (mut simulation, body) = bodies::simulate(one_thread(), membrane)?;
     // A uniform stretch of the rectangle is in equilibrium: it may be set at once.
     bodies::set_motion(&mut simulation, body, |_, x| {
@@ -184,7 +184,8 @@ fn large_pressure(rows: &mut Rows, file: &Json) -> Result<(), VerifyError> {
         let (length, stretch, exact) = (number("L")?, number("lam0")?, number("w_centre")?);
         for (i, n) in [10, 20, 40].into_iter().enumerate() {
             let rest = length / stretch;
-            let membrane = Membrane::new("strip", strip(rest, n), Material::figure_2()).fibres(Fibres::at_degrees(0.0));
+            let membrane =
+                Membrane::new("strip", strip(rest, n), Material::allard_2009()).fibres(Fibres::at_degrees(0.0));
             let ends = bodies::hold(&membrane, "ends", |p| {
                 (p.x == 0.0 || p.x == rest).then(|| DVec3::X * (p.x / rest * (length - rest)))
             });

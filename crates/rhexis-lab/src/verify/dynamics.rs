@@ -38,7 +38,7 @@ fn frequencies(rows: &mut Rows, file: &Json) -> Result<(), VerifyError> {
             if !file.is_true(&format!("{at}/lumped")) || nx * ny > MOST_CELLS {
                 continue;
             }
-            let membrane = square(nx as usize, ny as usize, Material::figure_2())?;
+            let membrane = square(nx as usize, ny as usize, Material::allard_2009())?;
             let is_held = |p: &DVec3| p.x == 0.0 || p.x == 30.0 || is_all && (p.y == 0.0 || p.y == 30.0);
             let in_plane = DVec3::new(1.0, 1.0, 0.0);
             let free = |p: &DVec3| if is_held(p) { DVec3::ZERO } else { in_plane };
@@ -69,7 +69,7 @@ struct Mode {
 impl Mode {
     fn new(file: &Json, density: f64, damping: f64) -> Result<Self, VerifyError> {
         let shape = file.vectors("/modal_backward_euler_decay/phi")?;
-        let membrane = bodies::hold_rim(square(10, 8, Material { density, ..Material::figure_2() })?, 30.0, 30.0);
+        let membrane = bodies::hold_rim(square(10, 8, Material { density, ..Material::allard_2009() })?, 30.0, 30.0);
         let membrane = if damping > 0.0 { membrane.with(Damping { time: damping }) } else { membrane };
         let (mut simulation, body) = bodies::simulate(
             Settings {

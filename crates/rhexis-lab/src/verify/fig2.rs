@@ -34,7 +34,7 @@ pub(super) fn large(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("fig2-large");
     let (name, text) = file!("fig2_large.json");
     let file = Json::new(name, text)?;
-    let aniso = Material::figure_2();
+    let aniso = Material::allard_2009();
     let iso = Material::isotropic(3.0, 0.3, 0.1);
     let cases = [
         ("M(30,25)", (30, 25), aniso, "/results/1", file!("fig2_large_gradient_30x25.csv")),
@@ -68,7 +68,7 @@ pub(super) fn large(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
 fn work(rows: &mut Rows) -> Result<(), VerifyError> {
     let settings = Settings { threads: 1, ..Settings::default() };
     let curve = Curve::constant(1.0);
-    let (mut simulation, body) = bodies::simulate(settings, square(30, 25, Material::figure_2(), curve)?)?;
+    let (mut simulation, body) = bodies::simulate(settings, square(30, 25, Material::allard_2009(), curve)?)?;
     let step = 1e-3;
     let mut energies = [0.0; 2];
     let mut at = |factor: f64| -> Result<(f64, f64), VerifyError> {
@@ -129,7 +129,7 @@ struct Deviation {
 impl Deviation {
     fn of_run(dt: f64, settings: Settings, reference: &[[f64; 9]]) -> Result<Self, VerifyError> {
         let (mut simulation, body) =
-            bodies::simulate(settings, square(30, 25, Material::figure_2(), ramp(50.0 * dt))?)?;
+            bodies::simulate(settings, square(30, 25, Material::allard_2009(), ramp(50.0 * dt))?)?;
         let scale = |column: usize| reference.iter().map(|row| row[column].abs()).fold(0.0, f64::max);
         let (elastic, kinetic, force) = (scale(3), scale(4), scale(5));
         let mut worst = Self::default();

@@ -83,7 +83,7 @@ pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
 fn swing(settings: Settings, steps: u32) -> Result<Vertices, VerifyError> {
     let mesh = generate::grid(SIDE, SIDE, 8, 7)?;
     let centre = DVec3::new(0.5 * SIDE, 0.5 * SIDE, 0.0);
-    let membrane = Membrane::new("sheet", mesh, Material::figure_2())
+    let membrane = Membrane::new("sheet", mesh, Material::allard_2009())
         .fibres(Fibres::at_degrees(30.0))
         .with(PreStretch { strain: Sym2::new(0.05, 0.1, 0.0) })
         .with(Damping { time: 0.003 })

@@ -27,7 +27,7 @@ const FORCE: f64 = 10.0 * 0.1 * SIDE;
 
 fn square() -> Result<Membrane, VerifyError> {
     let mesh = generate::grid(SIDE, SIDE, 12, 10)?;
-    Ok(Membrane::new("square", mesh, Material::figure_2()).fibres(Fibres::at_degrees(45.0)))
+    Ok(Membrane::new("square", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(45.0)))
 }
 
 fn default_step() -> Settings {

@@ -80,7 +80,7 @@ pub(super) fn fig2_small(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let file = Json::new(name, text)?;
     let probes = [file!("fig2_small_iso.csv"), file!("fig2_small_aniso.csv")];
     for ((case, material), (name, text)) in
-        [("iso", Material::isotropic(3.0, 0.3, 0.1)), ("aniso", Material::figure_2())].into_iter().zip(probes)
+        [("iso", Material::isotropic(3.0, 0.3, 0.1)), ("aniso", Material::allard_2009())].into_iter().zip(probes)
     {
         let probes: Vec<[f64; 4]> = csv(name, text)?;
         for i in 0..file.len(&format!("/results/{case}/P1_on_M"))? {

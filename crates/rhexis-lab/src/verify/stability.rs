@@ -38,7 +38,7 @@ fn kinds() -> [(&'static str, Settings); 3] {
 /// in.
 fn noise_left(young_fibre: f64, stretch: f64, dt: f64, settings: Settings) -> Result<f64, VerifyError> {
     let side = 30.0;
-    let material = Material { young_fibre, shear_modulus: None, ..Material::figure_2() };
+    let material = Material { young_fibre, shear_modulus: None, ..Material::allard_2009() };
     let membrane =
         Membrane::new("sheet", generate::grid(side, side, 16, 14)?, material).fibres(Fibres::at_degrees(0.0));
     let ends = bodies::hold_along(&membrane, "ends", [true; 3], Curve::constant(stretch), |p| {

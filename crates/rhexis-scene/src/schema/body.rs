@@ -233,15 +233,15 @@ pub enum CriterionSpec {
 #[serde(deny_unknown_fields)]
 pub struct TearingSpec {
     /// Strength against tearing along the fibres σ̄_T \[MPa\], > 0.
-    pub strength_transverse: Option<f64>,
+    pub strength_along_fibres: Option<f64>,
     /// Strength against tearing across the fibres σ̄_F \[MPa\], > 0. Give either this or `strength_ratio`.
-    pub strength_fibre: Option<f64>,
+    pub strength_across_fibres: Option<f64>,
     /// σ̄_F/σ̄_T, > 0.
     pub strength_ratio: Option<f64>,
     /// Toughness G_c \[N/mm\], > 0, of a crack along the fibres. With `material`'s constants, even under a `grading`.
-    pub toughness_along: Option<f64>,
+    pub toughness_along_fibres: Option<f64>,
     /// Toughness G_c \[N/mm\], > 0, of a crack straight across the fibres.
-    pub toughness_across: Option<f64>,
+    pub toughness_across_fibres: Option<f64>,
     /// `"energy"` or `"stress"`: what tips decide by. Default `"energy"` where toughnesses are given, `"stress"` where strengths are.
     pub criterion: Option<CriterionSpec>,
     /// Exponent α of the threshold between them, > 0. Default 0.5.
@@ -276,9 +276,9 @@ pub struct TearingSpec {
 #[serde(deny_unknown_fields)]
 pub struct EnergyCriterionSpec {
     /// Toughness G_c \[N/mm\], > 0, of a crack along the fibres; in between as strengths, with `exponent` of `tearing`.
-    pub toughness_along: f64,
+    pub toughness_along_fibres: f64,
     /// Toughness G_c \[N/mm\], > 0, of a crack straight across the fibres.
-    pub toughness_across: f64,
+    pub toughness_across_fibres: f64,
     /// Radius of the ring over `radius` of `tearing`, above 0, at most 100. Default 2.
     #[serde(default = "ring")]
     pub ring: f64,

@@ -12,9 +12,9 @@ use std::path::PathBuf;
 pub struct PerTriangleSpec {
     /// Thickness \[mm\], > 0, in place of the material's.
     pub thickness: Option<Values>,
-    /// Strength along the fibres \[MPa\], > 0, in place of `strength_transverse`; that across them keeps its ratio to it.
+    /// Strength along the fibres \[MPa\], > 0, in place of `strength_along_fibres`; that across them keeps its ratio to it.
     pub strength: Option<Values>,
-    /// Toughness along the fibres \[N/mm\], > 0, in place of `toughness_along`; that across them keeps its ratio to it.
+    /// Toughness along the fibres \[N/mm\], > 0, in place of `toughness_along_fibres`; that across them keeps its ratio to it.
     pub toughness: Option<Values>,
     /// Pre-stretch in the fibre's axes, in place of the body's: one number, or along, across and (tensor) shear.
     pub pre_stretch: Option<Values>,

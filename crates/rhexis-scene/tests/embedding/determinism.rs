@@ -12,8 +12,8 @@ const STEPS: usize = 16;
 /// A square weak enough to tear within a few steps.
 fn weak(cells: [usize; 2], fibre: f64) -> Square {
     let mut square = Square::new(cells, fibre);
-    square.tearing.strength_fibre *= 0.2;
-    square.tearing.strength_transverse *= 0.2;
+    square.tearing.strength_across_fibres *= 0.2;
+    square.tearing.strength_along_fibres *= 0.2;
     square
 }
 
@@ -51,7 +51,7 @@ fn a_second_run_and_any_number_of_threads_give_the_same_bits() {
 fn halves_of_a_factor_give_the_same_bits_on_any_number_of_threads() {
     let run = |threads: usize, is_portable: bool| {
         let mut document = rhexis_scene::Document::named("capsulorhexis").unwrap();
-        let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.toughness_along=0.3"];
+        let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.toughness_along_fibres=0.3"];
         changes.into_iter().for_each(|change| document.set(change).unwrap());
         document.set(&format!("run.threads={threads}")).unwrap();
         document.set(&format!("run.portable_instructions={is_portable}")).unwrap();

@@ -54,7 +54,7 @@ fn positions(instance: &mut Instance) -> Vec<DVec3> {
 
 /// Whether the guard acted in a step.
 fn is_guarded(report: &BodyReport) -> bool {
-    report.guard.refusals() > 0 || report.is_held_back || report.went_part_of_way || report.fault.is_some()
+    report.guard.refusals() > 0 || report.is_step_limited || report.any_substep_limited || report.fault.is_some()
 }
 
 /// Plays a hand; the longest time that it moved what it held and the body stood still, in steps, and of that what no event had

@@ -73,7 +73,7 @@ fn two_hundred_steps_from_the_middle_of_a_tear() {
 
 #[test]
 fn a_capsule_with_grips_and_refinement() {
-    let changes = ["bodies.0.mesh.cap.triangles=1500", "bodies.0.tearing.toughness_along=0.3"];
+    let changes = ["bodies.0.mesh.cap.triangles=1500", "bodies.0.tearing.toughness_along_fibres=0.3"];
     let at = [10, 40, 60, 75];
     let run = goes_on_alike("capsulorhexis", scene("capsulorhexis", &changes), &at, 90, |s| _ = s.step(20.0));
     assert!(advances(&run) > 5 && run.world().query::<&Refined>().iter().any(|refined| refined.split_count > 10));
@@ -84,7 +84,7 @@ fn a_capsule_with_grips_and_refinement() {
 /// Rows of a factor are dissected from 8,192 triangles on, and edits take some of them to the separator.
 #[test]
 fn a_large_capsule_as_it_tears() {
-    let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.toughness_along=0.3"];
+    let changes = ["bodies.0.mesh.cap.triangles=9000", "bodies.0.tearing.toughness_along_fibres=0.3"];
     let run = goes_on_alike("large", scene("capsulorhexis", &changes), &[5, 66], 80, |s| _ = s.step(20.0));
     assert!(advances(&run) > 2 && run.world().query::<&Refined>().iter().any(|refined| refined.split_count > 10));
 }
@@ -93,8 +93,8 @@ fn a_large_capsule_as_it_tears() {
 fn every_way_to_solve() {
     let weak = || {
         let mut square = Square::new([24, 20], 60.0);
-        square.tearing.strength_fibre *= 0.2;
-        square.tearing.strength_transverse *= 0.2;
+        square.tearing.strength_across_fibres *= 0.2;
+        square.tearing.strength_along_fibres *= 0.2;
         square
     };
     let kinds = [

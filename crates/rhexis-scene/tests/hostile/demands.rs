@@ -46,7 +46,7 @@ fn scene(lines: &str) -> String {
 #[test]
 fn scenes_that_ask_for_terabytes_are_refused_before_they_get_them() {
     let grid = "mesh = { grid = { width = 6, height = 5, nx = 1, ny = 1 } }";
-    let tearing = "tearing = { strength_transverse = 1, strength_ratio = 2, radius = 1 }";
+    let tearing = "tearing = { strength_along_fibres = 1, strength_ratio = 2, radius = 1 }";
     let hand =
         "holds = [{ name = \"h\", region = { x = 0 }, curve = { hand = { to = 1, within = 9, duration = 900000 } } }]";
     let disc = "mesh = { disc = { radius = 6, triangles = 300000 } }";

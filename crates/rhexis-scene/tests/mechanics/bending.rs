@@ -123,7 +123,7 @@ impl Cap {
     fn new() -> Self {
         let cap = generate::cap(10.0, 9.0, 300).unwrap();
         let mut simulation = Simulation::new(Settings::default()).unwrap();
-        let material = Material { young_fibre: 3.0, ..Material::figure_2() };
+        let material = Material { young_fibre: 3.0, ..Material::allard_2009() };
         let body = simulation.spawn(Membrane::new("cap", cap, material).with(OWN)).unwrap();
         let world = simulation.world();
         let vertices = (*world.get::<&Vertices>(body).unwrap()).clone();
@@ -319,7 +319,7 @@ fn rest_angles_follow_tears_and_refinement_as_if_made_anew() {
     let cap = generate::cap(10.0, 9.0, 400).unwrap();
     let tearing = Tearing { radius: 0.5, ..Tearing::default() };
     let refinement = rhexis::components::Refinement { edges_per_radius: 2.0, ..Default::default() };
-    let body = Membrane::new("cap", cap, Material::figure_2()).with(OWN).with(tearing).with(refinement);
+    let body = Membrane::new("cap", cap, Material::allard_2009()).with(OWN).with(tearing).with(refinement);
     let mut simulation = Simulation::new(Settings::default()).unwrap();
     let body = simulation.spawn(body).unwrap();
     for cut in 0..4 {

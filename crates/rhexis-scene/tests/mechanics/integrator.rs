@@ -29,8 +29,8 @@ fn a_square_tears_through_along_the_same_way() {
 fn any_number_of_threads_gives_the_same_bits() {
     let run = |threads| {
         let mut square = Square::new([60, 50], 60.0);
-        square.tearing.strength_fibre *= 0.2;
-        square.tearing.strength_transverse *= 0.2;
+        square.tearing.strength_across_fibres *= 0.2;
+        square.tearing.strength_along_fibres *= 0.2;
         let mut simulation = Simulation::new(Settings { threads, ..Settings::new(Accuracy::Accurate) }).unwrap();
         let body = square.spawn_into(&mut simulation);
         for _ in 0..14 {
@@ -78,7 +78,7 @@ fn prescribed_motion_leaves_the_velocity_of_its_path() {
 #[test]
 fn a_body_at_rest_falls_asleep_between_stages_and_wakes() {
     for settings in [tr_bdf2(), Settings::new(Accuracy::Accurate)] {
-        let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+        let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
         let square = Square { tearing: strong, ..Square::new([20, 16], 60.0) };
         let path = Curve::new(vec![(0.0, 0.0), (20.0, 0.3), (100.0, 0.3), (110.0, 0.4)]).unwrap();
         let mut simulation = Simulation::new(settings).unwrap();
@@ -124,7 +124,7 @@ fn a_scene_says_how_accurate_it_is() {
 /// A square pressed together by 20 % within 20 steps, free to buckle: in how many of them a solve fell back, and whether all went
 /// well.
 fn pressed(settings: Settings) -> (u32, bool) {
-    let strong = Tearing { strength_fibre: 1e6, strength_transverse: 1e6, ..Tearing::default() };
+    let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let mut run = Square { tearing: strong, ..Square::new([20, 16], 30.0) }.spawn(settings);
     for hold in &mut run.simulation.world().get::<&mut Holds>(run.body).unwrap().groups {
         hold.curve = Curve::ramp(20.0, -0.1 * common::SIDE).unwrap();

@@ -271,10 +271,10 @@ fn both_precisions_have_one_answer() {
 fn a_rescue_ends_however_often_the_factor_is_made_anew() {
     let torn = Torn::new();
     let (operator, mut factor) = (torn.operator(), solver::Factor::default());
-    assert!(!factor.is_rescued());
-    factor.rescue(&operator, &torn.free, 500).unwrap();
+    assert!(!factor.is_factored_now());
+    factor.factor_now(&operator, &torn.free, 500).unwrap();
     let mut solves = 0;
-    while factor.is_rescued() {
+    while factor.is_factored_now() {
         solves += 1;
         // Sixteen, in which solves without it may have become easy again.
         assert!(solves <= 16);
@@ -355,8 +355,8 @@ fn forces_of_any_size_are_in_range() {
 /// 3,000 vertices and more than two chunks of triangles: threads do share the loops.
 fn run(settings: Settings, steps: usize) -> (Simulation, Entity) {
     let mut square = Square::new([60, 50], 60.0);
-    square.tearing.strength_fibre *= 0.2;
-    square.tearing.strength_transverse *= 0.2;
+    square.tearing.strength_across_fibres *= 0.2;
+    square.tearing.strength_along_fibres *= 0.2;
     let mut run = square.spawn(settings);
     for _ in 0..steps {
         run.step();

@@ -37,7 +37,7 @@ impl System {
     /// The figure's square with so many cells, torn along `tear`, stretched by a tenth; the right edge then moves by 0.01 mm.
     fn square(cells: [usize; 2], is_planar: bool, tear: &[DVec3]) -> Self {
         let mesh = generate::grid(30.0, 30.0, cells[0], cells[1]).unwrap();
-        let mut sheet = Membrane::new("square", mesh, Material::figure_2()).fibres(Fibres::at_degrees(45.0));
+        let mut sheet = Membrane::new("square", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(45.0));
         if is_planar {
             sheet = sheet.planar();
         }
@@ -300,8 +300,8 @@ fn threads_leave_the_bits_alone() {
     // 9,600 triangles: five chunks of the finest level, which two threads sweep side by side. Torn, so levels are found anew.
     let bits = |threads| {
         let mut square = Square::new([80, 60], 60.0);
-        square.tearing.strength_fibre *= 0.2;
-        square.tearing.strength_transverse *= 0.2;
+        square.tearing.strength_across_fibres *= 0.2;
+        square.tearing.strength_along_fibres *= 0.2;
         let mut run = square.spawn(Settings {
             threads,
             advanced: Advanced { preconditioner: Preconditioner::Multigrid, ..Advanced::default() },

@@ -240,7 +240,7 @@ fn what_makes_no_sense_is_refused_at_the_door() {
             assert!(matches!(spawn(wrong), Err(BodyError::OutOfRange { .. })), "{wrong:?}");
         }
     }
-    let bare = Membrane::new("bare", generate::grid(1.0, 1.0, 2, 2).unwrap(), Material::figure_2()).with(good);
+    let bare = Membrane::new("bare", generate::grid(1.0, 1.0, 2, 2).unwrap(), Material::allard_2009()).with(good);
     let refused = Simulation::new(Settings::default()).unwrap().spawn(bare);
     assert_eq!(refused, Err(BodyError::EnergyCriterionWithoutTearing));
 
@@ -250,12 +250,12 @@ fn what_makes_no_sense_is_refused_at_the_door() {
         document.scene().and_then(|scene| scene.check()).map_err(|error| error.to_string())
     };
     let key = "bodies.0.energy_criterion";
-    let both = [format!("{key}.toughness_along=0.02"), format!("{key}.toughness_across=0.5")];
+    let both = [format!("{key}.toughness_along_fibres=0.02"), format!("{key}.toughness_across_fibres=0.5")];
     let with = |name: &str, change: &str| scene(name, &[&both[0], &both[1], &format!("{key}.{change}")]);
     assert!(with("fig2-tear", "ring=2").is_ok());
     for (change, says) in [
-        ("toughness_along=-1", "toughness_along"),
-        ("toughness_across=0", "toughness_across"),
+        ("toughness_along_fibres=-1", "toughness_along_fibres"),
+        ("toughness_across_fibres=0", "toughness_across_fibres"),
         ("ring=-2", "ring"),
         ("ring=1000", "too wide"),
         ("rings=2", "did you mean `ring`?"),

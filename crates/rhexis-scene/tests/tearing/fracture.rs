@@ -18,11 +18,11 @@ name = "tissue"
 planar = true
 mesh = { grid = { width = 4, height = 2, nx = 8, ny = 4 } }
 material = { young_fibre = 10, young_transverse = 1, poisson_major = 0.3, shear_modulus = 0.5, thickness = 0.1 }
-tearing = { toughness_along = 0.02, toughness_across = 0.5, radius = 0.5, exponent = 0.7 }
+tearing = { toughness_along_fibres = 0.02, toughness_across_fibres = 0.5, radius = 0.5, exponent = 0.7 }
 "#;
     let summary = Scene::parse(text, "strip.toml").unwrap().check().unwrap();
     let (found, implied) = summary.bodies[0].tearing.unwrap();
-    let wanted = Tearing::from_toughness(TOUGH, &Material::figure_2().stiffness().unwrap(), 0.5).unwrap();
+    let wanted = Tearing::from_toughness(TOUGH, &Material::allard_2009().stiffness().unwrap(), 0.5).unwrap();
     assert_eq!(found, Tearing { exponent: 0.7, ..wanted });
     // Square and square root.
     assert!((implied.along / TOUGH.along - 1.0).abs() < 1e-14 && (implied.across / TOUGH.across - 1.0).abs() < 1e-14);
@@ -38,8 +38,8 @@ fn toughness_becomes_the_strength_of_the_closed_form() {
     let found = Tearing::from_toughness(Toughness { along: 0.012, across: 0.03 }, &law, 0.75).unwrap();
     let coefficient = 16.0 / (5.0 * std::f64::consts::PI);
     let strength = |toughness: f64| coefficient * (3.0 * toughness / (std::f64::consts::TAU * 0.75)).sqrt();
-    assert!((found.strength_transverse / strength(0.012) - 1.0).abs() < 1e-13);
-    assert!((found.strength_fibre / strength(0.03) - 1.0).abs() < 1e-13);
+    assert!((found.strength_along_fibres / strength(0.012) - 1.0).abs() < 1e-13);
+    assert!((found.strength_across_fibres / strength(0.03) - 1.0).abs() < 1e-13);
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = Tearing::from_toughness(Toughness { across: value, ..TOUGH }, &law, 0.75).unwrap_err();
         assert!(error.to_string().starts_with("toughness across the fibres"), "{error}");

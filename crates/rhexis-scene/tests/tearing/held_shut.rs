@@ -74,7 +74,7 @@ fn the_average_at_a_tip_is_that_of_the_continuum() {
     let text = std::fs::read_to_string("../rhexis-lab/tests/reference/tip_disc_average.json").unwrap();
     let reference: serde_json::Value = serde_json::from_str(&text).unwrap();
     for (case, tissue, material, fibre) in
-        [(0, "isotropic", Material::isotropic(3.0, 0.3, 0.1), 0.0), (1, "fibres at 45°", Material::figure_2(), 45.0)]
+        [(0, "isotropic", Material::isotropic(3.0, 0.3, 0.1), 0.0), (1, "fibres at 45°", Material::allard_2009(), 45.0)]
     {
         let wanted = &reference["cases"][case]["rows"][1];
         assert_eq!(wanted["r"], RADIUS);

@@ -135,7 +135,7 @@ impl Storm {
         let site = [TearSite::Vertex(vertex), TearSite::Triangle(triangle)][self.random.below(2)];
         let mode = [TearMode::Free, TearMode::Edge][self.random.below(2)];
         let before = self.body.triangles.len();
-        match cutter(&mut self.body.mesh(), &mut self.scratch).start(site, direction, mode) {
+        match cutter(&mut self.body.mesh(), &mut self.scratch).nucleate(site, direction, mode) {
             Ok(slit) => {
                 self.tally.starts += 1;
                 assert!(mode == TearMode::Free || self.body.triangles.len() == before, "{}", self.name);

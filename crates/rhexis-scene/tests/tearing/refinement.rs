@@ -134,7 +134,7 @@ fn decision(simulation: &Simulation, body: Entity) -> TearDecision {
 fn from_one_edge_per_radius_refinement_brings_the_disc_average_within_a_twentieth() {
     let text = std::fs::read_to_string("../rhexis-lab/tests/reference/tip_disc_average.json").unwrap();
     let reference: serde_json::Value = serde_json::from_str(&text).unwrap();
-    for (case, material, fibre) in [(0, Material::isotropic(3.0, 0.3, 0.1), 0.0), (1, Material::figure_2(), 45.0)] {
+    for (case, material, fibre) in [(0, Material::isotropic(3.0, 0.3, 0.1), 0.0), (1, Material::allard_2009(), 45.0)] {
         let wanted = &reference["cases"][case]["rows"][1];
         assert_eq!(wanted["r"], 1.5);
         let wanted = [0, 1, 2].map(|i| wanted["average_sxx_syy_sxy"][i].as_f64().unwrap());
@@ -270,8 +270,8 @@ fn refined_nothing(square: &Square) -> Run {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let mut square = Square::new(COARSE, 60.0);
-    square.tearing.strength_fibre *= 0.2;
-    square.tearing.strength_transverse *= 0.2;
+    square.tearing.strength_across_fibres *= 0.2;
+    square.tearing.strength_along_fibres *= 0.2;
     let bits = |threads| {
         let mut run = refined(&square, Refinement::default(), Settings { threads, ..Settings::default() });
         for _ in 0..16 {
@@ -305,8 +305,8 @@ fn a_symmetric_tear_stays_at_its_axis() {
 fn a_slit_in_a_taut_cap_opens() {
     let mesh = generate::cap(10.0, 9.8, 1500).unwrap();
     let tearing = Tearing {
-        strength_fibre: 0.3,
-        strength_transverse: 0.15,
+        strength_across_fibres: 0.3,
+        strength_along_fibres: 0.15,
         radius: 0.25,
         max_tear_speed: 0.01,
         ..Tearing::default()
@@ -348,8 +348,8 @@ fn random_tears_keep_every_invariant() {
     for seed in 0..6 {
         let mut random = Random::new(seed);
         let mut square = Square::new([20, 17], random.between(0.0, 180.0));
-        square.tearing.strength_fibre = random.between(0.1, 0.3);
-        square.tearing.strength_transverse = 0.03;
+        square.tearing.strength_across_fibres = random.between(0.1, 0.3);
+        square.tearing.strength_along_fibres = 0.03;
         square.notches.clear();
         for k in 0..3 {
             let from = DVec3::new(random.between(4.0, 22.0), 5.0 + 8.0 * f64::from(k) + random.between(0.0, 3.0), 0.0);
@@ -423,7 +423,7 @@ fn what_makes_no_sense_is_refused_at_the_door() {
     for odd in [f64::NAN, f64::INFINITY, -1.0] {
         assert!(matches!(spawn(Refinement { margin: Some(odd), ..base }), Err(BodyError::OutOfRange { .. })), "{odd}");
     }
-    let bare = Membrane::new("bare", generate::grid(1.0, 1.0, 2, 2).unwrap(), Material::figure_2()).with(base);
+    let bare = Membrane::new("bare", generate::grid(1.0, 1.0, 2, 2).unwrap(), Material::allard_2009()).with(base);
     let refused = Simulation::new(Settings::default()).unwrap().spawn(bare);
     assert_eq!(refused, Err(BodyError::RefinementWithoutTearing));
 

@@ -32,7 +32,7 @@ fn wander(name: &str, sheet: &Sheet, centre: DVec3, is_flat: bool, tears: usize)
             if (0..body.vertices.len() as u32).all(|v| !body.topology.is_boundary_vertex(v)) {
                 let (site, direction) =
                     (TearSite::Vertex(random.below(body.vertices.len()) as u32), random.vector(1.0));
-                cutter(&mut body.mesh(), &mut scratch).start(site, direction, TearMode::Free).unwrap();
+                cutter(&mut body.mesh(), &mut scratch).nucleate(site, direction, TearMode::Free).unwrap();
             }
             let boundary: Vec<u32> =
                 (0..body.vertices.len() as u32).filter(|&v| body.topology.is_boundary_vertex(v)).collect();
@@ -402,7 +402,7 @@ fn a_tear_started_inside_runs_both_ways() {
             };
             let direction = DQuat::from_axis_angle(normal, 0.39 * k as f64) * normal.any_orthonormal_vector();
             let mut scratch = TearScratch::default();
-            let slit = cutter(&mut body.mesh(), &mut scratch).start(from, direction, TearMode::Free).unwrap();
+            let slit = cutter(&mut body.mesh(), &mut scratch).nucleate(from, direction, TearMode::Free).unwrap();
             assert_eq!(body.mesh().validate(), Ok(()));
             assert_eq!(slit.tips.len(), 2);
             let at = |row: u32| body.vertices.rest_position[row as usize];

@@ -17,21 +17,21 @@ const LEAST_STEP: f64 = 1e-8;
 impl Precondition for Incomplete {
     const LEAST_STEP: f64 = LEAST_STEP;
 
-    fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
+    fn forward_sweep(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
         let Self { pattern, solid, flat, is_flat, dissection } = self;
         if *is_flat {
-            flat.descend(pattern, *dissection, alpha, vectors)
+            flat.forward_sweep(pattern, *dissection, alpha, vectors)
         } else {
-            solid.descend(pattern, *dissection, alpha, vectors)
+            solid.forward_sweep(pattern, *dissection, alpha, vectors)
         }
     }
 
-    fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
+    fn backward_sweep(&mut self, beta: f32, vectors: &mut Vectors) {
         let Self { pattern, solid, flat, is_flat, dissection } = self;
         if *is_flat {
-            flat.ascend(pattern, *dissection, beta, vectors);
+            flat.backward_sweep(pattern, *dissection, beta, vectors);
         } else {
-            solid.ascend(pattern, *dissection, beta, vectors);
+            solid.backward_sweep(pattern, *dissection, beta, vectors);
         }
     }
 }
@@ -45,13 +45,19 @@ impl<B: FactorBlock> Numbers<B> {
         self.lower[blocks.start / 2..blocks.end / 2].iter().zip(columns)
     }
 
-    fn descend(&self, pattern: &BlockPattern, dissection: Dissection, alpha: f32, vectors: &mut Vectors) -> DVec2 {
+    fn forward_sweep(
+        &self,
+        pattern: &BlockPattern,
+        dissection: Dissection,
+        alpha: f32,
+        vectors: &mut Vectors,
+    ) -> DVec2 {
         let Vectors { xr, p, q, z, .. } = vectors;
         let [second, separator] = [dissection.second, dissection.separator].map(|row| row as usize);
         let mut sums = [DVec2::ZERO; 3];
         let down = |first: usize, first_known: usize, xr: &mut [_], q: &mut [Vec4], z: &mut [Vec4]| {
             let p = &p[first..first + xr.len()];
-            pass(Descent { pattern, factor: self, alpha, first, first_known, xr, p, q, z })
+            pass(ForwardSweep { pattern, factor: self, alpha, first, first_known, xr, p, q, z })
         };
         let [of_first, of_second, of_separator] = &mut sums;
         if dissection.are_cut() {
@@ -68,11 +74,11 @@ impl<B: FactorBlock> Numbers<B> {
         sums[0] + sums[1] + sums[2]
     }
 
-    fn ascend(&self, pattern: &BlockPattern, dissection: Dissection, beta: f32, vectors: &mut Vectors) {
+    fn backward_sweep(&self, pattern: &BlockPattern, dissection: Dissection, beta: f32, vectors: &mut Vectors) {
         let Vectors { p, q, .. } = vectors;
         let [second, separator] = [dissection.second, dissection.separator].map(|row| row as usize);
         let up = |first: usize, first_known: usize, p: &mut [Vec4], all: &mut [Vec4]| {
-            pass(Ascent { pattern, factor: self, beta, first, first_known, p, all });
+            pass(BackwardSweep { pattern, factor: self, beta, first, first_known, p, all });
         };
         up(separator, 0, &mut p[separator..], q);
         if dissection.are_cut() {
@@ -83,8 +89,8 @@ impl<B: FactorBlock> Numbers<B> {
     }
 }
 
-/// The way down, over the rows from `first` on.
-struct Descent<'a, B: FactorBlock> {
+/// The forward sweep, over the rows from `first` on.
+struct ForwardSweep<'a, B: FactorBlock> {
     pattern: &'a BlockPattern,
     factor: &'a Numbers<B>,
     alpha: f32,
@@ -97,7 +103,7 @@ struct Descent<'a, B: FactorBlock> {
     first_known: usize,
 }
 
-impl<B: FactorBlock> Pass for Descent<'_, B> {
+impl<B: FactorBlock> Pass for ForwardSweep<'_, B> {
     type Output = DVec2;
 
     #[inline(always)]
@@ -114,7 +120,7 @@ impl<B: FactorBlock> Pass for Descent<'_, B> {
             }
             let y = *r - B::total(sum);
             z[i - first_known] = y;
-            // D⁻¹·y, from which the way up subtracts; A·p has been used up.
+            // D⁻¹·y, from which the backward sweep subtracts; A·p has been used up.
             *q = B::only_axes(factor.inverse[i].times(y));
             rr = rr + Doubles::widened(lanes, *r * *r);
             rz = rz + Doubles::widened(lanes, y * *q);
@@ -124,8 +130,8 @@ impl<B: FactorBlock> Pass for Descent<'_, B> {
     }
 }
 
-/// The way up, over the rows from `first` on.
-struct Ascent<'a, B: FactorBlock> {
+/// The backward sweep, over the rows from `first` on.
+struct BackwardSweep<'a, B: FactorBlock> {
     pattern: &'a BlockPattern,
     factor: &'a Numbers<B>,
     beta: f32,
@@ -136,7 +142,7 @@ struct Ascent<'a, B: FactorBlock> {
     first_known: usize,
 }
 
-impl<B: FactorBlock> Pass for Ascent<'_, B> {
+impl<B: FactorBlock> Pass for BackwardSweep<'_, B> {
     type Output = ();
 
     #[inline(always)]

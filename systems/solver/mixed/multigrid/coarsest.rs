@@ -5,7 +5,7 @@ use crate::systems::kernels::block::Block;
 use glam::Vec4;
 
 /// A pivot is at least this part of its diagonal entry: single precision has left no digit of a smaller one.
-const LEAST_PIVOT: f64 = 1e-6;
+const LEAST_COARSEST_PIVOT: f64 = 1e-6;
 
 /// The factor.
 #[derive(Debug, Default)]
@@ -40,7 +40,7 @@ impl Coarsest {
             let own = of_i[i];
             let pivot = own - dot(&of_i[..i], &of_i[..i]);
             // A prescribed axis, or one without any stiffness: it stays where it is.
-            let pivot = if own > 0.0 { pivot.max(own * LEAST_PIVOT) } else { f64::INFINITY };
+            let pivot = if own > 0.0 { pivot.max(own * LEAST_COARSEST_PIVOT) } else { f64::INFINITY };
             of_i[i] = pivot.sqrt();
         }
     }

@@ -11,7 +11,7 @@ use super::super::order::Order;
 use super::super::partition::Partition;
 use super::coarsen::Coarsening;
 use super::galerkin;
-use super::hierarchy::{Hierarchy, LEAST_GAIN, MOST_COARSEST};
+use super::hierarchy::{Hierarchy, MOST_COARSE_SHARE, MOST_COARSEST};
 use super::level::Level;
 use super::marks::Mark;
 use super::numbering::Numbering;
@@ -107,7 +107,7 @@ impl Hierarchy {
         let (transfer, fine, coarse) = (&mut transfers[fine.len() - 1], &fine[fine.len() - 1], &mut coarse[0]);
         transfer.coarsening.follow(&fine.pattern, &fine.is_boundary, |row| marks.is_reached(row));
         let nodes = transfer.coarsening.row.len();
-        if nodes as f64 > LEAST_GAIN * fine.pattern.row_count() as f64 {
+        if nodes as f64 > MOST_COARSE_SHARE * fine.pattern.row_count() as f64 {
             return false;
         }
         transfer.follow(&fine.pattern, &fine.places, marks, next_marks);
@@ -145,7 +145,7 @@ mod tests {
         let positions = (0..(nx + 1) * (ny + 1)).map(place).collect();
         let mesh = TriangleMesh { positions, triangles: (0..nx * ny).flat_map(cell).collect(), fibres: None };
         let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::default() }).unwrap();
-        let body = simulation.spawn(Membrane::new("sheet", mesh, Material::figure_2())).unwrap();
+        let body = simulation.spawn(Membrane::new("sheet", mesh, Material::allard_2009())).unwrap();
         let at = |i: u32| {
             let s = f64::from(i) / 12.0;
             DVec3::new(60.0 + 18.0 * (5.0 * s).sin(), 100.0 - 85.0 * s, 0.0)
@@ -224,8 +224,8 @@ mod tests {
         let [a, b] = [0.37_f32, 0.0113].map(|k| {
             let wave = |row: usize| Vec4::new((k * row as f32).sin(), (2.0 * k * row as f32).cos(), 0.5, 0.0);
             let r: Vec<Vec4> = (0..diagonal.len()).map(wave).collect();
-            let product = hierarchy.descend(|row| r[row]);
-            hierarchy.ascend(|row| r[row]);
+            let product = hierarchy.forward_sweep(|row| r[row]);
+            hierarchy.backward_sweep(|row| r[row]);
             (product, hierarchy.answer().to_vec(), r)
         });
         // Ten thousand terms, of which each is rounded to 6e-8 some ten times; most are of one sign.

@@ -30,7 +30,7 @@ const TWICE: usize = 3;
 const OWN: Option<&fn(usize) -> Vec4> = None;
 
 /// A coarser level with more than this part of its nodes is not worth having: many pieces, each down to its last nodes.
-pub(super) const LEAST_GAIN: f64 = 0.7;
+pub(super) const MOST_COARSE_SHARE: f64 = 0.7;
 
 /// The levels of a body.
 #[derive(Debug, Default)]
@@ -144,7 +144,7 @@ impl Hierarchy {
         let (fine, coarse) = (&fine[count - 1], &mut coarse[0]);
         transfer.coarsening.rebuild(&fine.pattern, fine.numbering, &fine.is_boundary);
         let nodes = transfer.coarsening.row.len();
-        if nodes as f64 > LEAST_GAIN * fine.pattern.row_count() as f64 {
+        if nodes as f64 > MOST_COARSE_SHARE * fine.pattern.row_count() as f64 {
             return false;
         }
         interpolation::rebuild(&mut transfer.parts, &fine.pattern, &fine.places, &transfer.coarsening.node);
@@ -227,13 +227,13 @@ impl Hierarchy {
     /// The first half of a cycle for the right-hand side `r` of the finest level: as much as it takes to know the scalar product of `r`
     /// with the answer, which is returned. A level's sweep and its adjoint, whose matrices are D + L and its transpose, add x·D·x to
     /// it, for the x that the first has left.
-    pub(super) fn descend(&mut self, r: impl Fn(usize) -> Vec4 + Sync) -> f64 {
+    pub(super) fn forward_sweep(&mut self, r: impl Fn(usize) -> Vec4 + Sync) -> f64 {
         let of_sweeps: f64 = (0..self.above_twice()).map(|i| self.down(i, (i == 0).then_some(&r))).sum();
         if self.above_twice() == self.levels.len() { of_sweeps } else { of_sweeps + self.cycle_twice() }
     }
 
     /// The second half, back up to the finest level, after the first for the same `r`.
-    pub(super) fn ascend(&mut self, r: impl Fn(usize) -> Vec4 + Sync) {
+    pub(super) fn backward_sweep(&mut self, r: impl Fn(usize) -> Vec4 + Sync) {
         for i in (0..self.above_twice()).rev() {
             self.up(i, (i == 0).then_some(&r));
         }
@@ -342,8 +342,8 @@ mod tests {
                 .collect();
             let (levels, transfers, vectors) = (vec![fine, coarse], vec![transfer], vectors.into());
             let mut hierarchy = Hierarchy { levels, transfers, vectors, coarsest, ..Hierarchy::default() };
-            let product = hierarchy.descend(|row| r[row]);
-            hierarchy.ascend(|row| r[row]);
+            let product = hierarchy.forward_sweep(|row| r[row]);
+            hierarchy.backward_sweep(|row| r[row]);
             let expected: f64 = r.iter().zip(hierarchy.answer()).map(|(r, x)| dot(*r, *x)).sum();
             // Some two hundred terms of one sign on one side, each rounded to half of 1.2e-7.
             assert!(product > 0.0 && (product - expected).abs() < 2e-5 * product, "{product} against {expected}");

@@ -6,7 +6,7 @@
 //! far side of a tear is far, or out of reach.
 
 use super::super::pattern::BlockPattern;
-use super::coarsen::NONE;
+use super::coarsen::NO_NODE;
 use crate::systems::parallel;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
@@ -41,7 +41,7 @@ pub(super) struct Place {
 const MOST_NEAR: usize = 10;
 
 /// A weight outside of its triangle counts so many times: only where no triangle of nodes has the row inside.
-const OUTSIDE: f64 = 20.0;
+const OUTSIDE_WEIGHT: f64 = 20.0;
 
 /// No weight is larger.
 const MOST_WEIGHT: f64 = 1.6;
@@ -77,7 +77,7 @@ pub(super) fn refresh(
             return;
         }
         *parts = match node[row] {
-            NONE => of_row(pattern, places, node, row),
+            NO_NODE => of_row(pattern, places, node, row),
             own => Parts { node: [own; 3], weight: [1.0, 0.0, 0.0] },
         };
     });
@@ -90,7 +90,7 @@ fn of_row(pattern: &BlockPattern, places: &[Place], node: &[u32], row: usize) ->
     let other = own.normal.cross(axis).normalize_or(DVec3::Y);
     let mut meet = |row: u32, distance: f64| {
         let known = node[row as usize];
-        if known == NONE {
+        if known == NO_NODE {
             return;
         }
         match near.iter_mut().find(|near| near.node == known) {
@@ -121,7 +121,7 @@ fn best(near: &[Near]) -> Parts {
     let Some(first) = near.first() else { return Parts::default() };
     let mut least = f64::INFINITY;
     let mut parts = Parts { node: [first.node; 3], weight: [1.0, 0.0, 0.0] };
-    let cost = |i: usize, w: f64| near[i].distance * near[i].distance * if w < 0.0 { -OUTSIDE * w } else { w };
+    let cost = |i: usize, w: f64| near[i].distance * near[i].distance * if w < 0.0 { -OUTSIDE_WEIGHT * w } else { w };
     for k in 2..near.len() {
         for j in 1..k {
             let jk = near[j].place.perp_dot(near[k].place);

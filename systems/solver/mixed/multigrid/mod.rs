@@ -156,7 +156,7 @@ fn powers_of_ten(gain: f64) -> f64 {
 }
 
 impl Precondition for Multigrid {
-    fn descend(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
+    fn forward_sweep(&mut self, alpha: f32, vectors: &mut Vectors) -> DVec2 {
         let Vectors { xr, p, q, partials, .. } = vectors;
         let rr = parallel::sum_rows(xr, partials, |row, [x, r]| {
             *x += p[row] * alpha;
@@ -164,13 +164,13 @@ impl Precondition for Multigrid {
             dot(*r, *r)
         });
         let (numbering, xr) = (self.hierarchy.finest().numbering, &*xr);
-        DVec2::new(rr, self.hierarchy.descend(|row| xr[numbering.place(row as u32) as usize][1]))
+        DVec2::new(rr, self.hierarchy.forward_sweep(|row| xr[numbering.place(row as u32) as usize][1]))
     }
 
-    fn ascend(&mut self, beta: f32, vectors: &mut Vectors) {
+    fn backward_sweep(&mut self, beta: f32, vectors: &mut Vectors) {
         let Vectors { xr, p, .. } = vectors;
         let (numbering, xr) = (self.hierarchy.finest().numbering, &*xr);
-        self.hierarchy.ascend(|row| xr[numbering.place(row as u32) as usize][1]);
+        self.hierarchy.backward_sweep(|row| xr[numbering.place(row as u32) as usize][1]);
         let answer = self.hierarchy.answer();
         parallel::for_rows(p, |place, p| *p = answer[numbering.row(place as u32) as usize] + *p * beta);
     }

@@ -2,7 +2,7 @@
 
 use super::super::empty;
 use super::super::pattern::BlockPattern;
-use super::coarsen::{Coarsening, NONE};
+use super::coarsen::{Coarsening, NO_NODE};
 use super::interpolation::{self, Parts, Place};
 use super::marks::Marks;
 use super::numbering::Numbering;
@@ -64,7 +64,7 @@ impl Transfer {
         empty(&mut self.by_row, by_place.len());
         self.by_row.extend((0..by_place.len() as u32).map(|row| by_place[numbering.place(row) as usize]));
         std::mem::swap(&mut self.coarsening.row, &mut self.by_row);
-        for node in self.coarsening.node.iter_mut().filter(|node| **node != NONE) {
+        for node in self.coarsening.node.iter_mut().filter(|node| **node != NO_NODE) {
             *node = numbering.row(*node);
         }
         parallel::for_rows(&mut self.parts, |_, parts| parts.node = parts.node.map(|place| numbering.row(place)));

@@ -13,8 +13,8 @@ fn what_differs_from_triangle_to_triangle() {
     let file = VTU.replace("</CellData>", array);
     let files = [("a.vtu", file.as_str()), ("t.txt", "# a line each\n0.5\n2 # the second\n")];
     let mesh = format!("mesh = {{ file = \"a.vtu\" }}\n{MATERIAL}");
-    let strong = "[bodies.tearing]\nstrength_transverse = 1\nstrength_ratio = 3\nradius = 1\n";
-    let tough = "[bodies.tearing]\ntoughness_along = 0.1\ntoughness_across = 0.3\nradius = 1\n";
+    let strong = "[bodies.tearing]\nstrength_along_fibres = 1\nstrength_ratio = 3\nradius = 1\n";
+    let tough = "[bodies.tearing]\ntoughness_along_fibres = 0.1\ntoughness_across_fibres = 0.3\nradius = 1\n";
     let of = |per_triangle: &str, more: &str| {
         let lines = format!("{mesh}per_triangle = {{ {per_triangle} }}\n{more}");
         let instance = scene(&files, &lines).unwrap().instantiate().unwrap_or_else(|error| panic!("{error}"));
@@ -32,7 +32,8 @@ fn what_differs_from_triangle_to_triangle() {
     let [(strength, toughness, _), _] = of("toughness = [0.025, 0.1]", tough);
     assert!((strength - 0.5).abs() < 1e-12 && (toughness - 0.25).abs() < 1e-12, "{strength} {toughness}");
     // Where the scene gives both, each is its own.
-    let both = format!("{strong}[bodies.energy_criterion]\ntoughness_along = 0.2\ntoughness_across = 0.2\n");
+    let both =
+        format!("{strong}[bodies.energy_criterion]\ntoughness_along_fibres = 0.2\ntoughness_across_fibres = 0.2\n");
     assert_eq!(of("strength = [0.5, 1]", &both), [(0.5, 1.0, none), (1.0, 1.0, none)]);
     assert_eq!(of("toughness = [0.1, 0.2]", &both), [(1.0, 0.5, none), (1.0, 1.0, none)]);
     // A pre-stretch stands in place of the body's.

@@ -401,8 +401,8 @@ fn fields_about_an_axis_have_their_angle_everywhere() {
 fn the_check_is_a_doctor_of_meshes() {
     let lines = "mesh = { grid = { width = 1, height = 0.5, nx = 60, ny = 30 } }\nplanar = true\n\
         material = { young = 1, poisson = 0.3, thickness = 0.1 }\n\
-        tearing = { strength_transverse = 1, strength_ratio = 2, radius = 0.05 }\n\
-        energy_criterion = { toughness_along = 0.25, toughness_across = 0.75 }\nrefinement = { edges_per_radius = 5 }\n\
+        tearing = { strength_along_fibres = 1, strength_ratio = 2, radius = 0.05 }\n\
+        energy_criterion = { toughness_along_fibres = 0.25, toughness_across_fibres = 0.75 }\nrefinement = { edges_per_radius = 5 }\n\
         cuts = [{ polyline = [[0.3, 0.25], [0.6, 0.25]] }]";
     let summary = scene(&[], lines).unwrap().check().unwrap();
     let mesh = &summary.bodies[0].mesh;
@@ -422,7 +422,8 @@ fn the_check_is_a_doctor_of_meshes() {
         assert!(text.contains(told), "{told}: {text}");
     }
     // Without the criterion of energy the strengths decide.
-    let by_stress = lines.replace("energy_criterion = { toughness_along = 0.25, toughness_across = 0.75 }\n", "");
+    let by_stress =
+        lines.replace("energy_criterion = { toughness_along_fibres = 0.25, toughness_across_fibres = 0.75 }\n", "");
     let text = scene(&[], &by_stress).unwrap().check().unwrap().to_string();
     assert!(text.contains("tears along the fibres at 1.000e0 MPa or ") && !text.contains("by energy"), "{text}");
     let coarse = by_stress

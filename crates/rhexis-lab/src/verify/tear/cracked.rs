@@ -86,7 +86,8 @@ pub(super) fn even(toughness: f64) -> Toughness {
 impl Tissue {
     /// An isotropic one, 3 MPa, 0.1 mm thick, which breaks at `strength` \[MPa\] averaged over `radius` \[mm\].
     pub(super) fn isotropic(strength: f64, radius: f64) -> Self {
-        let tearing = Tearing { strength_fibre: strength, strength_transverse: strength, radius, ..Tearing::default() };
+        let tearing =
+            Tearing { strength_across_fibres: strength, strength_along_fibres: strength, radius, ..Tearing::default() };
         Self { material: Material::isotropic(3.0, 0.3, 0.1), fibre_degrees: 0.0, tearing }
     }
 

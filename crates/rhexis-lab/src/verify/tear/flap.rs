@@ -173,7 +173,7 @@ impl Flap {
                             path.push(to.truncate());
                         }
                     }
-                    EventKind::PieceFreed { .. } => torn.is_free = true,
+                    EventKind::FragmentFreed { .. } => torn.is_free = true,
                     _ => {}
                 }
             }

@@ -153,9 +153,9 @@ impl Sheet {
 
     /// A toughness that K_I reaches straight ahead, in the ratio of the squared strengths.
     fn toughness(&self) -> Result<Toughness, VerifyError> {
-        let Tearing { strength_fibre, strength_transverse, .. } = self.tissue.tearing;
+        let Tearing { strength_across_fibres, strength_along_fibres, .. } = self.tissue.tearing;
         let release = self.tip_field()?.energy_release(self.intensity, 0.0);
-        let across = release * (strength_fibre / strength_transverse).powi(2);
+        let across = release * (strength_across_fibres / strength_along_fibres).powi(2);
         Ok(Toughness { along: release, across })
     }
 
@@ -277,12 +277,16 @@ fn square(file: &Json, case: usize) -> Result<Sheet, VerifyError> {
         (file.number("/fixed_grips/L")?, number("a")?, file.number(&format!("{at}/theta_deg"))?);
     let is_along = fibre_degrees == 90.0;
     // Strong fibres along the crack keep it straight; across it, where it would turn, both strengths are the same.
-    let strength_fibre = if is_along { 16.0 * STRENGTH } else { STRENGTH };
-    let tearing =
-        Tearing { strength_fibre, strength_transverse: STRENGTH, radius: length / 50.0, ..Tearing::default() };
+    let strength_across_fibres = if is_along { 16.0 * STRENGTH } else { STRENGTH };
+    let tearing = Tearing {
+        strength_across_fibres,
+        strength_along_fibres: STRENGTH,
+        radius: length / 50.0,
+        ..Tearing::default()
+    };
     let mut sheet = Sheet {
         name: format!("edge crack, fibres {} it, R = a/50", if is_along { "along" } else { "across" }),
-        tissue: Tissue { material: Material::figure_2(), fibre_degrees, tearing },
+        tissue: Tissue { material: Material::allard_2009(), fibre_degrees, tearing },
         size: DVec2::splat(side),
         crack: [DVec2::new(0.5 * side, 0.0), DVec2::new(0.5 * side, length)],
         is_refined: true,

@@ -112,7 +112,7 @@ impl Torn {
                 let start = self.starts.iter_mut().find(|start| start.tip == *tip);
                 start.into_iter().for_each(|start| start.path.push(to.truncate()));
             }
-            EventKind::PieceFreed { .. } => self.pieces += 1,
+            EventKind::FragmentFreed { .. } => self.pieces += 1,
             _ => {}
         }
     }

@@ -36,7 +36,7 @@ fn one_tissue(rows: &mut Rows, out: &Artifacts, file: &Json, case: usize, cells:
     let at = format!("/fixed_grips/cases/{case}");
     // The isotropic tissue has no angle.
     let (name, material, fibre_degrees) = match file.number(&format!("{at}/theta_deg")) {
-        Ok(degrees) => (format!("fibres at {degrees}°"), Material::figure_2(), degrees),
+        Ok(degrees) => (format!("fibres at {degrees}°"), Material::allard_2009(), degrees),
         Err(_) => ("isotropic".to_owned(), Material::isotropic(3.0, 0.3, 0.1), 0.0),
     };
     let tissue = Tissue { material, fibre_degrees, tearing: Tearing::default() };

@@ -125,8 +125,8 @@ fn forbidden(rows: &mut Rows, out: &Artifacts) -> Result<(), VerifyError> {
     for degrees in (0..180).step_by(step) {
         let changes = [
             format!("bodies.0.fibres.degrees={degrees}"),
-            format!("bodies.0.tearing.strength_fibre={fibre}"),
-            format!("bodies.0.tearing.strength_transverse={transverse}"),
+            format!("bodies.0.tearing.strength_across_fibres={fibre}"),
+            format!("bodies.0.tearing.strength_along_fibres={transverse}"),
             format!("bodies.0.tearing.exponent={EXPONENT}"),
         ];
         let changes: Vec<&str> = changes.iter().map(String::as_str).collect();

@@ -41,13 +41,13 @@ impl Tissue {
                 let strength = if degrees <= 30.0 { 1.6 } else { 0.8 };
                 vec![
                     format!("bodies.0.fibres.degrees={degrees}"),
-                    format!("bodies.0.tearing.strength_fibre={strength}"),
+                    format!("bodies.0.tearing.strength_across_fibres={strength}"),
                 ]
             }
             Self::Isotropic => vec![
                 "bodies.0.material={ young = 3, poisson = 0.3, thickness = 0.1 }".to_owned(),
-                "bodies.0.tearing.strength_transverse=0.2".to_owned(),
-                "bodies.0.tearing.strength_fibre=0.2".to_owned(),
+                "bodies.0.tearing.strength_along_fibres=0.2".to_owned(),
+                "bodies.0.tearing.strength_across_fibres=0.2".to_owned(),
             ],
         }
     }

@@ -52,7 +52,7 @@ pub(crate) fn run(out: &Artifacts) -> Result<Vec<Row>, VerifyError> {
         (
             "60°, α = 1",
             Tissue::Fibres(60.0),
-            "bodies.0.tearing={ strength_transverse = 0.05, strength_ratio = 2, exponent = 1, radius = 1.5, max_tear_speed = 0.1 }",
+            "bodies.0.tearing={ strength_along_fibres = 0.05, strength_ratio = 2, exponent = 1, radius = 1.5, max_tear_speed = 0.1 }",
         ),
     ];
     let (cases, steps) = if out.is_quick() { (&cases[1..2], &STEPS[1..3]) } else { (&cases[..], &STEPS[..]) };

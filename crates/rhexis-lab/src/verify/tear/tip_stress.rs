@@ -104,7 +104,7 @@ fn squares(file: &Json, radius: usize) -> Result<Vec<Square>, VerifyError> {
     };
     let both = [
         square([0, 0], "isotropic", Material::isotropic(3.0, 0.3, 0.1), 0.0)?,
-        square([1, 2], "fibres at 45°", Material::figure_2(), 45.0)?,
+        square([1, 2], "fibres at 45°", Material::allard_2009(), 45.0)?,
     ];
     Ok(both.into_iter().flatten().collect())
 }

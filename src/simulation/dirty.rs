@@ -1,7 +1,7 @@
 //! Validation of entities that the host may have changed through `world_mut`.
 
 use super::Simulation;
-use crate::registry::{Refused, complete_in, judge, judge_tables};
+use crate::registry::{Rejected, complete_in, validate, validate_tables};
 use crate::systems::StepContext;
 use hecs::Entity;
 
@@ -10,14 +10,14 @@ const MANY: usize = 64;
 
 /// Entities that may have been written past the calls since they were judged last.
 #[derive(Default)]
-pub(super) struct Lent {
+pub(super) struct Dirty {
     are_all: bool,
     list: Vec<Entity>,
     /// Scratch that keeps its memory: systems of the caller's have every step completed.
     all: Vec<Entity>,
 }
 
-impl Lent {
+impl Dirty {
     /// Notes one, or all.
     pub(super) fn note(&mut self, entity: Option<Entity>) {
         match entity {
@@ -37,51 +37,51 @@ impl Lent {
 
 impl Simulation {
     /// Validates entities that were handed out and adds required components; a no-op where none was.
-    pub(super) fn admit(&mut self) -> Result<(), Refused> {
+    pub(super) fn validate_dirty(&mut self) -> Result<(), Rejected> {
         if self.schedule.has_callers() {
             self.complete_all();
         }
-        if !self.lent.are_all && self.lent.list.is_empty() {
+        if !self.dirty.are_all && self.dirty.list.is_empty() {
             return Ok(());
         }
         let world = &self.world;
-        if self.lent.are_all {
-            world.iter().try_for_each(|entity| judge(world, entity.entity()))?;
+        if self.dirty.are_all {
+            world.iter().try_for_each(|entity| validate(world, entity.entity()))?;
             self.complete_all();
         } else {
-            self.lent.list.iter().try_for_each(|&entity| judge(world, entity))?;
-            self.lent.list.iter().for_each(|&entity| complete_in(&mut self.world, entity));
+            self.dirty.list.iter().try_for_each(|&entity| validate(world, entity))?;
+            self.dirty.list.iter().for_each(|&entity| complete_in(&mut self.world, entity));
         }
-        self.lent.are_all = false;
-        self.lent.list.clear();
+        self.dirty.are_all = false;
+        self.dirty.list.clear();
         Ok(())
     }
 
     /// Validates an entity that was handed out: code that reads all of it reads no others.
-    pub(super) fn judge_lent(&self, entity: Entity) -> Result<(), Refused> {
-        if self.lent.has(entity) { judge(&self.world, entity) } else { Ok(()) }
+    pub(super) fn validate_if_dirty(&self, entity: Entity) -> Result<(), Rejected> {
+        if self.dirty.has(entity) { validate(&self.world, entity) } else { Ok(()) }
     }
 
     /// Validates the tables of a body that was handed out: code that looks at it reads no others.
-    pub(super) fn admit_tables(&self, body: Entity) -> Result<(), Refused> {
-        if self.lent.has(body) { judge_tables(&self.world, body) } else { Ok(()) }
+    pub(super) fn validate_tables_if_dirty(&self, body: Entity) -> Result<(), Rejected> {
+        if self.dirty.has(body) { validate_tables(&self.world, body) } else { Ok(()) }
     }
 
     fn complete_all(&mut self) {
-        let Self { world, lent: Lent { all, .. }, .. } = self;
+        let Self { world, dirty: Dirty { all, .. }, .. } = self;
         all.clear();
         all.extend(world.iter().map(|entity| entity.entity()));
         all.iter().for_each(|&entity| complete_in(world, entity));
     }
 
     /// After the systems of a step: an error where one of the caller's has written a rejected value, with the step taken back.
-    pub(super) fn check_callers(&mut self, step: &StepContext) -> Result<(), Refused> {
-        let Some((refused, has_begun)) = self.schedule.take_refused() else { return Ok(()) };
+    pub(super) fn check_callers(&mut self, step: &StepContext) -> Result<(), Rejected> {
+        let Some((rejected, has_begun)) = self.schedule.take_rejected() else { return Ok(()) };
         if has_begun {
             crate::systems::step::faults::restore(&mut self.world, step, self.report.time);
         }
         self.report.has_failed = true;
-        self.lent.note(None);
-        Err(refused)
+        self.dirty.note(None);
+        Err(rejected)
     }
 }

@@ -4,7 +4,7 @@
 //! each step.
 
 use super::Surface;
-use crate::components::{PartedBy, Parting, TearSite};
+use crate::components::{LigamentFailure, PartedBy, TearSite};
 use crate::math::elementary;
 use crate::storage::{NONE, Revision};
 use crate::systems::kernels::failure::{self, Strength};
@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
 
 /// Most triangles on a way across a ligament: R has some ten edges at most.
-const MOST_CROSSED: usize = 64;
+const MOST_CROSSED_BY_LIGAMENT: usize = 64;
 /// Fewest triangles on a way across a ligament: a spike of one or two carries only its own load, and swings.
 const FEWEST_CROSSED: usize = 3;
 /// Ways from one vertex of the rim, the shortest first: which of them is the weakest depends on the fibres.
@@ -20,20 +20,20 @@ const WAYS: usize = 3;
 /// Ways tried from one vertex: some meet a rim on their way, or cross too few triangles.
 const MOST_TRIED: usize = 16;
 /// Ways for which there is room.
-const ROOM: usize = 256;
+const ROOM_FOR_WAYS: usize = 256;
 /// Largest lean of a way, at either end, from the line halfway between the rim's two edges, over half the angle between those: 60° at
-/// a straight rim. Ways along the rim, as the chords of a round one, cut off no strand.
+/// a straight rim. Ways along the rim, as the chords of a round one, cut off no ligament.
 const LEAN: f64 = 2.0 / 3.0;
 
 /// *Derived.* The ligaments of a body.
 #[derive(Clone, Debug, Default)]
-pub struct Strands {
+pub struct Ligaments {
     /// When, and for which radius \[mm\], they were found.
     found_for: Option<(Revision, f64)>,
     ways: Vec<Way>,
     /// The triangles of all ways, each with the way's direction in its frame (fibre, transverse).
     crossed: Vec<(u32, DVec2)>,
-    /// Vertices of the rim by their x, with their ways into the body, while strands are looked for.
+    /// Vertices of the rim by their x, with their ways into the body, while ligaments are looked for.
     rim: Vec<(u32, Option<Inwards>)>,
     /// Lengths \[mm\] of the ways from one of them, with their other ends.
     facing: Vec<(f64, u32)>,
@@ -43,7 +43,7 @@ pub struct Strands {
 #[derive(Clone, Debug)]
 struct Way {
     vertices: [u32; 2],
-    /// Triangles of the way in [`Strands::crossed`].
+    /// Triangles of the way in [`Ligaments::crossed`].
     crossed: std::ops::Range<u32>,
 }
 
@@ -55,7 +55,7 @@ struct Inwards {
     least: f64,
 }
 
-impl Strands {
+impl Ligaments {
     /// Finds the ligaments narrower than `radius` \[mm\], unless they are known.
     pub fn find(&mut self, surface: &Surface, radius: f64) {
         let wanted = Some((surface.topology.log.now(), radius));
@@ -67,9 +67,9 @@ impl Strands {
         self.crossed.clear();
         let rest = &surface.vertices.rest_position;
         // Room from the start, so that lists do not grow while a tear goes on.
-        self.ways.reserve(ROOM);
-        self.crossed.reserve(4 * ROOM);
-        self.facing.reserve(ROOM);
+        self.ways.reserve(ROOM_FOR_WAYS);
+        self.crossed.reserve(4 * ROOM_FOR_WAYS);
+        self.facing.reserve(ROOM_FOR_WAYS);
         let mut rim = std::mem::take(&mut self.rim);
         rim.clear();
         let of_rim = (0..rest.len() as u32).filter(|&v| surface.topology.is_boundary_vertex(v));
@@ -118,9 +118,14 @@ impl Strands {
     /// The ligament with the largest criterion above 1, of those whose middle \[mm, rest shape\] may part: every triangle on
     /// the way across it exceeds it. The tension at a rim follows the rim, so that its own direction says little about the way
     /// across.
-    pub fn weakest(&self, surface: &Surface, strength: &Strength, may_part: &dyn Fn(DVec3) -> bool) -> Option<Parting> {
+    pub fn weakest(
+        &self,
+        surface: &Surface,
+        strength: &Strength,
+        may_part: &dyn Fn(DVec3) -> bool,
+    ) -> Option<LigamentFailure> {
         let rest = &surface.vertices.rest_position;
-        let mut best: Option<Parting> = None;
+        let mut best: Option<LigamentFailure> = None;
         for way in &self.ways {
             let crossed = &self.crossed[way.crossed.start as usize..way.crossed.end as usize];
             let least = best.map_or(1.0, |best| best.value);
@@ -130,13 +135,13 @@ impl Strands {
                 continue;
             }
             let [(first, _), ..] = crossed else { continue };
-            best = Some(Parting {
+            best = Some(LigamentFailure {
                 site: TearSite::Vertex(way.vertices[0]),
                 fibre: surface.triangles.fibre[*first as usize],
                 direction: (ends[1] - ends[0]).normalize_or_zero(),
                 value,
                 ends,
-                by: PartedBy::Strand,
+                by: PartedBy::Ligament,
             });
         }
         best
@@ -197,7 +202,7 @@ fn cross(surface: &Surface, from: u32, to: u32, crossed: &mut Vec<(u32, DVec2)>)
     };
     // The edges that may be left by: not the one that was entered by.
     let mut exits: SmallVec<[usize; 3]> = smallvec![(corner + 1) % 3];
-    for _ in 0..MOST_CROSSED {
+    for _ in 0..MOST_CROSSED_BY_LIGAMENT {
         let x = corners(surface, t as usize);
         let Some(normal) = (x[1] - x[0]).cross(x[2] - x[0]).try_normalize() else { return false };
         let Some(d) = (direction - normal * normal.dot(direction)).try_normalize() else { return false };

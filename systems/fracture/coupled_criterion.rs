@@ -22,13 +22,13 @@ const POINTS: u32 = 24;
 /// Square of the largest principal stress around a tip over K/√(2πr), at 60° from its direction.
 const LARGEST_SQ: f64 = 1.69;
 /// Distance ahead at which a way is probed for the triangle it enters, in lengths of a step or a zone.
-const NEAR: f64 = 0.01;
+const PROBED_AHEAD: f64 = 0.01;
 /// Triangles that one step of the walk may cross.
-const MOST_CROSSED: usize = 64;
+const MOST_CROSSED_BY_STEP: usize = 64;
 
 /// Result of the coupled stress-energy nucleation criterion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trial {
+pub struct CoupledCriterion {
     /// Length to open \[mm\], to either side of a start from inside.
     pub length: f64,
     /// Energy released by opening it, per area \[N/mm\].
@@ -40,7 +40,7 @@ pub struct Trial {
 }
 
 /// Buffers of the coupled criterion.
-pub type TrialBuffers<'a> = (&'a mut Disc, &'a mut Walk);
+pub type CoupledBuffers<'a> = (&'a mut Disc, &'a mut Walk);
 
 /// Stresses at a point of the way: tractions across and along it \[MPa\] and the toughness \[N/mm\].
 #[derive(Clone, Copy)]
@@ -62,13 +62,13 @@ impl EnergyTerms<'_> {
     /// length that fulfils both conditions, or the last along which the strength is reached. A start from the rim whose way is at
     /// its strength up to another boundary opens: nothing is left beside it that could carry on. `None` where the surface has no
     /// such place.
-    pub fn trial(
+    pub fn coupled_criterion(
         &self,
         surface: &Surface,
         site: TearSite,
         decision: &TearDecision,
-        buffers: TrialBuffers<'_>,
-    ) -> Option<Trial> {
+        buffers: CoupledBuffers<'_>,
+    ) -> Option<CoupledCriterion> {
         let step = self.tearing.radius / decision.edges_per_radius;
         let mut rays = self.rays(surface, site, decision.direction, step)?;
         let triangle = rays.first()?.triangle as usize;
@@ -78,17 +78,17 @@ impl EnergyTerms<'_> {
         let crack = CrackTip::new(law, angle_of_fibre(surface, triangle, decision.direction));
         let mut ways: SmallVec<[Vec<Sample>; 2]> = rays.iter().map(|_| vec![first]).collect();
         let (mut released, mut rate) = (0.0, 0.0);
-        let mut trial = Trial { length: 0.0, release: 0.0, toughness: first.toughness, opens: false };
+        let mut coupled = CoupledCriterion { length: 0.0, release: 0.0, toughness: first.toughness, opens: false };
         loop {
-            let length = trial.length + step;
+            let length = coupled.length + step;
             for (ray, way) in rays.iter_mut().zip(&mut ways) {
                 if !ray.go_on(surface, step) {
                     let is_through = way.len() > 1 && matches!(site, TearSite::Vertex(_));
-                    return Some(Trial { opens: is_through, ..trial });
+                    return Some(CoupledCriterion { opens: is_through, ..coupled });
                 }
                 let (criterion, sample) = self.sample(surface, ray, (&mut *disc, &mut *walk))?;
                 if !(criterion >= 1.0) {
-                    return Some(trial);
+                    return Some(coupled);
                 }
                 way.push(sample);
             }
@@ -97,9 +97,9 @@ impl EnergyTerms<'_> {
             rate = now;
             let count = ways.len() as f64;
             let toughness = ways.iter().map(|way| mean(way, |sample| sample.toughness)).sum::<f64>() / count;
-            trial = Trial { length, release: released / (count * length), toughness, opens: false };
-            if trial.release >= toughness {
-                return Some(Trial { opens: true, ..trial });
+            coupled = CoupledCriterion { length, release: released / (count * length), toughness, opens: false };
+            if coupled.release >= toughness {
+                return Some(CoupledCriterion { opens: true, ..coupled });
             }
         }
     }
@@ -108,7 +108,7 @@ impl EnergyTerms<'_> {
     /// isotropic). Zero where the tip's decision is on no energy.
     pub fn overstressed(&self, surface: &Surface, decision: &TearDecision) -> f64 {
         let Some(release) = decision.release else { return 0.0 };
-        let way = decision.direction * (NEAR * self.tearing.radius);
+        let way = decision.direction * (PROBED_AHEAD * self.tearing.radius);
         let Some(triangle) = triangle_ahead(surface, decision.row, way) else { return 0.0 };
         let triangle = triangle as usize;
         let law = &surface.triangles.stiffness[triangle];
@@ -125,7 +125,7 @@ impl EnergyTerms<'_> {
         match site {
             TearSite::Vertex(vertex) => {
                 let at = surface.vertices.rest_position[vertex as usize];
-                let triangle = triangle_ahead(surface, vertex, d * (NEAR * step))?;
+                let triangle = triangle_ahead(surface, vertex, d * (PROBED_AHEAD * step))?;
                 Some(smallvec![Ray { at, ahead: d, triangle }])
             }
             TearSite::Triangle(triangle) => {
@@ -137,7 +137,7 @@ impl EnergyTerms<'_> {
     }
 
     /// The criterion of strength at the position of a ray, and the tractions released there.
-    fn sample(&self, surface: &Surface, ray: &Ray, (disc, walk): TrialBuffers<'_>) -> Option<(f64, Sample)> {
+    fn sample(&self, surface: &Surface, ray: &Ray, (disc, walk): CoupledBuffers<'_>) -> Option<(f64, Sample)> {
         let axes = [ray.ahead, ray.normal(surface).cross(ray.ahead)];
         let average = disc_average(surface, ray.at, axes, self.tearing.radius, [ray.triangle], (disc, walk))?;
         let triangle = ray.triangle as usize;
@@ -158,7 +158,7 @@ impl Ray {
     /// Goes on by a length \[mm\]; `false` where a boundary is nearer.
     fn go_on(&mut self, surface: &Surface, length: f64) -> bool {
         let to = self.at + self.ahead * length;
-        for _ in 0..MOST_CROSSED {
+        for _ in 0..MOST_CROSSED_BY_STEP {
             let x = corners(surface, self.triangle);
             let weights = barycentric(x, to);
             let mut outside: SmallVec<[usize; 3]> = (0..3).filter(|&i| weights[i] < -1e-9).collect();

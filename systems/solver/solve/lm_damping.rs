@@ -11,17 +11,17 @@ use crate::storage::Vertices;
 use crate::systems::{StepContext, parallel};
 
 /// A fraction that is far from all of an answer.
-const FEW: f64 = 0.2;
+const SMALL_FRACTION: f64 = 0.2;
 
 /// Masses are quadrupled so often at the most: to those of a step a thousandth as long.
-const MOST: u32 = 10;
+const MOST_QUADRUPLINGS: u32 = 10;
 
-/// Inertia \[1/ms²\] that is added to that of the step. The first solve of a chain is not restrained.
+/// Inertia \[1/ms²\] that is added to that of the step. The first solve of a chain is not damped.
 pub(super) fn inertia(step: &StepContext, scratch: &mut SolverScratch) -> f64 {
     if !step.is_correction {
-        scratch.restraint = 0;
+        scratch.lm_damping = 0;
     }
-    (elementary::powi(4.0, scratch.restraint) - 1.0) * step.inertia()
+    (elementary::powi(4.0, scratch.lm_damping) - 1.0) * step.inertia()
 }
 
 /// Leaves the force of the added inertia in the residual.
@@ -32,11 +32,11 @@ pub(super) fn leave(added: f64, vertices: &Vertices, increment: &mut Increment, 
 }
 
 /// Notes the fraction of its answer that a body has gone which is solved further: the shorter, the more inertia holds it next time.
-pub fn restrain(scratch: &mut SolverScratch, fraction: f64) {
+pub fn adapt_lm_damping(scratch: &mut SolverScratch, fraction: f64) {
     let quadrupled = match fraction {
-        _ if fraction < FEW => scratch.restraint + 2,
-        _ if fraction < 1.0 => scratch.restraint + 1,
-        _ => scratch.restraint.saturating_sub(1),
+        _ if fraction < SMALL_FRACTION => scratch.lm_damping + 2,
+        _ if fraction < 1.0 => scratch.lm_damping + 1,
+        _ => scratch.lm_damping.saturating_sub(1),
     };
-    scratch.restraint = quadrupled.min(MOST);
+    scratch.lm_damping = quadrupled.min(MOST_QUADRUPLINGS);
 }

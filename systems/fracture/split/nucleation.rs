@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 impl Tearer<'_> {
     /// Starts a tear at the site or, where the mesh refuses that, at a corner of the triangle.
     /// It opens so much of its `length` \[mm\] at once as the mesh lets it.
-    pub(super) fn start(
+    pub(super) fn nucleate(
         &mut self,
         site: TearSite,
         decision: &TearDecision,
@@ -19,7 +19,7 @@ impl Tearer<'_> {
     ) -> Result<(), (TearSite, TearRefusal)> {
         let from = self.site_at(site);
         let slit = self.open_at(site, decision.fibre, decision.direction).map_err(|refusal| (site, refusal))?;
-        self.log.start_count += 1;
+        self.log.nucleation_count += 1;
         self.log.ambiguous_count += u32::from(decision.is_ambiguous);
         let TearDecision { value: criterion, margin, is_ambiguous, .. } = *decision;
         let verdict = Some(Verdict { criterion, margin, is_ambiguous });
@@ -45,12 +45,12 @@ impl Tearer<'_> {
             TearSite::Vertex(_) => None,
             TearSite::Triangle(triangle) => Some(self.mesh.triangles.corners[triangle as usize].map(TearSite::Vertex)),
         };
-        let mut started = self.cut(|cutter| cutter.start(site, direction, mode));
+        let mut started = self.cut(|cutter| cutter.nucleate(site, direction, mode));
         for other in corners.into_iter().flatten() {
             if started.is_ok() {
                 break;
             }
-            started = self.cut(|cutter| cutter.start(other, direction, mode)).or(started);
+            started = self.cut(|cutter| cutter.nucleate(other, direction, mode)).or(started);
         }
         let slit = started?;
         let mut length = 0.0;

@@ -14,7 +14,7 @@ impl Cutter<'_, '_> {
 
     /// The number of triangles of the smaller part, where the two lips of the last opening, at the edge between these
     /// vertices, no longer hang together. Both parts are walked in turn, so the work follows the smaller one.
-    pub(super) fn freed_piece(&mut self, from: u32, to: u32) -> Option<usize> {
+    pub(super) fn freed_fragment(&mut self, from: u32, to: u32) -> Option<usize> {
         let lips = self.lips(from, to)?;
         let neighbours = &self.mesh.topology.neighbours;
         let scratch = &mut *self.scratch;

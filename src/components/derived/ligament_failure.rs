@@ -6,16 +6,16 @@ use glam::DVec3;
 /// A place where tissue is to part without a tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub struct Parting {
-    /// The vertex of the rim from which a strand parts, or the triangle that is stretched.
+pub struct LigamentFailure {
+    /// The vertex of the rim from which a ligament parts, or the triangle that is stretched.
     pub site: TearSite,
     /// Unit fibre direction there, in the rest shape.
     pub fibre: DVec3,
     /// Unit direction of the opening in the rest shape, across the greatest tension or stretch.
     pub direction: DVec3,
-    /// Smallest criterion across the strand, or stretch over the ultimate stretch; above 1.
+    /// Smallest criterion across the ligament, or stretch over the ultimate stretch; above 1.
     pub value: f64,
-    /// Ends \[mm, rest shape\] of the way across a strand; both at the triangle's centroid for a stretch.
+    /// Ends \[mm, rest shape\] of the way across a ligament; both at the triangle's centroid for a stretch.
     pub ends: [DVec3; 2],
     /// Why it parts.
     pub by: PartedBy,

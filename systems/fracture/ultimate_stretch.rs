@@ -1,7 +1,7 @@
 //! Tissue that fails where no tip leads, for it is stretched too far.
 
 use super::Surface;
-use crate::components::{PartedBy, Parting, TearSite};
+use crate::components::{LigamentFailure, PartedBy, TearSite};
 use crate::math::elementary;
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_PI_2;
@@ -13,9 +13,10 @@ pub fn beyond_stretch(
     ultimate: f64,
     tips: &[u32],
     is_held: &dyn Fn(u32) -> bool,
-) -> Option<Parting> {
-    let (mut best, mut ahead): (Option<Parting>, Option<Parting>) = (None, None);
-    let is_worse = |found: &Parting, best: &Option<Parting>| found.value > best.map_or(1.0, |best| best.value);
+) -> Option<LigamentFailure> {
+    let (mut best, mut ahead): (Option<LigamentFailure>, Option<LigamentFailure>) = (None, None);
+    let is_worse =
+        |found: &LigamentFailure, best: &Option<LigamentFailure>| found.value > best.map_or(1.0, |best| best.value);
     for t in 0..surface.triangles.len() {
         let corners = surface.triangles.corners[t];
         let Some(found) = of_triangle(surface, t, ultimate) else { continue };
@@ -27,7 +28,7 @@ pub fn beyond_stretch(
             Some(&tip) if is_worse(&found, &ahead) => {
                 let way = found.ends[0] - surface.vertices.rest_position[tip as usize];
                 let direction = found.direction * way.dot(found.direction).signum();
-                ahead = Some(Parting { site: TearSite::Vertex(tip), direction, ..found });
+                ahead = Some(LigamentFailure { site: TearSite::Vertex(tip), direction, ..found });
             }
             _ => {}
         }
@@ -36,14 +37,14 @@ pub fn beyond_stretch(
 }
 
 /// A triangle whose greatest principal stretch, one plus the Biot strain from the stress-free state, exceeds the ultimate one.
-fn of_triangle(surface: &Surface, t: usize, ultimate: f64) -> Option<Parting> {
+fn of_triangle(surface: &Surface, t: usize, ultimate: f64) -> Option<LigamentFailure> {
     let strain = surface.state(t).polar.stretch - surface.triangles.unstretched(t, surface.unstretched);
     let value = (1.0 + strain.principal_values().0) / ultimate;
     if !(value > 1.0) {
         return None;
     }
     let direction = in_space(surface, t, elementary::unit_at(strain.principal_angle() + FRAC_PI_2));
-    Some(Parting {
+    Some(LigamentFailure {
         site: TearSite::Triangle(t as u32),
         fibre: surface.triangles.fibre[t],
         direction,

@@ -38,7 +38,7 @@ impl Cutter<'_, '_> {
     ///
     /// # Errors
     /// Why it does not start; the mesh is as it was.
-    pub fn start(&mut self, site: TearSite, direction: DVec3, mode: TearMode) -> Result<Slit, TearRefusal> {
+    pub fn nucleate(&mut self, site: TearSite, direction: DVec3, mode: TearMode) -> Result<Slit, TearRefusal> {
         let mark = self.scratch.records.len();
         let slit = match (site, mode) {
             (TearSite::Vertex(vertex), _) if self.mesh.topology.is_boundary_vertex(vertex) => {
@@ -132,7 +132,7 @@ impl Cutter<'_, '_> {
         let is_parted = |row: u32| self.scratch.records[mark..].iter().any(|record| record.parted().any(|v| v == row));
         let tips = ends.into_iter().filter(|&(vertex, ..)| !is_parted(vertex));
         let tips: SmallVec<_> = tips.map(|(vertex, direction, ideal)| NewTip { vertex, direction, ideal }).collect();
-        let freed = if tips.is_empty() { self.freed_piece(centre, behind) } else { None };
+        let freed = if tips.is_empty() { self.freed_fragment(centre, behind) } else { None };
         let smallest_angle = self.smallest_touched(mark);
         Slit { path: smallvec![behind, centre, ahead], tips, smallest_angle, freed }
     }

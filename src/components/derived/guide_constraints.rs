@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// Motions of guided vertices: lists of rows that move alike, each along up to three orthonormal directions. *Derived*, with the free axes.
 #[derive(Clone, Debug, Default)]
-pub struct Allowed {
+pub struct GuideConstraints {
     rows: Vec<u32>,
     groups: Vec<Group>,
 }
@@ -21,7 +21,7 @@ struct Group {
     force: DVec3,
 }
 
-impl Allowed {
+impl GuideConstraints {
     /// Forgets all.
     pub fn clear(&mut self) {
         self.rows.clear();

@@ -12,11 +12,11 @@ const ROUNDED: f64 = 1.0 - 1e-9;
 
 /// A criterion above this would exceed 1 after a correction of the step as well. A tip that waits saves up only the advance
 /// that it may make by a corrected criterion, or by one so clear.
-const CLEAR: f64 = 1.05;
+const CLEAR_CRITERION: f64 = 1.05;
 
 /// Advance budget of tips.
 #[derive(Clone, Copy, Debug)]
-pub enum Reach {
+pub enum AdvanceBudget {
     /// No limit: tips advance until they come to rest.
     Unlimited,
     /// Advance \[mm\] that a new step adds.
@@ -25,7 +25,7 @@ pub enum Reach {
     Left,
 }
 
-impl Reach {
+impl AdvanceBudget {
     /// The advance budget of a step.
     pub fn new(step: &StepContext, tearing: &Tearing) -> Self {
         match *step {
@@ -38,13 +38,13 @@ impl Reach {
     /// Advance \[mm\] allowed to a tip that has saved up so much, if the way to the end of its triangle is so long. An advance
     /// too short for that is saved up, but for one triangle only: any budget that a step leaves unused beyond it has been
     /// forgone.
-    pub fn allowance(self, saved: f64, way: f64) -> f64 {
+    pub fn of_tip(self, saved: f64, way: f64) -> f64 {
         if let Self::New(more) = self { saved.min(way) + more } else { saved }
     }
 
-    /// Whether an allowance \[mm\] is enough for a way \[mm\].
-    pub fn allows(self, allowance: f64, way: f64) -> bool {
-        matches!(self, Self::Unlimited) || allowance >= way * ROUNDED
+    /// Whether an advance budget \[mm\] is enough for a way \[mm\].
+    pub fn suffices(self, advance_budget: f64, way: f64) -> bool {
+        matches!(self, Self::Unlimited) || advance_budget >= way * ROUNDED
     }
 }
 
@@ -55,16 +55,18 @@ fn will_tear(
     (tearing, tips, decisions): (&Tearing, &Tips, &TearDecisions),
     step: &StepContext,
 ) -> bool {
-    let reach = Reach::new(step, tearing);
+    let budget = AdvanceBudget::new(step, tearing);
     let is_acted_on = |tip: usize, decision: &TearDecision| {
         let way = fan_chart(tables, tips.vertex[tip])
             .and_then(|(_, chart)| chart.exit(chart.to_chart(decision.direction)))
             .map_or(0.0, |exit| exit.distance);
-        let is_clear = decision.value > CLEAR;
-        decision.value > 1.0 && (!is_clear || reach.allows(reach.allowance(tips.allowance[tip], way), way))
+        let is_clear = decision.value > CLEAR_CRITERION;
+        decision.value > 1.0 && (!is_clear || budget.suffices(budget.of_tip(tips.advance_budget[tip], way), way))
     };
     let mut asking = decisions.tips.iter().enumerate().filter_map(|(tip, decision)| Some((tip, decision.as_ref()?)));
-    decisions.start.is_some() || decisions.parting.is_some() || asking.any(|(tip, decision)| is_acted_on(tip, decision))
+    decisions.nucleation.is_some()
+        || decisions.ligament_failure.is_some()
+        || asking.any(|(tip, decision)| is_acted_on(tip, decision))
 }
 
 /// The tips that have been judged, in the order of their rows; with a budget those first that have saved up most, having waited for it.
@@ -73,7 +75,7 @@ pub fn in_turn<'a>(
     decisions: &'a [Option<TearDecision>],
     step: &StepContext,
 ) -> SmallVec<[(TipKey, &'a TearDecision); 8]> {
-    let judged = tips.keys().iter().zip(decisions).zip(&tips.allowance);
+    let judged = tips.keys().iter().zip(decisions).zip(&tips.advance_budget);
     let judged = judged.filter_map(|((key, decision), saved)| Some((*key, decision.as_ref()?, *saved)));
     let mut judged: SmallVec<[(TipKey, &TearDecision, f64); 8]> = judged.collect();
     if step.budget.is_some() {
@@ -112,9 +114,9 @@ pub fn unfinished(world: &mut World, step: &StepContext) -> usize {
 
 /// Whether a tip that has just advanced may go far enough for the nearest edge that its next advance could lead to.
 pub fn may_go_on(tables: (&Vertices, &Triangles, &Topology), tearing: &Tearing, tips: &Tips, tip: usize) -> bool {
-    let left = tips.allowance[tip];
+    let left = tips.advance_budget[tip];
     left > 0.0
         && fan_chart(tables, tips.vertex[tip]).is_some_and(|(_, chart)| {
-            Reach::Left.allows(left, chart.least_way(chart.to_chart(tips.previous[tip]), tearing.cone))
+            AdvanceBudget::Left.suffices(left, chart.least_way(chart.to_chart(tips.previous[tip]), tearing.cone))
         })
 }

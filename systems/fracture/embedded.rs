@@ -16,16 +16,16 @@ const POOREST: f64 = 0.017_453_292_519_943_295;
 /// Largest turn \[rad\] to a vertex that is in the way; 2°, below which no angle is left anyhow.
 const BESIDE: f64 = 2.0 * POOREST;
 /// A mend must raise the smallest angle by this \[rad\].
-const GAIN: f64 = 1e-3;
+const MEND_GAIN: f64 = 1e-3;
 /// Mends per point of a line.
 const MENDS: usize = 6;
 /// Parts of an edge by which a vertex beside the line is moved to mend a triangle.
 const SLIDES: [f64; 3] = [0.15, 0.3, 0.5];
 /// A point of the line may go where its neighbours on the line leave it no farther than this part of their distance.
-const STRAIGHT: f64 = 1e-12;
+const STRAIGHT_LINE: f64 = 1e-12;
 
 /// A line in the mesh.
-struct Laid {
+struct EmbeddedCut {
     /// Rows of its vertices, each joined to the next.
     path: Vec<u32>,
     /// Rows of the points that were asked for, which stay.
@@ -36,10 +36,10 @@ impl Cutter<'_, '_> {
     /// Cuts one stroke along its line and nowhere else.
     ///
     /// # Errors
-    /// Why the line cannot be laid, or [`TearRefusal::NoRoom`] where a triangle stays poorer than any was or may be; the caller rolls
+    /// Why the line cannot be embedded, or [`TearRefusal::NoRoom`] where a triangle stays poorer than any was or may be; the caller rolls
     /// back. With `miss` above zero, points go to vertices of the boundary that are no farther than this part of an edge, and the line to
     /// vertices in its way, if they must.
-    pub(super) fn cut_laid(
+    pub(super) fn cut_embedded(
         &mut self,
         stroke: &[DVec3],
         polyline: &[DVec3],
@@ -49,26 +49,26 @@ impl Cutter<'_, '_> {
         let least =
             (0..self.mesh.triangles.corners.len() as u32).map(|t| self.angle_of(t)).fold(quality.least, f64::min);
         (self.quality.least, self.quality.exact) = (POOREST, POOREST);
-        let laid = self.lay(stroke, miss);
+        let embedded = self.embed(stroke, miss);
         self.quality = quality;
-        let mut laid = laid?;
+        let mut embedded = embedded?;
         // Vertices moved out of the line's way may have left a poor triangle farther off.
-        let angle = self.mend(&mut laid).min(self.smallest_touched(start));
+        let angle = self.mend(&mut embedded).min(self.smallest_touched(start));
         if angle < least {
             return Err(TearRefusal::NoRoom { angle });
         }
-        let outcome = self.open_laid(&laid.path)?;
+        let outcome = self.open_embedded(&embedded.path)?;
         let off_line = off_line(&outcome.path, polyline);
         Ok(CutOutcome { off_line, smallest_angle: angle, ..outcome })
     }
 
-    fn lay(&mut self, stroke: &[DVec3], miss: f64) -> Result<Laid, TearRefusal> {
+    fn embed(&mut self, stroke: &[DVec3], miss: f64) -> Result<EmbeddedCut, TearRefusal> {
         let points = self.place_all(stroke, miss)?;
         let &[first, _, ..] = points.as_slice() else { return Err(TearRefusal::BadPolyline) };
         let mut path = vec![first];
         for (point, &target) in points.iter().enumerate().skip(1) {
             while let Some(&from) = path.last().filter(|from| **from != target) {
-                let reached = self.lay_step((&path, &points), from, target, miss > 0.0)?;
+                let reached = self.embed_step((&path, &points), from, target, miss > 0.0)?;
                 let at = |row: u32| self.mesh.vertices.rest_position[row as usize];
                 let is_nearer = at(reached).distance(at(target)) < at(from).distance(at(target)) * (1.0 - 1e-9);
                 if !is_nearer || path.contains(&reached) && Some(&reached) != path.first() {
@@ -77,14 +77,14 @@ impl Cutter<'_, '_> {
                 path.push(reached);
             }
         }
-        let mut laid = Laid { path, points };
-        self.halve_single_edge(&mut laid)?;
-        Ok(laid)
+        let mut embedded = EmbeddedCut { path, points };
+        self.halve_single_edge(&mut embedded)?;
+        Ok(embedded)
     }
 
     /// A line of one edge inside the surface could not open: it is given a vertex in its middle.
-    fn halve_single_edge(&mut self, laid: &mut Laid) -> Result<(), TearRefusal> {
-        let &[first, last] = laid.path.as_slice() else { return Ok(()) };
+    fn halve_single_edge(&mut self, embedded: &mut EmbeddedCut) -> Result<(), TearRefusal> {
+        let &[first, last] = embedded.path.as_slice() else { return Ok(()) };
         if [first, last].iter().any(|&row| self.mesh.topology.is_boundary_vertex(row)) {
             return Ok(());
         }
@@ -93,12 +93,12 @@ impl Cutter<'_, '_> {
         let (triangle, edge) = edge.ok_or(missing)?;
         let middle = self.mesh.vertices.len() as u32;
         self.edit(&Edit::SplitEdge { triangle, edge, weight: 0.5 })?;
-        laid.path.insert(1, middle);
+        embedded.path.insert(1, middle);
         Ok(())
     }
 
     /// The next vertex of the line, which an edge joins to the last one then.
-    fn lay_step(
+    fn embed_step(
         &mut self,
         (path, points): (&[u32], &[u32]),
         from: u32,
@@ -125,37 +125,37 @@ impl Cutter<'_, '_> {
     }
 
     /// Raises the smallest angle along the line by flips, slides and collapses beside it; the one \[rad\] that is left.
-    fn mend(&mut self, laid: &mut Laid) -> f64 {
-        let mut worst = self.worst_along(&laid.path);
-        for _ in 0..MENDS * laid.path.len() {
+    fn mend(&mut self, embedded: &mut EmbeddedCut) -> f64 {
+        let mut worst = self.worst_along(&embedded.path);
+        for _ in 0..MENDS * embedded.path.len() {
             let Some((angle, triangle)) = worst.filter(|(angle, _)| *angle < self.quality.good) else { break };
             let start = self.scratch.records.len();
             let mut best: Option<(f64, Edit)> = None;
-            for edit in self.mends(laid, triangle) {
-                let gained = self.try_mend(laid, &edit).map_or(0.0, |(angle, _)| angle);
+            for edit in self.mends(embedded, triangle) {
+                let gained = self.try_mend(embedded, &edit).map_or(0.0, |(angle, _)| angle);
                 self.roll_back(start);
-                if gained > best.as_ref().map_or(angle + GAIN, |(most, _)| *most) {
+                if gained > best.as_ref().map_or(angle + MEND_GAIN, |(most, _)| *most) {
                     best = Some((gained, edit));
                 }
             }
             let Some((_, edit)) = best else { break };
-            let Some((_, path)) = self.try_mend(laid, &edit) else { break };
-            *laid = path;
-            worst = self.worst_along(&laid.path);
+            let Some((_, path)) = self.try_mend(embedded, &edit) else { break };
+            *embedded = path;
+            worst = self.worst_along(&embedded.path);
         }
         worst.map_or(std::f64::consts::PI, |(angle, _)| angle)
     }
 
     /// Does a mend and the flips that follow; the smallest angle \[rad\] along the line and around the moved vertices, and the
     /// line.
-    fn try_mend(&mut self, laid: &Laid, edit: &Edit) -> Option<(f64, Laid)> {
+    fn try_mend(&mut self, embedded: &EmbeddedCut, edit: &Edit) -> Option<(f64, EmbeddedCut)> {
         let start = self.scratch.records.len();
         self.edit(edit).ok()?;
         let record = self.scratch.records.get(start)?;
         let after = |row: &u32| record.vertex_after(*row);
-        let laid = Laid {
-            path: laid.path.iter().filter_map(after).collect(),
-            points: laid.points.iter().filter_map(after).collect(),
+        let embedded = EmbeddedCut {
+            path: embedded.path.iter().filter_map(after).collect(),
+            points: embedded.points.iter().filter_map(after).collect(),
         };
         let into = match *edit {
             Edit::Collapse { into, .. } => record.vertex_after(into),
@@ -164,20 +164,20 @@ impl Cutter<'_, '_> {
         };
         let around = into.map_or(SmallVec::new(), |row| self.mesh.topology.incident[row as usize].clone());
         let star = around.iter().map(|&entry| self.angle_of(entry / 3)).fold(std::f64::consts::PI, f64::min);
-        self.relax(start, &laid.path);
-        let (angle, _) = self.worst_along(&laid.path)?;
-        Some((angle.min(star), laid))
+        self.relax(start, &embedded.path);
+        let (angle, _) = self.worst_along(&embedded.path)?;
+        Some((angle.min(star), embedded))
     }
 
     /// Edits that may mend a triangle: the other diagonal of an edge, a vertex moved along an edge, or taken out.
-    fn mends(&self, laid: &Laid, triangle: u32) -> Vec<Edit> {
+    fn mends(&self, embedded: &EmbeddedCut, triangle: u32) -> Vec<Edit> {
         let corners = self.mesh.triangles.corners[triangle as usize];
         let neighbours = self.mesh.topology.neighbours[triangle as usize];
-        let is_laid = |a: u32, b: u32| laid.path.windows(2).any(|edge| *edge == [a, b] || *edge == [b, a]);
+        let is_embedded = |a: u32, b: u32| embedded.path.windows(2).any(|edge| *edge == [a, b] || *edge == [b, a]);
         let mut mends = Vec::new();
         let may_flip = |other: u32| other != NONE && super::relax::may_flip(self.mesh, triangle, other);
         let flips =
-            (0..3).filter(|&edge| !is_laid(corners[edge], corners[(edge + 1) % 3]) && may_flip(neighbours[edge]));
+            (0..3).filter(|&edge| !is_embedded(corners[edge], corners[(edge + 1) % 3]) && may_flip(neighbours[edge]));
         mends.extend(flips.map(|edge| Edit::Flip { triangle, edge }));
         let across = neighbours.iter().filter_map(|&n| self.mesh.triangles.corners.get(n as usize)).flatten();
         let mut around: SmallVec<[u32; 8]> = corners.iter().chain(across).copied().collect();
@@ -187,9 +187,9 @@ impl Cutter<'_, '_> {
             let ends = self.mesh.topology.fan(vertex);
             let ends =
                 ends.sectors.iter().map(|&(t, corner)| self.mesh.triangles.corners[t as usize][(corner + 1) % 3]);
-            if let Some(place) = laid.path.iter().position(|&row| row == vertex) {
-                if self.may_leave(laid, place) {
-                    let beside = [laid.path[place - 1], laid.path[place + 1]];
+            if let Some(place) = embedded.path.iter().position(|&row| row == vertex) {
+                if self.may_leave(embedded, place) {
+                    let beside = [embedded.path[place - 1], embedded.path[place + 1]];
                     mends.extend(beside.map(|into| Edit::Collapse { vertex, into }));
                 }
             } else if (self.is_movable)(vertex) && super::relax::may_slide(self.mesh, vertex) {
@@ -203,19 +203,19 @@ impl Cutter<'_, '_> {
     }
 
     /// Whether a vertex of the line is no point that was asked for, and its neighbours on the line keep the line without it.
-    fn may_leave(&self, laid: &Laid, place: usize) -> bool {
+    fn may_leave(&self, embedded: &EmbeddedCut, place: usize) -> bool {
         let (Some(&before), Some(&after)) =
-            (place.checked_sub(1).and_then(|i| laid.path.get(i)), laid.path.get(place + 1))
+            (place.checked_sub(1).and_then(|i| embedded.path.get(i)), embedded.path.get(place + 1))
         else {
             return false;
         };
-        let row = laid.path[place];
+        let row = embedded.path[place];
         let [a, p, b] = [before, row, after].map(|row| self.mesh.vertices.rest_position[row as usize]);
-        laid.path.len() > 3
-            && !laid.points.contains(&row)
+        embedded.path.len() > 3
+            && !embedded.points.contains(&row)
             && (self.is_movable)(row)
             && super::relax::may_slide(self.mesh, row)
-            && super::cut_line::distance_to_segment(p, a, b) <= STRAIGHT * a.distance(b)
+            && super::cut_line::distance_to_segment(p, a, b) <= STRAIGHT_LINE * a.distance(b)
     }
 
     /// The smallest rest angle \[rad\] of the triangles at a line and of their neighbours, with its triangle.
@@ -232,7 +232,7 @@ impl Cutter<'_, '_> {
     }
 
     /// Opens the edges of a line that do not lie on the boundary.
-    fn open_laid(&mut self, path: &[u32]) -> Result<CutOutcome, TearRefusal> {
+    fn open_embedded(&mut self, path: &[u32]) -> Result<CutOutcome, TearRefusal> {
         let at = |cutter: &Self, row: u32| cutter.mesh.vertices.rest_position[row as usize];
         let mut outcome = CutOutcome { path: path.iter().map(|&row| at(self, row)).collect(), ..CutOutcome::default() };
         let (Some(&first), Some(&last)) = (path.first(), path.last()) else { return Err(TearRefusal::BadPolyline) };
@@ -283,7 +283,7 @@ impl Cutter<'_, '_> {
         let before = piece[piece.len() - 2];
         self.edit(&Edit::Open { path: piece.as_slice().into() })?;
         if starts_at_rim && ends_at_rim || first == last {
-            outcome.freed.extend(self.freed_piece(before, last));
+            outcome.freed.extend(self.freed_fragment(before, last));
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Readings of the last step, kept until the next one has left a sound state.
+//! Outputs of the last step, kept until the next one has left a sound state.
 
 use crate::components::{Grips, Reactions, TearDecision, TearDecisions};
 use crate::storage::Tips;
@@ -6,7 +6,7 @@ use glam::DVec3;
 
 /// Reactions, forces of jaws and decisions at tips as they were at the start of a step. *Derived.*
 #[derive(Clone, Debug, Default)]
-pub struct Readings {
+pub struct Outputs {
     reactions: Vec<Vec<DVec3>>,
     /// Force and torque of every pinch.
     pinches: Vec<[DVec3; 2]>,
@@ -15,12 +15,12 @@ pub struct Readings {
 }
 
 /// The components from which they are read, where a body has them.
-pub(crate) type Read<'a> =
+pub(crate) type OutputsMut<'a> =
     (Option<&'a mut Reactions>, Option<&'a mut Grips>, Option<(&'a mut Tips, &'a mut TearDecisions)>);
 
-impl Readings {
-    /// Keeps the present readings.
-    pub fn keep(&mut self, (reactions, grips, tears): Read<'_>) {
+impl Outputs {
+    /// Keeps the present outputs.
+    pub fn keep(&mut self, (reactions, grips, tears): OutputsMut<'_>) {
         let Self { reactions: kept, pinches, criterion, decisions: before } = self;
         if let Some(Reactions { groups }) = reactions {
             kept.resize_with(groups.len(), Vec::new);
@@ -38,8 +38,8 @@ impl Readings {
         }
     }
 
-    /// Puts back the kept readings. Vertices and tips that a tear has made since have had no reading: zero.
-    pub fn put_back(&self, (reactions, grips, tears): Read<'_>) {
+    /// Puts back the kept outputs. Vertices and tips that a tear has made since have had no output: zero.
+    pub fn put_back(&self, (reactions, grips, tears): OutputsMut<'_>) {
         if let Some(Reactions { groups }) = reactions {
             groups.truncate(self.reactions.len());
             for (forces, kept) in groups.iter_mut().zip(&self.reactions) {
@@ -56,8 +56,8 @@ impl Readings {
                 *value = self.criterion.get(tip).copied().unwrap_or(0.0);
             }
             decisions.tips.clone_from(&self.decisions);
-            decisions.start = None;
-            decisions.parting = None;
+            decisions.nucleation = None;
+            decisions.ligament_failure = None;
         }
     }
 }

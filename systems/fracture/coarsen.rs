@@ -26,7 +26,7 @@ const FAINT: f64 = 0.2;
 
 /// A vertex that can be taken out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThinOut {
+pub struct Coarsening {
     /// Row of the vertex that it is to be collapsed into.
     pub into: u32,
     /// Change of the elastic energy \[mJ\].
@@ -35,12 +35,12 @@ pub struct ThinOut {
 
 /// The best way to take a vertex out; `None` where there is none good enough. `is_wanted` judges each triangle that would be
 /// left, by its rest corners and rest area; `strength` is the least one \[MPa\].
-pub fn plan_thin_out(
+pub fn plan_coarsening(
     surface: &Surface,
     vertex: u32,
     strength: f64,
     is_wanted: &dyn Fn([DVec3; 3], f64) -> bool,
-) -> Option<ThinOut> {
+) -> Option<Coarsening> {
     let fan = surface.topology.fan(vertex);
     // Vertices between triangles of different properties stay where they are.
     if !are_uniform(surface.triangles, &fan) {
@@ -67,7 +67,7 @@ pub fn plan_thin_out(
     ways.sort_by(|a, b| b.0.total_cmp(&a.0));
     ways.into_iter().find_map(|(_, into)| {
         let energy_change = surface.energy_change(&fan.sectors, into, strength)?;
-        Some(ThinOut { into, energy_change })
+        Some(Coarsening { into, energy_change })
     })
 }
 

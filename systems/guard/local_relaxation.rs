@@ -5,7 +5,7 @@
 //! tangent says nothing, and most often that is a single one: a spike at a torn edge, which hangs on by one side. Its vertices are
 //! then moved by descent on Φ itself, one after the other with all others at rest (block coordinate descent; Chen et al. 2024,
 //! *Vertex Block Descent*, ACM Trans Graph 43:116). Every move lowers Φ, and so creates nothing. Bending, damping and loads stay as
-//! the solve has them, quadratic. All other vertices keep the solve's answer. The residual that the patch leaves, its own and
+//! the solve has them, quadratic. All other vertices keep the solve's answer. The residual that the local relaxation leaves, its own and
 //! that of the vertices beside it, counts as work that no load has done.
 
 use super::solved::Solved;
@@ -15,32 +15,32 @@ use crate::systems::kernels::membrane;
 use crate::systems::solver::Operator;
 use glam::{DMat3, DVec3};
 
-/// Sweeps over the vertices of a patch at the most.
+/// Sweeps over the vertices of a local relaxation at the most.
 const SWEEPS: u32 = 40;
 
 /// A sweep that moves no vertex by more than this part of the size of a triangle is the last.
 const SETTLED: f64 = 1e-4;
 
 /// Most halvings of a move, until it lowers the potential by this part of the decrease promised by its slope (Armijo 1966).
-const HALVINGS: u32 = 12;
-const PROMISED: f64 = 1e-4;
+const MOVE_HALVINGS: u32 = 12;
+const ARMIJO_OF_MOVE: f64 = 1e-4;
 
-/// Most times that a patch is enlarged.
-const ROUNDS: u32 = 4;
+/// Most times that a local relaxation is enlarged.
+const MOST_ENLARGEMENTS: u32 = 4;
 
 /// A vertex keeps the solve's way where jaws, springs or its own mass hold it by this multiple of the membrane's stiffness.
 const LED: f64 = 10.0;
 
-/// Size limit of a patch, as a part of the vertices: energy created by more of them is the whole body's fault.
-const MOST: f64 = 0.05;
+/// Size limit of a local relaxation, as a part of the vertices: energy created by more of them is the whole body's fault.
+const MOST_RELAXED: f64 = 0.05;
 
-/// Size limit of a patch in small bodies, up to [`FEW`] vertices, as a part of the vertices.
-const MOST_OF_FEW: f64 = 0.15;
+/// Size limit of a local relaxation in small bodies, up to [`FEW_VERTICES`] vertices, as a part of the vertices.
+const MOST_RELAXED_OF_FEW: f64 = 0.15;
 
-/// Vertices of a patch that count as few.
-const FEW: f64 = 24.0;
+/// Vertices of a local relaxation that count as few.
+const FEW_VERTICES: f64 = 24.0;
 
-/// Factor on the vertices of a patch in a body that gets a Newton correction anyway, and its most sweeps.
+/// Factor on the vertices of a local relaxation in a body that gets a Newton correction anyway, and its most sweeps.
 const WIDER: usize = 4;
 const FEW_SWEEPS: u32 = 8;
 
@@ -49,7 +49,7 @@ const NEARLY: f64 = 0.9;
 
 /// Vertices of a body that are relaxed locally.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Patch {
+pub(super) struct LocalRelaxation {
     /// Rows of the relaxed vertices, in ascending order.
     rows: Vec<u32>,
     /// Whether each vertex of the body is one of the relaxed ones.
@@ -60,17 +60,17 @@ pub(super) struct Patch {
     off: Vec<DVec3>,
 }
 
-/// Size limits of a patch.
+/// Size limits of a local relaxation.
 pub(super) struct Extent {
     /// Most triangles that are taken to begin with.
     pub triangles: usize,
-    /// Whether a patch may leave some of the excess to a Newton correction.
+    /// Whether a local relaxation may leave some of the excess to a Newton correction.
     pub is_partial: bool,
 }
 
-impl Patch {
+impl LocalRelaxation {
     /// Patch for the spurious energy \[mJ\] by `judge` to stay below the limit `most`, and that energy. The answer of the solve creates `sum`.
-    /// `None` where no patch is large enough, or none of so many triangles to begin with; a partial one may be above the limit.
+    /// `None` where no local relaxation is large enough, or none of so many triangles to begin with; a partial one may be above the limit.
     pub(super) fn found(
         solved: &Solved,
         full: &Operator,
@@ -79,28 +79,28 @@ impl Patch {
         mut judge: impl FnMut(&Self) -> f64,
     ) -> Option<(Self, f64)> {
         let count = solved.delta.len();
-        let mut patch = Self {
+        let mut relaxation = Self {
             rows: Vec::new(),
             is_in: vec![false; count],
             way: solved.delta.to_vec(),
             off: vec![DVec3::ZERO; count],
         };
-        for round in 0..ROUNDS {
+        for round in 0..MOST_ENLARGEMENTS {
             let triangles = if round == 0 { extent.triangles } else { usize::MAX };
-            let is_enough = patch.grow(solved, sum - most, &Extent { triangles, ..*extent });
+            let is_enough = relaxation.grow(solved, sum - most, &Extent { triangles, ..*extent });
             if !is_enough && !extent.is_partial {
                 return None;
             }
-            patch.descend(solved, full, if extent.is_partial { FEW_SWEEPS } else { SWEEPS });
-            sum = judge(&patch);
+            relaxation.descend(solved, full, if extent.is_partial { FEW_SWEEPS } else { SWEEPS });
+            sum = judge(&relaxation);
             if sum <= most || !is_enough {
-                return Some((patch, sum));
+                return Some((relaxation, sum));
             }
         }
-        extent.is_partial.then_some((patch, sum))
+        extent.is_partial.then_some((relaxation, sum))
     }
 
-    /// The body with the way that the patch has found.
+    /// The body with the way that the local relaxation has found.
     pub(super) fn judged<'a>(&'a self, solved: &Solved<'a>) -> Solved<'a> {
         Solved { delta: &self.way, ..*solved }
     }
@@ -111,7 +111,7 @@ impl Patch {
     }
 
     /// Takes in the triangles that create the most, until they make up for an `excess` \[mJ\]; where those are in it already,
-    /// the triangles around it. Whether the patch has room for them; one that has none takes them as far as it has.
+    /// the triangles around it. Whether the local relaxation has room for them; one that has none takes them as far as it has.
     fn grow(&mut self, solved: &Solved, excess: f64, extent: &Extent) -> bool {
         let Operator { triangles, topology, .. } = solved.operator;
         let judged = self.judged(solved);
@@ -158,7 +158,7 @@ impl Patch {
 
     fn most(&self) -> usize {
         let count = self.way.len() as f64;
-        (MOST * count).max((MOST_OF_FEW * count).min(FEW)) as usize
+        (MOST_RELAXED * count).max((MOST_RELAXED_OF_FEW * count).min(FEW_VERTICES)) as usize
     }
 
     /// Moves its vertices one after the other. `full` is the operator of the solve, with loads and all.
@@ -202,16 +202,16 @@ impl Patch {
         let force = free * (other + pull);
         let block = free * (own + elastic) * free + (DMat3::IDENTITY - free);
         let Some(whole) = Some(block.inverse() * force).filter(|way| way.is_finite()) else { return 0.0 };
-        let stored = |patch: &Self| -> f64 {
+        let stored = |relaxation: &Self| -> f64 {
             let around = topology.incident[v].iter().map(|&c| c as usize / 3);
-            around.map(|t| solved.law.element(solved.operator.triangles, t).energy(patch.corners(t, full))).sum()
+            around.map(|t| solved.law.element(solved.operator.triangles, t).energy(relaxation.corners(t, full))).sum()
         };
         let (before, way, off) = (stored(self), self.way[v], self.off[v]);
-        for halving in 0..=HALVINGS {
+        for halving in 0..=MOVE_HALVINGS {
             let moved = whole * elementary::powi(0.5, halving);
             (self.way[v], self.off[v]) = (way + moved, off + moved);
             let change = stored(self) - before - other.dot(moved) + 0.5 * moved.dot(own * moved);
-            if change <= -PROMISED * force.dot(moved) {
+            if change <= -ARMIJO_OF_MOVE * force.dot(moved) {
                 return moved.length() / size;
             }
         }
@@ -223,7 +223,7 @@ impl Patch {
         full.triangles.corners[t].map(|v| full.vertices.position[v as usize] + self.way[v as usize])
     }
 
-    /// Work \[mJ\] of the residual that the patch leaves, r − A·off, along the way: no load has done it.
+    /// Work \[mJ\] of the residual that the local relaxation leaves, r − A·off, along the way: no load has done it.
     pub(super) fn residual_work(&self, solved: &Solved, full: &Operator) -> f64 {
         let mut product = vec![DVec3::ZERO; self.off.len()];
         full.apply_sparse(&self.off, &mut product, &mut BendingPasses::default());

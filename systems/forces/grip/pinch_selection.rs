@@ -9,14 +9,14 @@ use smallvec::{SmallVec, smallvec};
 
 /// The vertices that jaws take, rows ascending, the nearest of them apart. Jaws close in the middle of a course, where steps
 /// allocate nothing: there is room for the vertices that small jaws take of a refined mesh.
-pub struct Taken {
+pub struct PinchSelection {
     /// The vertex nearest to the place; of equally near ones the lowest row.
     pub nearest: u32,
     /// All of them.
     pub rows: SmallVec<[u32; 512]>,
 }
 
-impl Taken {
+impl PinchSelection {
     /// Walks from a triangle to all that hang together with it within a radius \[mm, rest shape\] about a place, and to the nearest vertex in
     /// any case. Without a triangle, from the one that is nearest to the place in the rest shape. `None` for a body without triangles.
     pub fn about(

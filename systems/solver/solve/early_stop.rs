@@ -15,7 +15,7 @@ use glam::DVec3;
 const EDGE_SQUARED: f64 = 2.309_401_076_758_503;
 
 /// A criterion near that of an advance, which the next step may reach.
-const NEAR: f64 = 0.9;
+const NEARLY_TEARING: f64 = 0.9;
 
 /// Iterations that a solve may take, so that the work to come after it stays within the budget: an advance of a tear, and the second
 /// solve that decides on it.
@@ -25,7 +25,7 @@ pub(super) fn within_budget(
     tears: Option<(&Tips, &TearDecisions)>,
     iterations: u32,
 ) -> u32 {
-    let step = if !step.is_decisive && tears.is_some_and(may_tear) { step.before(1) } else { *step };
+    let step = if !step.is_corrector && tears.is_some_and(may_tear) { step.before(1) } else { *step };
     step.left(result).map_or(iterations, |left| {
         let left = left.saturating_sub(work::SET_UP).saturating_sub(result.work_of_advance);
         iterations.min(left.max(work::LEAST_ITERATIONS))
@@ -34,8 +34,11 @@ pub(super) fn within_budget(
 
 /// Whether a tear is near by the decisions of the last step. Where an edit has made that another mesh's, it is not known.
 fn may_tear((tips, decisions): (&Tips, &TearDecisions)) -> bool {
-    let is_near = decisions.tips.iter().flatten().any(|decision| decision.value > NEAR);
-    is_near || decisions.tips.len() != tips.len() || decisions.start.is_some() || decisions.parting.is_some()
+    let is_near = decisions.tips.iter().flatten().any(|decision| decision.value > NEARLY_TEARING);
+    is_near
+        || decisions.tips.len() != tips.len()
+        || decisions.nucleation.is_some()
+        || decisions.ligament_failure.is_some()
 }
 
 /// The energy \[mJ\] of the masses' motion by the mean edge in the step.
