@@ -11,7 +11,7 @@ mod fig2;
 use fig2::{SMALL, square};
 use rhexis::components::Curve;
 use rhexis::frame::BodyFrame;
-use rhexis::settings::{Integrator, LinearParams, Precision, Settings, Tangent};
+use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Precision, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use std::f64::consts::PI;
 use std::time::{Duration, Instant};
@@ -47,19 +47,31 @@ fn errors(state: &BodyFrame, exact: &BodyFrame) -> (f64, f64) {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (default, accurate) = (Settings::default(), Settings::accurate());
-    let exact = run(Settings { newton_iterations: 10, ..accurate }, 800).1;
-    let double = Settings { precision: Precision::Double, ..accurate };
-    let linear = LinearParams { stress_tolerance: 1e-6, ..default.linear };
+    let (default, accurate) = (Settings::default(), Settings::new(Accuracy::Accurate));
+    let exact = run(Settings { advanced: Advanced { newton_iterations: 10, ..accurate.advanced }, ..accurate }, 800).1;
+    let double = Settings { advanced: Advanced { precision: Precision::Double, ..accurate.advanced }, ..accurate };
+    let linear = LinearParams { stress_tolerance: 1e-6, ..default.advanced.linear };
     let kinds = [
         ("default", default),
-        ("default, stress to 1e-6", Settings { linear, ..default }),
-        ("tr_bdf2, one rotated solve", Settings { integrator: Integrator::TrBdf2, linear, ..default }),
-        ("backward_euler, two solves", Settings { integrator: Integrator::BackwardEuler, ..accurate }),
+        ("default, stress to 1e-6", Settings { advanced: Advanced { linear, ..default.advanced }, ..default }),
+        (
+            "tr_bdf2, one rotated solve",
+            Settings { advanced: Advanced { integrator: Integrator::TrBdf2, linear, ..default.advanced }, ..default },
+        ),
+        (
+            "backward_euler, two solves",
+            Settings { advanced: Advanced { integrator: Integrator::BackwardEuler, ..accurate.advanced }, ..accurate },
+        ),
         ("accurate", accurate),
-        ("accurate, exact tangent", Settings { tangent: Tangent::Exact, ..accurate }),
+        (
+            "accurate, exact tangent",
+            Settings { advanced: Advanced { tangent: Tangent::Exact, ..accurate.advanced }, ..accurate },
+        ),
         ("accurate, double precision", double),
-        ("accurate, three solves", Settings { newton_iterations: 3, ..accurate }),
+        (
+            "accurate, three solves",
+            Settings { advanced: Advanced { newton_iterations: 3, ..accurate.advanced }, ..accurate },
+        ),
     ];
     let mut table = String::from("kind,dt,ms,stress_error,position_error\n");
     print!("{table}");

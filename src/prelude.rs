@@ -1,15 +1,15 @@
 //! Items that most programs embedding the engine use: `use rhexis::prelude::*;`.
 
 pub use crate::components::{
-    Attributes, Bending, Changes, Contact, Curve, Damping, EnergyCriterion, Fibres, Forceps, Grasp, Gravity, Hold,
-    Jaws, Material, Motion, Obstacle, Pose, Pressure, Refinement, Shape, Slip, TearLog, Tearing,
+    Attributes, Bending, Changes, Contact, Curve, Damping, EnergyCriterion, Fibres, Grasp, Gravity, Hold, Jaws,
+    Material, Motion, Obstacle, Pose, Pressure, Refinement, Shape, Slip, TearLog, Tearing,
 };
 pub use crate::error::{Error, ErrorKind};
 pub use crate::event::{Event, EventKind};
 pub use crate::generate;
 pub use crate::membrane::Membrane;
 pub use crate::report::Report;
-pub use crate::settings::Settings;
+pub use crate::settings::{Accuracy, Advanced, Settings};
 pub use crate::simulation::{FixedStep, Simulation};
 pub use crate::storage::{Attached, TipKey, TriangleKey, TriangleMesh, VertexKey};
 pub use crate::units;

@@ -42,7 +42,7 @@ pub struct BodyReport {
     /// Work of the step, retries and resumes included, in iterations of linear solves, as [counted](crate::settings::Settings::budget): the quantity that a [budget](crate::settings::Settings::budget) limits.
     pub work: u32,
     /// Estimated error of positions after the last solve, over the mean edge; zero unless
-    /// [asked for](crate::settings::LinearParams::position_tolerance).
+    /// [asked for](crate::settings::Settings::position_tolerance).
     pub position_error: f64,
     /// Newton iterations.
     pub newton_iterations: u32,

@@ -100,10 +100,6 @@ pub struct LinearParams {
     /// is small enough whatever the stress: a body at rest stores nothing. With `INFINITY` it is not asked for and the residual
     /// decides alone.
     pub stress_tolerance: f64,
-    /// Position error at which a dynamic solve may stop whatever its residual, as a fraction of the mean edge: the mean over the masses that the
-    /// error's energy allows at most. `INFINITY`, the default, disables it. The residual of such a solve does no work. A free piece much
-    /// smaller than the body may be off by more.
-    pub position_tolerance: f64,
     /// Stop after so many iterations at the latest; the report then shows the residual reached.
     pub iterations: u32,
     /// Stop when a solve has taken so long: a frame must go out. The result then depends on the machine and its load, so
@@ -114,58 +110,80 @@ pub struct LinearParams {
 impl LinearParams {
     /// Limits that leave the residual to decide alone.
     pub const fn by_residual(tolerance: f64, iterations: u32) -> Self {
-        let unasked = f64::INFINITY;
-        Self { tolerance, stress_tolerance: unasked, position_tolerance: unasked, iterations, time: None }
+        Self { tolerance, stress_tolerance: f64::INFINITY, iterations, time: None }
     }
 }
 
 impl Default for LinearParams {
     fn default() -> Self {
-        Self {
-            tolerance: 1e-4,
-            stress_tolerance: 1e-3,
-            position_tolerance: f64::INFINITY,
-            iterations: 2000,
-            time: None,
-        }
+        Self { tolerance: 1e-4, stress_tolerance: 1e-3, iterations: 2000, time: None }
     }
 }
 
-/// Settings of a simulation.
+/// Presets of [`Settings`]: accuracy against time per step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Accuracy {
+    /// One linearly implicit step of backward Euler, to a stress error of 1e-3: the default.
+    #[default]
+    Fast,
+    /// Steps for a hand that feels them: [`Fast`](Self::Fast) with at most two passes for tears, one halving and no Newton corrections.
+    /// The longest step is then a few times the usual one.
+    Haptic,
+    /// Steps for display: [`Haptic`](Self::Haptic) with a position tolerance of a fiftieth of an edge and a budget of 80 iterations.
+    /// Tuned on 3,042 triangles of slack cloth under a mouse: `docs/speed.md` has the times.
+    Game,
+    /// Steps that are right rather than fast: TR-BDF2 with two Newton iterations per stage, the second with the projected tangent.
+    /// Linear solves go to a residual down to 1e-10, as far as the linear model holds.
+    ///
+    /// A step takes three to seven times as long as a default one, and the error falls with the square of its length. It is the
+    /// faster way from a stress error of 1e-3 down where waves run through a body, and for bodies that fly and spin. A body that is
+    /// nearly in equilibrium at every step, as tissue under a hand is, gains little. A report says `is_converged` only for steps
+    /// that have reached `newton_tolerance`, which two iterations do not always; `newton_iterations` of three and more get nearer.
+    Accurate,
+    /// Equilibria by [`settle`](crate::simulation::Simulation::settle): [`Fast`](Self::Fast) with the linear solves of
+    /// [`Accurate`](Self::Accurate) and at most 200 static Newton iterations.
+    Static,
+}
+
+impl Accuracy {
+    /// All presets.
+    pub const ALL: [Self; 5] = [Self::Fast, Self::Haptic, Self::Game, Self::Accurate, Self::Static];
+
+    /// Name in scenes and bindings, such as `"game"`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Haptic => "haptic",
+            Self::Game => "game",
+            Self::Accurate => "accurate",
+            Self::Static => "static",
+        }
+    }
+
+    /// The preset of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|accuracy| accuracy.name() == name)
+    }
+}
+
+/// Settings of a simulation: an [`Accuracy`], with five numbers that programs choose, and the rest in [`Advanced`].
+///
+/// # Examples
+/// ```
+/// use rhexis::prelude::*;
+///
+/// let settings = Settings { budget: Some(120), threads: 1, ..Settings::new(Accuracy::Game) };
+/// let advanced = Advanced { max_step_halvings: 2, ..settings.advanced };
+/// let simulation = Simulation::new(Settings { advanced, ..settings })?;
+/// assert_eq!(simulation.settings().position_tolerance, 0.02);
+/// # Ok::<(), rhexis::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
-    /// Linear solve of a dynamic step.
-    pub linear: LinearParams,
-    /// The preconditioner of linear solves, static ones and those of dynamic steps.
-    pub preconditioner: Preconditioner,
-    /// Arithmetic precision of the iterations of dynamic steps.
-    pub precision: Precision,
-    /// Tangent of a dynamic step.
-    pub tangent: Tangent,
-    /// Formula of a dynamic step in time.
-    pub integrator: Integrator,
-    /// Newton iterations per dynamic step, or per stage of it, at the most: 1 (default) is linearly implicit, more converge the
-    /// nonlinear step to `newton_tolerance`.
-    pub newton_iterations: u32,
-    /// Newton stops where the largest free nodal imbalance is below this fraction of the largest corner force.
-    pub newton_tolerance: f64,
-    /// Newton iterations of a static solve at the most.
-    pub static_iterations: u32,
-    /// Maximum re-solves per step while a tear may still advance: each time one more solve
-    /// and one more advance per tip. With 0 a tip makes one advance per step.
-    pub resumes: u32,
-    /// Maximum Newton corrections of a step that fails the energy check: Newton's method along the projected
-    /// tangent with a line search on the incremental potential, for the bodies in space under holds, pins or jaws. A step that would still
-    /// create energy is retried in halves. 0 for none: halves are a little nearer to the truth where tears spring open, but many where a hand
-    /// flings slack cloth.
-    pub corrections: u32,
-    /// How often a step that would leave a non-finite state or create energy is retried with two steps of half the length each. A
-    /// body that would still create energy then takes a fraction of its increment.
-    pub halvings: u32,
     /// Work that a body may take in one step, in iterations of linear solves; `None`, the default, for any amount. Counted are iterations, 7 for each
     /// evaluation, 11 for each matrix with its preconditioner, and advances of tears and halved triangles by the size of the body; retries and
-    /// resumes included. The count, and so the answer, is the same on every machine;
+    /// passes for tears included. The count, and so the answer, is the same on every machine;
     /// [`work_per_millisecond`](crate::report::Report::work_per_millisecond) measures the rate on this machine.
     ///
     /// Work beyond the budget is not begun: the step ends with the best answer so far, and where that would create energy with a
@@ -176,15 +194,53 @@ pub struct Settings {
     /// Threads; 0 means one per core. The result has the same bits for any number. A Cholesky factor that is made aside has
     /// one of its own for as long as that takes.
     pub threads: usize,
+    /// Maximum re-solves per dynamic step while a tear may still advance by `max_tear_speed`, 8 by default. Each is one more solve and
+    /// one more advance per tip; with 0 a tip makes one advance per step.
+    pub max_tear_passes: u32,
+    /// Position error at which a dynamic solve may stop whatever its residual, as a fraction of the mean edge: the mean over the masses that the
+    /// error's energy allows at most. `INFINITY`, the default, disables it. The residual of such a solve does no work. A free piece much
+    /// smaller than the body may be off by more.
+    pub position_tolerance: f64,
     /// Use only the instructions that every processor of the family has, instead of the best there are. The result has the
     /// same bits (but for solves with a Cholesky factor, whose library chooses its instructions itself); it takes longer.
     pub portable_instructions: bool,
+    /// Numbers and methods of the solver, which a preset sets.
+    pub advanced: Advanced,
 }
 
-impl Default for Settings {
+/// Settings of the solver that a preset sets and few programs change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
+pub struct Advanced {
+    /// Preconditioner of linear solves, static ones and those of dynamic steps.
+    pub preconditioner: Preconditioner,
+    /// Arithmetic precision of the iterations of dynamic steps.
+    pub precision: Precision,
+    /// Tangent of a dynamic step.
+    pub tangent: Tangent,
+    /// Time integration formula of a dynamic step.
+    pub integrator: Integrator,
+    /// Maximum Newton iterations per dynamic step, or per stage of it: 1 (default) is linearly implicit, more converge the
+    /// nonlinear step to `newton_tolerance`.
+    pub newton_iterations: u32,
+    /// Largest free nodal imbalance at which Newton stops, as a fraction of the largest corner force.
+    pub newton_tolerance: f64,
+    /// Maximum Newton iterations of a static solve.
+    pub static_iterations: u32,
+    /// Maximum Newton corrections of a step that fails the energy check: Newton's method along the projected tangent with a line search
+    /// on the incremental potential, for bodies in space under holds, pins or jaws. A step that would still create energy is retried in
+    /// halves. 0 for none: halves are a little nearer to the truth where tears spring open, but many where a hand flings slack cloth.
+    pub newton_corrections: u32,
+    /// Maximum halvings of a step that would leave a non-finite state or create energy; each retries it as two steps of half the length.
+    /// A body that would still create energy then takes a fraction of its increment.
+    pub max_step_halvings: u32,
+    /// Limits of the linear solves of a dynamic step.
+    pub linear: LinearParams,
+}
+
+impl Default for Advanced {
     fn default() -> Self {
         Self {
-            linear: LinearParams::default(),
             preconditioner: Preconditioner::Auto,
             precision: Precision::Mixed,
             tangent: Tangent::Rotated,
@@ -192,52 +248,47 @@ impl Default for Settings {
             newton_iterations: 1,
             newton_tolerance: 1e-9,
             static_iterations: 60,
-            resumes: 8,
-            corrections: 10,
-            halvings: 4,
+            newton_corrections: 10,
+            max_step_halvings: 4,
+            linear: LinearParams::default(),
+        }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
             budget: None,
             threads: 0,
+            max_tear_passes: 8,
+            position_tolerance: f64::INFINITY,
             portable_instructions: false,
+            advanced: Advanced::default(),
         }
     }
 }
 
 impl Settings {
-    /// Dynamic steps that are right rather than fast: TR-BDF2 with two Newton iterations per stage, the second with the projected
-    /// tangent. Linear solves go to a residual down to 1e-10, as far as the linear model holds.
-    ///
-    /// A step takes three to seven times as long as a default one, and the error falls with the square of its length. It is the
-    /// faster way from a stress error of 1e-3 down where waves run through a body, and for bodies that fly and spin. A body that is
-    /// nearly in equilibrium at every step, as tissue under a hand is, gains little. A report says `is_converged` only for steps
-    /// that have reached `newton_tolerance`, which two iterations do not always; `newton_iterations` of three and more get nearer.
-    pub fn accurate() -> Self {
-        Self {
-            linear: LinearParams { tolerance: 1e-10, stress_tolerance: f64::INFINITY, ..LinearParams::default() },
-            tangent: Tangent::Projected,
-            integrator: Integrator::TrBdf2,
-            newton_iterations: 2,
-            ..Self::default()
+    /// The settings of a preset.
+    pub fn new(accuracy: Accuracy) -> Self {
+        let fast = Self::default();
+        let tight = LinearParams { tolerance: 1e-10, stress_tolerance: f64::INFINITY, ..LinearParams::default() };
+        match accuracy {
+            Accuracy::Fast => fast,
+            Accuracy::Haptic => {
+                let advanced = Advanced { max_step_halvings: 1, newton_corrections: 0, ..fast.advanced };
+                Self { max_tear_passes: 2, advanced, ..fast }
+            }
+            Accuracy::Game => Self { position_tolerance: 0.02, budget: Some(80), ..Self::new(Accuracy::Haptic) },
+            Accuracy::Accurate => {
+                let (tangent, integrator) = (Tangent::Projected, Integrator::TrBdf2);
+                let advanced = Advanced { linear: tight, tangent, integrator, newton_iterations: 2, ..fast.advanced };
+                Self { advanced, ..fast }
+            }
+            Accuracy::Static => {
+                Self { advanced: Advanced { linear: tight, static_iterations: 200, ..fast.advanced }, ..fast }
+            }
         }
-    }
-
-    /// Steps for a hand that feels them: as the default, but a step is redone for tears twice at the most. A body that would create
-    /// energy is not solved further, and retried once in halves. The longest step is then a few times the usual one.
-    pub fn haptic() -> Self {
-        Self { resumes: 2, halvings: 1, corrections: 0, ..Self::default() }
-    }
-
-    /// Steps that are looked at: solves stop where positions are right to a fiftieth of an edge, with the limits of [`haptic`](Self::haptic)
-    /// and a budget of 80 iterations. Tuned on 3,042 triangles of slack cloth under a mouse: `docs/speed.md` has the times.
-    pub fn game() -> Self {
-        let haptic = Self::haptic();
-        let linear = LinearParams { position_tolerance: 0.02, ..haptic.linear };
-        Self { linear, budget: Some(80), ..haptic }
-    }
-
-    /// The default, with solves of the dynamic steps between equilibria as tight as those of [`accurate`](Self::accurate): for equilibria
-    /// by [`settle`](crate::simulation::Simulation::settle), whose own limits are `static_iterations` and its tolerance.
-    pub fn equilibrium() -> Self {
-        Self { linear: Self::accurate().linear, static_iterations: 200, ..Self::default() }
     }
 
     /// Checks that every number is in its range.
@@ -245,25 +296,15 @@ impl Settings {
     /// # Errors
     /// For a tolerance below zero or not finite (those of stress and positions may be infinite), and for more than 1024 threads.
     pub fn validate(&self) -> Result<(), OutOfRange> {
-        let LinearParams { tolerance, stress_tolerance, position_tolerance, .. } = self.linear;
-        OutOfRange::unless_tolerance("linear.tolerance", tolerance)?;
+        let LinearParams { tolerance, stress_tolerance, .. } = self.advanced.linear;
+        OutOfRange::unless_tolerance("advanced.linear.tolerance", tolerance)?;
         for (what, value) in
-            [("linear.stress_tolerance", stress_tolerance), ("linear.position_tolerance", position_tolerance)]
+            [("advanced.linear.stress_tolerance", stress_tolerance), ("position_tolerance", self.position_tolerance)]
         {
             OutOfRange::unless(value >= 0.0, what, value, "it must be zero or more, or infinite")?;
         }
-        OutOfRange::unless_tolerance("newton_tolerance", self.newton_tolerance)?;
+        OutOfRange::unless_tolerance("advanced.newton_tolerance", self.advanced.newton_tolerance)?;
         let must = "it must be at most 1024, or 0 for one per core";
         OutOfRange::unless(self.threads <= MOST_THREADS, "threads", self.threads as f64, must)
-    }
-
-    /// The presets by name.
-    pub fn presets() -> [(&'static str, Self); 4] {
-        [
-            ("haptic", Self::haptic()),
-            ("game", Self::game()),
-            ("accurate", Self::accurate()),
-            ("static", Self::equilibrium()),
-        ]
     }
 }

@@ -59,15 +59,17 @@ pub struct StepContext {
     /// The corrector: a second solve of the step, which decides on tears that are due.
     pub is_corrector: bool,
     /// Maximum Newton corrections from the state reached, where the step would create energy.
-    pub corrections: u32,
+    pub newton_corrections: u32,
     /// Whether this solve is a Newton correction.
     pub is_correction: bool,
     /// Tangent of the solves.
     pub tangent: Tangent,
     /// Limits of each linear solve.
     pub linear: LinearParams,
+    /// Position error at which a dynamic solve may stop, as a fraction of the mean edge; infinite for none.
+    pub position_tolerance: f64,
     /// Maximum re-solves per step while a tear may still advance.
-    pub resumes: u32,
+    pub max_tear_passes: u32,
     /// Work that a body may take in the whole step, of which this may be a part.
     pub budget: Option<u32>,
     /// Solves that are to be left work for after this part.
@@ -88,7 +90,7 @@ impl StepContext {
         Self {
             dt,
             time,
-            formula: match settings.integrator {
+            formula: match settings.advanced.integrator {
                 Integrator::BackwardEuler => Formula::BackwardEuler,
                 Integrator::TrBdf2 => Formula::SecondBackwardDifference,
             },
@@ -97,17 +99,18 @@ impl StepContext {
             is_retried: false,
             is_fallback: false,
             is_corrector: false,
-            corrections: settings.corrections,
+            newton_corrections: settings.advanced.newton_corrections,
             is_correction: false,
-            tangent: settings.tangent,
-            linear: settings.linear,
-            resumes: settings.resumes,
+            tangent: settings.advanced.tangent,
+            linear: settings.advanced.linear,
+            position_tolerance: settings.position_tolerance,
+            max_tear_passes: settings.max_tear_passes,
             budget: settings.budget,
             reserved: 0,
-            preconditioner: settings.preconditioner,
-            precision: settings.precision,
-            newton_iterations: settings.newton_iterations.max(1),
-            newton_tolerance: settings.newton_tolerance,
+            preconditioner: settings.advanced.preconditioner,
+            precision: settings.advanced.precision,
+            newton_iterations: settings.advanced.newton_iterations.max(1),
+            newton_tolerance: settings.advanced.newton_tolerance,
         }
     }
 
@@ -138,11 +141,12 @@ impl StepContext {
             is_retried: false,
             is_fallback: false,
             is_corrector: false,
-            corrections: 0,
+            newton_corrections: 0,
             is_correction: false,
             tangent: Tangent::Exact,
             linear: LinearParams::by_residual(1e-12, 20_000),
-            resumes: 0,
+            position_tolerance: f64::INFINITY,
+            max_tear_passes: 0,
             budget: None,
             reserved: 0,
             preconditioner,
@@ -159,9 +163,10 @@ impl StepContext {
         Self {
             formula: Formula::BackwardEuler,
             is_fallback: true,
-            corrections: 0,
+            newton_corrections: 0,
             tangent: Tangent::Rotated,
-            linear: LinearParams { tolerance, position_tolerance: f64::INFINITY, ..self.linear },
+            linear: LinearParams { tolerance, ..self.linear },
+            position_tolerance: f64::INFINITY,
             newton_iterations: 1,
             ..self
         }

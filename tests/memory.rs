@@ -7,7 +7,7 @@ use rhexis::components::{
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings};
+use rhexis::settings::{Advanced, LinearParams, Precision, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Triangles};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
@@ -58,7 +58,11 @@ fn bytes_per_triangle(
 ) -> usize {
     let region = Region::new(GLOBAL);
     let linear = LinearParams { iterations: 5, ..LinearParams::default() };
-    let settings = Settings { threads: 1, preconditioner, precision, linear, ..Settings::default() };
+    let settings = Settings {
+        threads: 1,
+        advanced: Advanced { preconditioner, precision, linear, ..Advanced::default() },
+        ..Settings::default()
+    };
     let mut simulation = Simulation::new(settings).unwrap();
     let body = simulation.spawn(membrane()).unwrap();
     simulation.spawn_obstacle(Obstacle { shape: Shape::Sphere { centre: DVec3::Z * 50.0, radius: 1.0 } }).unwrap();

@@ -4,7 +4,7 @@
 //!
 //! `cargo run --release -p rhexis --features direct --example play -- --seconds 600 --seed 1`
 //!
-//! It brings its own meshes, so `snapshot` is all it needs. `--preset haptic|game|accurate|static` takes those settings, `--corrections N` solves steps further before they are undone, `--iterations N` limits the solver's iterations, `--tolerance X` sets the relative
+//! It brings its own meshes, so `snapshot` is all it needs. `--accuracy fast|haptic|game|accurate|static` takes those settings, `--corrections N` solves steps further before they are undone, `--iterations N` limits the solver's iterations, `--tolerance X` sets the relative
 //! residual at which a solve ends. At the end it prints times, rolled back frames, allocations and a hash that every run with the
 //! same arguments has. After each frame it asserts that the renderer's copy is the mesh, after each load and reset that the
 //! state is the one that was kept.
@@ -19,7 +19,7 @@ use level::{Level, SIZE};
 use mouse::Mouse;
 use renderer::Renderer;
 use rhexis::event::EventKind;
-use rhexis::settings::Settings;
+use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::{FixedStep, Simulation};
 use rhexis::snapshot::Snapshot;
 use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
@@ -56,20 +56,20 @@ impl Options {
         while let Some(word) = words.next() {
             let value = words.next().ok_or_else(|| format!("{word} wants a value"))?;
             match word.as_str() {
-                "--preset" => {
-                    let preset = Settings::presets().into_iter().find(|(name, _)| *name == value);
-                    let (_, settings) = preset.ok_or_else(|| format!("{value}: haptic, game, accurate or static"))?;
-                    options.settings = Settings { threads: 1, ..settings };
+                "--accuracy" => {
+                    let accuracy = Accuracy::named(&value);
+                    let accuracy =
+                        accuracy.ok_or_else(|| format!("{value}: fast, haptic, game, accurate or static"))?;
+                    options.settings = Settings { threads: 1, ..Settings::new(accuracy) };
                 }
                 "--seconds" => options.seconds = value.parse()?,
                 "--seed" => options.seed = value.parse()?,
-                "--iterations" => options.settings.linear.iterations = value.parse()?,
-                "--corrections" => options.settings.corrections = value.parse()?,
+                "--iterations" => options.settings.advanced.linear.iterations = value.parse()?,
+                "--corrections" => options.settings.advanced.newton_corrections = value.parse()?,
                 "--budget" => options.settings.budget = Some(value.parse()?),
-                "--tolerance" => options.settings.linear.tolerance = value.parse()?,
+                "--tolerance" => options.settings.advanced.linear.tolerance = value.parse()?,
                 _ => {
-                    let known =
-                        "--seconds, --seed, --preset, --iterations, --corrections, --budget and --tolerance are known";
+                    let known = "--seconds, --seed, --accuracy, --iterations, --corrections, --budget and --tolerance are known";
                     return Err(format!("{word}: {known}").into());
                 }
             }

@@ -158,7 +158,7 @@ pub enum Input {
     /// A body's rows were sorted.
     Reorder(#[cfg_attr(feature = "snapshot", serde(with = "crate::storage::handle"))] Entity),
     /// Other settings.
-    SetSettings(Settings),
+    SetSettings(#[cfg_attr(feature = "snapshot", serde(with = "crate::snapshot::settings"))] Settings),
     /// Components were changed from outside.
     Change {
         /// Of this body or obstacle.

@@ -40,8 +40,8 @@ impl Simulation {
         OutOfRange::unless_tolerance("the tolerance", tolerance)?;
         self.validate_dirty()?;
         self.begin_report();
-        let iterations = self.settings.static_iterations.max(2);
-        let (time, preconditioner) = (self.report.time + dt, self.settings.preconditioner);
+        let iterations = self.settings.advanced.static_iterations.max(2);
+        let (time, preconditioner) = (self.report.time + dt, self.settings.advanced.preconditioner);
         let step = StepContext::of_static_solve(dt, time, tolerance, iterations, preconditioner);
         self.solve_statically(&step)?;
         let is_finite = is_finite(&mut self.world) && self.have_finite_energies();
@@ -82,7 +82,7 @@ impl Simulation {
         self.validate_dirty()?;
         self.begin_report();
         let linear = LinearParams::by_residual(1e-13, 50_000);
-        let (time, preconditioner) = (self.report.time + dt, self.settings.preconditioner);
+        let (time, preconditioner) = (self.report.time + dt, self.settings.advanced.preconditioner);
         let step = StepContext { linear, ..StepContext::of_static_solve(dt, time, 0.0, 1, preconditioner) };
         self.solve_statically(&step)?;
         let residual = self.report.bodies.iter().map(|b| b.residual).max_by(f64::total_cmp).unwrap_or(0.0);

@@ -94,7 +94,7 @@ impl Simulation {
     /// ```
     /// use rhexis::prelude::*;
     ///
-    /// let simulation = Simulation::new(Settings::game())?;
+    /// let simulation = Simulation::new(Settings::new(Accuracy::Game))?;
     /// assert_eq!(simulation.time(), 0.0);
     /// # Ok::<(), rhexis::Error>(())
     /// ```
@@ -172,7 +172,7 @@ impl Simulation {
     /// ```
     /// # let (mut simulation, body) = rhexis::internal::example()?;
     /// # use rhexis::prelude::*;
-    /// simulation.set_settings(Settings { halvings: 2, ..*simulation.settings() })?;
+    /// simulation.set_settings(Settings { budget: Some(200), ..*simulation.settings() })?;
     /// # Ok::<(), rhexis::Error>(())
     /// ```
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), SimulationError> {
@@ -257,7 +257,7 @@ impl Simulation {
         if !(dt > 0.0 && (self.report.time + dt).is_finite()) {
             return Err(SimulationError::TimeStep(dt));
         }
-        if self.settings.integrator != Integrator::BackwardEuler
+        if self.settings.advanced.integrator != Integrator::BackwardEuler
             && let Some((body, _)) = self.world.query_mut::<(&Body, &EnergyAudit)>().into_iter().next()
         {
             return Err(SimulationError::AuditOfAnotherIntegrator { body: body.name.clone() });

@@ -83,7 +83,7 @@ impl Simulation {
 
     /// Before a step: its solves stop where `scripts` say, in the order of spawning; without any where time is up.
     pub(super) fn begin_stops(&mut self, scripts: &[Vec<u32>]) {
-        if self.settings.linear.time.is_none() {
+        if self.settings.advanced.linear.time.is_none() {
             return;
         }
         for (place, body) in self.bodies().into_iter().enumerate() {
@@ -96,7 +96,7 @@ impl Simulation {
     /// After a step: where its solves have stopped.
     pub(super) fn note_stops(&mut self) {
         let Self { world, recorder: Some(recorder), settings, .. } = self else { return };
-        if settings.linear.time.is_none() {
+        if settings.advanced.linear.time.is_none() {
             return;
         }
         let mut query = world.query::<(Entity, &SolverScratch)>().with::<&Body>();

@@ -188,7 +188,13 @@ impl Simulation {
         self.note(|| Input::SettleAndTear { dt, tolerance, rounds });
         self.find_equilibrium(dt, tolerance)?;
         for _ in 0..rounds {
-            let step = StepContext::of_static_solve(1.0, self.report.time, tolerance, 2, self.settings.preconditioner);
+            let step = StepContext::of_static_solve(
+                1.0,
+                self.report.time,
+                tolerance,
+                2,
+                self.settings.advanced.preconditioner,
+            );
             let Self { world, pool, schedule, report, spare, .. } = self;
             let mut running = Running { schedule, report, spare };
             pool.run(|| {

@@ -22,6 +22,8 @@ pub(crate) mod hash;
 mod migrate;
 mod saved;
 #[cfg(feature = "snapshot")]
+pub(crate) mod settings;
+#[cfg(feature = "snapshot")]
 mod solve;
 
 #[cfg(feature = "snapshot")]
@@ -45,6 +47,7 @@ pub struct Snapshot(pub(crate) Arc<Contents>);
 #[derive(Clone)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Contents {
+    #[cfg_attr(feature = "snapshot", serde(with = "settings"))]
     pub settings: Settings,
     pub report: Report,
     pub events: Vec<Event>,

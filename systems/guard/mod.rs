@@ -22,9 +22,9 @@
 //!
 //! 1. a local relaxation: vertices of the triangles that create the most descend on the incremental potential itself;
 //! 2. in a fallback sub-step, or where the budget allows no other solve, the largest fraction of the increment that stays below the limit;
-//! 3. a [Newton correction](crate::settings::Settings::corrections) with the projected tangent and a line search, where
+//! 3. a [Newton correction](crate::settings::Advanced::newton_corrections) with the projected tangent and a line search, where
 //!    settings allow it;
-//! 4. refusal: the step is undone and [retried in halves](crate::settings::Settings::halvings).
+//! 4. refusal: the step is undone and [retried in halves](crate::settings::Advanced::max_step_halvings).
 //!
 //! Damping counts as external work: the stress that earlier solves of the step have left works along the displacement of this
 //! one, so that its dissipation cancels spurious energy. So does drag.
@@ -146,7 +146,7 @@ fn enforce_in(
     // Neither halves of the step nor a Newton correction with a fallback sub-step after it.
     let is_last = !step.affords(result, 2);
     // After the first Newton correction there is enough left for a fallback sub-step.
-    let may_correct = step.corrections > 0
+    let may_correct = step.newton_corrections > 0
         && step.affords(result, if step.is_correction { 1 } else { 2 })
         && scratch.guide_constraints.is_empty()
         && !may_spin(planar, &scratch.free, holders.0);

@@ -61,7 +61,7 @@ pub(super) fn solve(
     mut precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
-    let scales = [scratch.twice_stored, scratch.motion_scale];
+    let scales = [scratch.twice_stored, scratch.near];
     let SolverScratch { free, residual, direction, product, partials, pairs, stops, reference_sq, .. } = scratch;
     for vector in [&mut *direction, product] {
         vector.resize(n, DVec3::ZERO);

@@ -48,14 +48,10 @@ const AIM: f64 = 0.95;
 
 impl Limits {
     /// The limits of a solve that begins now. `reference_sq` is the squared norm \[N²\] that residuals are measured by, `twice_stored` twice the
-    /// energy in the body \[mJ\] and `motion` that of moving it by an edge in the step.
-    pub(super) fn new(params: &LinearParams, reference_sq: f64, [twice_stored, motion]: [f64; 2]) -> Self {
+    /// energy in the body \[mJ\] and `near` the energy of the position error that is allowed.
+    pub(super) fn new(params: &LinearParams, reference_sq: f64, [twice_stored, near]: [f64; 2]) -> Self {
         Self {
-            near: if params.position_tolerance.is_finite() {
-                params.position_tolerance * params.position_tolerance * motion
-            } else {
-                0.0
-            },
+            near,
             residual_sq: params.tolerance * params.tolerance * reference_sq,
             energy: if params.stress_tolerance.is_finite() {
                 params.stress_tolerance * params.stress_tolerance * twice_stored

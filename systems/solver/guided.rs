@@ -185,7 +185,7 @@ fn iterate(
     precondition: impl FnMut(&[DVec3], &FreeAxes, &mut [DVec3], &mut Vec<f64>) -> f64,
 ) -> Result<CgInfo, CgError> {
     let n = x.len();
-    let scales = [scratch.twice_stored, scratch.motion_scale];
+    let scales = [scratch.twice_stored, scratch.near];
     let SolverScratch { free, residual, direction, product, partials, stops, reference_sq, .. } = scratch;
     [&mut *direction, product].into_iter().for_each(|vector| vector.resize(n, DVec3::ZERO));
     parallel::for_rows(x, |v, x| *x *= DVec3::ONE - free[v]);

@@ -137,7 +137,7 @@ fn solve_body(
     // The position tolerance is ignored in retries: in a short sub-step every motion is small against an edge.
     let uses_position_tolerance = is_linear_step
         && !step.is_retried
-        && params.position_tolerance.is_finite()
+        && step.position_tolerance.is_finite()
         && scratch.guide_constraints.is_empty();
     // The norm that residuals are measured by: the largest right-hand side of the step. Newton's iterations, further solves of the energy
     // guard and fallbacks use their own.
@@ -145,6 +145,11 @@ fn solve_body(
         scratch.reference_sq = 0.0;
     }
     scratch.motion_scale = if uses_position_tolerance { motion_by_an_edge(&operator, scratch) } else { 0.0 };
+    scratch.near = if uses_position_tolerance {
+        step.position_tolerance * step.position_tolerance * scratch.motion_scale
+    } else {
+        0.0
+    };
     scratch.twice_stored = if is_linear_step { twice_stored(triangles, frames, pre_stretch, scratch) } else { 0.0 };
     let mut rotated = None;
     let mut spare = BendingPasses::default();
@@ -173,6 +178,8 @@ fn solve_body(
         // No answer: a value that is not finite is caught after the step, which is then rolled back.
         Err(_) => result.linear_residual = f64::NAN,
     }
+    // Solves of other systems in this scratch ask for their residual alone.
+    scratch.near = 0.0;
     if step.newton_iterations == 1 {
         let used = rotated.as_ref().map_or(operator, |frames| Operator { frames, tangent: result.tangent, ..operator });
         reactions::of_linear_step(&used, forces, increment, step, (holds, reactions, grips));

@@ -55,7 +55,7 @@ use Phase::{AtLeastOnce, Check, CheckCallers, Group, Run, When, While, With};
 /// the displacement reached, on the torn mesh.
 pub const PHASES: &[Phase] = &[AtLeastOnce(Loop {
     needed: Stage::Unfinished,
-    most: |step| step.resumes,
+    most: |step| step.max_tear_passes,
     context: |step, round| StepContext { is_resumed: round > 0, ..*step },
     phases: &[
         When(|step| step.is_resumed, &[Run(Stage::Resume)]),
@@ -105,9 +105,9 @@ const LINEAR: &[Phase] = &[
     Run(Stage::Solve),
     While(Loop {
         needed: Stage::Uncorrected,
-        most: |step| step.corrections,
+        most: |step| step.newton_corrections,
         context: |step, round| StepContext {
-            corrections: step.corrections - 1 - round,
+            newton_corrections: step.newton_corrections - 1 - round,
             is_correction: true,
             tangent: Tangent::Projected,
             linear: LinearParams { tolerance: step.linear.tolerance.min(FURTHER), ..step.linear },

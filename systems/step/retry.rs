@@ -20,7 +20,7 @@ const SHORTER: f64 = 8.0;
 /// Maximum number of times that it shrinks: to 3 µs of 100 ms.
 const MOST_SHORTENINGS: u32 = 5;
 
-/// One dynamic step of all bodies. One that it leaves in no sound state is retried by itself, [in halves](Settings::halvings), and the
+/// One dynamic step of all bodies. One that it leaves in no sound state is retried by itself, [in halves](crate::settings::Advanced::max_step_halvings), and the
 /// others keep the step that they have taken. Returns the time \[ms\] that the farthest body has done; one that
 /// failed midway stays where its last good part ended.
 pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, running: &mut Running) -> f64 {
@@ -49,7 +49,7 @@ pub fn advance(world: &mut World, settings: &Settings, time: f64, dt: f64, runni
             step_limited.iter().find(|(held, _)| *held == body).map(|(_, fallback_shortenings)| *fallback_shortenings);
         let gone = match before {
             Some(fallback_shortenings) => retried.at_its_end(time, dt, fallback_shortenings),
-            None => retried.in_halves(time, dt, settings.halvings),
+            None => retried.in_halves(time, dt, settings.advanced.max_step_halvings),
         };
         most = gone.max(most);
         if let Ok(ledger) = world.query_one_mut::<&mut GuardLedger>(body) {
@@ -119,7 +119,7 @@ impl Retried<'_, '_> {
     fn part(&mut self, time: f64, dt: f64, halvings: u32) -> f64 {
         let step = StepContext { is_retried: true, ..self.context(time, dt) };
         self.tries += 1;
-        self.is_fallback |= self.tries > TRIES * (self.settings.halvings + 1);
+        self.is_fallback |= self.tries > TRIES * (self.settings.advanced.max_step_halvings + 1);
         let step = if self.is_fallback { step.fallback() } else { step };
         let mut failed = self.running.list();
         self.running.step(self.world, &step, PHASES, &mut failed);

@@ -113,7 +113,7 @@ impl Square {
 
 /// One advance, from its event.
 #[derive(Clone, Copy, Debug)]
-pub struct Advanced {
+pub struct Advance {
     /// Displacement of each grip at that time \[mm\].
     pub u: f64,
     pub from: DVec2,
@@ -175,9 +175,9 @@ impl Run {
         self.simulation.world().get::<&Topology>(self.body).unwrap().components().0
     }
 
-    pub fn advances(&self) -> Vec<Advanced> {
+    pub fn advances(&self) -> Vec<Advance> {
         let advance = |e: &Event| match e.kind {
-            EventKind::Advanced { from, to, direction, margin, is_ambiguous, .. } => Some(Advanced {
+            EventKind::Advanced { from, to, direction, margin, is_ambiguous, .. } => Some(Advance {
                 u: e.time * GRIP_SPEED,
                 from: from.truncate(),
                 to: to.truncate(),

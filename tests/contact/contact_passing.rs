@@ -6,7 +6,7 @@ use rhexis::components::{Contact, Curve, Hold, Material, Obstacle, Path, PreStre
 use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::settings::Settings;
+use rhexis::settings::{Advanced, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Triangles, Vertices};
 use std::f64::consts::PI;
@@ -128,7 +128,8 @@ fn a_drum_never_comes_through_a_thin_obstacle_over_which_it_is_drawn() {
 
 #[test]
 fn steps_of_several_solves_never_come_through_either() {
-    let settings = Settings { newton_iterations: 4, ..Settings::default() };
+    let settings =
+        Settings { advanced: Advanced { newton_iterations: 4, ..Advanced::default() }, ..Settings::default() };
     for is_obstacle_moved in [true, false] {
         nothing_passes(&settings, 1000, &MOTIONS[1..], is_obstacle_moved);
     }

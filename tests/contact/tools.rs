@@ -9,7 +9,7 @@ use rhexis::event::EventKind;
 use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Settings};
+use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::{Grasp, Simulation, ToolError};
 use rhexis::storage::{Attached, Topology, Triangles, Vertices, validate};
 
@@ -96,8 +96,9 @@ fn every_stiffness_is_stable_and_leads_to_the_constraint() {
         simulation.forceps(forceps).unwrap().force
     };
     // Halves are the same for every stiffness; where further solves end differs by what the jaws store.
-    let loose = Settings { corrections: 0, ..Settings::default() };
-    let tight = Settings { linear: LinearParams::by_residual(1e-12, 20_000), ..loose };
+    let loose = Settings { advanced: Advanced { newton_corrections: 0, ..Advanced::default() }, ..Settings::default() };
+    let tight =
+        Settings { advanced: Advanced { linear: LinearParams::by_residual(1e-12, 20_000), ..loose.advanced }, ..loose };
     let exact = run(None, tight);
     assert!(exact.length() > 0.1);
     let mut last = f64::INFINITY;

@@ -7,7 +7,7 @@ use rhexis::generate;
 use rhexis::math::{StiffeningFibres, Sym2};
 use rhexis::membrane::Membrane;
 use rhexis::replay::Recording;
-use rhexis::settings::Settings;
+use rhexis::settings::{Advanced, Settings};
 use rhexis::simulation::{Parameter, Simulation, SimulationError};
 use rhexis::snapshot::Snapshot;
 use rhexis::storage::{Attached, TipRow, Tips, Triangles, Vertices};
@@ -247,7 +247,12 @@ fn state(s: &mut Simulation, body: hecs::Entity, d: &mut Dice) {
 }
 
 fn good() -> (Simulation, [hecs::Entity; 4]) {
-    let mut s = Simulation::new(Settings { threads: 1, halvings: 2, ..Settings::default() }).unwrap();
+    let mut s = Simulation::new(Settings {
+        threads: 1,
+        advanced: Advanced { max_step_halvings: 2, ..Advanced::default() },
+        ..Settings::default()
+    })
+    .unwrap();
     let sheet = Membrane::new("sheet", generate::grid(4.0, 3.0, 4, 3).unwrap(), Material::allard_2009());
     let members = Attached::new(sheet.select(|p| p.x == 0.0).into_iter().map(|row| (row, DVec3::X)));
     let hold = Hold { name: "left".into(), members, axes: [true; 3], curve: Curve::ramp(10.0, 0.1).unwrap() };

@@ -2,7 +2,7 @@
 
 use crate::common::Square;
 use rhexis::components::{ExternalStiffness, Forces, Frames, SolverScratch};
-use rhexis::settings::{Preconditioner, Settings};
+use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::systems::bending::{BendingPasses, DihedralAngles};
 use rhexis::systems::fracture::{TearScratch, TipMemory};
 
@@ -19,7 +19,11 @@ macro_rules! forget {
 fn a_tear_goes_on_to_the_same_bits_without_what_is_derived() {
     let solvers = [Preconditioner::Auto, Preconditioner::BlockJacobi];
     for preconditioner in solvers {
-        let settings = Settings { preconditioner, threads: 1, ..Settings::default() };
+        let settings = Settings {
+            threads: 1,
+            advanced: Advanced { preconditioner, ..Advanced::default() },
+            ..Settings::default()
+        };
         let hash = |forgets: bool| {
             let mut run = Square::new([20, 16], 60.0).spawn(settings);
             run.stretch_to(0.8);

@@ -9,7 +9,7 @@ use rhexis::event::EventKind;
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::report::Report;
-use rhexis::settings::{LinearParams, Settings};
+use rhexis::settings::{Accuracy, Advanced, Settings};
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::Attached;
 
@@ -44,11 +44,10 @@ fn work(reports: &[Report]) -> u32 {
 
 #[test]
 fn positions_decide_when_a_solve_is_near_enough() {
-    let near = Settings { budget: None, ..Settings::game() };
-    let tolerance = near.linear.position_tolerance;
-    let alone = |linear: LinearParams| Settings { linear, ..near };
+    let near = Settings { budget: None, ..Settings::new(Accuracy::Game) };
+    let tolerance = near.position_tolerance;
     let (mut early, body) = sheet(near, true);
-    let (mut late, other) = sheet(alone(LinearParams { position_tolerance: f64::INFINITY, ..near.linear }), true);
+    let (mut late, other) = sheet(Settings { position_tolerance: f64::INFINITY, ..near }, true);
     let [reports, exact] = [&mut early, &mut late].map(|simulation| steps(simulation, 60));
     for report in &reports {
         let [of_body] = &report.bodies[..] else { panic!("one body") };
@@ -68,7 +67,7 @@ fn positions_decide_when_a_solve_is_near_enough() {
 
 #[test]
 fn what_moves_by_less_than_the_tolerance_moves_all_the_same() {
-    let (mut simulation, body) = sheet(Settings::game(), false);
+    let (mut simulation, body) = sheet(Settings::new(Accuracy::Game), false);
     let height = |simulation: &mut Simulation| {
         let positions = simulation.view(body).unwrap().positions.to_vec();
         positions.iter().map(|x| x.z).sum::<f64>() / positions.len() as f64
@@ -87,7 +86,7 @@ fn what_moves_by_less_than_the_tolerance_moves_all_the_same() {
 #[test]
 fn a_budget_bounds_the_work_and_keeps_the_bits() {
     const BUDGET: u32 = 30;
-    let bounded = |threads| Settings { budget: Some(BUDGET), threads, ..Settings::game() };
+    let bounded = |threads| Settings { budget: Some(BUDGET), threads, ..Settings::new(Accuracy::Game) };
     let runs = [1, 2, 4].map(|threads| {
         let (mut simulation, _) = sheet(bounded(threads), true);
         let reports = steps(&mut simulation, 60);
@@ -133,7 +132,15 @@ fn no_step_under_a_rough_hand_goes_above_its_budget() {
     let mut sums = [0; 4];
     for (corrections, halvings) in [(0, 1), (0, 4), (10, 4)] {
         for budget in [50, 80, 150, 400] {
-            let settings = Settings { budget: Some(budget), corrections, halvings, ..Settings::game() };
+            let settings = Settings {
+                budget: Some(budget),
+                advanced: Advanced {
+                    newton_corrections: corrections,
+                    max_step_halvings: halvings,
+                    ..Settings::new(Accuracy::Game).advanced
+                },
+                ..Settings::new(Accuracy::Game)
+            };
             let (most, counts) = most_work(settings);
             println!("{corrections} corrections, {halvings} halvings, a budget of {budget}: {most}, {counts:?}");
             assert!(most <= budget, "{most} of {budget} with {corrections} corrections, {halvings} halvings");
@@ -206,10 +213,10 @@ fn refinement_that_a_budget_does_not_cover_goes_on_in_the_next_steps() {
 
 #[test]
 fn presets_have_names_and_are_valid() {
-    for (name, preset) in Settings::presets() {
-        assert!(Simulation::new(preset).is_ok(), "{name}");
+    for accuracy in Accuracy::ALL {
+        assert!(Simulation::new(Settings::new(accuracy)).is_ok(), "{accuracy:?}");
+        assert_eq!(Accuracy::named(accuracy.name()), Some(accuracy));
     }
-    assert_eq!(Settings::presets().map(|(name, _)| name), ["haptic", "game", "accurate", "static"]);
-    let wrong = LinearParams { position_tolerance: f64::NAN, ..LinearParams::default() };
-    assert!(Simulation::new(Settings { linear: wrong, ..Settings::default() }).is_err());
+    assert_eq!(Accuracy::ALL.map(Accuracy::name), ["fast", "haptic", "game", "accurate", "static"]);
+    assert!(Simulation::new(Settings { position_tolerance: f64::NAN, ..Settings::default() }).is_err());
 }

@@ -7,7 +7,7 @@ use rhexis::components::{
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, OutOfRange, Settings};
+use rhexis::settings::{Advanced, LinearParams, OutOfRange, Settings};
 use rhexis::simulation::{CutError, MotionError, Simulation, SimulationError};
 use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};
 
@@ -87,12 +87,15 @@ fn settings_out_of_range_leave_a_finite_state() {
     for value in HOSTILE {
         for iterations in [0, 1, 7] {
             let settings = Settings {
-                linear: LinearParams::by_residual(value, iterations),
-                newton_iterations: iterations,
-                newton_tolerance: value,
-                static_iterations: iterations,
-                halvings: 1,
                 threads: 1,
+                advanced: Advanced {
+                    linear: LinearParams::by_residual(value, iterations),
+                    newton_iterations: iterations,
+                    newton_tolerance: value,
+                    static_iterations: iterations,
+                    max_step_halvings: 1,
+                    ..Advanced::default()
+                },
                 ..Settings::default()
             };
             let Ok(mut simulation) = Simulation::new(settings) else {
@@ -110,7 +113,11 @@ fn settings_out_of_range_leave_a_finite_state() {
 #[test]
 fn a_coarse_linear_solve_goes_with_newton_iterations() {
     let linear = LinearParams::by_residual(1e-2, 2000);
-    let settings = Settings { linear, newton_iterations: 5, threads: 1, ..Settings::default() };
+    let settings = Settings {
+        threads: 1,
+        advanced: Advanced { linear, newton_iterations: 5, ..Advanced::default() },
+        ..Settings::default()
+    };
     let mut simulation = Simulation::new(settings).unwrap();
     simulation.spawn(sheet()).unwrap();
     assert!(!simulation.step(10.0).unwrap().has_failed);

@@ -8,7 +8,7 @@ use rhexis::event::EventKind;
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::report::Fault;
-use rhexis::settings::{Integrator, Settings};
+use rhexis::settings::{Advanced, Integrator, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::Vertices;
 
@@ -53,21 +53,21 @@ fn torn(settings: Settings, steps: usize, mut other: impl FnMut(&mut Simulation)
 
 #[test]
 fn a_body_that_is_retried_leaves_the_bits_of_another_alone() {
-    let newton = Settings { newton_iterations: 2, ..Settings::default() };
+    let newton = Settings { advanced: Advanced { newton_iterations: 2, ..Advanced::default() }, ..Settings::default() };
     for settings in [Settings::default(), Settings { threads: 1, ..newton }] {
         let (alone, none) = torn(settings, 25, |_| None);
         let (beside, retried) = torn(settings, 25, |simulation| Some(spiked(simulation)));
         assert!(alone == beside, "{settings:?}");
         assert_eq!(none, 0);
         // Newton's iterations are not judged by energy.
-        assert!(retried > 0 || settings.newton_iterations > 1);
+        assert!(retried > 0 || settings.advanced.newton_iterations > 1);
     }
 }
 
 #[test]
 fn a_body_that_cannot_go_on_stays_and_the_others_do() {
     for integrator in [Integrator::BackwardEuler, Integrator::TrBdf2] {
-        let settings = Settings { integrator, ..Settings::default() };
+        let settings = Settings { advanced: Advanced { integrator, ..Advanced::default() }, ..Settings::default() };
         let (alone, _) = torn(settings, 25, |_| None);
         let mut bad = None;
         let mut absurd = |simulation: &mut Simulation| {

@@ -10,7 +10,7 @@ use rhexis::components::{
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::replay::{Input, Recording, ReplayError};
-use rhexis::settings::{LinearParams, Settings};
+use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::snapshot::Snapshot;
 use rhexis::storage::{Attached, Vertices};
@@ -57,7 +57,8 @@ fn every_call_is_repeated() {
     (0..30).for_each(|_| _ = s.step(10.0));
     s.world_mut().remove_one::<Sleeping>(first).unwrap();
     s.wake(second).unwrap();
-    s.set_settings(Settings { newton_iterations: 3, ..*s.settings() }).unwrap();
+    s.set_settings(Settings { advanced: Advanced { newton_iterations: 3, ..s.settings().advanced }, ..*s.settings() })
+        .unwrap();
     let third = s.spawn(square.membrane()).unwrap();
     (0..10).for_each(|_| _ = s.step(10.0));
     s.despawn(third).unwrap();
@@ -130,7 +131,12 @@ fn solves_that_ran_out_of_time_stop_where_they_stopped() {
         // Times that end some solves early, whatever the machine, and let others end.
         for time in [Duration::ZERO, Duration::from_micros(150), Duration::from_secs(100)] {
             let linear = LinearParams { time: Some(time), tolerance: 1e-7, ..LinearParams::default() };
-            let mut s = Simulation::new(Settings { linear, precision, threads: 1, ..Settings::default() }).unwrap();
+            let mut s = Simulation::new(Settings {
+                threads: 1,
+                advanced: Advanced { linear, precision, ..Advanced::default() },
+                ..Settings::default()
+            })
+            .unwrap();
             s.record();
             Square::new([20, 16], 60.0).spawn_into(&mut s);
             let late = (0..50).filter(|_| s.step(6.0).unwrap().bodies[0].is_late).count();

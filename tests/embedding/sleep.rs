@@ -9,7 +9,7 @@ use rhexis::components::{
 use rhexis::event::{EventKind, WokenBy};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Integrator, Settings};
+use rhexis::settings::{Advanced, Integrator, Settings};
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::{Triangles, Vertices};
 
@@ -241,7 +241,11 @@ fn bodies_that_sleep_and_wake_have_the_same_bits_on_any_number_of_threads() {
 #[test]
 fn contact_leaves_a_body_alone_that_falls_asleep_in_the_first_stage() {
     for (strain, from, rise) in [(1.0, -1.5, 2.0), (1e3, -1.1, 0.5)] {
-        let settings = Settings { threads: 1, integrator: Integrator::TrBdf2, ..Settings::default() };
+        let settings = Settings {
+            threads: 1,
+            advanced: Advanced { integrator: Integrator::TrBdf2, ..Advanced::default() },
+            ..Settings::default()
+        };
         let mut simulation = Simulation::new(settings).unwrap();
         // So large a strain that the push of the ball does not keep the sheet awake.
         let sleeping = Sleeping { strain, steps: 1, ..Sleeping::default() };

@@ -15,7 +15,7 @@ use rhexis::math::{Sym2, elementary};
 use rhexis::membrane::Membrane;
 use rhexis::replay::Recording;
 use rhexis::report::{Outcome, TearCourse};
-use rhexis::settings::{Preconditioner, Settings};
+use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::Attached;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,8 @@ fn data(name: &str) -> PathBuf {
 
 /// A taut capsule on its lens, held at its rim, with a puncture that has left a short flap.
 fn capsule() -> (Simulation, Entity) {
-    let settings = Settings { threads: 1, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::default() };
+    let advanced = Advanced { preconditioner: Preconditioner::IncompleteCholesky, ..Advanced::default() };
+    let settings = Settings { threads: 1, advanced, ..Settings::default() };
     let mut simulation = Simulation::new(settings).unwrap();
     let mesh = generate::cap(CURVATURE, 2.0 * RIM, 500).unwrap();
     let material = Material {

@@ -7,7 +7,7 @@ use hecs::Entity;
 use rhexis::components::{Bending, Curve, Fibres, Gravity, Hold, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Integrator, LinearParams, Settings, Tangent};
+use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Vertices};
 
@@ -27,15 +27,30 @@ fn spawned(settings: Settings, kind: impl Fn(Membrane) -> Membrane) -> (Simulati
 
 /// The default step, solved to this residual.
 fn solved_to(tolerance: f64) -> Settings {
-    Settings { linear: LinearParams::by_residual(tolerance, 2000), ..Settings::default() }
+    Settings {
+        advanced: Advanced { linear: LinearParams::by_residual(tolerance, 2000), ..Advanced::default() },
+        ..Settings::default()
+    }
 }
 
 /// Steps of several iterations or of two stages.
 fn nonlinear() -> [(&'static str, Settings); 4] {
-    let newton = Settings { newton_iterations: 4, tangent: Tangent::Projected, ..Settings::default() };
-    let single = Settings { integrator: Integrator::TrBdf2, ..Settings::default() };
-    let exact = Settings { tangent: Tangent::Exact, newton_iterations: 2, ..single };
-    [("accurate", Settings::accurate()), ("newton", newton), ("one solve per stage", single), ("exact", exact)]
+    let newton = Settings {
+        advanced: Advanced { newton_iterations: 4, tangent: Tangent::Projected, ..Advanced::default() },
+        ..Settings::default()
+    };
+    let single = Settings {
+        advanced: Advanced { integrator: Integrator::TrBdf2, ..Advanced::default() },
+        ..Settings::default()
+    };
+    let exact =
+        Settings { advanced: Advanced { tangent: Tangent::Exact, newton_iterations: 2, ..single.advanced }, ..single };
+    [
+        ("accurate", Settings::new(Accuracy::Accurate)),
+        ("newton", newton),
+        ("one solve per stage", single),
+        ("exact", exact),
+    ]
 }
 
 fn energy(simulation: &mut Simulation, body: Entity) -> f64 {

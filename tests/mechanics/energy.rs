@@ -11,7 +11,7 @@ use rhexis::event::EventKind;
 use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Settings, Tangent};
+use rhexis::settings::{Advanced, LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Triangles, Vertices};
 
@@ -83,13 +83,17 @@ fn simulate(settings: Settings, sheet: Membrane) -> (Simulation, Entity) {
 
 fn schemes() -> [(&'static str, Settings); 5] {
     let exacting = LinearParams::by_residual(1e-13, 20_000);
-    let linear = Settings { linear: exacting, ..Settings::default() };
-    let newton = Settings { newton_iterations: 60, newton_tolerance: 1e-12, ..linear };
+    let linear = Settings { advanced: Advanced { linear: exacting, ..Advanced::default() }, ..Settings::default() };
+    let newton =
+        Settings { advanced: Advanced { newton_iterations: 60, newton_tolerance: 1e-12, ..linear.advanced }, ..linear };
     [
         ("one rotated solve", linear),
-        ("one exact solve", Settings { tangent: Tangent::Exact, ..linear }),
+        ("one exact solve", Settings { advanced: Advanced { tangent: Tangent::Exact, ..linear.advanced }, ..linear }),
         ("converged with the rotated tangent", newton),
-        ("converged with the exact tangent", Settings { tangent: Tangent::Exact, ..newton }),
+        (
+            "converged with the exact tangent",
+            Settings { advanced: Advanced { tangent: Tangent::Exact, ..newton.advanced }, ..newton },
+        ),
         ("the default step", Settings::default()),
     ]
 }

@@ -6,7 +6,7 @@ use hecs::Entity;
 use rhexis::components::{Contact, Curve, Damping, Fibres, Hold, Material, Obstacle, Shape, TearMode, Tearing};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Preconditioner, Settings, Tangent};
+use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, TriangleMesh, Triangles, Vertices, measure};
 
@@ -65,7 +65,10 @@ fn the_smallest_part_of_a_step_counts_what_its_near_triangles_create() {
         for dt in [1.0, 25.0, 100.0] {
             let mesh = generate::grid(4.0, 4.0, 5, 5).unwrap();
             let sheet = Membrane::new("sheet", mesh, stiff_fibres()).fibres(Fibres::at_degrees(30.0)).planar();
-            let (mut simulation, body) = spawn(Settings { halvings: 0, ..Settings::default() }, sheet);
+            let (mut simulation, body) = spawn(
+                Settings { advanced: Advanced { max_step_halvings: 0, ..Advanced::default() }, ..Settings::default() },
+                sheet,
+            );
             crumple(&mut simulation, body, 4.0, seed, true);
             assert_gains_nothing(&mut simulation, body, dt, 12, SLACK);
         }
@@ -80,7 +83,13 @@ fn where_the_exact_tangent_gives_way_the_answer_is_judged_by_the_rotated_one() {
         for (dt, size) in [(0.2, 2.0), (1.0, 4.0), (30.0, 4.0)] {
             let mesh = generate::grid(4.0, 4.0, 5, 5).unwrap();
             let sheet = Membrane::new("sheet", mesh, stiff_fibres()).fibres(Fibres::at_degrees(30.0)).planar();
-            let (mut simulation, body) = spawn(Settings { tangent: Tangent::Exact, ..Settings::default() }, sheet);
+            let (mut simulation, body) = spawn(
+                Settings {
+                    advanced: Advanced { tangent: Tangent::Exact, ..Advanced::default() },
+                    ..Settings::default()
+                },
+                sheet,
+            );
             crumple(&mut simulation, body, size, seed, true);
             assert_gains_nothing(&mut simulation, body, dt, 20, SLACK);
         }
@@ -106,7 +115,10 @@ fn a_patch_counts_the_work_of_what_a_solve_leaves() {
             let sheet = Membrane::new("sheet", mesh, material).fibres(Fibres::at_degrees(30.0));
             let linear = LinearParams { iterations, ..LinearParams::default() };
             let preconditioner = Preconditioner::Multigrid;
-            let settings = Settings { linear, halvings: 0, preconditioner, ..Settings::default() };
+            let settings = Settings {
+                advanced: Advanced { linear, max_step_halvings: 0, preconditioner, ..Advanced::default() },
+                ..Settings::default()
+            };
             let (mut simulation, body) = spawn(settings, sheet);
             crumple(&mut simulation, body, 1.0, seed, false);
             let slack = 0.5 * 16.0 * thickness * (young_fibre + young_transverse) * 1e-4;

@@ -8,7 +8,7 @@ use rhexis::components::{
 };
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Preconditioner, Settings};
+use rhexis::settings::{Accuracy, Advanced, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, TriangleMesh, Vertices};
 
@@ -30,7 +30,12 @@ fn at(x: f64) -> Vec<u32> {
 }
 
 fn simulation(preconditioner: Preconditioner) -> Simulation {
-    Simulation::new(Settings { preconditioner, threads: 1, ..Settings::accurate() }).unwrap()
+    Simulation::new(Settings {
+        threads: 1,
+        advanced: Advanced { preconditioner, ..Settings::new(Accuracy::Accurate).advanced },
+        ..Settings::new(Accuracy::Accurate)
+    })
+    .unwrap()
 }
 
 fn positions(simulation: &Simulation, body: Entity) -> Vec<DVec3> {
@@ -229,7 +234,7 @@ fn a_clamp_keeps_what_is_cut_and_is_saved() {
 /// In equilibrium under a clamp's force, steps of two stages stay there.
 #[test]
 fn a_clamp_in_equilibrium_stays_there_in_accurate_steps() {
-    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::accurate() }).unwrap();
+    let mut simulation = Simulation::new(Settings { threads: 1, ..Settings::new(Accuracy::Accurate) }).unwrap();
     let body = simulation.spawn(clamped(DVec3::new(0.05, 0.0, 0.0), true)).unwrap();
     simulation.settle(0.0, 1e-11).unwrap();
     let before = positions(&simulation, body);

@@ -7,7 +7,7 @@ use hecs::Entity;
 use rhexis::components::{Curve, Damping, Drag, Fibres, Hold, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Integrator, LinearParams, Settings, Tangent};
+use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Triangles, Vertices};
 
@@ -65,7 +65,7 @@ fn resting() -> [Membrane; 3] {
 
 #[test]
 fn a_free_sheet_at_rest_stays_at_rest() {
-    for settings in [Settings::default(), Settings::accurate()] {
+    for settings in [Settings::default(), Settings::new(Accuracy::Accurate)] {
         for dt in [0.01, 1.0, 100.0] {
             resting().into_iter().for_each(|membrane| assert_rests(settings, membrane, dt, 100));
         }
@@ -104,13 +104,25 @@ const AXES: [DVec3; 3] = [DVec3::X, DVec3::Z, DVec3::new(0.6, 0.0, 0.8)];
 
 fn tight(settings: Settings) -> Settings {
     let linear = LinearParams::by_residual(1e-12, 20_000);
-    Settings { linear, tangent: Tangent::Projected, newton_iterations: 30, newton_tolerance: 1e-11, ..settings }
+    Settings {
+        advanced: Advanced {
+            linear,
+            tangent: Tangent::Projected,
+            newton_iterations: 30,
+            newton_tolerance: 1e-11,
+            ..settings.advanced
+        },
+        ..settings
+    }
 }
 
 #[test]
 fn the_default_step_keeps_the_spin_in_the_plane_and_gains_none_out_of_it() {
     // In the plane the tangent exerts no torque: only what a linear solve leaves of its residual is lost, 1e-10 a step.
-    let settings = Settings { linear: LinearParams::by_residual(1e-10, 20_000), ..Settings::default() };
+    let settings = Settings {
+        advanced: Advanced { linear: LinearParams::by_residual(1e-10, 20_000), ..Advanced::default() },
+        ..Settings::default()
+    };
     for angle in [0.001, 0.01, 0.1] {
         let kept = kept(settings, DVec3::Z, angle, 300);
         assert!((kept - 1.0).abs() < 1e-7, "{angle} rad: {kept}");
@@ -136,13 +148,16 @@ fn a_converged_step_of_backward_euler_loses_the_square_of_its_angle() {
 
 #[test]
 fn tr_bdf2_keeps_the_spin_to_the_fourth_order_of_its_angle() {
-    let tr_bdf2 = Settings { integrator: Integrator::TrBdf2, ..Settings::default() };
+    let tr_bdf2 = Settings {
+        advanced: Advanced { integrator: Integrator::TrBdf2, ..Advanced::default() },
+        ..Settings::default()
+    };
     for axis in AXES {
         // At first, while the centrifugal tension builds up, 0.2 of the square; from then on 0.02 of the fourth power a step.
         let lost = 1.0 - kept(tight(tr_bdf2), axis, 0.01, 200);
         assert!(lost.abs() < 3e-5, "{axis}: {lost:e}");
         // Two iterations leave something of their own.
-        let accurate = 1.0 - kept(Settings::accurate(), axis, 0.01, 200);
+        let accurate = 1.0 - kept(Settings::new(Accuracy::Accurate), axis, 0.01, 200);
         assert!(accurate.abs() < 1e-3, "{axis}, accurate: {accurate:e}");
     }
 }
@@ -151,7 +166,7 @@ fn tr_bdf2_keeps_the_spin_to_the_fourth_order_of_its_angle() {
 
 #[test]
 fn noise_on_a_taut_sheet_decays_at_any_time_step() {
-    for settings in [Settings::default(), Settings::accurate()] {
+    for settings in [Settings::default(), Settings::new(Accuracy::Accurate)] {
         for dt in [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0] {
             let membrane = sheet(8);
             let ends = membrane.select(|p| p.x == 0.0 || p.x == SIDE).into_iter();

@@ -7,7 +7,7 @@ use hecs::Entity;
 use rhexis::components::{Curve, Damping, EnergyAudit, Fibres, Gravity, Hold, Jaws, Material, Pose};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::Settings;
+use rhexis::settings::{Advanced, Settings};
 use rhexis::simulation::{Grasp, Simulation};
 use rhexis::storage::{Attached, Vertices};
 
@@ -32,7 +32,11 @@ fn two_sheets(settings: Settings) -> (Simulation, [Entity; 2]) {
 }
 
 fn single(corrections: u32) -> Settings {
-    Settings { threads: 1, corrections, ..Settings::default() }
+    Settings {
+        threads: 1,
+        advanced: Advanced { newton_corrections: corrections, ..Advanced::default() },
+        ..Settings::default()
+    }
 }
 
 /// Attempts undone and solved further in 20 steps.

@@ -5,7 +5,7 @@ use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Hold, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Precision, Settings};
+use rhexis::settings::{Advanced, LinearParams, Precision, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Vertices};
 
@@ -32,7 +32,11 @@ fn positions(simulation: &Simulation, body: Entity) -> Vec<DVec3> {
 fn a_stiffness_beyond_single_precision_is_solved_in_double() {
     let linear = LinearParams::by_residual(1e-8, 2000);
     let [mixed, double] = [Precision::Mixed, Precision::Double].map(|precision| {
-        let settings = Settings { linear, precision, threads: 1, ..Settings::default() };
+        let settings = Settings {
+            threads: 1,
+            advanced: Advanced { linear, precision, ..Advanced::default() },
+            ..Settings::default()
+        };
         // 1e42 N/mm: the largest single precision number is 3e38.
         let (mut simulation, body) = strip(Material::isotropic(1e43, 0.3, 0.1), settings, 0.1);
         for _ in 0..3 {
@@ -59,7 +63,11 @@ fn what_iterations_do_not_solve_takes_a_factor() {
         density: 1e-3,
     };
     let linear = LinearParams::by_residual(1e-6, 2000);
-    let (mut simulation, body) = strip(material, Settings { linear, threads: 1, ..Settings::default() }, 0.3);
+    let (mut simulation, body) = strip(
+        material,
+        Settings { threads: 1, advanced: Advanced { linear, ..Advanced::default() }, ..Settings::default() },
+        0.3,
+    );
     for _ in 0..4 {
         simulation.step(100.0).unwrap();
         let own = &simulation.report().bodies[0];

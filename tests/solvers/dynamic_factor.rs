@@ -6,7 +6,7 @@ use glam::DVec3;
 use rhexis::components::{Fibres, Material, Tearing};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Preconditioner, Settings};
+use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::Vertices;
 
@@ -15,7 +15,7 @@ const WARM: usize = 24;
 
 fn settings(preconditioner: Preconditioner, threads: usize) -> Settings {
     let linear = LinearParams { tolerance: 1e-9, ..LinearParams::default() };
-    Settings { preconditioner, linear, threads, ..Settings::default() }
+    Settings { threads, advanced: Advanced { preconditioner, linear, ..Advanced::default() }, ..Settings::default() }
 }
 
 /// Steps the square and returns the iterations of every step.
@@ -99,7 +99,11 @@ fn a_body_that_turns_keeps_its_factor() {
 #[test]
 fn a_factor_made_on_the_spot_goes_as_far_as_the_stress_asks() {
     let linear = LinearParams { tolerance: 1.0, stress_tolerance: 1e-8, ..LinearParams::default() };
-    let settings = Settings { preconditioner: Preconditioner::Cholesky, linear, threads: 1, ..Settings::default() };
+    let settings = Settings {
+        threads: 1,
+        advanced: Advanced { preconditioner: Preconditioner::Cholesky, linear, ..Advanced::default() },
+        ..Settings::default()
+    };
     let mut run = Square::new([30, 26], 60.0).spawn(settings);
     run.stretch_to(0.8);
     for step in 0..200 {

@@ -6,7 +6,7 @@ use hecs::Entity;
 use rhexis::components::{Curve, Hold, Material, Pressure};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Preconditioner, Settings};
+use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, TriangleMesh, Vertices};
 use rhexis::systems::solver::{edge_loads, load_block, load_product};
@@ -125,7 +125,8 @@ fn ball(preconditioner: Preconditioner) -> (Simulation, Entity) {
         ball = ball.hold(Hold { name: name.into(), members, axes, curve: Curve::constant(0.0) });
     }
     let pressure = Pressure { curve: Curve::new(vec![(0.0, 0.0), (10.0, 0.01)]).unwrap() };
-    let settings = Settings { preconditioner, threads: 1, ..Settings::default() };
+    let settings =
+        Settings { threads: 1, advanced: Advanced { preconditioner, ..Advanced::default() }, ..Settings::default() };
     let mut simulation = Simulation::new(settings).unwrap();
     let body = simulation.spawn(ball.with(pressure)).unwrap();
     (simulation, body)

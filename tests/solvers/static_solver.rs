@@ -6,12 +6,12 @@ use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Hold, Material, Pressure};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Preconditioner, Settings};
+use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Vertices};
 
 fn with(preconditioner: Preconditioner) -> Settings {
-    Settings { preconditioner, threads: 1, ..Settings::default() }
+    Settings { threads: 1, advanced: Advanced { preconditioner, ..Advanced::default() }, ..Settings::default() }
 }
 
 fn positions(simulation: &Simulation, body: Entity) -> Vec<DVec3> {
@@ -92,7 +92,11 @@ fn a_cap_under_pressure_comes_to_the_same_rest() {
         let cap = Membrane::new("cap", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(30.0));
         let hold = held(&cap, "rim", |p| p.truncate().length() > rim - 1e-9, DVec3::ZERO);
         let cap = cap.hold(hold).with(Pressure { curve: Curve::ramp(1.0, 2e-4).unwrap() });
-        let mut simulation = Simulation::new(Settings { static_iterations: 400, ..settings }).unwrap();
+        let mut simulation = Simulation::new(Settings {
+            advanced: Advanced { static_iterations: 400, ..settings.advanced },
+            ..settings
+        })
+        .unwrap();
         let body = simulation.spawn(cap).unwrap();
         simulation.settle(1.0, 1e-9).unwrap();
         (simulation, body)
@@ -142,7 +146,8 @@ fn a_body_that_is_held_everywhere_moves_as_it_is_told() {
 fn dynamic_steps_may_use_a_factor_too() {
     let (off, iterations) = compare(|settings| {
         let linear = LinearParams::by_residual(1e-10, 5000);
-        let (mut simulation, body) = taut(Settings { linear, ..settings }, true);
+        let (mut simulation, body) =
+            taut(Settings { advanced: Advanced { linear, ..settings.advanced }, ..settings }, true);
         for _ in 0..10 {
             simulation.step(0.1).unwrap();
         }

@@ -262,7 +262,8 @@ fn resumes_beyond_those_needed_change_nothing() {
     // Three edges per step.
     square.tearing.max_tear_speed = 0.5;
     let run = |resumes: u32| {
-        let mut run = spawn(&square, square.membrane(), Settings { resumes, ..Settings::default() }, 1.1);
+        let mut run =
+            spawn(&square, square.membrane(), Settings { max_tear_passes: resumes, ..Settings::default() }, 1.1);
         let mut was_cut_short = false;
         for _ in 0..3 {
             run.step();

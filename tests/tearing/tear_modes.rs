@@ -1,12 +1,12 @@
 //! What steers a tear: the last direction and its cone, the mode, symmetry; where a tear starts by itself.
 
-use crate::common::{self, Advanced, Run, SIDE, Square, off_line};
+use crate::common::{self, Advance, Run, SIDE, Square, off_line};
 use glam::{DVec2, DVec3};
 use rhexis::components::{Curve, Hold, Material, TearLog, TearMode, Tearing};
 use rhexis::event::{Event, EventKind};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Settings};
+use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::Attached;
 
@@ -14,7 +14,10 @@ const TIP: DVec2 = DVec2::new(15.0, 27.0);
 
 /// Linear solves to roundings: the default of 1e-4 lets mirror images drift apart by 1e-7 mm.
 fn exact() -> Settings {
-    Settings { linear: LinearParams::by_residual(1e-12, 10_000), ..Settings::default() }
+    Settings {
+        advanced: Advanced { linear: LinearParams::by_residual(1e-12, 10_000), ..Advanced::default() },
+        ..Settings::default()
+    }
 }
 
 fn degrees(a: DVec2, b: DVec2) -> f64 {
@@ -23,7 +26,7 @@ fn degrees(a: DVec2, b: DVec2) -> f64 {
 
 /// The first `count` advances of a square with fibres at `fibre`, cone θ_P \[°\] and a notch that comes from 3 mm above and
 /// `aside` \[mm\], after a static stretch to `start` \[mm\]. Every advance must lie in its cone.
-fn steered(count: usize, fibre: f64, cone: f64, aside: f64, start: f64) -> Vec<Advanced> {
+fn steered(count: usize, fibre: f64, cone: f64, aside: f64, start: f64) -> Vec<Advance> {
     // M(40,40) has edges along all three notches.
     let mut square = Square::new([40, 40], fibre);
     square.tearing.cone = cone.to_radians();
@@ -49,7 +52,7 @@ fn steered(count: usize, fibre: f64, cone: f64, aside: f64, start: f64) -> Vec<A
 }
 
 /// Angles between the advances and the fibre at 45°, down to the left \[°\].
-fn off_fibre(advances: &[Advanced]) -> Vec<f64> {
+fn off_fibre(advances: &[Advance]) -> Vec<f64> {
     advances.iter().map(|a| degrees(a.direction, -DVec2::ONE)).collect()
 }
 

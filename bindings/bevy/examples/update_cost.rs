@@ -5,7 +5,7 @@ use bevy::asset::AssetPlugin;
 use bevy::mesh::MeshPlugin;
 use bevy::prelude::*;
 use bevy::time::{TimePlugin, TimeUpdateStrategy};
-use bevy_rhexis::rhexis::prelude::{DVec3, Material, Membrane, Settings, Tearing, generate};
+use bevy_rhexis::rhexis::prelude::{Accuracy, DVec3, Material, Membrane, Settings, Tearing, generate};
 use bevy_rhexis::{MeshUpdates, RhexisPlugin, RhexisSystems, RhexisWorld, Tissue, TissueBody};
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for has_normals in [true, false] {
         let mut app = App::new();
         app.add_plugins((TaskPoolPlugin::default(), TimePlugin, TransformPlugin, AssetPlugin::default(), MeshPlugin));
-        app.add_plugins(RhexisPlugin { settings: Settings::game(), dt: 10.0, is_interpolated: false, ..default() });
+        app.add_plugins(RhexisPlugin {
+            settings: Settings::new(Accuracy::Game),
+            dt: 10.0,
+            is_interpolated: false,
+            ..default()
+        });
         app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(10)));
         app.insert_resource(Begin(Instant::now())).init_resource::<Times>();
         app.add_systems(PostUpdate, begin.after(RhexisSystems::Step).before(RhexisSystems::Show));

@@ -8,7 +8,7 @@ use bevy::app::{App, Plugin, PostUpdate};
 use bevy::asset::AssetEventSystems;
 use bevy::ecs::prelude::*;
 use bevy::prelude::{Transform, TransformSystems};
-use rhexis::settings::Settings;
+use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::Simulation;
 
 /// Steps of the plugin in `PostUpdate`, in this order.
@@ -40,7 +40,7 @@ pub struct RhexisPlugin {
 impl Default for RhexisPlugin {
     /// Steps of 5 ms, at most 4 per frame, as precise as a game needs.
     fn default() -> Self {
-        let settings = Settings::game();
+        let settings = Settings::new(Accuracy::Game);
         Self { settings, dt: 5.0, most_steps: 4, space: Transform::IDENTITY, is_interpolated: true }
     }
 }

@@ -157,27 +157,27 @@
 /**
  * Preset: the engine's defaults.
  */
-#define RHEXIS_PRESET_DEFAULT 0
+#define RHEXIS_ACCURACY_FAST 0
 
 /**
  * Preset: steps for a hand that feels them.
  */
-#define RHEXIS_PRESET_HAPTIC 1
+#define RHEXIS_ACCURACY_HAPTIC 1
 
 /**
  * Preset: steps that are looked at, with a budget of 80 iterations' work.
  */
-#define RHEXIS_PRESET_GAME 2
+#define RHEXIS_ACCURACY_GAME 2
 
 /**
  * Preset: steps that are right rather than fast.
  */
-#define RHEXIS_PRESET_ACCURATE 3
+#define RHEXIS_ACCURACY_ACCURATE 3
 
 /**
  * Preset: equilibria by `rhexis_settle`.
  */
-#define RHEXIS_PRESET_STATIC 4
+#define RHEXIS_ACCURACY_STATIC 4
 
 /**
  * The answer of a call. On any but `RHEXIS_STATUS_OK` nothing has been written, unless the status says so, and
@@ -789,15 +789,15 @@ typedef struct {
  */
 typedef struct {
     /**
-     * One of `RHEXIS_PRESET_DEFAULT` and the others.
+     * One of `RHEXIS_ACCURACY_FAST` and the others.
      */
-    uint32_t preset;
+    uint32_t accuracy;
     /**
      * Threads of a step; 0 for one per core. Results have the same bits for any number.
      */
     uint32_t threads;
     /**
-     * Iterations that a body may take in one step; 0 for what the preset says.
+     * Iterations that a body may take in one step; 0 for what the accuracy says.
      */
     uint32_t budget;
     /**
@@ -1348,7 +1348,7 @@ RhexisStatus rhexis_set_budget(RhexisWorld world,
                                double milliseconds);
 
 /**
- * Changes settings of the next steps by TOML, such as "resumes = 2"; what it does not name stays. `rhexis_settings_get` shows all.
+ * Changes settings of the next steps by TOML, such as "max_tear_passes = 2"; what it does not name stays. `rhexis_settings_get` shows all.
  */
 RhexisStatus rhexis_settings_set(RhexisWorld world,
                                  const char *toml);

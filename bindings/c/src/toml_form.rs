@@ -27,9 +27,9 @@ mod tests {
         let base = Tearing { radius: 7.0, ..Tearing::default() };
         let changed = patched("Tearing", Some(&base), "strength_across_fibres = 3\nmode = \"Edge\"").unwrap();
         assert_eq!((changed.radius, changed.strength_across_fibres), (7.0, 3.0));
-        let settings = patched("settings", Some(&Settings::default()), "linear.tolerance = 1e-6").unwrap();
-        assert_eq!(settings.linear.tolerance, 1e-6);
-        assert_eq!(settings.linear.iterations, Settings::default().linear.iterations);
+        let settings = patched("settings", Some(&Settings::default()), "advanced.linear.tolerance = 1e-6").unwrap();
+        assert_eq!(settings.advanced.linear.tolerance, 1e-6);
+        assert_eq!(settings.advanced.linear.iterations, Settings::default().advanced.linear.iterations);
     }
 
     #[test]
@@ -45,6 +45,14 @@ mod tests {
         let error = patched::<Gravity>("Gravity", None, "acceleration = 3").unwrap_err();
         assert!(error.message.starts_with("Gravity: invalid type"), "{}", error.message);
         assert!(patched::<Gravity>("Gravity", None, "acceleration = [").is_err());
+    }
+
+    #[test]
+    fn an_old_name_of_a_setting_is_refused_with_its_new_one() {
+        let error = |text| patched("settings", Some(&Settings::default()), text).unwrap_err().message;
+        assert_eq!(error("resumes = 3"), "settings: the key `resumes` is now `max_tear_passes`");
+        assert_eq!(error("halvings = 3"), "settings: the key `halvings` is now `advanced.max_step_halvings`");
+        assert_eq!(error("linear.tolerance = 1"), "settings: the key `linear` is now `advanced.linear`");
     }
 
     #[test]

@@ -121,11 +121,11 @@ impl From<Pose> for RhexisPose {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct RhexisSettings {
-    /// One of `RHEXIS_PRESET_DEFAULT` and the others.
-    pub preset: u32,
+    /// One of `RHEXIS_ACCURACY_FAST` and the others.
+    pub accuracy: u32,
     /// Threads of a step; 0 for one per core. Results have the same bits for any number.
     pub threads: u32,
-    /// Iterations that a body may take in one step; 0 for what the preset says.
+    /// Iterations that a body may take in one step; 0 for what the accuracy says.
     pub budget: u32,
     /// Not 0: only instructions that every processor of the family has.
     pub portable_instructions: u8,

@@ -10,7 +10,7 @@ use hecs::Entity;
 use rhexis::components::Body;
 use rhexis::event::Event;
 use rhexis::report::Report;
-use rhexis::settings::Settings;
+use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::Simulation;
 use rhexis_scene::{Instance, Scene};
 use std::collections::{BTreeMap, VecDeque};
@@ -18,15 +18,15 @@ use std::ffi::CString;
 use std::time::Duration;
 
 /// Preset: the engine's defaults.
-pub const RHEXIS_PRESET_DEFAULT: u32 = 0;
+pub const RHEXIS_ACCURACY_FAST: u32 = 0;
 /// Preset: steps for a hand that feels them.
-pub const RHEXIS_PRESET_HAPTIC: u32 = 1;
+pub const RHEXIS_ACCURACY_HAPTIC: u32 = 1;
 /// Preset: steps that are looked at, with a budget of 80 iterations' work.
-pub const RHEXIS_PRESET_GAME: u32 = 2;
+pub const RHEXIS_ACCURACY_GAME: u32 = 2;
 /// Preset: steps that are right rather than fast.
-pub const RHEXIS_PRESET_ACCURATE: u32 = 3;
+pub const RHEXIS_ACCURACY_ACCURATE: u32 = 3;
 /// Preset: equilibria by `rhexis_settle`.
-pub const RHEXIS_PRESET_STATIC: u32 = 4;
+pub const RHEXIS_ACCURACY_STATIC: u32 = 4;
 
 /// All worlds of the process.
 pub(crate) static WORLDS: Table<World> = Table::new(Kind::World);
@@ -119,14 +119,14 @@ pub(crate) fn summary(report: &Report) -> RhexisReport {
 }
 
 fn settings_of(given: RhexisSettings) -> Answer<Settings> {
-    let mut settings = match given.preset {
-        RHEXIS_PRESET_DEFAULT => Settings::default(),
-        RHEXIS_PRESET_HAPTIC => Settings::haptic(),
-        RHEXIS_PRESET_GAME => Settings::game(),
-        RHEXIS_PRESET_ACCURATE => Settings::accurate(),
-        RHEXIS_PRESET_STATIC => Settings::equilibrium(),
-        other => return Err(Failure::argument(format!("there is no preset {other}: give 0 to 4"))),
-    };
+    let mut settings = Settings::new(match given.accuracy {
+        RHEXIS_ACCURACY_FAST => Accuracy::Fast,
+        RHEXIS_ACCURACY_HAPTIC => Accuracy::Haptic,
+        RHEXIS_ACCURACY_GAME => Accuracy::Game,
+        RHEXIS_ACCURACY_ACCURATE => Accuracy::Accurate,
+        RHEXIS_ACCURACY_STATIC => Accuracy::Static,
+        other => return Err(Failure::argument(format!("there is no accuracy {other}: give 0 to 4"))),
+    });
     settings.threads = given.threads as usize;
     settings.portable_instructions = given.portable_instructions != 0;
     if given.budget != 0 {
@@ -141,7 +141,7 @@ pub extern "C" fn rhexis_settings_init(settings: Out<RhexisSettings>) -> RhexisS
     call(|| {
         settings.check("settings")?;
         settings.write(RhexisSettings {
-            preset: RHEXIS_PRESET_DEFAULT,
+            accuracy: RHEXIS_ACCURACY_FAST,
             threads: 0,
             budget: 0,
             portable_instructions: 0,
@@ -260,13 +260,13 @@ pub extern "C" fn rhexis_set_budget(world: RhexisWorld, iterations: u32, millise
         with(world, |world| {
             let mut settings = *world.simulation().settings();
             settings.budget = (iterations > 0).then_some(iterations);
-            settings.linear.time = (!time.is_zero()).then_some(time);
+            settings.advanced.linear.time = (!time.is_zero()).then_some(time);
             world.simulation().set_settings(settings).map_err(refused)
         })
     })
 }
 
-/// Changes settings of the next steps by TOML, such as "resumes = 2"; what it does not name stays. `rhexis_settings_get` shows all.
+/// Changes settings of the next steps by TOML, such as "max_tear_passes = 2"; what it does not name stays. `rhexis_settings_get` shows all.
 #[unsafe(no_mangle)]
 pub extern "C" fn rhexis_settings_set(world: RhexisWorld, toml: Text) -> RhexisStatus {
     call(|| {

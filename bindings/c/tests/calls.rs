@@ -240,11 +240,14 @@ fn components_and_settings_are_told_and_set_by_text() {
     let answer = rhexis_set(world, body, text(c"Blade"), text(c""));
     refused(answer, RhexisStatus::Scene, "Blade: missing field");
 
-    ok(rhexis_settings_set(world, text(c"resumes = 3\nlinear.tolerance = 1e-5")));
+    ok(rhexis_settings_set(world, text(c"max_tear_passes = 3\nadvanced.linear.tolerance = 1e-5")));
     ok(rhexis_set_budget(world, 40, 0.0));
     ok(rhexis_settings_get(world, buffer(&mut bytes), 4096, out(&mut count)));
     let toml = CStr::from_bytes_with_nul(&bytes[..count]).unwrap().to_str().unwrap();
-    assert!(["resumes = 3\n", "budget = 40\n", "tolerance = 0.00001"].iter().all(|line| toml.contains(line)), "{toml}");
+    assert!(
+        ["max_tear_passes = 3\n", "budget = 40\n", "tolerance = 0.00001"].iter().all(|line| toml.contains(line)),
+        "{toml}"
+    );
     let answer = rhexis_set_budget(world, 40, f64::NAN);
     refused(answer, RhexisStatus::InvalidArgument, "a time of NaN ms");
     ok(rhexis_world_destroy(world));

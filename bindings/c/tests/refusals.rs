@@ -64,7 +64,7 @@ fn bad_arguments_are_refused_and_say_why() {
     refused(rhexis_cut(world, body, Array::NULL, 0, Out::NULL), RhexisStatus::Refused, "");
     refused(rhexis_step(world, f64::NAN, Out::NULL), RhexisStatus::Refused, "NaN");
     refused(rhexis_advance(world, Out::NULL), RhexisStatus::Refused, "not from a scene");
-    refused(rhexis_world_create(input(&blank_settings()), out(&mut { NO_WORLD })), invalid, "no preset 9");
+    refused(rhexis_world_create(input(&blank_settings()), out(&mut { NO_WORLD })), invalid, "no accuracy 9");
     let answer = rhexis_world_from_scene(text(c"[scene]\nnam = 1"), text(c"my.toml"), out(&mut { NO_WORLD }));
     refused(answer, RhexisStatus::Scene, "my.toml:2:1");
     let answer = rhexis_find_body(world, text(c"nobody"), out(&mut { body }));

@@ -400,11 +400,11 @@ namespace Rhexis
     [StructLayout(LayoutKind.Sequential)]
     public struct RhexisSettings
     {
-        /// <summary>One of `RHEXIS_PRESET_DEFAULT` and the others.</summary>
-        public uint preset;
+        /// <summary>One of `RHEXIS_ACCURACY_FAST` and the others.</summary>
+        public uint accuracy;
         /// <summary>Threads of a step; 0 for one per core. Results have the same bits for any number.</summary>
         public uint threads;
-        /// <summary>Iterations that a body may take in one step; 0 for what the preset says.</summary>
+        /// <summary>Iterations that a body may take in one step; 0 for what the accuracy says.</summary>
         public uint budget;
         /// <summary>Not 0: only instructions that every processor of the family has.</summary>
         public byte portable_instructions;
@@ -499,15 +499,15 @@ namespace Rhexis
         /// <summary>Jaws close on the vertices given, and no others.</summary>
         public const uint RHEXIS_GRASP_VERTICES = 3;
         /// <summary>Preset: the engine's defaults.</summary>
-        public const uint RHEXIS_PRESET_DEFAULT = 0;
+        public const uint RHEXIS_ACCURACY_FAST = 0;
         /// <summary>Preset: steps for a hand that feels them.</summary>
-        public const uint RHEXIS_PRESET_HAPTIC = 1;
+        public const uint RHEXIS_ACCURACY_HAPTIC = 1;
         /// <summary>Preset: steps that are looked at, with a budget of 80 iterations' work.</summary>
-        public const uint RHEXIS_PRESET_GAME = 2;
+        public const uint RHEXIS_ACCURACY_GAME = 2;
         /// <summary>Preset: steps that are right rather than fast.</summary>
-        public const uint RHEXIS_PRESET_ACCURATE = 3;
+        public const uint RHEXIS_ACCURACY_ACCURATE = 3;
         /// <summary>Preset: equilibria by `rhexis_settle`.</summary>
-        public const uint RHEXIS_PRESET_STATIC = 4;
+        public const uint RHEXIS_ACCURACY_STATIC = 4;
 
         /// <summary>
         /// Tells whether header and library fit: call it first, as `rhexis_check_abi(RHEXIS_ABI_VERSION, 0)`, or with the feature bits that
@@ -1018,7 +1018,7 @@ namespace Rhexis
         public static extern RhexisStatus rhexis_set_budget(RhexisWorld world, uint iterations, double milliseconds);
 
         /// <summary>
-        /// Changes settings of the next steps by TOML, such as "resumes = 2"; what it does not name stays. `rhexis_settings_get` shows all.
+        /// Changes settings of the next steps by TOML, such as "max_tear_passes = 2"; what it does not name stays. `rhexis_settings_get` shows all.
         /// </summary>
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern RhexisStatus rhexis_settings_set(RhexisWorld world, [MarshalAs(UnmanagedType.LPUTF8Str)] string toml);

@@ -13,7 +13,7 @@ use rhexis::components::Body;
 use rhexis::event::Event;
 use rhexis::hecs;
 use rhexis::report::TearCourse;
-use rhexis::settings::Settings;
+use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::{BodyView, Simulation};
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{Document, Instance};
@@ -237,18 +237,12 @@ impl World {
     }
 }
 
-fn preset(name: &str) -> Answer<Settings> {
-    Ok(match name {
-        "default" => Settings::default(),
-        "haptic" => Settings::haptic(),
-        "game" => Settings::game(),
-        "accurate" => Settings::accurate(),
-        "static" => Settings::equilibrium(),
-        _ => {
-            let message = format!("there is no preset `{name}`: give default, haptic, game, accurate or static");
-            return Err(Failure::input(message));
-        }
-    })
+fn of_accuracy(name: &str) -> Answer<Settings> {
+    let accuracy = Accuracy::named(name).ok_or_else(|| {
+        let names = Accuracy::ALL.map(Accuracy::name).join(", ");
+        Failure::input(format!("there is no accuracy `{name}`: give one of {names}"))
+    })?;
+    Ok(Settings::new(accuracy))
 }
 
 fn of_document(py: Python<'_>, document: Answer<Document>, changes: Option<&Bound<'_, PyDict>>) -> PyResult<World> {
@@ -263,15 +257,15 @@ fn of_document(py: Python<'_>, document: Answer<Document>, changes: Option<&Boun
 #[pymethods]
 impl World {
     #[new]
-    #[pyo3(signature = (preset = "default", *, threads = 0, budget = None, portable_instructions = false, settings = None))]
+    #[pyo3(signature = (accuracy = "fast", *, threads = 0, budget = None, portable_instructions = false, settings = None))]
     fn new(
-        preset: &str,
+        accuracy: &str,
         threads: usize,
         budget: Option<u32>,
         portable_instructions: bool,
         settings: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let base = self::preset(preset)?;
+        let base = of_accuracy(accuracy)?;
         let budget = budget.or(base.budget);
         let base = Settings { threads, portable_instructions, budget, ..base };
         let settings = patched("settings", Some(&base), given("settings", settings, None)?)?;

@@ -135,14 +135,15 @@ def test_material_and_obstacle(world: rhexis.World) -> None:
 
 
 def test_settings_presets_and_budget(world: rhexis.World) -> None:
-    world.set_settings("linear.tolerance = 1e-6", resumes=2)
-    assert world.settings["linear"]["tolerance"] == 1e-6 and world.settings["resumes"] == 2
-    with refused("scene"):
-        world.set_settings(resume=2)
+    world.set_settings("advanced.linear.tolerance = 1e-6", max_tear_passes=2)
+    settings = world.settings
+    assert settings["advanced"]["linear"]["tolerance"] == 1e-6 and settings["max_tear_passes"] == 2
+    with refused("scene", "max_tear_passes"):
+        world.set_settings(resumes=2)
     assert rhexis.World("game").settings["budget"] == 80
     assert rhexis.World("game", budget=7).settings["budget"] == 7
-    with refused("invalid_input", "preset"):
-        rhexis.World("fast")  # type: ignore[arg-type]
+    with refused("invalid_input", "accuracy"):
+        rhexis.World("default")  # type: ignore[arg-type]
     world.spawn(*grid(4), components={"Gravity": "acceleration = [0, 0, -1e-2]"})
     report = world.step(10.0, budget=3)
     assert report.iterations <= 3 and "budget" not in world.settings

@@ -23,7 +23,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
         }
     };
     counted(t.failed, "given up; the last good state stood");
-    counted(t.unsolved, "the linear solve stopped above its tolerance (run.linear_iterations, run.budget)");
+    counted(t.unsolved, "the linear solve stopped above its tolerance (run.advanced.linear_iterations, run.budget)");
     counted(t.unconverged, "Newton's iteration stopped short of its tolerance");
     counted(t.fell_back, "the exact tangent was indefinite and the rotated one took its place");
     counted(t.late, "a linear solve stopped because its time was up: another run may give other figures");
@@ -35,7 +35,7 @@ pub(super) fn caveats(s: &Sources<'_>, bodies: &[BodyFigures]) -> Vec<String> {
     counted(t.vertices_projected, "vertices were put back outside an obstacle, where no solve had left them");
     counted(
         t.cut_short,
-        "a tear could have gone on when the step had used up run.resumes, run.budget or run.static_advances",
+        "a tear could have gone on when the step had used up run.max_tear_passes, run.budget or run.advanced.static_advances",
     );
     counted(t.tear_undecided, "a tear was decided on without a second solve (run.budget)");
     counted(t.refinement_put_off, "refinement was left to the next step (run.budget)");

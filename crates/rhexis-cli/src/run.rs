@@ -18,7 +18,6 @@ use rhexis::components::{Grips, Tearing};
 use rhexis::event::EventKind;
 use rhexis::frame::Frame;
 use rhexis::report::{TearAccount, TearCourse};
-use rhexis::settings::LinearParams;
 use rhexis_scene::schema::Mode;
 use rhexis_scene::{Instance, Scene};
 use std::path::{Path, PathBuf};
@@ -214,12 +213,13 @@ impl Running<'_> {
             self.last = observe(&mut self.instance);
             let settings = self.instance.simulation.settings();
             // A static solve sets its own limit and is judged by its imbalance.
-            let linear = match self.instance.run.mode {
-                Mode::Dynamic => settings.linear,
-                Mode::Static => LinearParams { tolerance: f64::INFINITY, ..settings.linear },
+            let residual = match self.instance.run.mode {
+                Mode::Dynamic => settings.advanced.linear.tolerance,
+                Mode::Static => f64::INFINITY,
             };
+            let tolerances = [residual, settings.position_tolerance];
             let report = self.instance.simulation.report();
-            self.tally.add(report, &self.last, &linear);
+            self.tally.add(report, &self.last, tolerances);
             self.timings.add(report);
             self.failures = if report.has_failed { self.failures + 1 } else { 0 };
             let advanced_before = self.tally.events.advanced;

@@ -5,7 +5,6 @@ use super::series::Observation;
 use glam::DVec3;
 use rhexis::event::{Course, EventKind, Verdict};
 use rhexis::report::{BodyReport, Report};
-use rhexis::settings::LinearParams;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -126,8 +125,8 @@ struct GripTally {
 }
 
 impl Tally {
-    /// Adds a step.
-    pub(crate) fn add(&mut self, report: &Report, o: &Observation, linear: &LinearParams) {
+    /// Adds a step whose solves may stop at a relative residual and at a position error.
+    pub(crate) fn add(&mut self, report: &Report, o: &Observation, [residual, position_error]: [f64; 2]) {
         self.steps += 1;
         self.iterations += u64::from(o.iterations);
         self.most_iterations = self.most_iterations.max(o.iterations);
@@ -136,10 +135,8 @@ impl Tally {
         // The solver tests the residual it updates, which rounding parts from the one it reports.
         // A step of several Newton iterations chooses the tolerance of each and is judged by its convergence.
         let is_one_solve = report.bodies.iter().all(|body| body.newton_iterations <= 1);
-        let is_placed = |body: &BodyReport| {
-            linear.position_tolerance.is_finite() && body.position_error <= linear.position_tolerance
-        };
-        let is_open = o.residual > 1.01 * linear.tolerance && !report.bodies.iter().all(is_placed);
+        let is_placed = |body: &BodyReport| position_error.is_finite() && body.position_error <= position_error;
+        let is_open = o.residual > 1.01 * residual && !report.bodies.iter().all(is_placed);
         self.unsolved.note(is_one_solve && is_open, o.step);
         self.unconverged.note(report.bodies.iter().any(|body| !body.is_converged), o.step);
         self.fell_back.note(report.bodies.iter().any(|body| body.fell_back), o.step);

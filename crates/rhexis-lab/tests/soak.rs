@@ -15,7 +15,7 @@ fn rounds_leave_nothing_behind() {
         "bodies.0.mesh.cap.triangles=1500",
         "bodies.0.refinement.budget=1.2",
         "bodies.0.refinement.edge=0.15",
-        "run.preconditioner=incomplete_cholesky",
+        "run.advanced.preconditioner=incomplete_cholesky",
     ];
     let mut soak = Soak::new(&sets.map(str::to_owned), 1).unwrap();
     (0..24).for_each(|_| soak.round().unwrap());

@@ -6,7 +6,7 @@
 use super::error::{Fault, SceneError, Span, explain, position};
 use super::files::Files;
 use super::schema::SceneFile;
-use super::{Scene, catalog, mesh_file, size};
+use super::{Scene, catalog, mesh_file, renamed, size};
 use rhexis::internal::source;
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -25,7 +25,7 @@ const LARGEST: f64 = 1e150;
 const MOST_BYTES: u64 = 16 << 20;
 
 /// Where `inf` means that the limit is not asked for.
-const MAY_BE_INFINITE: [&str; 2] = ["run.stress_tolerance", "run.position_tolerance"];
+const MAY_BE_INFINITE: [&str; 2] = ["run.advanced.stress_tolerance", "run.position_tolerance"];
 
 /// The text of a scene before it is understood.
 #[derive(Clone, Debug)]
@@ -145,7 +145,7 @@ impl Document {
     ///
     /// # Errors
     /// Where it is not TOML, does not follow the schema, or holds a number that is not finite or above 10¹⁵⁰; `inf` is allowed for
-    /// `run.stress_tolerance` and `run.position_tolerance`.
+    /// `run.advanced.stress_tolerance` and `run.position_tolerance`.
     pub fn scene(self) -> Result<Scene, SceneError> {
         let (file, spans) = self.parse().map_err(|error| self.blame(error, |document| document.parse().map(|_| ())))?;
         Ok(Scene { file, document: self, spans })
@@ -198,6 +198,11 @@ impl Document {
         }
         let mut spans = BTreeMap::new();
         record(&root, "", &mut spans);
+        if let Some((old, new)) = renamed::of_run(|key| spans.contains_key(&format!("run.{key}"))) {
+            let key = format!("run.{old}");
+            let what = format!("the key is now `run.{new}`");
+            return Err(self.at(spans.get(&key).cloned(), key, what, format!("write `{new} = …` in `[run]`")));
+        }
         if let Some((key, what)) = first_unusable(&root, "") {
             let span = spans.get(&key).cloned();
             return Err(self.at(span, key, what.to_owned(), "give an ordinary number".to_owned()));

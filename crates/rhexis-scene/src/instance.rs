@@ -88,10 +88,10 @@ impl Scene {
         let settings = settings::of_run(&self.file.run)?;
         if self.file.output.energy
             && self.file.run.mode == Mode::Dynamic
-            && settings.integrator != Integrator::BackwardEuler
+            && settings.advanced.integrator != Integrator::BackwardEuler
         {
             let what = "the balance of energy is that of backward Euler";
-            let hint = "leave it out, or give integrator = \"backward_euler\" in [run]";
+            let hint = "leave it out, or give advanced.integrator = \"backward_euler\" in [run]";
             return Err(Fault::new("output.energy", what, hint));
         }
         let refused = |error| Fault::new("run.threads", error, "use fewer threads");
@@ -255,7 +255,7 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         let what = format!("that would be more than {MOST_STEPS} steps");
         return Err(Fault::new(key, what, "give fewer steps, a shorter duration or a larger dt"));
     }
-    let static_tolerance = positive("run.static_tolerance".to_owned(), spec.static_tolerance, "")?;
+    let static_tolerance = positive("run.advanced.static_tolerance".to_owned(), spec.advanced.static_tolerance, "")?;
     Ok(Run {
         mode: spec.mode,
         dt,
@@ -263,7 +263,7 @@ fn run(spec: &RunSpec) -> Result<Run, Fault> {
         until_torn: spec.until_torn,
         until_ended: spec.until_ended,
         static_tolerance,
-        static_advances: spec.static_advances,
+        static_advances: spec.advanced.static_advances,
     })
 }
 

@@ -1,7 +1,6 @@
 //! Components and settings as TOML: what is there, with what a table changes of it.
 
-use crate::nearest;
-use crate::renamed::remedy;
+use crate::{nearest, renamed};
 use serde::{Serialize, de::DeserializeOwned};
 use toml::{Table, Value};
 
@@ -59,8 +58,11 @@ fn merge(all: &mut Table, patch: &Table, is_deep: bool) {
 fn known(path: &str, patch: &Table, read: &Table) -> Result<(), String> {
     for (key, value) in patch {
         let Some(there) = read.get(key) else {
+            if let (true, Some(new)) = (path == "settings", renamed::of_settings(key)) {
+                return Err(format!("settings: the key `{key}` is now `{new}`"));
+            }
             let near = || nearest(key, read.keys().map(String::as_str)).map(|near| format!("did you mean `{near}`?"));
-            let hint = remedy(key).or_else(near).map_or(String::new(), |hint| format!(": {hint}"));
+            let hint = renamed::remedy(key).or_else(near).map_or(String::new(), |hint| format!(": {hint}"));
             return Err(format!("{path}: there is no key `{key}`{hint}"));
         };
         known_in(&format!("{path}.{key}"), value, there)?;

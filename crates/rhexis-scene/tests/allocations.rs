@@ -7,7 +7,7 @@ use common::Square;
 use glam::DVec3;
 use rhexis::components::{ChangeSet, Changes, Curve, EnergyCriterion, Sleeping, TearLog, Tearing, Toughness};
 use rhexis::schedule::Place;
-use rhexis::settings::{Preconditioner, Settings};
+use rhexis::settings::{Accuracy, Advanced, Preconditioner, Settings};
 use rhexis::simulation::{DebugLines, FixedStep, Simulation, normals};
 use rhexis_scene::Document;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
@@ -33,7 +33,11 @@ fn main() {
         (1, Preconditioner::Auto),
     ] {
         let square = Square { tearing: strong, ..Square::new([40, 34], 60.0) };
-        let mut run = square.spawn(Settings { threads, preconditioner, ..Settings::default() });
+        let mut run = square.spawn(Settings {
+            threads,
+            advanced: Advanced { preconditioner, ..Advanced::default() },
+            ..Settings::default()
+        });
         // The first factor of this square is in effect after 23.
         for _ in 0..40 {
             run.simulation.step(1.0).unwrap();
@@ -67,7 +71,7 @@ fn a_refined_tear_hardly_allocates() {
     let mut document = Document::named("capsulorhexis").unwrap();
     for set in [
         "run.threads=1",
-        "run.preconditioner=incomplete_cholesky",
+        "run.advanced.preconditioner=incomplete_cholesky",
         "bodies.0.mesh.cap.triangles=2500",
         "bodies.0.tearing.toughness_along_fibres=0.5",
     ] {
@@ -101,7 +105,14 @@ const STEPS: usize = 1400;
 
 fn accurate_steps_allocate_nothing() {
     let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
-    let settings = Settings { threads: 1, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::accurate() };
+    let settings = Settings {
+        threads: 1,
+        advanced: Advanced {
+            preconditioner: Preconditioner::IncompleteCholesky,
+            ..Settings::new(Accuracy::Accurate).advanced
+        },
+        ..Settings::new(Accuracy::Accurate)
+    };
     let mut run = Square { tearing: strong, ..Square::new([40, 34], 60.0) }.spawn(settings);
     for _ in 0..4 {
         run.simulation.step(1.0).unwrap();
@@ -117,7 +128,11 @@ fn accurate_steps_allocate_nothing() {
 /// All that a loop of pictures asks for, and a system of the caller's.
 fn an_embedding_loop_allocates_nothing() {
     let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
-    let settings = Settings { threads: 1, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::default() };
+    let settings = Settings {
+        threads: 1,
+        advanced: Advanced { preconditioner: Preconditioner::IncompleteCholesky, ..Advanced::default() },
+        ..Settings::default()
+    };
     let mut run = Square { tearing: strong, ..Square::new([40, 34], 60.0) }.spawn(settings);
     let (simulation, body) = (&mut run.simulation, run.body);
     simulation.world_mut().insert_one(body, Changes::default()).unwrap();
@@ -148,7 +163,11 @@ fn an_embedding_loop_allocates_nothing() {
 /// Several bodies side by side, pulled, falling asleep, asleep.
 fn many_bodies_allocate_nothing() {
     let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
-    let settings = Settings { threads: 2, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::default() };
+    let settings = Settings {
+        threads: 2,
+        advanced: Advanced { preconditioner: Preconditioner::IncompleteCholesky, ..Advanced::default() },
+        ..Settings::default()
+    };
     let mut simulation = Simulation::new(settings).unwrap();
     let bodies: Vec<_> = (0..8)
         .map(|i| {
@@ -180,7 +199,11 @@ fn many_bodies_allocate_nothing() {
 }
 
 fn a_tear_seldom_allocates(energy: Option<EnergyCriterion>) {
-    let settings = Settings { threads: 1, preconditioner: Preconditioner::IncompleteCholesky, ..Settings::default() };
+    let settings = Settings {
+        threads: 1,
+        advanced: Advanced { preconditioner: Preconditioner::IncompleteCholesky, ..Advanced::default() },
+        ..Settings::default()
+    };
     let mut run = Square::new([40, 34], 60.0).spawn(settings);
     if let Some(energy) = energy {
         run.simulation.world_mut().insert_one(run.body, energy).unwrap();

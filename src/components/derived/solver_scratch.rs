@@ -15,7 +15,7 @@ pub struct StepAccount {
     pub energy: Option<f64>,
 }
 
-/// Vectors of the linear solve, one entry per vertex, and temporaries of a step. *Derived*: no step needs the values of another.
+/// Vectors of the linear solve, one entry per vertex, and temporaries of a step. No step needs the values of another.
 #[derive(Clone, Debug, Default)]
 pub struct SolverScratch {
     /// 1 along free axes, 0 along prescribed ones.
@@ -48,6 +48,8 @@ pub struct SolverScratch {
     pub twice_stored: f64,
     /// Energy \[mJ\] of the body's motion by an edge in one step, where the solve asks for the error of positions; else zero.
     pub motion_scale: f64,
+    /// Squared energy norm \[mJ\] of the position error at which the solve may stop; zero where no position tolerance is asked for.
+    pub near: f64,
     /// Squared norm \[N²\] of the largest right-hand side of the step's linear solves, which their residuals are measured by.
     pub reference_sq: f64,
     /// Whether `residual` has to be exact after the solve: an energy balance counts it.

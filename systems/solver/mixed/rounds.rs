@@ -68,7 +68,7 @@ impl MixedSolver {
     ) -> Result<(CgInfo, bool), CgError> {
         let is_single = is_single(params, scratch);
         let (reference_sq, residual_sq, is_assembled) = self.first_residual(operator, is_single, memory, x, scratch)?;
-        let limits = Limits::new(params, reference_sq, [scratch.twice_stored, scratch.motion_scale]);
+        let limits = Limits::new(params, reference_sq, [scratch.twice_stored, scratch.near]);
         let info = CgInfo { error_energy: f64::INFINITY, ..CgInfo::default() };
         let mut progress = Progress { limits, residual_sq, is_single, shift: DIAGONAL_SHIFT, info };
         if !progress.is_done() {

@@ -10,7 +10,7 @@ mod systems;
 use crate::common::{DT, Square};
 use glam::{DQuat, DVec3};
 use rhexis::components::{Changes, Contact, Obstacle, Shape};
-use rhexis::settings::{LinearParams, Settings};
+use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::{
     BodyView, DebugKind, DebugLines, FixedStep, Hit, MotionError, Simulation, SimulationError, normals,
 };
@@ -119,7 +119,9 @@ fn a_body_set_elsewhere_moves_as_it_would_have_here() {
     };
     // Solved to what rounding allows, so that nothing but the place can differ.
     let linear = LinearParams::by_residual(1e-11, 2000);
-    let mut simulation = Simulation::new(Settings { linear, ..Settings::default() }).unwrap();
+    let mut simulation =
+        Simulation::new(Settings { advanced: Advanced { linear, ..Advanced::default() }, ..Settings::default() })
+            .unwrap();
     let [here, there] = [0, 1].map(|_| simulation.spawn(sheet()).unwrap());
     let (turn, shift) = (DQuat::from_rotation_y(1.0) * DQuat::from_rotation_x(0.3), DVec3::new(5.0, -80.0, 2.0));
     let spin = |x: DVec3| DVec3::new(-0.02 * x.y, 0.02 * x.x, 0.01);

@@ -7,7 +7,7 @@ use rhexis::components::*;
 use rhexis::generate;
 use rhexis::math::{FibreLaw, RestTriangle, Sym2};
 use rhexis::membrane::{BodyError, Membrane};
-use rhexis::settings::Settings;
+use rhexis::settings::{Accuracy, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Vertices};
 use rhexis::systems::kernels::{membrane, path_work::Element};
@@ -129,7 +129,7 @@ fn a_strip_under_a_hand_is_stable_and_its_balance_of_energy_closes() {
 
 #[test]
 fn drawn_out_a_hundredfold_and_crushed_nothing_is_lost() {
-    for settings in [Settings::default(), Settings::accurate()] {
+    for settings in [Settings::default(), Settings::new(Accuracy::Accurate)] {
         for map in [DMat3::from_diagonal(DVec3::splat(100.0)), DMat3::from_diagonal(DVec3::new(1e-3, 1.0, 1.0))] {
             for is_planar in [false, true] {
                 let membrane = if is_planar { sheet(20.0).planar() } else { sheet(20.0) };

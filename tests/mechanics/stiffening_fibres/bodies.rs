@@ -8,7 +8,7 @@ use rhexis::components::*;
 use rhexis::generate;
 use rhexis::math::{FibreLaw, Sym2};
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Settings, Tangent};
+use rhexis::settings::{Accuracy, Advanced, LinearParams, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Topology, Triangles, Vertices};
 use rhexis::systems::fracture::Surface;
@@ -127,7 +127,14 @@ fn free_sheet(settings: Settings) -> (Simulation, Entity) {
 
 #[test]
 fn a_free_sheet_keeps_its_energy_and_its_angular_momentum() {
-    let settings = Settings { newton_iterations: 20, newton_tolerance: 1e-11, ..Settings::accurate() };
+    let settings = Settings {
+        advanced: Advanced {
+            newton_iterations: 20,
+            newton_tolerance: 1e-11,
+            ..Settings::new(Accuracy::Accurate).advanced
+        },
+        ..Settings::new(Accuracy::Accurate)
+    };
     let mut found = Vec::new();
     // A wave crosses a triangle in 4 µs.
     for dt in [8e-4, 4e-4, 2e-4] {
@@ -169,7 +176,7 @@ fn a_linearly_implicit_step_makes_no_energy() {
 
 #[test]
 fn stretched_a_hundredfold_nothing_is_lost() {
-    for settings in [Settings::default(), Settings::accurate()] {
+    for settings in [Settings::default(), Settings::new(Accuracy::Accurate)] {
         for k2 in [1e-9, 9.0, 1e4, 1e9] {
             let membrane = sheet(20.0).with(StiffeningFibres { k1: 6.0, k2 });
             let (mut simulation, body) = simulate(settings, membrane);
@@ -208,8 +215,19 @@ fn balance_closes(settings: Settings, damping: f64) {
 
 #[test]
 fn the_balance_of_energy_closes() {
-    let exacting = Settings { linear: LinearParams::by_residual(1e-13, 20_000), ..Settings::default() };
-    let newton = Settings { newton_iterations: 60, newton_tolerance: 1e-12, tangent: Tangent::Exact, ..exacting };
+    let exacting = Settings {
+        advanced: Advanced { linear: LinearParams::by_residual(1e-13, 20_000), ..Advanced::default() },
+        ..Settings::default()
+    };
+    let newton = Settings {
+        advanced: Advanced {
+            newton_iterations: 60,
+            newton_tolerance: 1e-12,
+            tangent: Tangent::Exact,
+            ..exacting.advanced
+        },
+        ..exacting
+    };
     for settings in [Settings::default(), exacting, newton] {
         for damping in [0.0, 0.3] {
             balance_closes(settings, damping);

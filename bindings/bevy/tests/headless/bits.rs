@@ -56,7 +56,7 @@ fn through_bevy() -> (String, Recording) {
 
 /// The same by the engine's calls.
 fn plain() -> (String, usize) {
-    let mut simulation = Simulation::new(Settings::game()).unwrap();
+    let mut simulation = Simulation::new(Settings::new(Accuracy::Game)).unwrap();
     let body = simulation.spawn(shell()).unwrap();
     let line = [DVec3::new(SIDE / 2.0, SIDE, 0.0), DVec3::new(SIDE / 2.0, SIDE - 4.0, 0.0)];
     simulation.cut(body, &line).unwrap();

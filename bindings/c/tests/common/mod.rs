@@ -73,7 +73,7 @@ pub fn world() -> RhexisWorld {
 }
 
 pub fn blank_settings() -> RhexisSettings {
-    RhexisSettings { preset: 9, threads: 9, budget: 9, portable_instructions: 9 }
+    RhexisSettings { accuracy: 9, threads: 9, budget: 9, portable_instructions: 9 }
 }
 
 /// A grid of `n` × `n` squares of 1 mm in the plane z = 0: positions and corners.

@@ -102,8 +102,14 @@ impl Hostile {
     }
 
     pub(crate) fn settings(&mut self, world: RhexisWorld, number: f64) {
-        let toml =
-            self.random.pick(&[c"resumes = 1", c"halvings = 2", c"budget = 5", c"budgets = 5", c"linear = 3", c"x"]);
+        let toml = self.random.pick(&[
+            c"max_tear_passes = 1",
+            c"max_tear_passes = 2",
+            c"budget = 5",
+            c"budgets = 5",
+            c"advanced = 3",
+            c"x",
+        ]);
         match self.random.below(3) {
             0 => _ = self.judge("settings_set", rhexis_settings_set(world, text(toml))),
             // Of the clock only times that make sense: what a step does then depends on it.

@@ -7,7 +7,7 @@ impl Hostile {
         let (mut world, mut settings) = (RhexisWorld::default(), blank_settings());
         ok(rhexis_settings_init(out(&mut settings)));
         settings.threads = 1;
-        settings.preset = self.random.below(6) as u32;
+        settings.accuracy = self.random.below(6) as u32;
         let (settings, world_out) = (self.input(&settings), self.out(&mut world));
         if self.judge("world_create", rhexis_world_create(settings, world_out)) && world.bits != 0 {
             self.pool.worlds.push(world);

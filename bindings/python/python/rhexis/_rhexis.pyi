@@ -218,7 +218,7 @@ class World:
 
     def __new__(
         cls,
-        preset: Literal["default", "haptic", "game", "accurate", "static"] = "default",
+        accuracy: Literal["fast", "haptic", "game", "accurate", "static"] = "fast",
         *,
         threads: int = 0,
         budget: int | None = None,

@@ -47,7 +47,8 @@ fn files(folder: &Path, start: &str, end: &str) -> Vec<String> {
 #[test]
 fn a_run_writes_report_series_frames_and_pictures() {
     let folder = tempfile::tempdir().unwrap();
-    let pictures = ["--set", "output.pictures=2", "--set", "output.frames=3", "--set", "run.stress_tolerance=1e-5"];
+    let pictures =
+        ["--set", "output.pictures=2", "--set", "output.frames=3", "--set", "run.advanced.stress_tolerance=1e-5"];
     let summary = done(folder.path(), &[&["run", "fig2", "--steps", "4"], &pictures[..]].concat());
     assert!(summary.contains("fig2: done after 4 of 4 steps, 40.000000 ms simulated"), "{summary}");
     assert!(summary.contains("right: 0.04"), "the grips' force after 0.12 mm of pull: {summary}");

@@ -174,16 +174,20 @@ fn what_cannot_be_written_at_the_end_is_said_before_the_run() {
 #[test]
 fn the_stress_need_not_be_asked_for() {
     let folder = scene();
-    outcome(folder.path(), &["run", "mine.toml", "--quiet", "--set", "run.stress_tolerance=inf"], 0);
-    let written = SCENE.replace("steps = 6", "steps = 6\nstress_tolerance = inf\nlinear_tolerance = 1e-10");
+    outcome(folder.path(), &["run", "mine.toml", "--quiet", "--set", "run.advanced.stress_tolerance=inf"], 0);
+    let written =
+        SCENE.replace("steps = 6", "steps = 6\nadvanced.stress_tolerance = inf\nadvanced.linear_tolerance = 1e-10");
     std::fs::write(folder.path().join("mine.toml"), written).unwrap();
     outcome(folder.path(), &["run", "mine.toml", "--quiet", "--json"], 0);
     for (value, reason) in [("-inf", "finite"), ("nan", "finite"), ("0", "above zero"), ("-1", "above zero")] {
-        let error =
-            outcome(folder.path(), &["check", "mine.toml", "--set", &format!("run.stress_tolerance={value}")], 1);
+        let error = outcome(
+            folder.path(),
+            &["check", "mine.toml", "--set", &format!("run.advanced.stress_tolerance={value}")],
+            1,
+        );
         assert!(error.contains(reason), "{value}: {error}");
     }
-    for key in ["run.linear_tolerance", "run.dt", "run.newton_tolerance", "bodies.0.damping"] {
+    for key in ["run.advanced.linear_tolerance", "run.dt", "run.advanced.newton_tolerance", "bodies.0.damping"] {
         let error = outcome(folder.path(), &["check", "mine.toml", "--set", &format!("{key}=inf")], 1);
         assert!(error.contains("not a finite number"), "{key}: {error}");
     }

@@ -49,7 +49,7 @@ fn overrides_are_judged_like_the_file() {
         ("bodies.0.copies=4000000000", "bodies, copies counted"),
     ] {
         // Others stand before and behind it.
-        let error = set(&["run.accuracy=fast", assignment, "run.halvings=3"]).unwrap_err();
+        let error = set(&["run.accuracy=fast", assignment, "run.advanced.max_step_halvings=3"]).unwrap_err();
         assert_eq!((error.origin.as_str(), error.position), (&*format!("--set {assignment}"), None), "{error}");
         assert!(error.what.contains(what), "{error}");
     }

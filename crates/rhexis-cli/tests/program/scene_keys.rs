@@ -1,7 +1,7 @@
 //! Regions, total forces, obstacles with edges, and sentences for what there is not.
 
 use glam::DVec3;
-use rhexis::settings::Settings;
+use rhexis::settings::{Accuracy, Settings};
 use rhexis::storage::Vertices;
 use rhexis_cli::output::{write_obj, write_ply};
 use rhexis_scene::{Instance, Scene, mesh_file};
@@ -221,12 +221,30 @@ fn presets_and_budgets_are_those_of_the_library() {
         let instance = Scene::parse(&text, "w.toml").and_then(|scene| scene.instantiate());
         instance.map(|instance| *instance.simulation.settings()).map_err(|error| error.to_string())
     };
-    for (name, preset) in Settings::presets() {
-        assert_eq!(settings(&format!("accuracy = '{name}'")).unwrap(), preset, "{name}");
+    for accuracy in Accuracy::ALL {
+        let name = accuracy.name();
+        assert_eq!(settings(&format!("accuracy = '{name}'")).unwrap(), Settings::new(accuracy), "{name}");
     }
     assert_eq!(settings("").unwrap(), Settings::default());
-    let own = settings("accuracy = 'game'\nbudget = 40\nposition_tolerance = inf\nhalvings = 3").unwrap();
-    assert_eq!((own.budget, own.linear.position_tolerance, own.halvings, own.resumes), (Some(40), f64::INFINITY, 3, 2));
+    let own =
+        settings("accuracy = 'game'\nbudget = 40\nposition_tolerance = inf\nadvanced.max_step_halvings = 3").unwrap();
+    assert_eq!(
+        (own.budget, own.position_tolerance, own.advanced.max_step_halvings, own.max_tear_passes),
+        (Some(40), f64::INFINITY, 3, 2)
+    );
+    for (old, new) in [
+        ("resumes", "run.max_tear_passes"),
+        ("corrections", "run.advanced.newton_corrections"),
+        ("halvings", "run.advanced.max_step_halvings"),
+        ("linear_tolerance", "run.advanced.linear_tolerance"),
+        ("static_advances", "run.advanced.static_advances"),
+    ] {
+        let refused = settings(&format!("{old} = 3")).unwrap_err();
+        assert!(
+            refused.starts_with("w.toml:5:1:") && refused.contains(&format!("the key is now `{new}`")),
+            "{refused}"
+        );
+    }
     assert!(settings("budget = 0").unwrap_err().contains("run.budget"));
     assert!(settings("position_tolerance = 0").unwrap_err().contains("run.position_tolerance"));
 }

@@ -250,7 +250,7 @@ fn a_bad_scene_is_refused_with_line_reason_and_remedy() {
         ("holds = [", "[[bodies]]\nname = \"tissue\"\nholds = [", 14, "`mesh` is missing", "add"),
         ("steps = 2", "duration = 1e100", 6, "more than 1000000000 steps", "larger dt"),
         ("steps = 2", "steps = 2000000000", 6, "more than 1000000000 steps", "fewer"),
-        ("steps = 2", "steps = 2\nnewton_iterations = 1000000", 7, "too many", "1000 at most"),
+        ("steps = 2", "steps = 2\nadvanced.newton_iterations = 1000000", 7, "too many", "1000 at most"),
     ];
     for (from, to, line, what, hint) in cases {
         let text = SOUND.replacen(from, to, 1);
@@ -272,14 +272,14 @@ fn an_infinite_stress_tolerance_asks_for_none() {
         Scene::parse(&text, "strip.toml").and_then(|scene| scene.instantiate())
     };
     let mut instance = with("inf").unwrap();
-    assert_eq!(instance.simulation.settings().linear.stress_tolerance, f64::INFINITY);
+    assert_eq!(instance.simulation.settings().advanced.linear.stress_tolerance, f64::INFINITY);
     assert!(!instance.advance().unwrap().has_failed);
     for value in ["-inf", "nan", "0.0", "-1.0"] {
         let error = with(value).err().unwrap();
         assert_eq!(error.position.map(|place| place.0), Some(7), "{error}");
     }
     let mut document = Document::new(SOUND, "strip.toml");
-    document.set("run.stress_tolerance=inf").unwrap();
+    document.set("run.advanced.stress_tolerance=inf").unwrap();
     document.scene().unwrap().instantiate().unwrap();
 }
 

@@ -25,8 +25,8 @@ pub(super) struct Reached {
 /// The plan with a tolerance, and nothing that stops a solve before it.
 pub(super) fn at_tolerance(plan: &Plan, tolerance: f64) -> Plan {
     let mut plan = plan.clone();
-    let sets = [format!("run.stress_tolerance={tolerance:e}"), "run.linear_tolerance=1".to_owned()];
-    plan.solver.extend(sets.into_iter().chain(["run.linear_iterations=100000".to_owned()]));
+    let sets = [format!("run.advanced.stress_tolerance={tolerance:e}"), "run.advanced.linear_tolerance=1".to_owned()];
+    plan.solver.extend(sets.into_iter().chain(["run.advanced.linear_iterations=100000".to_owned()]));
     plan
 }
 

@@ -9,7 +9,7 @@ use hecs::Entity;
 use rhexis::components::{Frames, Increment, SolveResult};
 use rhexis::math::Sym2;
 use rhexis::schedule::{STEP, Stage, System};
-use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings};
+use rhexis::settings::{Advanced, LinearParams, Precision, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::StepContext;
@@ -91,7 +91,15 @@ impl Isolated {
 
 impl Way {
     fn settings(&self, linear: LinearParams) -> Settings {
-        Settings { linear, preconditioner: self.preconditioner, precision: self.precision, ..Settings::default() }
+        Settings {
+            advanced: Advanced {
+                linear,
+                preconditioner: self.preconditioner,
+                precision: self.precision,
+                ..Advanced::default()
+            },
+            ..Settings::default()
+        }
     }
 }
 
@@ -118,7 +126,10 @@ impl StepError {
             simulation,
             body,
             dt,
-            &Settings { preconditioner: Preconditioner::Cholesky, linear: tight, ..settings },
+            &Settings {
+                advanced: Advanced { preconditioner: Preconditioner::Cholesky, linear: tight, ..settings.advanced },
+                ..settings
+            },
         );
         simulation.world_mut().insert(body, kept).map_err(gone)?;
         let (exact, exact_positions) = exact?;

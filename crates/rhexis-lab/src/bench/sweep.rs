@@ -55,10 +55,10 @@ fn with_tolerance(case: &Case, tolerance: f64, sets: &[&str]) -> Vec<String> {
     let mut sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
     sets.push(format!("{}={tolerance:e}", case.tolerance));
     if !case.is_static() {
-        sets.push("run.linear_iterations=100000".to_owned());
+        sets.push("run.advanced.linear_iterations=100000".to_owned());
         // But for the scene's own settings the error of the stress decides alone.
         if tolerance != case.default_tolerance {
-            sets.push("run.linear_tolerance=1".to_owned());
+            sets.push("run.advanced.linear_tolerance=1".to_owned());
         }
     }
     sets

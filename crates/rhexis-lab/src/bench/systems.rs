@@ -34,7 +34,7 @@ const CONFIGURATIONS: [Configuration; 3] = [
     Configuration {
         name: "elastic, incomplete Cholesky",
         scene: "fig2-haptic",
-        sets: &["run.preconditioner=incomplete_cholesky"],
+        sets: &["run.advanced.preconditioner=incomplete_cholesky"],
         warm_up: 5,
         steps: 200,
         most_triangles: usize::MAX,

@@ -19,7 +19,7 @@ const SIZES: [([usize; 2], [f64; 3], f64, Depth); 3] = [
 /// Either path is measured for so long, or once: what the machine does beside it is then in neither.
 const SECONDS: f64 = 10.0;
 
-const TEXTBOOK: [&str; 2] = ["run.preconditioner=block_jacobi", "run.precision=double"];
+const TEXTBOOK: [&str; 2] = ["run.advanced.preconditioner=block_jacobi", "run.advanced.precision=double"];
 
 /// Measures both paths on the square in a trembling hand.
 ///

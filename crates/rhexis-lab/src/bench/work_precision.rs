@@ -81,24 +81,30 @@ const fn mesh(sets: &'static [&'static str], from: Depth) -> Mesh {
 /// Solvers of dynamic steps.
 const DYNAMIC: &[Setting] = &[
     setting("default (auto)", &[], Quick),
-    setting("incomplete Cholesky", &["run.preconditioner=incomplete_cholesky"], Usual),
-    setting("multigrid", &["run.preconditioner=multigrid"], Usual),
-    setting("Cholesky", &["run.preconditioner=cholesky"], Usual),
-    setting("block Jacobi", &["run.preconditioner=block_jacobi"], Quick),
-    setting("double, block Jacobi", &["run.preconditioner=block_jacobi", "run.precision=double"], Usual),
+    setting("incomplete Cholesky", &["run.advanced.preconditioner=incomplete_cholesky"], Usual),
+    setting("multigrid", &["run.advanced.preconditioner=multigrid"], Usual),
+    setting("Cholesky", &["run.advanced.preconditioner=cholesky"], Usual),
+    setting("block Jacobi", &["run.advanced.preconditioner=block_jacobi"], Quick),
+    setting(
+        "double, block Jacobi",
+        &["run.advanced.preconditioner=block_jacobi", "run.advanced.precision=double"],
+        Usual,
+    ),
 ];
 
 /// Solvers of static solves.
-const STATIC: &[Setting] =
-    &[setting("default (auto)", &[], Quick), setting("block Jacobi", &["run.preconditioner=block_jacobi"], Quick)];
+const STATIC: &[Setting] = &[
+    setting("default (auto)", &[], Quick),
+    setting("block Jacobi", &["run.advanced.preconditioner=block_jacobi"], Quick),
+];
 
 /// How a dynamic step is made of linear solves; the default first.
 pub(super) const INTEGRATORS: &[Setting] = &[
     setting("linearly implicit", &[], Quick),
-    setting("Newton to 1e-6", &["run.newton_iterations=20", "run.newton_tolerance=1e-6"], Usual),
+    setting("Newton to 1e-6", &["run.advanced.newton_iterations=20", "run.advanced.newton_tolerance=1e-6"], Usual),
 ];
 
-const LINEAR: &str = "run.stress_tolerance";
+const LINEAR: &str = "run.advanced.stress_tolerance";
 const LINEAR_TOLERANCES: &[f64] = &[1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const STATIC_TOLERANCES: &[f64] = &[1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9];
 
@@ -118,7 +124,7 @@ pub const SCENES: &[Case] = &[
         sets: &["run.mode=static", "run.steps=1", "run.dt=500"],
         meshes: SQUARES,
         finest: FINEST_SQUARE,
-        tolerance: "run.static_tolerance",
+        tolerance: "run.advanced.static_tolerance",
         tolerances: STATIC_TOLERANCES,
         default_tolerance: 1e-9,
         tight: 1e-13,
@@ -186,7 +192,7 @@ pub const SCENES: &[Case] = &[
             mesh(&["bodies.0.mesh.quad.nx=128", "bodies.0.mesh.quad.ny=128"], Full),
         ],
         finest: &["bodies.0.mesh.quad.nx=256", "bodies.0.mesh.quad.ny=256"],
-        tolerance: "run.static_tolerance",
+        tolerance: "run.advanced.static_tolerance",
         tolerances: STATIC_TOLERANCES,
         default_tolerance: 1e-9,
         tight: 1e-13,

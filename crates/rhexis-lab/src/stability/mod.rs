@@ -16,7 +16,7 @@ pub use map::{draw, printed};
 pub use sheet::Quality;
 
 use crate::bench::{BenchError, Context, Depth, Table};
-use rhexis::settings::{Precision, Preconditioner, Settings};
+use rhexis::settings::{Accuracy, Advanced, Precision, Preconditioner, Settings};
 
 /// How steps are solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,11 +46,14 @@ impl Mode {
     pub fn settings(self) -> Settings {
         let settings = match self {
             Self::Default => Settings::default(),
-            Self::Accurate => Settings::accurate(),
+            Self::Accurate => Settings::new(Accuracy::Accurate),
             Self::Textbook => Settings {
-                preconditioner: Preconditioner::BlockJacobi,
-                precision: Precision::Double,
                 portable_instructions: true,
+                advanced: Advanced {
+                    preconditioner: Preconditioner::BlockJacobi,
+                    precision: Precision::Double,
+                    ..Advanced::default()
+                },
                 ..Settings::default()
             },
         };

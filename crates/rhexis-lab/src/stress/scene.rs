@@ -11,7 +11,7 @@ use rhexis::components::{
 };
 use rhexis::math::{Sym2, elementary};
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
+use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::Attached;
 use std::f64::consts::PI;
@@ -66,30 +66,40 @@ pub(super) fn scene(dice: &mut Dice, threads: usize) -> Result<Scene, String> {
 
 fn settings(dice: &mut Dice, threads: usize) -> Settings {
     let mut settings = Settings { threads, ..Settings::default() };
-    settings.linear = match dice.below(6) {
+    settings.advanced.linear = match dice.below(6) {
         0 => LinearParams::by_residual(dice.decades(-8.0, -0.3), 2000),
         1 => LinearParams { iterations: 1 + dice.below(30) as u32, ..LinearParams::default() },
-        _ => settings.linear,
+        _ => settings.advanced.linear,
     };
     if dice.chance(0.3) {
         let kinds = [Preconditioner::BlockJacobi, Preconditioner::IncompleteCholesky, Preconditioner::Multigrid];
-        settings.preconditioner = kinds.get(dice.below(4)).copied().unwrap_or(Preconditioner::Cholesky);
+        settings.advanced.preconditioner = kinds.get(dice.below(4)).copied().unwrap_or(Preconditioner::Cholesky);
     }
     if dice.chance(0.1) {
-        settings.precision = Precision::Double;
+        settings.advanced.precision = Precision::Double;
     }
     // Without a factor what is ill-conditioned takes all the iterations there may be, and most of the time.
-    if settings.precision == Precision::Double || settings.preconditioner != Preconditioner::Auto {
-        settings.linear.iterations = settings.linear.iterations.min(FEW);
+    if settings.advanced.precision == Precision::Double || settings.advanced.preconditioner != Preconditioner::Auto {
+        settings.advanced.linear.iterations = settings.advanced.linear.iterations.min(FEW);
     }
     if dice.chance(0.2) {
-        settings.halvings = dice.below(7) as u32;
-        settings.resumes = dice.below(12) as u32;
+        settings.advanced.max_step_halvings = dice.below(7) as u32;
+        settings.max_tear_passes = dice.below(12) as u32;
     }
     if dice.chance(0.2) {
-        let accurate = Settings { threads, ..Settings::accurate() };
-        let newton = Settings { newton_iterations: 4, tangent: Tangent::Projected, ..settings };
-        let exact = Settings { tangent: Tangent::Exact, newton_iterations: 1 + dice.below(3) as u32, ..settings };
+        let accurate = Settings { threads, ..Settings::new(Accuracy::Accurate) };
+        let newton = Settings {
+            advanced: Advanced { newton_iterations: 4, tangent: Tangent::Projected, ..settings.advanced },
+            ..settings
+        };
+        let exact = Settings {
+            advanced: Advanced {
+                tangent: Tangent::Exact,
+                newton_iterations: 1 + dice.below(3) as u32,
+                ..settings.advanced
+            },
+            ..settings
+        };
         settings = [accurate, newton, exact][dice.below(3)];
     }
     settings
@@ -146,7 +156,7 @@ fn membrane(name: &str, dice: &mut Dice, is_free: bool, settings: &Settings) -> 
     if dice.chance(0.2) {
         body = body.with(Changes::default());
     }
-    if dice.chance(0.2) && settings.integrator == Integrator::BackwardEuler {
+    if dice.chance(0.2) && settings.advanced.integrator == Integrator::BackwardEuler {
         body = body.with(EnergyAudit::default());
     }
     if dice.chance(0.15) {

@@ -6,7 +6,7 @@ use hecs::Entity;
 use rhexis::components::{Curve, Forces, Frames, Hold, Increment, Material, SolverScratch};
 use rhexis::math::GeometricStiffness;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Settings, Tangent};
+use rhexis::settings::{Advanced, LinearParams, Settings, Tangent};
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::{Attached, Topology, Triangles, Vertices};
 use rhexis::systems::bending::BendingPasses;
@@ -18,10 +18,13 @@ use rhexis::systems::solver::{Operator, ProductMemory};
 /// about 2e-12 of the largest corner force where a ramp begins.
 pub(super) fn exacting() -> Settings {
     Settings {
-        linear: LinearParams::by_residual(1e-12, 20_000),
-        newton_iterations: 30,
-        newton_tolerance: 1e-11,
         threads: 1,
+        advanced: Advanced {
+            linear: LinearParams::by_residual(1e-12, 20_000),
+            newton_iterations: 30,
+            newton_tolerance: 1e-11,
+            ..Advanced::default()
+        },
         ..Settings::default()
     }
 }

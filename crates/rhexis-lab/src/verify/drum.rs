@@ -14,7 +14,7 @@ use rhexis::components::{Curve, Fibres, FreeAxes, Material, PreStretch, Pressure
 use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::settings::Settings;
+use rhexis::settings::{Advanced, Settings};
 use rhexis::storage::TriangleMesh;
 
 pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
@@ -193,8 +193,10 @@ fn large_pressure(rows: &mut Rows, file: &Json) -> Result<(), VerifyError> {
                 (p.x > 0.0 && p.x < rest).then_some(DVec3::ZERO)
             });
             let membrane = with_pressure(membrane.hold(ends).hold(across), number("p")?);
-            let (mut simulation, body) =
-                bodies::simulate(Settings { static_iterations: 400, ..one_thread() }, membrane)?;
+            let (mut simulation, body) = bodies::simulate(
+                Settings { advanced: Advanced { static_iterations: 400, ..one_thread().advanced }, ..one_thread() },
+                membrane,
+            )?;
             // A flat sheet without tension has no stiffness out of its plane: the start is near the answer.
             bodies::set_motion(&mut simulation, body, |_, x| {
                 let s = x.x / rest;
@@ -220,7 +222,10 @@ fn hencky(rows: &mut Rows, file: &Json) -> Result<(), VerifyError> {
     let membrane = Membrane::new("disc", mesh, Material::isotropic(number("E")?, number("nu")?, number("h")?));
     let rim = bodies::hold(&membrane, "rim", |p| (p.length() > radius - 1e-9).then_some(DVec3::ZERO));
     let membrane = with_pressure(membrane.hold(rim), number("p")?);
-    let (mut simulation, body) = bodies::simulate(Settings { static_iterations: 400, ..one_thread() }, membrane)?;
+    let (mut simulation, body) = bodies::simulate(
+        Settings { advanced: Advanced { static_iterations: 400, ..one_thread().advanced }, ..one_thread() },
+        membrane,
+    )?;
     bodies::set_motion(&mut simulation, body, |_, x| {
         (x + DVec3::Z * (exact * (1.0 - x.length_squared() / radius.powi(2))), DVec3::ZERO)
     })?;

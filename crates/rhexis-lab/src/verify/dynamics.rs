@@ -9,7 +9,7 @@ use hecs::Entity;
 use rhexis::components::{Damping, Fibres, FreeAxes, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::Settings;
+use rhexis::settings::{Advanced, Settings};
 use rhexis::simulation::Simulation;
 
 /// Finer meshes cost 15 s each and show nothing new.
@@ -71,8 +71,13 @@ impl Mode {
         let shape = file.vectors("/modal_backward_euler_decay/phi")?;
         let membrane = bodies::hold_rim(square(10, 8, Material { density, ..Material::allard_2009() })?, 30.0, 30.0);
         let membrane = if damping > 0.0 { membrane.with(Damping { time: damping }) } else { membrane };
-        let (mut simulation, body) =
-            bodies::simulate(Settings { newton_iterations: 1, ..bodies::exacting() }, membrane)?;
+        let (mut simulation, body) = bodies::simulate(
+            Settings {
+                advanced: Advanced { newton_iterations: 1, ..bodies::exacting().advanced },
+                ..bodies::exacting()
+            },
+            membrane,
+        )?;
         bodies::set_motion(&mut simulation, body, |v, x| (x + shape[v] * AMPLITUDE, DVec3::ZERO))?;
         Ok(Self { simulation, body, shape })
     }

@@ -8,7 +8,7 @@ use hecs::Entity;
 use rhexis::components::{Curve, Fibres, Holds, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Settings, Tangent};
+use rhexis::settings::{Advanced, Settings, Tangent};
 use rhexis::simulation::{Simulation, SimulationError};
 
 /// Displacement of either edge \[mm\].
@@ -97,7 +97,10 @@ pub(super) fn dynamic(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
         [(10.0, file!("fig2_dynamic_gradient_dt10.csv")), (0.5, file!("fig2_dynamic_gradient_dt0.5.csv"))]
     {
         let reference: Vec<[f64; 9]> = csv(name, text)?;
-        let converged = Settings { newton_iterations: 20, tangent: Tangent::Exact, ..bodies::exacting() };
+        let converged = Settings {
+            advanced: Advanced { newton_iterations: 20, tangent: Tangent::Exact, ..bodies::exacting().advanced },
+            ..bodies::exacting()
+        };
         let off = Deviation::of_run(dt, converged, &reference)?;
         // Every step is solved to 1e-11 of the largest corner force; the file has 12 digits.
         rows.add(format!("dt {dt} ms, converged: middle vertex"), off.position, 1e-6, "mm");

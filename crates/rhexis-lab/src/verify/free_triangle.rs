@@ -8,7 +8,7 @@ use glam::DVec3;
 use hecs::Entity;
 use rhexis::components::{Fibres, Forces};
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Settings, Tangent};
+use rhexis::settings::{Advanced, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::TriangleMesh;
 use rhexis::systems::forces::{assembly, corotation};
@@ -123,7 +123,10 @@ fn backward_euler(rows: &mut Rows, file: &Json) -> Result<(), VerifyError> {
     for i in 0..file.len(&format!("{LAW}/schemes"))? {
         let scheme = format!("{LAW}/schemes/{i}");
         let (steps, dt) = (file.number(&format!("{scheme}/n"))? as u32, file.number(&format!("{scheme}/dt"))?);
-        let settings = Settings { tangent: Tangent::Exact, ..bodies::exacting() };
+        let settings = Settings {
+            advanced: Advanced { tangent: Tangent::Exact, ..bodies::exacting().advanced },
+            ..bodies::exacting()
+        };
         let (mut simulation, body) = triangle(file, true, settings)?;
         for _ in 0..steps {
             simulation.step(dt)?;

@@ -8,7 +8,7 @@ use rhexis::components::{Curve, Damping, Drag, Fibres, Material, PreStretch};
 use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Integrator, LinearParams, Settings, Tangent};
+use rhexis::settings::{Accuracy, Advanced, Integrator, LinearParams, Settings, Tangent};
 use rhexis::storage::Vertices;
 use std::f64::consts::PI;
 
@@ -23,22 +23,37 @@ const SWING: f64 = 10.0;
 
 pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
     let mut rows = Rows::new("integrator");
-    let tight = LinearParams { tolerance: 1e-12, stress_tolerance: f64::INFINITY, ..bodies::exacting().linear };
-    let converged = Settings { tangent: Tangent::Projected, linear: tight, ..bodies::exacting() };
-    let tr_bdf2 = Settings { integrator: Integrator::TrBdf2, ..converged };
+    let tight =
+        LinearParams { tolerance: 1e-12, stress_tolerance: f64::INFINITY, ..bodies::exacting().advanced.linear };
+    let converged = Settings {
+        advanced: Advanced { tangent: Tangent::Projected, linear: tight, ..bodies::exacting().advanced },
+        ..bodies::exacting()
+    };
+    let tr_bdf2 = Settings { advanced: Advanced { integrator: Integrator::TrBdf2, ..converged.advanced }, ..converged };
     let reference = swing(tr_bdf2, 640)?;
     let steps = [20, 40, 80];
     let kinds = [
         ("TR-BDF2, converged", tr_bdf2, Some(2.0)),
-        ("accurate", Settings { threads: 1, ..Settings::accurate() }, Some(2.0)),
+        ("accurate", Settings { threads: 1, ..Settings::new(Accuracy::Accurate) }, Some(2.0)),
         (
             "TR-BDF2, one exact solve per stage",
-            Settings { newton_iterations: 1, tangent: Tangent::Exact, ..tr_bdf2 },
+            Settings {
+                advanced: Advanced { newton_iterations: 1, tangent: Tangent::Exact, ..tr_bdf2.advanced },
+                ..tr_bdf2
+            },
             Some(2.0),
         ),
-        ("TR-BDF2, one rotated solve per stage", Settings { newton_iterations: 1, ..tr_bdf2 }, None),
+        (
+            "TR-BDF2, one rotated solve per stage",
+            Settings { advanced: Advanced { newton_iterations: 1, ..tr_bdf2.advanced }, ..tr_bdf2 },
+            None,
+        ),
         ("backward Euler, converged", converged, Some(1.0)),
-        ("backward Euler, one rotated solve", Settings { newton_iterations: 1, ..converged }, None),
+        (
+            "backward Euler, one rotated solve",
+            Settings { advanced: Advanced { newton_iterations: 1, ..converged.advanced }, ..converged },
+            None,
+        ),
     ];
     for (what, settings, order) in kinds {
         let mut errors = [[0.0; 2]; 3];

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use rhexis::components::{Curve, Fibres, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Settings, Tangent};
+use rhexis::settings::{Accuracy, Advanced, Settings, Tangent};
 use rhexis::storage::Vertices;
 
 pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
@@ -83,7 +83,10 @@ fn balance(rows: &mut Rows) -> Result<(), VerifyError> {
             bodies::hold_along(&membrane, name, [true; 3], ramp.clone(), offset)
         };
         let (left, right) = (side("left", 0.0, -1.5), side("right", SIDE, 1.5));
-        let settings = Settings { tangent: Tangent::Exact, ..bodies::exacting() };
+        let settings = Settings {
+            advanced: Advanced { tangent: Tangent::Exact, ..bodies::exacting().advanced },
+            ..bodies::exacting()
+        };
         let (mut simulation, body) = bodies::simulate(settings, membrane.hold(left).hold(right))?;
         let (mut lost, mut work) = (Vec::new(), 0.0);
         let mut before = simulation.energies(body)?;
@@ -116,7 +119,10 @@ fn momenta(vertices: &Vertices) -> (DVec3, DVec3) {
 
 fn momentum_of_steps(rows: &mut Rows) -> Result<(), VerifyError> {
     let linear = rhexis::settings::LinearParams::by_residual(1e-12, 20_000);
-    let (mut simulation, body) = bodies::simulate(Settings { linear, ..default_step() }, square()?)?;
+    let (mut simulation, body) = bodies::simulate(
+        Settings { advanced: Advanced { linear, ..default_step().advanced }, ..default_step() },
+        square()?,
+    )?;
     let drift = DVec3::new(0.1, -0.2, 0.3);
     bodies::set_motion(&mut simulation, body, |i, x| (x, drift + crumple(x, i) * 0.05))?;
     let (start, _) = momenta(&Snapshot::new(&mut simulation, body)?.vertices);
@@ -146,8 +152,22 @@ fn spin(rows: &mut Rows) -> Result<(), VerifyError> {
     for dt in [1.0, 10.0] {
         for (what, axis) in [("in its plane", DVec3::Z), ("about its middle line", DVec3::X)] {
             let default = kept(default_step(), axis, dt)?;
-            let exact = kept(Settings { tangent: Tangent::Exact, ..default_step() }, axis, dt)?;
-            let converged = kept(Settings { tangent: Tangent::Exact, ..bodies::exacting() }, axis, dt)?;
+            let exact = kept(
+                Settings {
+                    advanced: Advanced { tangent: Tangent::Exact, ..default_step().advanced },
+                    ..default_step()
+                },
+                axis,
+                dt,
+            )?;
+            let converged = kept(
+                Settings {
+                    advanced: Advanced { tangent: Tangent::Exact, ..bodies::exacting().advanced },
+                    ..bodies::exacting()
+                },
+                axis,
+                dt,
+            )?;
             if axis == DVec3::Z {
                 // The rotated tangent exerts no torque in the plane; the exact one, solved once, turns the tension that one step's
                 // tangential displacement brings into a brake, and so does the tension along the normal out of the plane.
@@ -161,7 +181,7 @@ fn spin(rows: &mut Rows) -> Result<(), VerifyError> {
             }
             rows.note(format!("sheet spinning {what}, dt {dt} ms: kept by one exact solve"), exact, "1");
             rows.note(format!("sheet spinning {what}, dt {dt} ms: kept by the converged step"), converged, "1");
-            let accurate = kept(Settings { threads: 1, ..Settings::accurate() }, axis, dt)?;
+            let accurate = kept(Settings { threads: 1, ..Settings::new(Accuracy::Accurate) }, axis, dt)?;
             // Converged TR-BDF2 loses 0.002, backward Euler 0.083 however well it converges; in between is what two solves leave.
             rows.ratio(
                 format!("sheet spinning {what}, dt {dt} ms: lost by the accurate step"),

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rhexis::components::{Curve, Fibres, Material};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Integrator, Settings};
+use rhexis::settings::{Accuracy, Advanced, Integrator, Settings};
 
 /// Size of the noise \[mm/ms\]: far from anything that is not linear.
 const NOISE: f64 = 1e-6;
@@ -30,8 +30,8 @@ pub(super) fn run(_: &Artifacts) -> Result<Vec<Row>, VerifyError> {
 /// One solve by either formula, and the accurate step.
 fn kinds() -> [(&'static str, Settings); 3] {
     let default = Settings::default();
-    let tr_bdf2 = Settings { integrator: Integrator::TrBdf2, ..default };
-    [("", default), (", TR-BDF2", tr_bdf2), (", accurate", Settings::accurate())]
+    let tr_bdf2 = Settings { advanced: Advanced { integrator: Integrator::TrBdf2, ..default.advanced }, ..default };
+    [("", default), (", TR-BDF2", tr_bdf2), (", accurate", Settings::new(Accuracy::Accurate))]
 }
 
 /// Stretches a sheet along its fibres and gives the size of the velocities after 60 steps over that of the noise that was put

@@ -102,20 +102,20 @@ pub enum IntegratorSpec {
     TrBdf2,
 }
 
-/// What the settings are where the scene does not say.
+/// Preset of the settings; keys of `[run]` and `run.advanced` go before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Accuracy {
+pub enum AccuracySpec {
     /// One linear solve by backward Euler: for interaction.
     #[default]
     Fast,
-    /// [`Settings::accurate`](rhexis::settings::Settings::accurate): for references.
+    /// For references.
     Accurate,
-    /// [`Settings::haptic`](rhexis::settings::Settings::haptic): for a hand that feels.
+    /// For a hand that feels.
     Haptic,
-    /// [`Settings::game`](rhexis::settings::Settings::game): for an eye that looks.
+    /// For an eye that looks.
     Game,
-    /// [`Settings::equilibrium`](rhexis::settings::Settings::equilibrium): for equilibria and what lies between them.
+    /// For equilibria and what lies between them.
     Static,
 }
 
@@ -167,21 +167,48 @@ pub struct RunSpec {
     /// Default false.
     #[serde(default)]
     pub until_ended: bool,
-    /// `"fast"` (default), `"haptic"`, `"game"`, `"accurate"` or `"static"`: what steps do where no other key says it.
-    /// - Haptic is `resumes = 2`, `halvings = 1`.
+    /// `"fast"` (default), `"haptic"`, `"game"`, `"accurate"` or `"static"`: preset of all settings that no other key gives.
+    /// - Haptic is `max_tear_passes = 2`, `advanced.max_step_halvings = 1`, `advanced.newton_corrections = 0`.
     /// - Game is that with `position_tolerance = 0.02` and `budget = 80`.
-    /// - Static is `linear_tolerance = 1e-10`, `stress_tolerance = inf`, `static_iterations = 200`.
+    /// - Static is `linear_tolerance = 1e-10`, `stress_tolerance = inf`, `static_iterations = 200` of `advanced`.
     /// - Accurate is `integrator = "tr_bdf2"`, `newton_iterations = 2`, `tangent = "projected"`, `linear_tolerance = 1e-10`,
-    ///   `stress_tolerance = inf`. A step takes three to seven times as long; for references, waves and spins.
+    ///   `stress_tolerance = inf` of `advanced`. A step takes three to seven times as long; for references, waves and spins.
     #[serde(default)]
-    pub accuracy: Accuracy,
+    pub accuracy: AccuracySpec,
+    /// Iterations of linear solves that a body may take in one dynamic step, retries and passes for tears included, at least 1: the same
+    /// bits on every machine. What it leaves unsolved is in the report. Default none.
+    pub budget: Option<u32>,
+    /// Threads; 0 (default) means one per core. The results are the same bits for any number.
+    #[serde(default)]
+    pub threads: usize,
+    /// Maximum re-solves per dynamic step while a tear may still advance by `max_tear_speed`, at most 1000. Default 8.
+    pub max_tear_passes: Option<u32>,
+    /// Estimated error of positions, over the mean edge, at which the linear solve of a dynamic step may stop; its residual is then not
+    /// asked for. Above zero; `inf` (default): not asked for.
+    pub position_tolerance: Option<f64>,
+    /// Use only the instructions that every processor of the family has; slower, the same results.
+    #[serde(default)]
+    pub portable_instructions: bool,
+    /// Numbers and methods of the solver, which `accuracy` sets.
+    #[serde(default)]
+    pub advanced: AdvancedSpec,
+}
+
+/// `[run.advanced]`, or `advanced.KEY = …` in `[run]`: settings of the solver that few scenes change.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AdvancedSpec {
     /// `"backward_euler"` (default) or `"tr_bdf2"`: the formula of a dynamic step in time, of first or second order. Without
     /// `energy` in `[output]`.
     pub integrator: Option<IntegratorSpec>,
-    /// Newton iterations per dynamic step or stage of it, at most 1000; 1 (default) is linearly implicit.
+    /// Maximum Newton iterations per dynamic step or stage of it, at most 1000; 1 (default) is linearly implicit.
     pub newton_iterations: Option<u32>,
-    /// Newton stops in a dynamic step at this fraction of the largest corner force. Default 1e-9.
+    /// Largest free nodal imbalance at which Newton stops in a dynamic step, over the largest corner force. Default 1e-9.
     pub newton_tolerance: Option<f64>,
+    /// Maximum Newton corrections of a step that fails the energy check, before it is retried in halves; at most 100. Default 10.
+    pub newton_corrections: Option<u32>,
+    /// Maximum halvings of a step that fails, at most 20. Default 4.
+    pub max_step_halvings: Option<u32>,
     /// Relative residual at which the linear solve of a dynamic step may stop. Default 1e-4; where no piece can come free 0.1 is enough.
     pub linear_tolerance: Option<f64>,
     /// Estimated error of the stress, relative to the stress in the body as a whole, at which the linear solve of a dynamic step
@@ -189,47 +216,46 @@ pub struct RunSpec {
     /// Above zero, default 1e-3; with `inf` it is not asked for and the
     /// residual decides alone.
     pub stress_tolerance: Option<f64>,
-    /// Estimated error of positions, over the mean edge, at which the linear solve of a dynamic step may stop; its residual is then not
-    /// asked for. Above zero; `inf` (default): not asked for.
-    pub position_tolerance: Option<f64>,
-    /// Iterations of linear solves that a body may take in one dynamic step, retries and resumes included, at least 1: the same bits
-    /// on every machine. What it leaves unsolved is in the report. Default none.
-    pub budget: Option<u32>,
     /// Time \[ms\] after which a linear solve stops however far it has come; the run is then not the same every time. Default none.
     pub solve_milliseconds: Option<f64>,
-    /// Iterations of a linear solve at the most, 1 to 10⁶. Default 2000.
-    #[serde(default = "linear_iterations")]
+    /// Maximum iterations of a linear solve, 1 to 10⁶. Default 2000.
     pub linear_iterations: u32,
     /// `"rotated"` (default), `"exact"` or `"projected"`.
     pub tangent: Option<TangentSpec>,
     /// `"auto"` (default), `"block_jacobi"`, `"incomplete_cholesky"`, `"multigrid"` or `"cholesky"`: the same answer
     /// within the tolerance, at other costs.
-    #[serde(default)]
     pub preconditioner: PreconditionerSpec,
-    /// `"mixed"` (default) or `"double"`: what the iterations of dynamic steps compute in; the same answer within the tolerance.
-    #[serde(default)]
+    /// `"mixed"` (default) or `"double"`: arithmetic of the iterations of dynamic steps; the same answer within the tolerance.
     pub precision: PrecisionSpec,
-    /// A static solve ends where the largest free nodal imbalance is this fraction of the largest corner force. Default 1e-9.
-    #[serde(default = "newton_tolerance")]
+    /// Largest free nodal imbalance at which a static solve ends, over the largest corner force. Default 1e-9.
     pub static_tolerance: f64,
-    /// Newton iterations of a static solve at the most, 1 to 10⁴. Default 60.
+    /// Maximum Newton iterations of a static solve, 1 to 10⁴. Default 60.
     pub static_iterations: Option<u32>,
-    /// How often tearing and equilibrium may alternate within one static step. Default 1000; a tear that would go on is
+    /// Maximum rounds of tearing and equilibrium within one static step. Default 1000; a tear that would go on is
     /// held until the next step.
-    #[serde(default = "static_advances")]
     pub static_advances: u32,
-    /// Maximum re-solves per step while a tear may still advance. Default 8.
-    pub resumes: Option<u32>,
-    /// Maximum Newton corrections of a step that fails the energy check, before it is retried in halves. Default 10.
-    pub corrections: Option<u32>,
-    /// How often a step that fails is retried in halves. Default 4.
-    pub halvings: Option<u32>,
-    /// Threads; 0 (default) means one per core. The results are the same bits for any number.
-    #[serde(default)]
-    pub threads: usize,
-    /// Use only the instructions that every processor of the family has; slower, the same results.
-    #[serde(default)]
-    pub portable_instructions: bool,
+}
+
+impl Default for AdvancedSpec {
+    fn default() -> Self {
+        Self {
+            integrator: None,
+            newton_iterations: None,
+            newton_tolerance: None,
+            newton_corrections: None,
+            max_step_halvings: None,
+            linear_tolerance: None,
+            stress_tolerance: None,
+            solve_milliseconds: None,
+            linear_iterations: LinearParams::default().iterations,
+            tangent: None,
+            preconditioner: PreconditionerSpec::Auto,
+            precision: PrecisionSpec::Mixed,
+            static_tolerance: 1e-9,
+            static_iterations: None,
+            static_advances: 1000,
+        }
+    }
 }
 
 /// `[output]`.
@@ -352,16 +378,4 @@ pub struct EllipsoidSpec {
     pub centre: Point,
     /// Half axes \[mm\], each > 0.
     pub half_axes: Point,
-}
-
-fn newton_tolerance() -> f64 {
-    1e-9
-}
-
-fn linear_iterations() -> u32 {
-    LinearParams::default().iterations
-}
-
-fn static_advances() -> u32 {
-    1000
 }

@@ -6,7 +6,7 @@ use crate::common::{self, Square};
 use glam::DVec3;
 use rhexis::components::{Curve, EnergyAudit, Grips, Obstacle, Refined, Shape, Sleeping, TearLog};
 use rhexis::event::EventKind;
-use rhexis::settings::{Integrator, Precision, Preconditioner, Settings};
+use rhexis::settings::{Advanced, Integrator, Precision, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::Snapshot;
 use rhexis_scene::Document;
@@ -61,7 +61,7 @@ fn advances(simulation: &Simulation) -> u32 {
 }
 
 fn settings(preconditioner: Preconditioner) -> Settings {
-    Settings { preconditioner, threads: 1, ..Settings::default() }
+    Settings { threads: 1, advanced: Advanced { preconditioner, ..Advanced::default() }, ..Settings::default() }
 }
 
 #[test]
@@ -105,9 +105,22 @@ fn every_way_to_solve() {
         Preconditioner::Cholesky,
     ];
     let ways = kinds.map(settings).into_iter().chain([
-        Settings { integrator: Integrator::TrBdf2, newton_iterations: 2, ..settings(Preconditioner::Auto) },
-        Settings { precision: Precision::Double, ..settings(Preconditioner::Multigrid) },
-        Settings { newton_iterations: 4, ..settings(Preconditioner::Multigrid) },
+        Settings {
+            advanced: Advanced {
+                integrator: Integrator::TrBdf2,
+                newton_iterations: 2,
+                ..settings(Preconditioner::Auto).advanced
+            },
+            ..settings(Preconditioner::Auto)
+        },
+        Settings {
+            advanced: Advanced { precision: Precision::Double, ..settings(Preconditioner::Multigrid).advanced },
+            ..settings(Preconditioner::Multigrid)
+        },
+        Settings {
+            advanced: Advanced { newton_iterations: 4, ..settings(Preconditioner::Multigrid).advanced },
+            ..settings(Preconditioner::Multigrid)
+        },
     ]);
     for settings in ways {
         let run = weak().spawn(settings).simulation;

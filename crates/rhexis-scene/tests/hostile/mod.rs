@@ -9,7 +9,7 @@ mod meshes;
 use glam::DVec3;
 use meshes::{Body, Sheet};
 use rhexis::replay::{self, Recording};
-use rhexis::settings::{LinearParams, Settings};
+use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::snapshot::Snapshot;
 use rhexis::storage::{Edit, EditRecord, Topology, Triangles, Vertices, apply, outlook, undo, validate};
@@ -64,7 +64,11 @@ fn is_small(mesh: &str) -> bool {
 /// Few iterations, one thread.
 fn cheap() -> Settings {
     let linear = LinearParams { tolerance: 1e-2, iterations: 20, ..LinearParams::default() };
-    Settings { linear, halvings: 1, static_iterations: 2, threads: 1, ..Settings::default() }
+    Settings {
+        threads: 1,
+        advanced: Advanced { linear, max_step_halvings: 1, static_iterations: 2, ..Advanced::default() },
+        ..Settings::default()
+    }
 }
 
 /// Finite, with tables that belong together.
@@ -118,9 +122,11 @@ pub fn recording(body: &[u8]) {
 /// Repeats a recording, to whatever end, if no settings in it ask for more work than there is time; whether it did.
 pub fn replayed(recording: &Recording) -> bool {
     let is_few = |settings: &Settings| {
-        let Settings { linear, newton_iterations, static_iterations, resumes, halvings, threads, .. } = *settings;
-        let counts = [linear.iterations / 1000, newton_iterations, static_iterations / 10, resumes / 10, halvings];
-        threads < 5 && counts.into_iter().all(|count| count < 10)
+        let Settings { threads, max_tear_passes, advanced, .. } = *settings;
+        let Advanced { linear, newton_iterations, static_iterations, max_step_halvings, .. } = advanced;
+        let solves = [linear.iterations / 1000, newton_iterations, static_iterations / 10];
+        let mut counts = solves.into_iter().chain([max_tear_passes / 10, max_step_halvings]);
+        threads < 5 && counts.all(|count| count < 10)
     };
     let is_cheap = |input: &replay::Input| match input {
         replay::Input::SetSettings(settings) => is_few(settings),

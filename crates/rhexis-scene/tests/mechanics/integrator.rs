@@ -3,18 +3,18 @@
 use crate::common::{self, DT, Square, state_bits};
 use glam::DVec3;
 use rhexis::components::{Curve, EnergyAudit, Holds, Planar, Sleeping, TearLog, Tearing};
-use rhexis::settings::{Integrator, Precision, Preconditioner, Settings, Tangent};
+use rhexis::settings::{Accuracy, Advanced, Integrator, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::Vertices;
 use rhexis_scene::Document;
 
 fn tr_bdf2() -> Settings {
-    Settings { integrator: Integrator::TrBdf2, ..Settings::default() }
+    Settings { advanced: Advanced { integrator: Integrator::TrBdf2, ..Advanced::default() }, ..Settings::default() }
 }
 
 #[test]
 fn a_square_tears_through_along_the_same_way() {
-    let ends = [Settings::default(), tr_bdf2(), Settings::accurate()].map(|settings| {
+    let ends = [Settings::default(), tr_bdf2(), Settings::new(Accuracy::Accurate)].map(|settings| {
         let mut run = Square::new([30, 26], 60.0).spawn(settings);
         run.stretch_to(0.4);
         run.tear_through();
@@ -31,7 +31,7 @@ fn any_number_of_threads_gives_the_same_bits() {
         let mut square = Square::new([60, 50], 60.0);
         square.tearing.strength_across_fibres *= 0.2;
         square.tearing.strength_along_fibres *= 0.2;
-        let mut simulation = Simulation::new(Settings { threads, ..Settings::accurate() }).unwrap();
+        let mut simulation = Simulation::new(Settings { threads, ..Settings::new(Accuracy::Accurate) }).unwrap();
         let body = square.spawn_into(&mut simulation);
         for _ in 0..14 {
             simulation.step(DT).unwrap();
@@ -44,7 +44,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 
 #[test]
 fn a_step_that_fails_is_undone_in_both_stages() {
-    for settings in [tr_bdf2(), Settings::accurate()] {
+    for settings in [tr_bdf2(), Settings::new(Accuracy::Accurate)] {
         let mut run = Square::new([20, 16], 45.0).spawn(settings);
         run.step();
         // The grip leaves within the second of two halves, which is halved until it is out of the parts that are done.
@@ -62,7 +62,7 @@ fn a_step_that_fails_is_undone_in_both_stages() {
 
 #[test]
 fn prescribed_motion_leaves_the_velocity_of_its_path() {
-    let mut run = Square::new([20, 16], 45.0).spawn(Settings::accurate());
+    let mut run = Square::new([20, 16], 45.0).spawn(Settings::new(Accuracy::Accurate));
     for _ in 0..5 {
         run.step();
     }
@@ -77,7 +77,7 @@ fn prescribed_motion_leaves_the_velocity_of_its_path() {
 
 #[test]
 fn a_body_at_rest_falls_asleep_between_stages_and_wakes() {
-    for settings in [tr_bdf2(), Settings::accurate()] {
+    for settings in [tr_bdf2(), Settings::new(Accuracy::Accurate)] {
         let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
         let square = Square { tearing: strong, ..Square::new([20, 16], 60.0) };
         let path = Curve::new(vec![(0.0, 0.0), (20.0, 0.3), (100.0, 0.3), (110.0, 0.4)]).unwrap();
@@ -110,14 +110,14 @@ fn a_scene_says_how_accurate_it_is() {
         keys.iter().for_each(|key| document.set(key).unwrap());
         document.scene().unwrap().instantiate().map(|instance| *instance.simulation.settings())
     };
-    let accurate = settings(&["run.accuracy=accurate", "run.newton_iterations=3"]).unwrap();
-    assert_eq!(accurate.linear, Settings::accurate().linear);
-    assert_eq!((accurate.integrator, accurate.tangent), (Integrator::TrBdf2, Tangent::Projected));
-    assert_eq!(accurate.newton_iterations, 3);
-    let other = settings(&["run.integrator=tr_bdf2", "run.tangent=projected"]).unwrap();
-    assert_eq!((other.integrator, other.tangent), (Integrator::TrBdf2, Tangent::Projected));
-    assert_eq!(other.linear, Settings::default().linear);
-    let refused = settings(&["run.integrator=tr_bdf2", "output.energy=true"]).unwrap_err();
+    let accurate = settings(&["run.accuracy=accurate", "run.advanced.newton_iterations=3"]).unwrap();
+    assert_eq!(accurate.advanced.linear, Settings::new(Accuracy::Accurate).advanced.linear);
+    assert_eq!((accurate.advanced.integrator, accurate.advanced.tangent), (Integrator::TrBdf2, Tangent::Projected));
+    assert_eq!(accurate.advanced.newton_iterations, 3);
+    let other = settings(&["run.advanced.integrator=tr_bdf2", "run.advanced.tangent=projected"]).unwrap();
+    assert_eq!((other.advanced.integrator, other.advanced.tangent), (Integrator::TrBdf2, Tangent::Projected));
+    assert_eq!(other.advanced.linear, Settings::default().advanced.linear);
+    let refused = settings(&["run.advanced.integrator=tr_bdf2", "output.energy=true"]).unwrap_err();
     assert!(refused.to_string().contains("backward_euler"), "{refused}");
 }
 
@@ -149,9 +149,13 @@ fn pressed(settings: Settings) -> (u32, bool) {
 fn the_projected_tangent_never_falls_back_under_compression() {
     for precision in [Precision::Mixed, Precision::Double] {
         for preconditioner in [Preconditioner::Auto, Preconditioner::IncompleteCholesky, Preconditioner::Cholesky] {
-            let twice = Settings { newton_iterations: 2, precision, preconditioner, ..Settings::default() };
-            let exact = pressed(Settings { tangent: Tangent::Exact, ..twice });
-            let projected = pressed(Settings { tangent: Tangent::Projected, ..twice });
+            let twice = Settings {
+                advanced: Advanced { newton_iterations: 2, precision, preconditioner, ..Advanced::default() },
+                ..Settings::default()
+            };
+            let exact = pressed(Settings { advanced: Advanced { tangent: Tangent::Exact, ..twice.advanced }, ..twice });
+            let projected =
+                pressed(Settings { advanced: Advanced { tangent: Tangent::Projected, ..twice.advanced }, ..twice });
             println!("{precision:?} {preconditioner:?}: exact {exact:?}, projected {projected:?}");
             assert!(projected.0 == 0 && projected.1, "{projected:?}");
             // Else this shows nothing.

@@ -8,7 +8,7 @@
 use glam::DVec3;
 use rhexis::components::TearDecisions;
 use rhexis::math::Sym2;
-use rhexis::settings::{LinearParams, Settings};
+use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::Tips;
 use rhexis::storage::Vertices;
@@ -63,7 +63,12 @@ fn the_stress_at_the_tip_is_that_of_tight_solves() {
         }
         let mut tight = Simulation::from_snapshot(&instance.simulation.snapshot()).unwrap();
         let settings = *tight.settings();
-        tight.set_settings(Settings { linear: LinearParams::by_residual(1e-9, 20_000), ..settings }).unwrap();
+        tight
+            .set_settings(Settings {
+                advanced: Advanced { linear: LinearParams::by_residual(1e-9, 20_000), ..settings.advanced },
+                ..settings
+            })
+            .unwrap();
         for step in 1..=WINDOW {
             if instance.is_finished() {
                 break;

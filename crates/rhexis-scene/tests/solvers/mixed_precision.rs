@@ -6,7 +6,7 @@ use glam::DVec3;
 use hecs::Entity;
 use rhexis::components::{ExternalStiffness, Frames, FreeAxes, SolverScratch};
 use rhexis::math::{ElementState, GeometricStiffness, Sym3};
-use rhexis::settings::{LinearParams, Precision, Preconditioner, Settings, Tangent};
+use rhexis::settings::{Advanced, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::bending::BendingPasses;
@@ -368,7 +368,11 @@ fn run(settings: Settings, steps: usize) -> (Simulation, Entity) {
 #[test]
 fn threads_and_instructions_leave_the_bits_alone() {
     for preconditioner in PRECONDITIONERS {
-        let settings = Settings { preconditioner, threads: 1, ..Settings::default() };
+        let settings = Settings {
+            threads: 1,
+            advanced: Advanced { preconditioner, ..Advanced::default() },
+            ..Settings::default()
+        };
         let bits = |settings: Settings| {
             let (simulation, body) = run(settings, 16);
             state_bits(&simulation, body)
@@ -384,8 +388,14 @@ fn a_run_is_that_of_double_precision_within_the_tolerance() {
     let positions = |preconditioner, precision, tolerance| {
         let linear = LinearParams::by_residual(tolerance, 20_000);
         // Before the first tear, which would make a difference of one advance out of any.
-        let (simulation, body) =
-            run(Settings { linear, preconditioner, precision, threads: 1, ..Settings::default() }, 5);
+        let (simulation, body) = run(
+            Settings {
+                threads: 1,
+                advanced: Advanced { linear, preconditioner, precision, ..Advanced::default() },
+                ..Settings::default()
+            },
+            5,
+        );
         simulation.world().get::<&Vertices>(body).unwrap().position.clone()
     };
     let off = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);

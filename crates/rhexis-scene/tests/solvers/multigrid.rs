@@ -7,7 +7,7 @@ use rhexis::components::{ExternalStiffness, Fibres, Frames, FreeAxes, Material, 
 use rhexis::generate;
 use rhexis::math::{GeometricStiffness, Sym2};
 use rhexis::membrane::Membrane;
-use rhexis::settings::{LinearParams, Preconditioner, Settings, Tangent};
+use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings, Tangent};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Topology, Triangles, Vertices};
 use rhexis::systems::bending::BendingPasses;
@@ -280,7 +280,11 @@ fn levels_that_follow_a_tear_serve_as_well_as_new_ones() {
 fn static_solves_reach_their_tolerance_with_it() {
     // Newton with exact tangents: the cycle serves iterations in double precision.
     let settled = |preconditioner| {
-        let mut run = Square::new([40, 34], 45.0).spawn(Settings { preconditioner, threads: 1, ..Settings::default() });
+        let mut run = Square::new([40, 34], 45.0).spawn(Settings {
+            threads: 1,
+            advanced: Advanced { preconditioner, ..Advanced::default() },
+            ..Settings::default()
+        });
         run.stretch_to(0.5);
         assert!(run.simulation.report().bodies.iter().all(|body| body.residual.is_finite()));
         run.vertices().position.clone()
@@ -298,8 +302,11 @@ fn threads_leave_the_bits_alone() {
         let mut square = Square::new([80, 60], 60.0);
         square.tearing.strength_across_fibres *= 0.2;
         square.tearing.strength_along_fibres *= 0.2;
-        let mut run =
-            square.spawn(Settings { threads, preconditioner: Preconditioner::Multigrid, ..Settings::default() });
+        let mut run = square.spawn(Settings {
+            threads,
+            advanced: Advanced { preconditioner: Preconditioner::Multigrid, ..Advanced::default() },
+            ..Settings::default()
+        });
         for _ in 0..16 {
             run.step();
         }

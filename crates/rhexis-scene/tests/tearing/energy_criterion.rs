@@ -12,7 +12,7 @@ use rhexis::event::EventKind;
 use rhexis::generate;
 use rhexis::math::Sym2;
 use rhexis::membrane::{BodyError, Membrane};
-use rhexis::settings::{LinearParams, Settings};
+use rhexis::settings::{Advanced, LinearParams, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::{Attached, Tips, Topology, Triangles, Vertices};
 use rhexis::systems::fracture::{EnergyTerms, Surface, TipMemory, energy_decision};
@@ -183,7 +183,11 @@ fn torn(mut square: Square, toughness: Toughness) -> (common::Run, Vec<DecidedBy
     square.notches = vec![[DVec3::new(15.0, 30.0, 0.0), DVec3::new(15.0, 26.0, 0.0)]];
     // As symmetric as the scene, which the order of a factor's vertices is not.
     let linear = LinearParams { tolerance: 1e-10, ..LinearParams::default() };
-    let mut run = square.spawn(Settings { threads: 1, linear, ..Settings::default() });
+    let mut run = square.spawn(Settings {
+        threads: 1,
+        advanced: Advanced { linear, ..Advanced::default() },
+        ..Settings::default()
+    });
     run.simulation.world_mut().insert_one(run.body, EnergyCriterion::new(toughness)).unwrap();
     run.tear_through();
     run.assert_sound();

@@ -12,7 +12,7 @@ use rhexis::components::{
 };
 use rhexis::math::Sym2;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Preconditioner, Settings};
+use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::{Tips, Topology, TriangleMesh, Triangles, Vertices};
 use rhexis::systems::fracture::{EnergyTerms, Surface, TipMemory, energy_decision, tip_decision};
@@ -200,7 +200,11 @@ impl Cracked {
     /// # Errors
     /// If the body or the cut is refused.
     pub(super) fn new(membrane: Membrane, crack: [DVec2; 2]) -> Result<Self, VerifyError> {
-        let settings = Settings { threads: 1, preconditioner: Preconditioner::Cholesky, ..Settings::default() };
+        let settings = Settings {
+            threads: 1,
+            advanced: Advanced { preconditioner: Preconditioner::Cholesky, ..Advanced::default() },
+            ..Settings::default()
+        };
         let (mut simulation, body) = bodies::simulate(settings, membrane)?;
         simulation.cut(body, &crack.map(|p| p.extend(0.0)))?;
         Ok(Self { simulation, body })

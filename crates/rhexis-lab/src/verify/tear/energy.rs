@@ -48,7 +48,9 @@ impl Tear {
         document.set(&format!("bodies.0.mesh.grid.nx={nx}"))?;
         document.set(&format!("bodies.0.mesh.grid.ny={ny}"))?;
         document.set("output.energy=true")?;
-        ["run.threads=1", "run.preconditioner=cholesky"].into_iter().try_for_each(|change| document.set(change))?;
+        ["run.threads=1", "run.advanced.preconditioner=cholesky"]
+            .into_iter()
+            .try_for_each(|change| document.set(change))?;
         if let Some(dt) = self.dt {
             document.set(&format!("run.dt={dt}"))?;
         }

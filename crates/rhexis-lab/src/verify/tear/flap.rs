@@ -12,7 +12,7 @@ use hecs::Entity;
 use rhexis::components::{Bending, Curve, Damping, Drag, EnergyCriterion, Material, Refinement, Tearing, Toughness};
 use rhexis::event::EventKind;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Preconditioner, Settings};
+use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::{TipKey, Tips, Vertices};
 use rhexis_scene::generate;
@@ -144,7 +144,11 @@ impl Flap {
     }
 
     fn tear(&self, most: f64) -> Result<Torn, VerifyError> {
-        let settings = Settings { threads: 1, preconditioner: Preconditioner::Cholesky, ..Settings::default() };
+        let settings = Settings {
+            threads: 1,
+            advanced: Advanced { preconditioner: Preconditioner::Cholesky, ..Advanced::default() },
+            ..Settings::default()
+        };
         let (mut simulation, body) = bodies::simulate(settings, self.sheet()?)?;
         let mut torn = Torn::default();
         for y in [-FLAP, FLAP] {

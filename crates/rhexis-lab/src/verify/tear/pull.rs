@@ -7,7 +7,7 @@ use hecs::Entity;
 use rhexis::components::Curve;
 use rhexis::event::EventKind;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Preconditioner, Settings};
+use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::TipKey;
 
@@ -58,7 +58,11 @@ impl Pulled {
             bodies::hold_along(&sheet, name, [true; 3], curve, is_held)
         };
         let (left, right) = (grip("left", -1.0), grip("right", 1.0));
-        let settings = Settings { threads: 1, preconditioner: Preconditioner::Cholesky, ..Settings::default() };
+        let settings = Settings {
+            threads: 1,
+            advanced: Advanced { preconditioner: Preconditioner::Cholesky, ..Advanced::default() },
+            ..Settings::default()
+        };
         let (simulation, body) = bodies::simulate(settings, sheet.hold(left).hold(right))?;
         Ok(Self { simulation, body, time: 0.0 })
     }

@@ -114,7 +114,9 @@ impl Square {
     pub fn scene(name: &str, changes: &[String]) -> Result<Self, VerifyError> {
         let mut document = Document::named(name)?;
         // Cases run side by side; a factor saves seven eighths of the time and changes nothing but digits under the tolerance.
-        ["run.threads=1", "run.preconditioner=cholesky"].into_iter().try_for_each(|change| document.set(change))?;
+        ["run.threads=1", "run.advanced.preconditioner=cholesky"]
+            .into_iter()
+            .try_for_each(|change| document.set(change))?;
         changes.iter().try_for_each(|change| document.set(change))?;
         let instance = document.scene()?.instantiate()?;
         let mut square = Self { instance, events: Vec::new(), onsets: Vec::new(), edge: 0.0, length: 0.0, last: None };

@@ -49,7 +49,7 @@ fn torn(
     let cuts: Vec<String> = cuts.iter().map(|cut| format!("{{ polyline = {cut:?} }}")).collect();
     let cuts = format!("bodies.0.cuts=[{}]", cuts.join(", "));
     // With the default of 1e-4 images drift apart by 1e-7 mm.
-    let changes = [&cuts, "run.linear_tolerance=1e-12", "run.steps=300"];
+    let changes = [&cuts, "run.advanced.linear_tolerance=1e-12", "run.steps=300"];
     let mut square = Square::new("fig2-tear", &mesh, tissue, &changes)?;
     square.approach()?;
     square.tear_through()?;

@@ -8,7 +8,7 @@ use rhexis::components::{
 };
 use rhexis::event::EventKind;
 use rhexis::membrane::Membrane;
-use rhexis::settings::{Preconditioner, Settings};
+use rhexis::settings::{Advanced, Preconditioner, Settings};
 use rhexis::simulation::{Simulation, SimulationError};
 use rhexis::storage::{Tips, TriangleMesh, Vertices};
 use rhexis_scene::generate::{self, GenerateError};
@@ -148,7 +148,11 @@ impl Trouser {
     pub(super) fn tear(&self) -> Result<Torn, VerifyError> {
         let pace = self.pace();
         let most = MOST / pace;
-        let settings = Settings { threads: 1, preconditioner: Preconditioner::Cholesky, ..Settings::default() };
+        let settings = Settings {
+            threads: 1,
+            advanced: Advanced { preconditioner: Preconditioner::Cholesky, ..Advanced::default() },
+            ..Settings::default()
+        };
         let (mut simulation, body) = bodies::simulate(settings, self.sheet(most)?)?;
         let tip = DVec2::new(0.0, LENGTH - LEGS);
         simulation.cut(body, &[DVec3::new(0.0, LENGTH, 0.0), tip.extend(0.0)])?;
