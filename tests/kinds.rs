@@ -59,7 +59,7 @@ fn types() -> Vec<Type> {
 
 /// The components of the registry with their kinds.
 fn registered() -> BTreeMap<String, String> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/registry.rs");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/registry/mod.rs");
     let text = fs::read_to_string(file).unwrap();
     let list = text.split("macro_rules! components").nth(1).unwrap().split("\n}\n").next().unwrap();
     let (mut kind, mut found) = (String::new(), BTreeMap::new());
@@ -76,27 +76,29 @@ fn registered() -> BTreeMap<String, String> {
 #[test]
 fn folder_registry_and_doc_name_one_kind() {
     let (types, registered) = (types(), registered());
-    assert!(registered.len() > 45, "only {} components were found in src/registry.rs", registered.len());
+    assert!(registered.len() > 45, "only {} components were found in src/registry/mod.rs", registered.len());
     let mut against = Vec::new();
     for (component, kind) in &registered {
         if !KINDS.contains(&kind.as_str()) {
-            against.push(format!("src/registry.rs: {component}: a section begins with its kind, not with `{kind}`"));
+            against
+                .push(format!("src/registry/mod.rs: {component}: a section begins with its kind, not with `{kind}`"));
         }
         let found: Vec<&Type> = types.iter().filter(|found| found.name == *component).collect();
         if found.is_empty() {
-            against.push(format!("{component} of src/registry.rs is declared nowhere"));
+            against.push(format!("{component} of src/registry/mod.rs is declared nowhere"));
         }
         // A private type elsewhere may have the name of one of `src/components`.
         let is_there = found.iter().any(|found| found.folder.is_some());
         for Type { folder, told, place, .. } in found.into_iter().filter(|found| found.folder.is_some() == is_there) {
             if folder.as_ref().is_some_and(|folder| folder != kind) {
                 against.push(format!(
-                    "{place}: {component} is {kind} in src/registry.rs: move it to src/components/{kind}"
+                    "{place}: {component} is {kind} in src/registry/mod.rs: move it to src/components/{kind}"
                 ));
             }
             if told.as_ref() != Some(kind) {
-                against
-                    .push(format!("{place}: {component} is {kind} in src/registry.rs: say so in its doc, as *{kind}*"));
+                against.push(format!(
+                    "{place}: {component} is {kind} in src/registry/mod.rs: say so in its doc, as *{kind}*"
+                ));
             }
         }
     }

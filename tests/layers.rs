@@ -197,7 +197,7 @@ fn the_architecture_page_lists_the_layers_and_the_stages() {
     let layers = architecture(&page, "Order of layers").split("\n\n").find(|part| part.starts_with('`')).unwrap();
     assert_eq!(quoted(layers), ORDER, "ARCHITECTURE.md, Order of layers: list them as tests/layers.rs does");
 
-    let schedule = fs::read_to_string(root.join("systems/step/schedule.rs")).unwrap();
+    let schedule = fs::read_to_string(root.join("systems/step/schedule/mod.rs")).unwrap();
     let (_, stages) = schedule.split_once("pub enum Stage {\n").unwrap();
     let stages = stages.split("\n}").next().unwrap().lines().filter(|line| !line.contains("///"));
     let mut stages: Vec<&str> = stages.map(|line| line.trim().trim_end_matches(',')).collect();
@@ -205,5 +205,5 @@ fn the_architecture_page_lists_the_layers_and_the_stages() {
     let mut listed: Vec<&str> = rows.flat_map(|row| quoted(row.split('|').nth(1).unwrap_or_default())).collect();
     stages.sort_unstable();
     listed.sort_unstable();
-    assert_eq!(listed, stages, "ARCHITECTURE.md, The step: a row for each stage of systems/step/schedule.rs");
+    assert_eq!(listed, stages, "ARCHITECTURE.md, The step: a row for each stage of systems/step/schedule/mod.rs");
 }

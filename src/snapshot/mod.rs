@@ -7,7 +7,7 @@
 //! Of that memory, only data that do not follow from the rest are kept. Cholesky factors are rebuilt from their matrix, and multigrid
 //! levels from the mesh, the choice of their nodes and the numbers of the finest one. Charts and discs at tips follow from the rest shape.
 //!
-//! Saved components are one list, in `src/registry.rs`. Your own components are not in it: on entities that live on they stay as
+//! Saved components are one list, in `src/registry/mod.rs`. Your own components are not in it: on entities that live on they stay as
 //! they are, in bytes they are not.
 
 #[cfg(feature = "snapshot")]

@@ -1,8 +1,8 @@
 //! The advance budget of a tip in a step, and whether it suffices for the tip's next triangle.
 
-use super::tip::fan_chart;
 use crate::components::{SolveResult, TearDecision, TearDecisions, Tearing};
 use crate::storage::{TipKey, Tips, Topology, Triangles, Vertices};
+use crate::systems::fracture::cut::tip::fan_chart;
 use crate::systems::{StepContext, work};
 use hecs::World;
 use smallvec::SmallVec;

@@ -15,7 +15,7 @@ pub struct StepAccount {
     pub energy: Option<f64>,
 }
 
-/// Vectors of the linear solve, one entry per vertex, and temporaries of a step. No step needs the values of another.
+/// Vectors of the linear solve, one entry per vertex, and temporaries of a step. *Derived*: no step needs the values of another.
 #[derive(Clone, Debug, Default)]
 pub struct SolverScratch {
     /// 1 along free axes, 0 along prescribed ones.
