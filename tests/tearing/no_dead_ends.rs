@@ -95,7 +95,7 @@ fn tissue_beyond_its_ultimate_stretch_parts() {
 
 /// A bite out of the rim without a tip, and R wider than what is left beside it.
 #[test]
-fn a_strand_narrower_than_r_parts_beyond_its_strength() {
+fn a_ligament_narrower_than_r_parts_beyond_its_strength() {
     let torn = |strength: f64| {
         let tearing = Tearing { strength_across_fibres: strength, strength_along_fibres: strength, ..strong(5.0) };
         let square = Square { tearing, notches: Vec::new(), ..Square::isotropic([30, 30]) };
