@@ -3,7 +3,9 @@
 use crate::noise::{noise, noises};
 use glam::DVec3;
 use hecs::Entity;
-use rhexis::components::{Contact, Curve, Damping, Fibres, Hold, Material, Obstacle, Shape, TearMode, Tearing};
+use rhexis::components::{
+    Contact, Curve, Damping, Fibres, GuardLedger, Hold, Material, Obstacle, Shape, TearMode, Tearing,
+};
 use rhexis::generate;
 use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings, Tangent};
@@ -229,6 +231,57 @@ fn the_corners_of_an_octahedron_stay_where_cuts_would_have_them_slide() {
         assert!((after - before).abs() <= 1e-9 * before, "seed {seed}: {after} mm², {before} at first");
     }
     assert!(cuts > 20, "{cuts}");
+}
+
+/// The bound that excludes gains of energy as `rhexis stress` had them in case 5588, and with six corrections in seed 2.
+///
+/// Where nothing feeds a body, a solve raises its energy E by its spurious energy at most. The ledger sums that: S, and the bounds U of solves
+/// that were not summed. A solve is accepted where S ≤ L and U ≤ L/10, with the limit L = (E + W)/10 and the energy W of a strain of 1 %. Any
+/// other is undone and leaves E as it was. A correction is judged by the limit of the solve that it corrects, with all energy created since, so
+/// that the number of corrections does not enter. Hence no accepted solve gains more than 0.11·(E + W). The test asks for this ledger and for
+/// the bound of `rhexis stress` after every step.
+#[test]
+fn the_ledger_stays_below_its_limit_whatever_the_number_of_corrections() {
+    const LEDGER: f64 = 0.11;
+    let mut acted = [0; 3];
+    for corrections in [0, 1, 6, 10] {
+        for seed in 0..6 {
+            for (dt, size, is_planar) in [(1.0, 4.0, true), (30.0, 2.0, false), (100.0, 4.0, false)] {
+                let mesh = generate::grid(4.0, 4.0, 5, 5).unwrap();
+                let mut sheet = Membrane::new("sheet", mesh, stiff_fibres()).fibres(Fibres::at_degrees(30.0));
+                if is_planar {
+                    sheet = sheet.planar();
+                }
+                let (mut simulation, body) = spawn(Settings { corrections, ..Settings::default() }, sheet);
+                crumple(&mut simulation, body, size, seed, is_planar);
+                if !is_planar {
+                    // A corner that is held still takes no energy in; a body that may spin gets no corrections.
+                    let corner = simulation.view(body).unwrap().vertex_keys[0];
+                    simulation.pin(body, "corner", &[corner]).unwrap();
+                }
+                let energy = |simulation: &Simulation| {
+                    let energies = simulation.energies(body).unwrap();
+                    energies.elastic + energies.kinetic
+                };
+                let start = energy(&simulation);
+                for step in 0..20 {
+                    let report = simulation.step(dt).unwrap();
+                    let guard = report.bodies[0].guard;
+                    acted[0] += guard.refusals();
+                    acted[1] += guard.corrections();
+                    acted[2] += guard.relaxations();
+                    let what = format!("{corrections} corrections, seed {seed}, step {step} of {dt} ms");
+                    let now = energy(&simulation);
+                    let most = 1.112 * (start + SLACK);
+                    assert!(now <= most, "{what}: {now:e} mJ, {start:e} at first");
+                    let ledger = simulation.world().get::<&GuardLedger>(body).unwrap();
+                    let spurious = ledger.spurious_energy + ledger.unchecked_bound;
+                    assert!(spurious <= LEDGER * (most + SLACK), "{what}: {spurious:e} mJ are spurious, of {start:e}");
+                }
+            }
+        }
+    }
+    assert!(acted.iter().all(|count| *count > 0), "undone, corrected, relaxed: {acted:?}");
 }
 
 #[cfg(feature = "snapshot")]
