@@ -52,8 +52,8 @@
 //!
 //! # Features
 //! - `snapshot` (default): snapshots and recordings as bytes and files; in memory they are there without it.
-//! - `direct`: a sparse Cholesky factor for static solves, several times as fast, and, where it lasts, for dynamic steps; it adds a minute of
-//!   compile time. Without it small static solves use block Jacobi.
+//! - `direct`: a sparse Cholesky factor for static solves, several times as fast, and for dynamic solves that come to nothing without; it adds
+//!   a minute of compile time. Without it small static solves use block Jacobi.
 //!
 //! Every set of features builds; builds with and without `direct` read each other's snapshots. Scene files (TOML), the catalog of scenes
 //! and readers for OBJ, Gmsh, VTK, PLY and STL are the crate `rhexis-scene`; the program `rhexis`, pictures and ParaView files the

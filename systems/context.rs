@@ -6,6 +6,7 @@
 //! first is the trapezoidal rule from 0 to γ·Δt, the second the backward difference formula through both and Δt.
 
 use crate::components::{Increment, SolveResult, TearDecisions};
+use crate::settings::ablation::Part;
 use crate::settings::{Integrator, LinearParams, Precision, Preconditioner, Settings, Tangent};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
@@ -82,6 +83,8 @@ pub struct StepContext {
     pub newton_iterations: u32,
     /// Imbalance, as a fraction of the largest corner force, at which Newton stops.
     pub newton_tolerance: f64,
+    /// Part that a measurement leaves out.
+    pub without: Option<Part>,
 }
 
 impl StepContext {
@@ -111,7 +114,13 @@ impl StepContext {
             precision: settings.advanced.precision,
             newton_iterations: settings.advanced.newton_iterations.max(1),
             newton_tolerance: settings.advanced.newton_tolerance,
+            without: settings.without,
         }
+    }
+
+    /// Whether the step has a part that a measurement may leave out.
+    pub fn has(&self, part: Part) -> bool {
+        self.without != Some(part)
     }
 
     /// This part of a step, with work for `solves` more reserved after it.
@@ -153,6 +162,7 @@ impl StepContext {
             precision: Precision::Double,
             newton_iterations: iterations,
             newton_tolerance: tolerance,
+            without: None,
         }
     }
 

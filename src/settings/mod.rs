@@ -1,5 +1,7 @@
 //! How a simulation solves: every number with its unit, default and cost.
 
+#[doc(hidden)]
+pub mod ablation;
 mod range;
 
 pub use range::OutOfRange;
@@ -47,10 +49,10 @@ pub enum Integrator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preconditioner {
-    /// A Cholesky factor or multigrid, by size. In static solves a factor renewed on the spot, over 200,000 free axes multigrid. In
-    /// dynamic steps up to 40,000 free axes a factor made aside on a thread of its own. It takes effect a fixed number of solves
-    /// later and is kept while it is better than none, edits of the mesh included. Meanwhile an incomplete one; on planar bodies
-    /// from 1,000 free axes on, 2,000 where they may tear, multigrid. Over 40,000 multigrid.
+    /// By kind of solve and size. In static solves a Cholesky factor renewed on the spot, over 200,000 free axes multigrid. In
+    /// dynamic steps an incomplete factor; multigrid on planar bodies from 1,000 free axes on, 2,000 where they may tear, and over
+    /// 40,000 on all. A dynamic solve of up to 40,000 free axes that has come to nothing in 500 iterations makes a Cholesky factor on the
+    /// spot, with which the next 16 begin.
     #[default]
     Auto,
     /// The inverse of each vertex' own block: no memory and no time to set up, but hundreds of iterations per solve, more the
@@ -191,8 +193,7 @@ pub struct Settings {
     /// the solves of Newton's method. Tears and refinement that are due go on in the next step, the tip first that has waited longest.
     /// With a budget no Cholesky factor serves.
     pub budget: Option<u32>,
-    /// Threads; 0 means one per core. The result has the same bits for any number. A Cholesky factor that is made aside has
-    /// one of its own for as long as that takes.
+    /// Threads; 0 means one per core. The result has the same bits for any number.
     pub threads: usize,
     /// Maximum re-solves per dynamic step while a tear may still advance by `max_tear_speed`, 8 by default. Each is one more solve and
     /// one more advance per tip; with 0 a tip makes one advance per step.
@@ -206,6 +207,10 @@ pub struct Settings {
     pub portable_instructions: bool,
     /// Numbers and methods of the solver, which a preset sets.
     pub advanced: Advanced,
+    /// Part of a step that a measurement leaves out; in no file.
+    #[doc(hidden)]
+    #[cfg_attr(feature = "snapshot", serde(skip))]
+    pub without: Option<ablation::Part>,
 }
 
 /// Settings of the solver that a preset sets and few programs change.
@@ -264,6 +269,7 @@ impl Default for Settings {
             position_tolerance: f64::INFINITY,
             portable_instructions: false,
             advanced: Advanced::default(),
+            without: None,
         }
     }
 }

@@ -11,7 +11,7 @@ use super::haptic_feed::HapticModel;
 use super::haptics::{Coupling, HapticError, Haptics, ToolSpring, positive};
 use crate::components::SolverScratch;
 use crate::storage::{Topology, Triangles, VertexKey, Vertices};
-use crate::systems::solver::{CgError, Factor, MixedSolver};
+use crate::systems::solver::{CgError, MixedSolver};
 use glam::{DMat3, DVec3};
 use hecs::Entity;
 
@@ -25,7 +25,7 @@ const FELT: f64 = 2e-3;
 /// A direction in which the answers have less than this part of the energy of the others counts as none.
 const LEAST_ENERGY: f64 = 1e-9;
 
-type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch, &'a mut MixedSolver, &'a mut Factor);
+type Query<'a> = (&'a Vertices, &'a Triangles, &'a Topology, &'a SolverScratch, &'a mut MixedSolver);
 
 impl Haptics {
     /// The model that follows the last one of the same tool on the same body, at a part of its cost. It is for motions within a
@@ -54,13 +54,13 @@ impl Haptics {
         };
         simulation.validate_dirty()?;
         let found = simulation.world.query_one_mut::<Query>(body).map_err(|_| HapticError::NoSuchBody)?;
-        let (vertices, triangles, topology, scratch, mixed, factor) = found;
+        let (vertices, triangles, topology, scratch, mixed) = found;
         let (position, force) = self.take_springs(vertices, springs)?;
         let mut stiffness = last;
         self.work = 0;
         if mixed.has_operator_of(triangles, topology) && scratch.free.len() == vertices.len() {
             self.follow(vertices, triangles, topology);
-            let improved = simulation.pool.run(|| self.improve(scratch, (mixed, factor), last));
+            let improved = simulation.pool.run(|| self.improve(scratch, mixed, last));
             match improved {
                 Ok(improved) if improved.is_finite() => stiffness = improved,
                 _ => return self.model(simulation, body, coupling),
@@ -117,12 +117,7 @@ impl Haptics {
     }
 
     /// Improves one of the answers and gives the stiffness \[N/mm\] that all of them make together; `last` is that of the last model.
-    fn improve(
-        &mut self,
-        scratch: &SolverScratch,
-        (mixed, factor): (&mut MixedSolver, &mut Factor),
-        last: DMat3,
-    ) -> Result<DMat3, CgError> {
+    fn improve(&mut self, scratch: &SolverScratch, mixed: &mut MixedSolver, last: DMat3) -> Result<DMat3, CgError> {
         let Self { answers, forces, springs, turn, work, scratch: own, .. } = self;
         let (free, residual) = (&scratch.free, &mut own.residual);
         for (u, force) in answers.iter_mut().zip(forces.iter_mut()) {
@@ -138,7 +133,7 @@ impl Haptics {
         for &(v, stiffness) in &*springs {
             residual[v][axis] += stiffness * free[v][axis];
         }
-        let taken = mixed.correct(factor, (FELT * last.col(axis)[axis], MOST_MODEL_ITERATIONS), residual, u)?;
+        let taken = mixed.correct((FELT * last.col(axis)[axis], MOST_MODEL_ITERATIONS), residual, u)?;
         *work += taken;
         force.iter_mut().zip(&*residual).for_each(|(force, r)| *force = -*r);
         for &(v, stiffness) in &*springs {

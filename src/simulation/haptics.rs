@@ -23,7 +23,7 @@ use crate::systems::StepContext;
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::corotation::{evaluate, geometric_stiffness};
 use crate::systems::solver::{
-    self, Available, Factor, MixedPreconditioner, MixedSolver, Operator, ProductMemory, Refresh,
+    self, Available, Factor, FactorUse, MixedPreconditioner, MixedSolver, Operator, ProductMemory,
 };
 use glam::{DMat3, DVec3};
 use hecs::Entity;
@@ -209,7 +209,7 @@ impl Haptics {
                 scratch.residual.resize(vertices.len(), DVec3::ZERO);
                 springs.iter().for_each(|&(v, stiffness)| scratch.residual[v][axis] += stiffness);
                 let mut available = Available {
-                    factor: Some((factor, Refresh::Background)),
+                    factor: Some((factor, FactorUse::Fallback)),
                     mixed: Some((mixed, MixedPreconditioner::IncompleteCholesky)),
                 };
                 *work += 1 + solver::solve(&operator, &LIMITS, &mut available, memory, u, scratch)?.iterations;

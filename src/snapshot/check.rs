@@ -87,7 +87,7 @@ fn check_body(saved: &Saved) -> Result<Topology, SnapshotError> {
     else {
         return Err(wrong("a part is missing that every body has"));
     };
-    if !factor.is_sound(vertices.len()) {
+    if !factor.is_sound() {
         return Err(wrong("its Cholesky factor is of no mesh"));
     }
     // One that sleeps keeps its decisions, of which no step asks anew.

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 pub(super) const OLDEST: u16 = 14;
 
 /// Conversions of a body from a version to the next one, from [`OLDEST`] on.
-const STEPS: [fn(Vec<u8>) -> Vec<u8>; (VERSION - OLDEST) as usize] = [with_writer];
+const STEPS: [fn(Vec<u8>) -> Vec<u8>; (VERSION - OLDEST) as usize] = [with_writer, with_plain_factor];
 
 /// A body of this version as one of the present version.
 pub(super) fn to_present(version: u16, body: &[u8]) -> Cow<'_, [u8]> {
@@ -24,5 +24,10 @@ pub(super) fn to_present(version: u16, body: &[u8]) -> Cow<'_, [u8]> {
 /// 14 to 15: the version of the crate that wrote it follows, here not known: an empty string.
 fn with_writer(mut body: Vec<u8>) -> Vec<u8> {
     body.push(0);
+    body
+}
+
+/// 15 to 16: a factor's block has another layout; one of before is passed over where it is read.
+fn with_plain_factor(body: Vec<u8>) -> Vec<u8> {
     body
 }

@@ -34,7 +34,8 @@ struct Linear {
 }
 
 pub(crate) fn serialize<S: Serializer>(settings: &Settings, serializer: S) -> Result<S::Ok, S::Error> {
-    let &Settings { budget, threads, max_tear_passes, position_tolerance, portable_instructions, advanced } = settings;
+    let &Settings { budget, threads, max_tear_passes, position_tolerance, portable_instructions, advanced, without: _ } =
+        settings;
     let LinearParams { tolerance, stress_tolerance, iterations, time } = advanced.linear;
     let saved = Saved {
         linear: Linear { tolerance, stress_tolerance, position_tolerance, iterations, time },
@@ -77,5 +78,6 @@ pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<
         position_tolerance,
         portable_instructions: saved.portable_instructions,
         advanced,
+        without: None,
     })
 }

@@ -4,11 +4,10 @@ use crate::components::{
     Attributes, Changes, EdgeLoad, EdgeLoads, Grips, Holds, Increment, PointLoads, Refined, Springs, StepForces,
 };
 use crate::storage::{EditRecord, Follow, Mesh, Tips};
-use crate::systems::solver::Factor;
 
 /// Query of the components that follow edits, without the list of additions to the mesh.
 pub type FollowersQuery<'a> = (
-    (&'a mut Increment, &'a mut Factor),
+    &'a mut Increment,
     (Option<&'a mut Holds>, Option<&'a mut Springs>, Option<&'a mut Grips>),
     (Option<&'a mut PointLoads>, Option<&'a mut EdgeLoads>, Option<&'a mut StepForces>),
     (Option<&'a mut Attributes>, Option<&'a mut Changes>),
@@ -19,8 +18,6 @@ pub type FollowersQuery<'a> = (
 pub struct Followers<'a> {
     /// Increment of the body: where the step started and how far it has come.
     pub increment: &'a mut Increment,
-    /// Factor of the body's matrix.
-    pub factor: &'a mut Factor,
     /// Prescribed vertices.
     pub holds: Option<&'a mut Holds>,
     /// Springs to ground.
@@ -44,25 +41,12 @@ pub struct Followers<'a> {
 impl<'a> Followers<'a> {
     /// The followers of a body, with the list of additions to its mesh.
     pub fn of(
-        (body, (holds, springs, grips), (point_loads, edge_loads, step_forces), (attributes, changes)): FollowersQuery<
+        (increment, (holds, springs, grips), (point_loads, edge_loads, step_forces), (attributes, changes)): FollowersQuery<
             'a,
         >,
         refined: Option<&'a mut Refined>,
     ) -> Self {
-        let (increment, factor) = body;
-        Self {
-            increment,
-            factor,
-            holds,
-            springs,
-            grips,
-            point_loads,
-            edge_loads,
-            step_forces,
-            refined,
-            attributes,
-            changes,
-        }
+        Self { increment, holds, springs, grips, point_loads, edge_loads, step_forces, refined, attributes, changes }
     }
 }
 
@@ -101,7 +85,6 @@ impl Followers<'_> {
         self.increment.make_room(created, tables.vertices.position.capacity());
         for record in &*records {
             self.increment.follow(record);
-            self.factor.follow(record);
             if let Some(tips) = &mut tips {
                 tips.follow(record);
             }

@@ -47,6 +47,7 @@ use crate::components::{
     SolverScratch, Tautness, fibre_law,
 };
 use crate::math::Orthotropic;
+use crate::settings::ablation::Part;
 use crate::storage::{Topology, Triangles, Vertices};
 use crate::systems::bending::{BendingPasses, DihedralAngles};
 use crate::systems::forces::element::BodyLaw;
@@ -110,7 +111,11 @@ pub fn uncorrected(world: &mut hecs::World, _: &StepContext) -> usize {
 /// exceeds it.
 pub fn enforce(world: &mut hecs::World, step: &StepContext) -> usize {
     // Energy created by several solves is judged at their end.
-    if step.is_static || step.newton_iterations > 1 || step.formula != Formula::BackwardEuler {
+    if !step.has(Part::EnergyGuard)
+        || step.is_static
+        || step.newton_iterations > 1
+        || step.formula != Formula::BackwardEuler
+    {
         return 0;
     }
     let count = parallel::for_bodies::<Query>(
@@ -172,11 +177,12 @@ fn enforce_in(
     // Once the body has lost energy, its share of the rest is the most that can be spurious.
     let mut before = if is_corrected { ledger.spurious_energy } else { ledger.spurious_energy.min(limit) };
     ledger.unchecked_bound = ledger.unchecked_bound.min(UNCHECKED * limit);
-    let bound = if is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
-        f64::INFINITY
-    } else {
-        bound((increment, triangles, frames), (twice_stored, tautness.stiffest), partials, pairs)
-    };
+    let bound =
+        if !step.has(Part::EnergyBound) || is_corrected || fibres.is_some() || folds.is_some() || is_damped_before {
+            f64::INFINITY
+        } else {
+            bound((increment, triangles, frames), (twice_stored, tautness.stiffest), partials, pairs)
+        };
     if before + work <= limit && ledger.unchecked_bound + bound <= UNCHECKED * limit {
         ledger.unchecked_bound += bound;
         ledger.spurious_energy = (before + work).max(0.0);
@@ -201,14 +207,17 @@ fn enforce_in(
         most: most * (1.0 + SUM_ROUNDING),
     };
     let may = Permitted {
-        triangles: if step.is_retried || is_last || step.is_correction || ledger.relaxing > 0 {
+        triangles: if !step.has(Part::LocalRelaxation) {
+            0
+        } else if step.is_retried || is_last || step.is_correction || ledger.relaxing > 0 {
             usize::MAX
         } else {
             SPIKE
         },
-        is_shortened: step.is_fallback || is_last && !is_corrected,
+        is_shortened: step.has(Part::IncrementLimit) && (step.is_fallback || is_last && !is_corrected),
         is_corrected,
         is_solved_further: may_correct,
+        is_undone: step.has(Part::Undo),
     };
     let (verdict, place) = judged.verdict(&may, &mut sums);
     verdict.apply(place, limit, (increment, scratch, ledger));

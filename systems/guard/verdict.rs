@@ -19,6 +19,8 @@ pub(super) struct Permitted {
     pub is_corrected: bool,
     /// Whether the body may get a Newton correction.
     pub is_solved_further: bool,
+    /// Whether the step of the body may be undone.
+    pub is_undone: bool,
 }
 
 /// An answer with the energies by which it is judged \[mJ\].
@@ -64,6 +66,7 @@ impl Judged<'_> {
             Some((relaxation, sum)) if sum <= most => Verdict::Kept(sum, Some(relaxation)),
             _ if may.is_shortened => self.shortened(sums),
             part if is_solved_further => self.solved_further(may.is_corrected, sum, part, sums),
+            _ if !may.is_undone => Verdict::Kept(sum, None),
             _ => Verdict::Refused,
         };
         (verdict, place)

@@ -7,7 +7,7 @@ mod share;
 use super::kernels::lanes::DOUBLES;
 use super::kernels::simd::{Kernel, LANES, run, wide};
 use hecs::{Query, World};
-pub use pool::{Aside, Pool, is_worth_sharing};
+pub use pool::{Pool, is_worth_sharing};
 use share::{Cut, Parts, Rows, join, share};
 use std::iter::Sum;
 use std::ops::{AddAssign, Range};

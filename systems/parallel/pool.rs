@@ -5,8 +5,6 @@ use crate::clock::Moment;
 use crate::systems::kernels::simd::force_portable;
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Whether this many rows are worth handing out.
@@ -129,36 +127,5 @@ impl Drop for Alone {
     fn drop(&mut self) {
         IS_ALONE.set(self.was);
         force_portable(self.was_portable);
-    }
-}
-
-/// Work that goes on beside the steps, on a thread of its own. Whoever uses it asks for the result after a fixed number of
-/// steps, so that nothing depends on how fast that thread is.
-pub struct Aside<T>(Mutex<Work<T>>);
-
-enum Work<T> {
-    Running(JoinHandle<T>),
-    /// The system grants no thread: done when its result is asked for.
-    Waiting(Box<dyn FnOnce() -> T + Send>),
-}
-
-impl<T: Send + 'static> Aside<T> {
-    /// Begins `work` on `input`.
-    pub fn new<I: Send + Sync + 'static>(input: I, work: fn(&I) -> T) -> Self {
-        let input = Arc::new(input);
-        let shared = Arc::clone(&input);
-        let thread = std::thread::Builder::new().name("rhexis-aside".into());
-        Self(Mutex::new(match thread.spawn(move || work(&shared)) {
-            Ok(handle) => Work::Running(handle),
-            Err(_) => Work::Waiting(Box::new(move || work(&input))),
-        }))
-    }
-
-    /// The result, when it is there; `None` where the work has panicked.
-    pub fn finish(self) -> Option<T> {
-        match self.0.into_inner().ok()? {
-            Work::Running(handle) => handle.join().ok(),
-            Work::Waiting(work) => Some(work()),
-        }
     }
 }

@@ -16,12 +16,10 @@ use glam::DVec3;
 /// A Cholesky factor, with the data that can be kept from one to the next while triangles and free axes stay.
 pub(super) struct Cholesky {
     pattern: AxisPattern,
-    /// Four times the vertex plus the axis of every column.
-    axis: Vec<u32>,
     symbolic: SymbolicCholesky<u32>,
     matrix: Vec<f64>,
     factor: Vec<f64>,
-    panels: Either,
+    panels: Panels,
     memory: MemBuffer,
 }
 
@@ -39,34 +37,6 @@ pub(super) struct Equations {
     pub matrix: Vec<f64>,
 }
 
-impl Equations {
-    /// The equations of an operator.
-    pub(super) fn of(operator_copy: &OperatorCopy) -> Self {
-        let mut matrix = Vec::new();
-        let folded = operator_copy.folded();
-        if let Some(pattern) = AxisPattern::new(&operator_copy.corners, &folded, &operator_copy.free) {
-            pattern.assemble(operator_copy, &mut matrix);
-        }
-        Self { corners: operator_copy.corners.clone(), folded, free: operator_copy.free.clone(), matrix }
-    }
-}
-
-/// The factor to solve with, in single or double precision.
-enum Either {
-    Single(Panels<f32>),
-    Double(Panels<f64>),
-}
-
-/// The precision of solves with a factor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "snapshot", derive(serde::Serialize, serde::Deserialize))]
-pub(super) enum FactorPrecision {
-    /// Half the time. For dynamic steps.
-    Single,
-    /// For static solves, in which nothing may hold a piece.
-    Double,
-}
-
 /// Why there is no factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoFactor {
@@ -81,11 +51,7 @@ impl Cholesky {
     ///
     /// # Errors
     /// Where the operator is not positive definite, or there is no memory.
-    pub(super) fn new(
-        operator_copy: &OperatorCopy,
-        precision: FactorPrecision,
-        before: Option<Self>,
-    ) -> Result<Self, NoFactor> {
+    pub(super) fn new(operator_copy: &OperatorCopy, before: Option<Self>) -> Result<Self, NoFactor> {
         // First gone, then new: there is never memory for two.
         let folded = operator_copy.folded();
         let fits = |before: &Self| {
@@ -94,7 +60,6 @@ impl Cholesky {
         let kept = before.filter(fits);
         let empty = || Self::empty(&operator_copy.corners, &folded, &operator_copy.free).ok_or(NoFactor::Unavailable);
         let mut factor = kept.map_or_else(empty, Ok)?;
-        factor.set_precision(precision);
         factor.pattern.assemble(operator_copy, &mut factor.matrix);
         factor.factorize()?;
         Ok(factor)
@@ -104,13 +69,12 @@ impl Cholesky {
     ///
     /// # Errors
     /// As [`new`](Self::new), and where the equations are not those of their triangles and free axes.
-    pub(super) fn of_equations(equations: &Equations, precision: FactorPrecision) -> Result<Self, NoFactor> {
+    pub(super) fn of_equations(equations: &Equations) -> Result<Self, NoFactor> {
         let Equations { corners, folded, free, matrix } = equations;
         let mut factor = Self::empty(corners, folded, free).ok_or(NoFactor::Unavailable)?;
         if matrix.len() != factor.pattern.entry_count() {
             return Err(NoFactor::Unavailable);
         }
-        factor.set_precision(precision);
         factor.matrix.clone_from(matrix);
         factor.factorize()?;
         Ok(factor)
@@ -121,23 +85,6 @@ impl Cholesky {
         let Self { pattern, matrix, .. } = self;
         let (corners, folded, free) = (pattern.corners().to_vec(), pattern.folded().to_vec(), pattern.free().clone());
         Equations { corners, folded, free, matrix: matrix.clone() }
-    }
-
-    /// The precision of solves with it.
-    pub(super) fn precision(&self) -> FactorPrecision {
-        match self.panels {
-            Either::Single(_) => FactorPrecision::Single,
-            Either::Double(_) => FactorPrecision::Double,
-        }
-    }
-
-    fn set_precision(&mut self, precision: FactorPrecision) {
-        if self.precision() != precision {
-            self.panels = match precision {
-                FactorPrecision::Single => Either::Single(Panels::default()),
-                FactorPrecision::Double => Either::Double(Panels::default()),
-            };
-        }
     }
 
     fn empty(corners: &[[u32; 3]], folded: &[[u32; 4]], free: &FreeAxes) -> Option<Self> {
@@ -152,9 +99,7 @@ impl Cholesky {
         let mut factor = Vec::new();
         factor.try_reserve_exact(symbolic.len_val()).ok()?;
         factor.resize(symbolic.len_val(), 0.0);
-        let panels = Either::Single(Panels::default());
-        let axis = pattern.axis_of_columns();
-        Some(Self { pattern, axis, symbolic, matrix: Vec::new(), factor, panels, memory })
+        Some(Self { pattern, symbolic, matrix: Vec::new(), factor, panels: Panels::default(), memory })
     }
 
     fn factorize(&mut self) -> Result<(), NoFactor> {
@@ -167,11 +112,7 @@ impl Cholesky {
         result.map(|_| ()).map_err(|_| NoFactor::Indefinite)?;
         if let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() {
             let factor = SupernodalLltRef::new(symbolic, &self.factor);
-            let subdomains = self.pattern.subdomains();
-            match &mut self.panels {
-                Either::Single(panels) => panels.fill(factor, subdomains),
-                Either::Double(panels) => panels.fill(factor, subdomains),
-            }
+            self.panels.fill(factor, self.pattern.subdomains());
         }
         Ok(())
     }
@@ -181,81 +122,27 @@ impl Cholesky {
         self.pattern.fits(corners, free)
     }
 
-    /// The free axes of the vertices it was made for, 1 or 0.
-    pub(super) fn free(&self) -> &FreeAxes {
-        self.pattern.free()
-    }
-
-    /// Sets all forces to zero.
-    pub(super) fn clear(&mut self) {
-        match &mut self.panels {
-            Either::Single(panels) => panels.column.fill(0.0),
-            Either::Double(panels) => panels.column.fill(0.0),
-        }
-    }
-
     /// Sets the force on a vertex along its free axes.
     #[inline]
     pub(super) fn put(&mut self, v: usize, force: DVec3) {
-        match &mut self.panels {
-            Either::Single(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] = force[axis] as f32),
-            Either::Double(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] = force[axis]),
-        }
+        self.pattern.for_columns(v, |c, axis| self.panels.column[c] = force[axis]);
     }
 
-    /// Adds to the force on a vertex along its free axes.
-    #[inline]
-    pub(super) fn add(&mut self, v: usize, force: DVec3) {
-        match &mut self.panels {
-            Either::Single(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] += force[axis] as f32),
-            Either::Double(panels) => self.pattern.for_columns(v, |c, axis| panels.column[c] += force[axis]),
-        }
+    /// The first half of a solve.
+    pub(super) fn forward_sweep(&mut self) {
+        self.panels.sweep(true);
     }
 
-    /// Sets all forces, given by vertex and axis.
-    pub(super) fn put_all(&mut self, force: impl Fn(usize, usize) -> f32) {
-        let of = |axis: &u32| force(*axis as usize / 4, *axis as usize % 4);
-        match &mut self.panels {
-            Either::Single(panels) => panels.column.iter_mut().zip(&self.axis).for_each(|(x, axis)| *x = of(axis)),
-            Either::Double(panels) => {
-                panels.column.iter_mut().zip(&self.axis).for_each(|(x, axis)| *x = of(axis).into())
-            }
-        }
-    }
-
-    /// Hands out the displacements along all free axes, each with its vertex and axis.
-    pub(super) fn parts(&self, mut part: impl FnMut(usize, usize, f32)) {
-        let mut hand = |axis: &u32, x: f32| part(*axis as usize / 4, *axis as usize % 4, x);
-        match &self.panels {
-            Either::Single(panels) => panels.column.iter().zip(&self.axis).for_each(|(x, axis)| hand(axis, *x)),
-            Either::Double(panels) => panels.column.iter().zip(&self.axis).for_each(|(x, axis)| hand(axis, *x as f32)),
-        }
-    }
-
-    /// The first half of a solve; returns the scalar product of the forces with the displacements that answer them.
-    pub(super) fn forward_sweep(&mut self) -> f64 {
-        match &mut self.panels {
-            Either::Single(panels) => panels.forward_sweep(),
-            Either::Double(panels) => panels.forward_sweep(),
-        }
-    }
-
-    /// The second half, which leaves those displacements.
+    /// The second half, which leaves the displacements that answer the forces.
     pub(super) fn backward_sweep(&mut self) {
-        match &mut self.panels {
-            Either::Single(panels) => panels.backward_sweep(),
-            Either::Double(panels) => panels.backward_sweep(),
-        }
+        self.panels.sweep(false);
     }
 
     /// The displacement of a vertex, zero along its prescribed axes.
     #[inline]
     pub(super) fn part(&self, v: usize) -> DVec3 {
         let mut part = DVec3::ZERO;
-        match &self.panels {
-            Either::Single(panels) => self.pattern.for_columns(v, |c, axis| part[axis] = panels.column[c].into()),
-            Either::Double(panels) => self.pattern.for_columns(v, |c, axis| part[axis] = panels.column[c]),
-        }
+        self.pattern.for_columns(v, |c, axis| part[axis] = self.panels.column[c]);
         part
     }
 }
@@ -296,27 +183,20 @@ mod tests {
     fn two_threads_sweep_two_parts_to_the_same_bits() {
         let operator_copy = square(66);
         let force = |v: usize| DVec3::new((v as f64).sin(), (2.0 * v as f64).cos(), 1.0) * operator_copy.free[v];
-        for (precision, least) in [(FactorPrecision::Double, 1e-5), (FactorPrecision::Single, 1e-2)] {
-            let mut factor = Cholesky::new(&operator_copy, precision, None).unwrap();
-            assert!(factor.pattern.subdomains().is_some());
-            let answers = [1, 2].map(|threads| {
-                (0..operator_copy.own.len()).for_each(|v| factor.put(v, force(v)));
-                let work = Pool::new(threads, false).unwrap().run(|| {
-                    let work = factor.forward_sweep();
-                    factor.backward_sweep();
-                    work
-                });
-                (work, (0..operator_copy.own.len()).map(|v| factor.part(v)).collect::<Vec<_>>())
+        let mut factor = Cholesky::new(&operator_copy, None).unwrap();
+        assert!(factor.pattern.subdomains().is_some());
+        let answers = [1, 2].map(|threads| {
+            (0..operator_copy.own.len()).for_each(|v| factor.put(v, force(v)));
+            Pool::new(threads, false).unwrap().run(|| {
+                factor.forward_sweep();
+                factor.backward_sweep();
             });
-            assert!(answers[0] == answers[1]);
-            let (work, answer) = &answers[0];
-            let back = product(&operator_copy, answer);
-            // The diagonal is raised by 1e-10 of a trace of some dozen, displacements are up to a hundred; single precision knows
-            // forces of a thousand, which cancel, to 1e-4.
-            let off = back.iter().enumerate().map(|(v, b)| (*b - force(v)).length()).fold(0.0, f64::max);
-            assert!(off < least, "{off}");
-            let exact: f64 = answer.iter().enumerate().map(|(v, x)| x.dot(force(v))).sum();
-            assert!((work - exact).abs() < least * exact, "{work} {exact}");
-        }
+            (0..operator_copy.own.len()).map(|v| factor.part(v)).collect::<Vec<_>>()
+        });
+        assert!(answers[0] == answers[1]);
+        let back = product(&operator_copy, &answers[0]);
+        // The diagonal is raised by 1e-10 of a trace of some dozen, displacements are up to a hundred.
+        let off = back.iter().enumerate().map(|(v, b)| (*b - force(v)).length()).fold(0.0, f64::max);
+        assert!(off < 1e-5, "{off}");
     }
 }

@@ -7,8 +7,6 @@ mod cg;
 mod cholesky;
 #[cfg(feature = "direct")]
 mod dissect;
-#[cfg(feature = "direct")]
-mod edit_map;
 mod estimate;
 #[cfg_attr(not(feature = "direct"), path = "no_factor.rs")]
 mod factor;
@@ -34,9 +32,9 @@ pub use cg::{CgError, CgInfo};
 pub use factor::{Factor, FactorState};
 pub use guided::scale as scale_guided;
 pub use load_stiffness::{edge_loads, has_free_rim, load_block, load_product};
-pub use mixed::{ActivePreconditioner, MixedPreconditioner, MixedSolver, MixedState};
+pub use mixed::{MixedPreconditioner, MixedSolver, MixedState};
 pub use operator::{Operator, ProductMemory};
-pub use preconditioned::{Available, Refresh, solve};
+pub use preconditioned::{Available, FactorUse, solve};
 
 use crate::math::elementary::{exponent, power_of_two};
 use glam::DVec3;

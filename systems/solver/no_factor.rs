@@ -1,9 +1,8 @@
 //! Stand-in for a body's Cholesky factor without the feature `direct`: there never is one.
 
-use super::{MixedPreconditioner, Operator};
+use super::Operator;
 use crate::components::FreeAxes;
-use crate::storage::EditRecord;
-use glam::{DVec3, Vec4};
+use glam::DVec3;
 
 /// No factor. *State.*
 #[derive(Debug, Default)]
@@ -54,36 +53,14 @@ impl Factor {
     ///
     /// # Errors
     /// Always: there is none.
-    pub fn factor_now(&mut self, _operator: &Operator, _free: &FreeAxes, _without: u32) -> Result<(), NoFactor> {
+    pub fn renew_for_next(&mut self, _operator: &Operator, _free: &FreeAxes) -> Result<(), NoFactor> {
         Err(NoFactor::Unavailable)
     }
 
     /// False.
-    pub fn is_factored_now(&mut self) -> bool {
+    pub fn is_needed(&mut self) -> bool {
         false
     }
-
-    /// False.
-    pub fn is_ready(&mut self, _operator: &Operator, _free: &FreeAxes) -> bool {
-        false
-    }
-
-    /// None.
-    pub fn most(&self, _inner: Option<MixedPreconditioner>) -> u32 {
-        0
-    }
-
-    /// Nothing.
-    pub fn has_served(&mut self, _iterations: u32, _most: u32, _operator: &Operator, _free: &FreeAxes) {}
-
-    /// Nothing.
-    pub fn discard(&mut self) {}
-
-    /// Nothing.
-    pub fn has_paused(&mut self, _iterations: u32) {}
-
-    /// Nothing.
-    pub fn follow(&mut self, _record: &EditRecord) {}
 
     /// Nothing.
     pub fn begin(&mut self, _operator: &Operator, _free: &FreeAxes) {}
@@ -93,22 +70,12 @@ impl Factor {
         z.fill(DVec3::ZERO);
         0.0
     }
-
-    /// Zero.
-    pub fn forward_sweep(&mut self, _xr: &[[Vec4; 2]], _row: &[u32]) -> f64 {
-        0.0
-    }
-
-    /// Zero.
-    pub fn backward_sweep(&mut self, _xr: &[[Vec4; 2]], _row: &[u32], z: &mut [Vec4]) {
-        z.fill(Vec4::ZERO);
-    }
 }
 
 #[cfg(feature = "snapshot")]
 impl FactorState {
     /// True.
-    pub fn is_sound(&self, _vertex_count: usize) -> bool {
+    pub fn is_sound(&self) -> bool {
         true
     }
 }

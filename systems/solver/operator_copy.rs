@@ -1,4 +1,4 @@
-//! A copy of the operator, factored in the background while the body moves on. Nothing here refers to the body.
+//! The operator as the blocks of its matrix, of which a factor is made.
 
 use super::Operator;
 use super::load_stiffness::load_block;

@@ -5,41 +5,17 @@
 //! with the one panel P = [T⁻¹; B·T⁻¹], which is therefore stored: no chain of dependent divisions is left, and every
 //! number is read once on the way down and once on the way up.
 //!
-//! Single precision halves the memory that a solve waits for and is enough of a preconditioner where inertia holds every
-//! vertex. Where nothing may hold a piece of the body, its free motion takes double precision: a rounding error in the forces
-//! on it is answered with the inverse of next to nothing.
-//!
 //! Columns in two subdomains that do not need each other (see [`super::dissect`]) are swept side by side, with the same bits on one
 //! thread as on two. The second subdomain has its own sums for the columns of the separator.
 
 use crate::systems::kernels::simd::{LANES, NullaryFnOnce, wide};
 use crate::systems::parallel;
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
-use std::ops::{AddAssign, Mul, Neg, Range, SubAssign};
-
-/// The numbers of a panel: `f32` or `f64`.
-pub(super) trait Real:
-    Copy + Default + Send + Sync + AddAssign + SubAssign + Mul<Output = Self> + Neg<Output = Self> + Into<f64>
-{
-    /// The nearest number.
-    fn nearest(x: f64) -> Self;
-}
-
-impl Real for f32 {
-    fn nearest(x: f64) -> Self {
-        x as Self
-    }
-}
-
-impl Real for f64 {
-    fn nearest(x: f64) -> Self {
-        x
-    }
-}
+use std::ops::Range;
 
 /// A factor's panels. The layout of one with `w` columns: blocks of eight rows, in each block the columns one after the other.
 #[derive(Debug, Default)]
-pub(super) struct Panels<T> {
+pub(super) struct Panels {
     /// First column of each supernode, and the number of columns at the end.
     first: Vec<u32>,
     /// Where each supernode's rows below its triangle begin in `row`; one more entry at the end.
@@ -47,22 +23,22 @@ pub(super) struct Panels<T> {
     row: Vec<u32>,
     /// Where each panel begins in `block`; one more entry at the end.
     block_start: Vec<usize>,
-    block: Vec<[T; LANES]>,
+    block: Vec<[f64; LANES]>,
     /// The supernodes with which the second subdomain and the separator begin; zero where there is no cut, and all are the
     /// separator.
     second: usize,
     separator: usize,
     /// The second subdomain's share in the columns of the separator.
-    sums: Vec<T>,
+    sums: Vec<f64>,
     /// A panel's input or output, for each of two threads.
-    work: [Vec<[T; LANES]>; 2],
+    work: [Vec<[f64; LANES]>; 2],
     /// One number per column: the right-hand side, then the answer.
-    pub column: Vec<T>,
+    pub column: Vec<f64>,
     /// The panel at hand, by columns.
     panel: Vec<f64>,
 }
 
-impl<T: Real> Panels<T> {
+impl Panels {
     /// Takes over a factor; `subdomains` has the columns with which the second subdomain and the separator begin, if there are two
     /// subdomains.
     pub(super) fn fill(&mut self, factor: SupernodalLltRef<'_, u32, f64>, subdomains: Option<[u32; 2]>) {
@@ -85,8 +61,8 @@ impl<T: Real> Panels<T> {
             times_inverse_of_triangle(&mut self.panel, height, width, &mut top);
             for top in (0..height).step_by(LANES) {
                 for column in self.panel.chunks_exact(height) {
-                    let mut lanes = [T::default(); LANES];
-                    lanes.iter_mut().zip(&column[top..]).for_each(|(lane, x)| *lane = T::nearest(*x));
+                    let mut lanes = [0.0; LANES];
+                    lanes.iter_mut().zip(&column[top..]).for_each(|(lane, x)| *lane = *x);
                     self.block.push(lanes);
                 }
             }
@@ -96,14 +72,14 @@ impl<T: Real> Panels<T> {
         self.row_start.push(self.row.len() as u32);
         self.block_start.push(self.block.len());
         for work in &mut self.work {
-            work.resize(tallest.div_ceil(LANES), [T::default(); LANES]);
+            work.resize(tallest.div_ceil(LANES), [0.0; LANES]);
         }
-        self.column.resize(symbolic.ncols(), T::default());
+        self.column.resize(symbolic.ncols(), 0.0);
         (self.second, self.separator) =
             subdomains.and_then(|subdomains| self.subdomains(subdomains)).unwrap_or_default();
         let shared = if self.separator > 0 { self.column.len() - self.first[self.separator] as usize } else { 0 };
         self.sums.clear();
-        self.sums.resize(shared, T::default());
+        self.sums.resize(shared, 0.0);
     }
 
     /// The supernodes with which the second subdomain and the separator begin. One with columns of both is taken to the separator.
@@ -138,28 +114,13 @@ impl<T: Real> Panels<T> {
         widest
     }
 
-    /// Forward sweep: replaces `column` b by L⁻¹·b; returns the scalar product b·(L·Lᵀ)⁻¹·b, the squared norm of the result.
-    pub(super) fn forward_sweep(&mut self) -> f64 {
-        self.sweep(true);
-        let mut sums = [0.0; LANES];
-        for (i, &x) in self.column.iter().enumerate() {
-            let x: f64 = x.into();
-            sums[i % LANES] += x * x;
-        }
-        sums.iter().sum()
-    }
-
-    /// Replaces `column` by L⁻ᵀ times it, the way up.
-    pub(super) fn backward_sweep(&mut self) {
-        self.sweep(false);
-    }
-
-    fn sweep(&mut self, is_down: bool) {
+    /// Replaces `column` b by L⁻¹·b on the way down, by L⁻ᵀ·b on the way up.
+    pub(super) fn sweep(&mut self, is_down: bool) {
         let (mut column, mut sums) = (std::mem::take(&mut self.column), std::mem::take(&mut self.sums));
         let [mut work, mut other_work] = std::mem::take(&mut self.work);
         let Self { second, separator, .. } = *self;
         let start = |s: usize| self.first[s] as usize;
-        let sweep = |nodes: Range<usize>, own: &mut [T], above: &mut [T], work: &mut [[T; LANES]]| {
+        let sweep = |nodes: Range<usize>, own: &mut [f64], above: &mut [f64], work: &mut [[f64; LANES]]| {
             let (own_start, above_start) = (start(nodes.start), start(nodes.end.max(separator)));
             wide(Sweep { panels: self, nodes, own, own_start, above, above_start, work, is_down });
         };
@@ -170,7 +131,7 @@ impl<T: Real> Panels<T> {
             sweep(separator..all, of_separator, &mut [], &mut work);
         }
         if separator > 0 {
-            sums.iter_mut().zip(&*of_separator).for_each(|(sum, x)| *sum = if is_down { T::default() } else { *x });
+            sums.iter_mut().zip(&*of_separator).for_each(|(sum, x)| *sum = if is_down { 0.0 } else { *x });
             let of_second = || sweep(second..separator, of_second, &mut sums, &mut other_work);
             parallel::both(start(separator), || sweep(0..second, of_first, of_separator, &mut work), of_second);
             if is_down {
@@ -185,7 +146,7 @@ impl<T: Real> Panels<T> {
 
     /// First column and width of a supernode, its rows below and its panel.
     #[inline(always)]
-    fn panel(&self, s: usize) -> (usize, usize, &[u32], &[[T; LANES]]) {
+    fn panel(&self, s: usize) -> (usize, usize, &[u32], &[[f64; LANES]]) {
         let (first, end) = (self.first[s] as usize, self.first[s + 1] as usize);
         let row = &self.row[self.row_start[s] as usize..self.row_start[s + 1] as usize];
         (first, end - first, row, &self.block[self.block_start[s]..self.block_start[s + 1]])
@@ -193,20 +154,20 @@ impl<T: Real> Panels<T> {
 }
 
 /// A sweep over the panels of some supernodes.
-struct Sweep<'a, T> {
-    panels: &'a Panels<T>,
+struct Sweep<'a> {
+    panels: &'a Panels,
     nodes: Range<usize>,
     /// Columns of the supernodes in the sweep, and which the first of them is.
-    own: &'a mut [T],
+    own: &'a mut [f64],
     own_start: usize,
     /// The columns of the separator where they are part of the columns before it. The backward sweep only reads them.
-    above: &'a mut [T],
+    above: &'a mut [f64],
     above_start: usize,
-    work: &'a mut [[T; LANES]],
+    work: &'a mut [[f64; LANES]],
     is_down: bool,
 }
 
-impl<T: Real> NullaryFnOnce for Sweep<'_, T> {
+impl NullaryFnOnce for Sweep<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -223,7 +184,7 @@ impl<T: Real> NullaryFnOnce for Sweep<'_, T> {
     }
 }
 
-impl<T: Real> Sweep<'_, T> {
+impl Sweep<'_> {
     /// x ← T⁻¹·x in the supernode's columns, x ← x − B·T⁻¹·x in its rows below.
     #[inline(always)]
     fn down(&mut self, s: usize) {
@@ -232,7 +193,7 @@ impl<T: Real> Sweep<'_, T> {
         let columns = first - *own_start..first - *own_start + width;
         let (x, out) = (&own[columns.clone()], &mut work[..blocks.len() / width]);
         for (block, out) in blocks.chunks_exact(width).zip(&mut *out) {
-            let mut sum = [T::default(); LANES];
+            let mut sum = [0.0; LANES];
             for (lanes, &x) in block.iter().zip(x) {
                 for l in 0..LANES {
                     sum[l] += lanes[l] * x;
@@ -261,7 +222,7 @@ impl<T: Real> Sweep<'_, T> {
         let columns = first - *own_start..first - *own_start + width;
         let input = &mut work[..blocks.len() / width];
         if let Some(last) = input.last_mut() {
-            *last = [T::default(); LANES];
+            *last = [0.0; LANES];
         }
         let flat = input.as_flattened_mut();
         flat[..width].copy_from_slice(&own[columns.clone()]);
@@ -276,7 +237,7 @@ impl<T: Real> Sweep<'_, T> {
         let x = &mut own[columns];
         let mut start = 0;
         while start + ABREAST <= width {
-            x[start..start + ABREAST].copy_from_slice(&dots::<T, ABREAST>(blocks, width, start, input));
+            x[start..start + ABREAST].copy_from_slice(&dots::<ABREAST>(blocks, width, start, input));
             start += ABREAST;
         }
         for column in start..width {
@@ -290,8 +251,8 @@ const ABREAST: usize = 4;
 
 /// Products of `K` columns of a panel, from `start` on, with a vector.
 #[inline(always)]
-fn dots<T: Real, const K: usize>(blocks: &[[T; LANES]], width: usize, start: usize, input: &[[T; LANES]]) -> [T; K] {
-    let mut sums = [[T::default(); LANES]; K];
+fn dots<const K: usize>(blocks: &[[f64; LANES]], width: usize, start: usize, input: &[[f64; LANES]]) -> [f64; K] {
+    let mut sums = [[0.0; LANES]; K];
     for (block, input) in blocks.chunks_exact(width).zip(input) {
         let block = &block[start..start + K];
         for k in 0..K {
@@ -300,7 +261,7 @@ fn dots<T: Real, const K: usize>(blocks: &[[T; LANES]], width: usize, start: usi
             }
         }
     }
-    let mut dots = [T::default(); K];
+    let mut dots = [0.0; K];
     for (dot, lanes) in dots.iter_mut().zip(&sums) {
         *dot = sum(lanes);
     }
@@ -309,7 +270,7 @@ fn dots<T: Real, const K: usize>(blocks: &[[T; LANES]], width: usize, start: usi
 
 /// The sum of the lanes, halves first.
 #[inline(always)]
-fn sum<T: Real>(lanes: &[T; LANES]) -> T {
+fn sum(lanes: &[f64; LANES]) -> f64 {
     let mut lanes = *lanes;
     for half in [4, 2, 1] {
         for l in 0..half {

@@ -211,14 +211,6 @@ impl AxisPattern {
         }
     }
 
-    /// Four times the vertex plus the axis of every column.
-    pub(super) fn axis_of_columns(&self) -> Vec<u32> {
-        let of_vertex = |&v: &u32| axes(self.free[v as usize]).map(move |axis| 4 * v + axis as u32);
-        let mut axes = Vec::with_capacity(self.column_count());
-        axes.extend(self.order.iter().flat_map(of_vertex));
-        axes
-    }
-
     /// Calls `f` with the columns of a vertex' free axes, each with its axis: one call for each, so that an axis is no index that is
     /// looked up.
     #[inline(always)]

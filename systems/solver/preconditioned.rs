@@ -2,10 +2,7 @@
 //! precision with multigrid or block Jacobi.
 
 use super::factor::{Factor, NoFactor};
-use super::{
-    ActivePreconditioner, CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, ProductMemory, block_jacobi, cg,
-    guided,
-};
+use super::{CgError, CgInfo, MixedPreconditioner, MixedSolver, Operator, ProductMemory, block_jacobi, cg, guided};
 use crate::clock::Moment;
 use crate::components::{FreeAxes, SolverScratch};
 use crate::settings::{LinearParams, Tangent};
@@ -20,28 +17,28 @@ const MOST_WITH_OLD_CHOLESKY: u32 = 10;
 const MOST_WITH_FRESH_CHOLESKY: u32 = 50;
 
 /// Largest number of iterations without a factor in a dynamic solve, after which one is made on the spot where there may be one;
-/// fewer with less than 400 vertices. Stiff fibres, slivers and long steps leave operators for which an incomplete factor in single
-/// precision needs thousands, or comes to nothing.
+/// fewer with less than 400 vertices. Slack tissue, stiff fibres, slivers and long steps leave operators for which an incomplete factor in
+/// single precision needs thousands, or comes to nothing (`rhexis bench ablation --scene play`).
 const MOST_WITHOUT_FACTOR: u32 = 500;
 
 /// Iterations with a multigrid cycle of the present state at the most, in double precision: where they do not suffice rounding
 /// in the cycle sets the limit, and block Jacobi, which has none, goes on.
 const MOST_CYCLES: u32 = 200;
 
-/// Refresh of a body's Cholesky factor.
+/// When a solve takes the Cholesky factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refresh {
-    /// At once, in the solve in which it no longer serves.
-    Now,
-    /// In the background. It is used while it is better than none.
-    Background,
+pub enum FactorUse {
+    /// Before all others.
+    First,
+    /// After the mixed-precision solver has come to nothing, and in the solves that follow.
+    Fallback,
 }
 
 /// Preconditioners available to a solve, tried in this order. Double precision with block Jacobi is always available.
 #[derive(Default)]
 pub struct Available<'a> {
-    /// Cholesky factor, and how it is refreshed.
-    pub factor: Option<(&'a mut Factor, Refresh)>,
+    /// Cholesky factor, renewed in the solve in which it no longer serves.
+    pub factor: Option<(&'a mut Factor, FactorUse)>,
     /// Mixed-precision solver, for tangents that are never indefinite, and its preconditioner where there is no factor.
     pub mixed: Option<(&'a mut MixedSolver, MixedPreconditioner)>,
 }
@@ -66,8 +63,8 @@ pub fn solve(
     }
     let start = Moment::now();
     let mut done = 0;
-    if let Some((factor, how)) = &mut available.factor
-        && (*how == Refresh::Now || factor.is_factored_now())
+    if let Some((factor, when)) = &mut available.factor
+        && (*when == FactorUse::First || factor.is_needed())
     {
         if factor.is_of(&operator.triangles.corners, &scratch.free) {
             scratch.rhs_backup.clone_from(&scratch.residual);
@@ -90,45 +87,9 @@ pub fn solve(
             Err(_) => {}
         }
     }
-    if let Some((factor, Refresh::Background)) = &mut available.factor
-        && factor.is_ready(operator, &scratch.free)
-    {
-        let most = factor.most(available.mixed.as_ref().map(|(_, mixed)| *mixed));
-        let result = match &mut available.mixed {
-            Some((mixed, _)) if operator.tangent != Tangent::Exact => {
-                mixed.solve(operator, params, ActivePreconditioner::Factor(factor, most), memory, x, scratch)
-            }
-            _ => {
-                scratch.rhs_backup.clone_from(&scratch.residual);
-                let result = solve_with_factor(operator, params, most, factor, memory, x, scratch);
-                let is_done = |info: &CgInfo| info.is_solved || info.iterations >= params.iterations || info.is_late;
-                let result = result.map(|info| (info, is_done(&info)));
-                if !matches!(result, Ok((_, true))) {
-                    scratch.residual.copy_from_slice(&scratch.rhs_backup);
-                }
-                result
-            }
-        };
-        match result {
-            Ok((info, is_solved)) => {
-                factor.has_served(info.iterations, most, operator, &scratch.free);
-                if is_solved {
-                    return Ok(info);
-                }
-                done = info.iterations;
-            }
-            // The operator's fault or the factor's: the solve without it will tell.
-            Err(_) => factor.discard(),
-        }
-    }
     let time = params.time.map(|time| time.saturating_sub(start.elapsed()));
     let limited = LinearParams { iterations: params.iterations - done.min(params.iterations), time, ..*params };
     let info = solve_without_factor(operator, &limited, available, memory, x, scratch)?;
-    if let Some((factor, Refresh::Background)) = &mut available.factor
-        && done == 0
-    {
-        factor.has_paused(info.iterations);
-    }
     Ok(CgInfo { iterations: done + info.iterations, ..info })
 }
 
@@ -152,11 +113,11 @@ fn solve_without_factor(
         }
         Some((mixed, kind)) if operator.tangent != Tangent::Exact => {
             let most = match available.factor {
-                Some((_, Refresh::Background)) => MOST_WITHOUT_FACTOR.min(100 + x.len() as u32).min(params.iterations),
+                Some((_, FactorUse::Fallback)) => MOST_WITHOUT_FACTOR.min(100 + x.len() as u32).min(params.iterations),
                 _ => params.iterations,
             };
             let limited = LinearParams { iterations: most, ..*params };
-            match mixed.solve(operator, &limited, ActivePreconditioner::Built(*kind), memory, x, scratch) {
+            match mixed.solve(operator, &limited, *kind, memory, x, scratch) {
                 Ok((info, true)) if info.iterations < most || most == params.iterations || info.is_late => {
                     return Ok(info);
                 }
@@ -167,8 +128,8 @@ fn solve_without_factor(
                 // Single precision may have overflown: double precision tells.
                 Err(_) => {}
             }
-            if let Some((factor, Refresh::Background)) = &mut available.factor
-                && factor.factor_now(operator, &scratch.free, done).is_ok()
+            if let Some((factor, FactorUse::Fallback)) = &mut available.factor
+                && factor.renew_for_next(operator, &scratch.free).is_ok()
             {
                 let left = LinearParams { iterations: params.iterations - done, ..*params };
                 let info = solve_with_factor(operator, &left, MOST_WITH_FRESH_CHOLESKY, factor, memory, x, scratch)?;

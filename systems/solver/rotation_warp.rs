@@ -70,11 +70,6 @@ impl RotationWarp {
         self.then.len()
     }
 
-    /// Forgets the turns: the mesh has changed.
-    pub(super) fn clear(&mut self) {
-        self.turns.clear();
-    }
-
     /// The turn R of every vertex; none where all are small.
     pub(super) fn turns(&self) -> &[DMat3] {
         &self.turns

@@ -1,6 +1,7 @@
 //! The order of a step's stages, with its loops and their conditions: one list, run by [`run`](super::run).
 
 use super::schedule::Stage;
+use crate::settings::ablation::Part;
 use crate::settings::{LinearParams, Tangent};
 use crate::systems::StepContext;
 use std::slice::from_ref;
@@ -123,7 +124,7 @@ const LINEAR: &[Phase] = &[
 /// Further solves of bodies that the last one has carried into an obstacle.
 const CONTACT: Phase = While(Loop {
     needed: Stage::Penetrating,
-    most: |_| CONTACT_ROUNDS,
+    most: |step| if step.has(Part::ContactRounds) { CONTACT_ROUNDS } else { 0 },
     context: |step, _| *step,
     phases: &[Group(LINEAR), Check],
     used_up: &[Run(Stage::Depenetrate), Check],
@@ -134,7 +135,7 @@ const CONTACT: Phase = While(Loop {
 /// second solve).
 const CORRECTOR: Phase = While(Loop {
     needed: Stage::Advancing,
-    most: |_| 1,
+    most: |step| u32::from(step.has(Part::TipSolve)),
     context: |step, _| {
         let stress_tolerance = CORRECTOR_STRESS * step.linear.stress_tolerance;
         StepContext { is_corrector: true, linear: LinearParams { stress_tolerance, ..step.linear }, ..*step }

@@ -6,6 +6,7 @@ use super::run::{Excluded, Running};
 use crate::components::{GuardLedger, SolveResult};
 use crate::math::elementary;
 use crate::settings::Settings;
+use crate::settings::ablation::Part;
 use crate::systems::{StepContext, contact, work};
 use hecs::{Entity, World};
 use smallvec::SmallVec;
@@ -100,7 +101,8 @@ impl Retried<'_, '_> {
     /// A fallback sub-step over the last part of the step, until which the body rests. Returns the time that was done.
     fn at_its_end(&mut self, time: f64, dt: f64, fallback_shortenings: u32) -> f64 {
         self.running.report.rolled_back += 1;
-        let length = dt / elementary::powi(SHORTER, fallback_shortenings);
+        let is_shorter = self.settings.without != Some(Part::ShorterFallback);
+        let length = dt / elementary::powi(SHORTER, if is_shorter { fallback_shortenings } else { 0 });
         if self.fallback(time + (dt - length), length) > 0.0 { dt } else { 0.0 }
     }
 

@@ -252,7 +252,8 @@ fn the_ledger_stays_below_its_limit_whatever_the_number_of_corrections() {
                 if is_planar {
                     sheet = sheet.planar();
                 }
-                let (mut simulation, body) = spawn(Settings { corrections, ..Settings::default() }, sheet);
+                let advanced = Advanced { newton_corrections: corrections, ..Advanced::default() };
+                let (mut simulation, body) = spawn(Settings { advanced, ..Settings::default() }, sheet);
                 crumple(&mut simulation, body, size, seed, is_planar);
                 if !is_planar {
                     // A corner that is held still takes no energy in; a body that may spin gets no corrections.

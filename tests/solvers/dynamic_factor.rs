@@ -1,5 +1,5 @@
-//! Dynamic steps with a Cholesky factor that is made aside, kept, bridged across tears and renewed: the same steps as with
-//! block Jacobi, in a fraction of the iterations, and the same bits for any number of threads.
+//! Dynamic steps with a Cholesky factor that is kept and renewed: the same steps as with block Jacobi, in a fraction of the
+//! iterations, and the same bits for any number of threads.
 
 use crate::common::{Run, Square, state_bits};
 use glam::DVec3;
@@ -9,9 +9,6 @@ use rhexis::membrane::Membrane;
 use rhexis::settings::{Advanced, LinearParams, Preconditioner, Settings};
 use rhexis::simulation::Simulation;
 use rhexis::storage::Vertices;
-
-/// Solves after which the first factor of so small a body is in effect (16 and one per 200 vertices), and some.
-const WARM: usize = 24;
 
 fn settings(preconditioner: Preconditioner, threads: usize) -> Settings {
     let linear = LinearParams { tolerance: 1e-9, ..LinearParams::default() };
@@ -36,13 +33,12 @@ fn an_elastic_sheet_steps_alike_in_few_iterations() {
     let strong = Tearing { strength_across_fibres: 1e6, strength_along_fibres: 1e6, ..Tearing::default() };
     let square = Square { tearing: strong, ..Square::new([30, 26], 45.0) };
     let [mut plain, mut factored] =
-        [Preconditioner::BlockJacobi, Preconditioner::Auto].map(|kind| square.spawn(settings(kind, 1)));
-    let (before, _) = (iterations(&mut factored, WARM), iterations(&mut plain, WARM));
-    let (few, many) = (iterations(&mut factored, 60), iterations(&mut plain, 60));
-    println!("before {before:?}, with the factor {few:?}, without {many:?}");
+        [Preconditioner::BlockJacobi, Preconditioner::Cholesky].map(|kind| square.spawn(settings(kind, 1)));
+    let (few, many) = (iterations(&mut factored, 84), iterations(&mut plain, 84));
+    println!("with the factor {few:?}, without {many:?}");
     if cfg!(feature = "direct") {
-        // From one to nine digits in two or three iterations of a hundredfold gain each.
-        assert!(few.iter().all(|&n| n <= 6), "{few:?}");
+        // Ten with an old factor at the most, and one or two with the next.
+        assert!(few.iter().all(|&n| n <= 12), "{few:?}");
     }
     // Every step leaves at most 1e-9 of an increment of some 0.01 mm; the conditioning of the sheet, 1e4, times 84 steps.
     let off = distance(&plain, &factored);
@@ -53,7 +49,7 @@ fn an_elastic_sheet_steps_alike_in_few_iterations() {
 fn a_torn_sheet_tears_alike_across_edits() {
     let square = Square::new([30, 26], 60.0);
     let [mut plain, mut factored] =
-        [Preconditioner::BlockJacobi, Preconditioner::Auto].map(|kind| square.spawn(settings(kind, 1)));
+        [Preconditioner::BlockJacobi, Preconditioner::Cholesky].map(|kind| square.spawn(settings(kind, 1)));
     let (mut few, mut many) = (0, 0);
     for run in [&mut plain, &mut factored] {
         run.stretch_to(0.8);
@@ -77,7 +73,9 @@ fn a_torn_sheet_tears_alike_across_edits() {
 /// A factor of the sheet before it has turned serves as well after: it is turned with the tissue.
 #[test]
 fn a_body_that_turns_keeps_its_factor() {
-    let mut simulation = Simulation::new(settings(Preconditioner::Auto, 1)).unwrap();
+    let tight = settings(Preconditioner::Cholesky, 1);
+    let settings = Settings { advanced: Advanced { linear: LinearParams::default(), ..tight.advanced }, ..tight };
+    let mut simulation = Simulation::new(settings).unwrap();
     let mesh = generate::grid(30.0, 30.0, 30, 26).unwrap();
     let sheet = Membrane::new("sheet", mesh, Material::allard_2009()).fibres(Fibres::at_degrees(45.0)).planar();
     let body = simulation.spawn(sheet).unwrap();
@@ -90,8 +88,8 @@ fn a_body_that_turns_keeps_its_factor() {
     let iterations: Vec<u32> = (0..200).map(|_| simulation.step(1.0).unwrap().bodies[0].iterations).collect();
     println!("{iterations:?}");
     if cfg!(feature = "direct") {
-        let few = &iterations[WARM..];
-        assert!(few.iter().all(|&n| n <= 10), "{few:?}");
+        // With more it would have been renewed.
+        assert!(iterations.iter().all(|&n| n <= 10), "{iterations:?}");
     }
 }
 
@@ -117,7 +115,7 @@ fn a_factor_made_on_the_spot_goes_as_far_as_the_stress_asks() {
 #[test]
 fn any_number_of_threads_gives_the_same_bits_across_renewals() {
     let state = |threads| {
-        let mut run = Square::new([50, 44], 60.0).spawn(settings(Preconditioner::Auto, threads));
+        let mut run = Square::new([50, 44], 60.0).spawn(settings(Preconditioner::Cholesky, threads));
         run.stretch_to(0.85);
         iterations(&mut run, 120);
         assert!(run.log().advance_count > 2, "the state must be one after tears");

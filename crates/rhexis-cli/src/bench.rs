@@ -12,6 +12,7 @@ Examples:
   rhexis bench work-precision fig2-haptic
   rhexis bench targets --full
   rhexis bench systems --sizes 1500,150000 --threads 1,2
+  rhexis bench ablation --scene fig2-haptic --only multigrid
   rhexis bench compare benches/results/targets.csv out/bench/targets.csv
 
 Every table is printed and written as CSV, with the machine's speed in its head; work-precision also draws SVG and PNG.
@@ -48,6 +49,17 @@ pub(super) enum Bench {
         /// Only the cases with this in their names, as `haptic` [default: all].
         #[arg(value_name = "NAME")]
         names: Vec<String>,
+        #[command(flatten)]
+        how: How,
+    },
+    /// Preconditioners, remedies and speed paths, each left out by itself: work, time, error and outcome.
+    Ablation {
+        /// Only this scene; may be repeated [default: capsulorhexis, fig2-tear, play, play-game, fig2-haptic].
+        #[arg(long = "scene", value_name = "SCENE")]
+        scenes: Vec<String>,
+        /// Only the rows with this in their names, as `multigrid`; may be repeated [default: all].
+        #[arg(long, value_name = "ROW")]
+        only: Vec<String>,
         #[command(flatten)]
         how: How,
     },
@@ -103,6 +115,7 @@ pub(super) fn bench(what: &Bench) -> Result<(), Stop> {
         Bench::Textbook(how) => measure(how, bench::textbook),
         Bench::Ladder(how) => measure(how, bench::ladder),
         Bench::Targets { names, how } => measure(how, |context| bench::targets(context, names)),
+        Bench::Ablation { scenes, only, how } => measure(how, |context| bench::ablation(context, scenes, only)),
         Bench::Compare { before, after } => say(bench::compare(before, after)?.printed().trim_end()),
     }
 }

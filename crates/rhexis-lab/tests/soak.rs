@@ -10,7 +10,6 @@ static GLOBAL: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 #[test]
 fn rounds_leave_nothing_behind() {
-    // Factors made aside would be on the heap at some moments and not at others.
     let sets = [
         "bodies.0.mesh.cap.triangles=1500",
         "bodies.0.refinement.budget=1.2",

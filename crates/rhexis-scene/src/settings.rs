@@ -34,6 +34,7 @@ pub(super) fn of_run(spec: &RunSpec) -> Result<Settings, Fault> {
         position_tolerance: tolerance("position_tolerance", spec.position_tolerance, base.position_tolerance)?,
         portable_instructions: spec.portable_instructions,
         advanced: advanced(&spec.advanced, &base.advanced)?,
+        without: base.without,
     })
 }
 

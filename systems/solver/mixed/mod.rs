@@ -10,7 +10,6 @@ mod cg;
 mod cycle;
 mod dissection;
 mod edits;
-mod factored;
 mod folding;
 mod incomplete;
 mod jacobi;
@@ -25,7 +24,7 @@ mod rounds;
 mod state;
 mod vertex_blocks;
 
-use super::{Factor, Operator};
+use super::Operator;
 use crate::components::FreeAxes;
 use crate::storage::{Revision, Topology, Triangles, Vertices};
 use adjacency::Adjacency;
@@ -37,7 +36,6 @@ use matrix::Matrix;
 use multigrid::Multigrid;
 use order::Order;
 use partition::Partition;
-use response::LastPreconditioner;
 pub use state::MixedState;
 
 /// Minimum number of triangles for nested dissection of the rows of an incomplete factor. Smaller bodies gain little by a second thread.
@@ -54,19 +52,10 @@ pub enum MixedPreconditioner {
     Multigrid,
 }
 
-/// Preconditioner of a solve.
-#[derive(Debug)]
-pub enum ActivePreconditioner<'a> {
-    /// Built from the present operator.
-    Built(MixedPreconditioner),
-    /// Cholesky factor of an earlier operator, and the maximum number of iterations with it.
-    Factor(&'a mut Factor, u32),
-}
-
-impl ActivePreconditioner<'_> {
+impl MixedPreconditioner {
     /// Whether rows may be ordered by nested dissection. Multigrid levels need neighbouring rows together; small bodies are solved on one thread.
-    fn may_be_cut(&self, operator: &Operator) -> bool {
-        let is_by_levels = operator.is_planar() || matches!(self, Self::Built(MixedPreconditioner::Multigrid));
+    fn may_be_cut(self, operator: &Operator) -> bool {
+        let is_by_levels = operator.is_planar() || self == Self::Multigrid;
         !is_by_levels && operator.triangles.len() >= LEAST_CUT
     }
 }
@@ -91,7 +80,7 @@ pub struct MixedSolver {
     multigrid: Box<Multigrid>,
     vectors: Box<Vectors>,
     /// Preconditioner of the last solve; `None` where the triangles have changed since.
-    ready: Option<LastPreconditioner>,
+    ready: Option<MixedPreconditioner>,
     /// Whether the matrix and the incomplete factor have been made of the operator that several solves share.
     same: Option<[bool; 2]>,
 }
@@ -112,13 +101,11 @@ impl MixedSolver {
     }
 
     /// Builds the preconditioner.
-    fn set_up(&mut self, operator: &Operator, active: &mut ActivePreconditioner, free: &FreeAxes, shift: f32) {
+    fn set_up(&mut self, operator: &Operator, kind: MixedPreconditioner, shift: f32) {
         let corners = &operator.triangles.corners;
-        match active {
-            ActivePreconditioner::Built(MixedPreconditioner::BlockJacobi) => {
-                self.jacobi.factor(&self.partition, &self.matrix)
-            }
-            ActivePreconditioner::Built(MixedPreconditioner::IncompleteCholesky) => {
+        match kind {
+            MixedPreconditioner::BlockJacobi => self.jacobi.factor(&self.partition, &self.matrix),
+            MixedPreconditioner::IncompleteCholesky => {
                 if self.same.as_mut().is_some_and(|made| std::mem::replace(&mut made[1], true)) {
                     return;
                 }
@@ -130,17 +117,13 @@ impl MixedSolver {
                 }
                 self.incomplete.factor(&self.partition, self.order.dissection, &self.matrix, shift);
             }
-            ActivePreconditioner::Built(MixedPreconditioner::Multigrid) => {
+            MixedPreconditioner::Multigrid => {
                 let mesh = (operator.vertices, operator.triangles, operator.topology);
                 self.multigrid.set_up(&self.partition, &self.order, mesh, &self.matrix);
             }
-            ActivePreconditioner::Factor(factor, _) => factor.begin(operator, free),
         }
         self.put_away_neighbours();
-        self.ready = Some(match active {
-            ActivePreconditioner::Built(mixed) => LastPreconditioner::Built(*mixed),
-            ActivePreconditioner::Factor(..) => LastPreconditioner::Factor,
-        });
+        self.ready = Some(kind);
     }
 
     /// Finds the neighbours of the vertices where they are not known.

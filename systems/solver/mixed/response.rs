@@ -1,23 +1,13 @@
 //! The body's response to further loads, with the single-precision operator and the preconditioner of its last solve. Nothing that later solves depend on is changed.
 
 use super::cg::solve;
-use super::factored::Factored;
 use super::{MixedPreconditioner, MixedSolver, size};
 use crate::storage::{Topology, Triangles};
 use crate::systems::parallel;
+use crate::systems::solver::CgError;
 use crate::systems::solver::estimate::Limits;
 use crate::systems::solver::recurrence::Reached;
-use crate::systems::solver::{CgError, Factor};
 use glam::{DVec3, Vec4};
-
-/// Preconditioner of the last solve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum LastPreconditioner {
-    /// Built by the solver itself.
-    Built(MixedPreconditioner),
-    /// The body's Cholesky factor.
-    Factor,
-}
 
 impl MixedSolver {
     /// Whether the last solve of the step has left an operator of these triangles, for [`product`](Self::product) and [`correct`](Self::correct).
@@ -50,7 +40,6 @@ impl MixedSolver {
     /// [`CgError`] where single precision has come to nothing; `x` and the residual are then as they were.
     pub fn correct(
         &mut self,
-        factor: &mut Factor,
         (energy, most): (f64, u32),
         residual: &mut [DVec3],
         x: &mut [DVec3],
@@ -66,18 +55,11 @@ impl MixedSolver {
         let norm = norm_sq.sqrt();
         self.set_residual(residual, norm);
         let limits = Limits::by_energy(energy / norm_sq, most);
-        let Self { matrix, partition, order, vectors, jacobi, incomplete, multigrid, .. } = self;
+        let Self { matrix, partition, vectors, jacobi, incomplete, multigrid, .. } = self;
         let Reached { iterations, .. } = match ready {
-            LastPreconditioner::Built(MixedPreconditioner::BlockJacobi) => {
-                solve(matrix, partition, jacobi, vectors, &limits)
-            }
-            LastPreconditioner::Built(MixedPreconditioner::IncompleteCholesky) => {
-                solve(matrix, partition, &mut **incomplete, vectors, &limits)
-            }
-            LastPreconditioner::Built(MixedPreconditioner::Multigrid) => {
-                solve(matrix, partition, &mut **multigrid, vectors, &limits)
-            }
-            LastPreconditioner::Factor => solve(matrix, partition, &mut Factored { factor, order }, vectors, &limits),
+            MixedPreconditioner::BlockJacobi => solve(matrix, partition, jacobi, vectors, &limits),
+            MixedPreconditioner::IncompleteCholesky => solve(matrix, partition, &mut **incomplete, vectors, &limits),
+            MixedPreconditioner::Multigrid => solve(matrix, partition, &mut **multigrid, vectors, &limits),
         }?;
         self.add_to(x, norm);
         let (row, xr) = (&self.order.row, &self.vectors.xr);

@@ -1,8 +1,7 @@
 //! The rounds of a solve in mixed precision: iterations in single precision on a residual, and the residual of their answer.
 
-use super::factored::Factored;
 use super::residual::is_single;
-use super::{ActivePreconditioner, MixedPreconditioner, MixedSolver, cg, size};
+use super::{MixedPreconditioner, MixedSolver, cg, size};
 use crate::components::SolverScratch;
 use crate::settings::LinearParams;
 use crate::systems::parallel;
@@ -61,7 +60,7 @@ impl MixedSolver {
         &mut self,
         operator: &Operator,
         params: &LinearParams,
-        mut active: ActivePreconditioner,
+        kind: MixedPreconditioner,
         memory: &mut ProductMemory<'_>,
         x: &mut [DVec3],
         scratch: &mut SolverScratch,
@@ -73,13 +72,13 @@ impl MixedSolver {
         let mut progress = Progress { limits, residual_sq, is_single, shift: DIAGONAL_SHIFT, info };
         if !progress.is_done() {
             if !is_assembled {
-                self.assemble(operator, &scratch.free, active.may_be_cut(operator));
+                self.assemble(operator, &scratch.free, kind.may_be_cut(operator));
             }
-            self.set_up(operator, &mut active, &scratch.free, DIAGONAL_SHIFT);
+            self.set_up(operator, kind, DIAGONAL_SHIFT);
         }
         let mut is_solved = true;
         while !progress.is_done() && progress.info.iterations < limits.iterations && !progress.info.is_late {
-            match self.round(operator, &mut active, &mut progress, memory, x, scratch) {
+            match self.round(operator, kind, &mut progress, memory, x, scratch) {
                 Next::Round => {}
                 Next::End => break,
                 Next::Double => {
@@ -101,7 +100,7 @@ impl MixedSolver {
     fn round(
         &mut self,
         operator: &Operator,
-        active: &mut ActivePreconditioner,
+        kind: MixedPreconditioner,
         progress: &mut Progress,
         memory: &mut ProductMemory<'_>,
         x: &mut [DVec3],
@@ -109,11 +108,11 @@ impl MixedSolver {
     ) -> Next {
         let (limits, norm) = (progress.limits, progress.residual_sq.sqrt());
         self.set_residual(&scratch.residual, norm);
-        let most = self.max_iterations(active, &limits, norm, progress.info.iterations);
-        let is_own_factor = matches!(active, ActivePreconditioner::Built(MixedPreconditioner::IncompleteCholesky));
-        let is_multigrid = matches!(active, ActivePreconditioner::Built(MixedPreconditioner::Multigrid));
+        let most = self.max_iterations(kind, &limits, norm, progress.info.iterations);
+        let is_own_factor = kind == MixedPreconditioner::IncompleteCholesky;
+        let is_multigrid = kind == MixedPreconditioner::Multigrid;
         let round = limits.of_round(norm, most).repeating(&mut scratch.stops);
-        let Ok(reached) = self.iterate(active, &round) else {
+        let Ok(reached) = self.iterate(kind, &round) else {
             // L may have left the range of single precision.
             if is_own_factor && progress.shift < MOST_SHIFT {
                 self.refactor(&mut progress.shift);
@@ -141,8 +140,7 @@ impl MixedSolver {
             return Next::Round;
         }
         let has_stalled = !has_gained && reached.iterations < most;
-        let has_used_up = matches!(active, ActivePreconditioner::Factor(_, most) if progress.info.iterations >= *most);
-        if (has_stalled || has_used_up) && !progress.info.is_late {
+        if has_stalled && !progress.info.is_late {
             return Next::Double;
         }
         if reached.iterations == most && is_multigrid {
@@ -152,14 +150,11 @@ impl MixedSolver {
     }
 
     /// Maximum iterations of a round on a residual of this norm, after so many iterations of the solve.
-    fn max_iterations(&self, active: &ActivePreconditioner, limits: &Limits, norm: f64, done: u32) -> u32 {
-        let most = match active {
-            ActivePreconditioner::Built(MixedPreconditioner::BlockJacobi) => u32::MAX,
-            ActivePreconditioner::Built(MixedPreconditioner::IncompleteCholesky) => MOST_WITH_FACTOR,
-            ActivePreconditioner::Built(MixedPreconditioner::Multigrid) => {
-                self.multigrid.most(limits.of_round(norm, 0).least_sq.sqrt())
-            }
-            ActivePreconditioner::Factor(_, most) => most - done,
+    fn max_iterations(&self, kind: MixedPreconditioner, limits: &Limits, norm: f64, done: u32) -> u32 {
+        let most = match kind {
+            MixedPreconditioner::BlockJacobi => u32::MAX,
+            MixedPreconditioner::IncompleteCholesky => MOST_WITH_FACTOR,
+            MixedPreconditioner::Multigrid => self.multigrid.most(limits.of_round(norm, 0).least_sq.sqrt()),
         };
         most.min(limits.iterations - done)
     }
@@ -207,21 +202,14 @@ impl MixedSolver {
         });
     }
 
-    fn iterate(&mut self, active: &mut ActivePreconditioner, limits: &Limits) -> Result<Reached, CgError> {
-        let Self { matrix, partition, order, vectors, .. } = self;
-        match active {
-            ActivePreconditioner::Built(MixedPreconditioner::BlockJacobi) => {
-                cg::solve(matrix, partition, &mut self.jacobi, vectors, limits)
-            }
-            ActivePreconditioner::Built(MixedPreconditioner::IncompleteCholesky) => {
+    fn iterate(&mut self, kind: MixedPreconditioner, limits: &Limits) -> Result<Reached, CgError> {
+        let Self { matrix, partition, vectors, .. } = self;
+        match kind {
+            MixedPreconditioner::BlockJacobi => cg::solve(matrix, partition, &mut self.jacobi, vectors, limits),
+            MixedPreconditioner::IncompleteCholesky => {
                 cg::solve(matrix, partition, &mut *self.incomplete, vectors, limits)
             }
-            ActivePreconditioner::Built(MixedPreconditioner::Multigrid) => {
-                cg::solve(matrix, partition, &mut *self.multigrid, vectors, limits)
-            }
-            ActivePreconditioner::Factor(factor, _) => {
-                cg::solve(matrix, partition, &mut Factored { factor, order }, vectors, limits)
-            }
+            MixedPreconditioner::Multigrid => cg::solve(matrix, partition, &mut *self.multigrid, vectors, limits),
         }
     }
 }

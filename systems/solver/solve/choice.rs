@@ -3,19 +3,21 @@
 use crate::components::{FreeAxes, Tearing};
 use crate::settings::{Precision, Preconditioner};
 use crate::systems::StepContext;
-use crate::systems::solver::{Available, Factor, MixedPreconditioner, MixedSolver, Operator, Refresh};
+use crate::systems::solver::{Available, Factor, FactorUse, MixedPreconditioner, MixedSolver, Operator};
 use glam::DVec3;
 
 /// Up to so many free axes a static solve takes a Cholesky factor unless set otherwise. Its memory and time grow faster than the
 /// mesh, and are about 0.3 GB and 2 s there.
 const MOST_AXES_FACTORED: f64 = 2e5;
 
-/// Up to so many free axes a dynamic step takes a Cholesky factor made aside unless set otherwise, with more multigrid. A sheet
-/// under a trembling hand takes 4 iterations with the factor and 8 with multigrid: as long at 30,000 axes, and an iteration with
-/// the factor grows faster.
-const MOST_AXES_ASIDE: f64 = 4e4;
+/// Up to so many free axes a dynamic solve that has come to nothing takes a Cholesky factor unless set otherwise: it takes half a second at
+/// 100,000.
+const MOST_AXES_FALLBACK: f64 = 4e4;
 
-/// Free axes from which on a planar body takes multigrid where it has no Cholesky factor. With 1,500 and with 6,000 triangles it
+/// Free axes from which on a body in space takes multigrid in dynamic steps.
+const LEAST_AXES_IN_SPACE: f64 = 4e4;
+
+/// Free axes from which on a planar body takes multigrid. With 1,500 and with 6,000 triangles it
 /// takes six sevenths of the time with an incomplete one. It leaves a half and a fifth of its error
 /// (`rhexis bench work-precision fig2-dynamic`). A body much smaller is mostly the coarsest level.
 const LEAST_AXES_PLANAR: f64 = 1e3;
@@ -35,26 +37,26 @@ pub(super) fn available<'a>(
     let is_auto = step.preconditioner == Preconditioner::Auto;
     let axes: DVec3 = if is_auto { free.iter().sum() } else { DVec3::ZERO };
     let axes_of_levels = match (operator.is_planar() && axes.z == 0.0, tearing) {
-        (false, _) => MOST_AXES_ASIDE,
+        (false, _) => LEAST_AXES_IN_SPACE,
         (true, None) => LEAST_AXES_PLANAR,
         (true, Some(_)) => LEAST_AXES_TORN,
     };
     Available {
-        factor: use_of_factor(step, axes.element_sum()).map(|how| (factor, how)),
+        factor: use_of_factor(step, axes.element_sum()).map(|when| (factor, when)),
         mixed: mixed_preconditioner(step, axes.element_sum(), axes_of_levels).map(|kind| (mixed, kind)),
     }
 }
 
-fn use_of_factor(step: &StepContext, axes: f64) -> Option<Refresh> {
+fn use_of_factor(step: &StepContext, axes: f64) -> Option<FactorUse> {
     // The time of a factor is not counted in iterations.
     if step.budget.is_some() {
         return None;
     }
     match step.preconditioner {
         Preconditioner::BlockJacobi | Preconditioner::IncompleteCholesky | Preconditioner::Multigrid => None,
-        Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(Refresh::Now),
-        Preconditioner::Auto => (axes <= MOST_AXES_ASIDE).then_some(Refresh::Background),
-        Preconditioner::Cholesky => Some(Refresh::Now),
+        Preconditioner::Auto if step.is_static => (axes <= MOST_AXES_FACTORED).then_some(FactorUse::First),
+        Preconditioner::Auto => (axes <= MOST_AXES_FALLBACK).then_some(FactorUse::Fallback),
+        Preconditioner::Cholesky => Some(FactorUse::First),
     }
 }
 

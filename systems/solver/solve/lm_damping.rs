@@ -7,6 +7,7 @@
 
 use crate::components::{Increment, SolverScratch};
 use crate::math::elementary;
+use crate::settings::ablation::Part;
 use crate::storage::Vertices;
 use crate::systems::{StepContext, parallel};
 
@@ -18,7 +19,7 @@ const MOST_QUADRUPLINGS: u32 = 10;
 
 /// Inertia \[1/ms²\] that is added to that of the step. The first solve of a chain is not damped.
 pub(super) fn inertia(step: &StepContext, scratch: &mut SolverScratch) -> f64 {
-    if !step.is_correction {
+    if !step.is_correction || !step.has(Part::LmDamping) {
         scratch.lm_damping = 0;
     }
     (elementary::powi(4.0, scratch.lm_damping) - 1.0) * step.inertia()

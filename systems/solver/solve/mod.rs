@@ -12,6 +12,7 @@ use crate::components::{
     Damping, EnergyAudit, ExternalStiffness, Forces, Frames, Grips, Holds, Increment, PreStretch, Pressure, Reactions,
     SolveResult, SolverScratch, TearDecisions, Tearing,
 };
+use crate::settings::ablation::Part;
 use crate::settings::{LinearParams, Tangent};
 use crate::storage::room::grow;
 use crate::storage::{Tips, Topology, Triangles, Vertices};
@@ -123,7 +124,7 @@ fn solve_body(
     if step.is_static && result.newton_iterations > 1 {
         increment.delta.fill(DVec3::ZERO);
     }
-    if step.is_fallback {
+    if step.is_fallback || !step.is_static && !step.has(Part::InitialGuess) {
         // From a zero guess the residual of conjugate gradients does no work along the answer (Galerkin orthogonality).
         let SolverScratch { free, .. } = &*scratch;
         parallel::for_rows(&mut increment.delta, |v, delta| *delta *= DVec3::ONE - free[v]);

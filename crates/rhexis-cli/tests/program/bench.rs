@@ -112,6 +112,12 @@ fn the_other_benchmarks_leave_their_tables() {
     let targets = Table::read(folder.path(), "targets");
     assert!(targets.figures("stress_error", ("triangles", "1500")).iter().all(|&error| error <= 1e-2));
 
+    done(folder.path(), &["ablation", "--quick", "--scene", "fig2-haptic", "--only", "multigrid", "--only", "guess"]);
+    let ablation = Table::read(folder.path(), "ablation-fig2-haptic");
+    let iterations = |row| ablation.figures("iterations", ("row", row))[0];
+    assert!(iterations("initial guess") > iterations("everything on (auto)") && iterations("multigrid") > 0.0);
+    assert!(ablation.figures("stress_error", ("scene", "fig2-haptic")).iter().all(|&error| error < 1e-2));
+
     let file = "out/bench/textbook.csv";
     let printed = done(folder.path(), &["compare", file, file]);
     assert!(printed.contains("0 better, 0 worse"), "{printed}");
@@ -123,6 +129,8 @@ fn wrong_names_are_refused_with_the_right_ones() {
     for (arguments, wanted) in [
         (vec!["work-precision", "fig2-hpatic"], "did you mean `fig2-haptic`?"),
         (vec!["targets", "--quick", "nothing"], "no target has `nothing`"),
+        (vec!["ablation", "--scene", "fig2-hpatic"], "did you mean `fig2-haptic`?"),
+        (vec!["ablation", "--only", "nothing"], "no row has `nothing`"),
         (vec!["systems", "--sizes", "3"], "50.."),
         (vec!["compare", "a.csv", "b.csv"], "a.csv"),
     ] {

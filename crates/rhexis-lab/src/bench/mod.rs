@@ -5,6 +5,7 @@
 //! are processor time of the stepping thread, so that other programs disturb them less. Every table begins with the speed of
 //! the machine, measured in the same run: by it times of two machines are compared.
 
+mod ablation;
 mod clock;
 mod compare;
 mod equal_error;
@@ -22,6 +23,7 @@ mod trace;
 mod work_precision;
 mod yardstick;
 
+pub use ablation::ablation;
 pub(crate) use clock::{Stopwatch, median, quantile};
 pub use compare::compare;
 pub use ladder::ladder;

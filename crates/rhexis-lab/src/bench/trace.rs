@@ -50,7 +50,7 @@ pub(super) struct Trace {
     /// Time of every step after the start: the least of all rounds. Rounds do the same work, bit for bit; what one took longer than
     /// another was other programs.
     pub step_ms: Vec<f64>,
-    /// The same for all threads of the program together: what is made aside is in it.
+    /// Time of every step by all threads of the program together \[ms\], the least of all rounds.
     pub process_ms: Vec<f64>,
     /// Whether a tip moved on in the step.
     pub has_torn: Vec<bool>,
@@ -204,7 +204,7 @@ fn run(plan: &Plan, keeps_states: bool) -> Result<Trace, BenchError> {
         trace.has_torn.push(has_torn);
         iterations += of_step;
         if is_kept(time) {
-            trace.states.extend(State::of(&mut instance, body));
+            trace.states.extend(State::of(&mut instance.simulation, body));
         }
     }
     trace.iterations = f64::from(iterations) / trace.step_ms.len().max(1) as f64;
@@ -225,8 +225,7 @@ pub(super) fn triangle_count(simulation: &Simulation, body: Entity) -> usize {
 }
 
 impl State {
-    fn of(instance: &mut Instance, body: Entity) -> Option<Self> {
-        let simulation = &mut instance.simulation;
+    pub(super) fn of(simulation: &mut Simulation, body: Entity) -> Option<Self> {
         simulation.refresh(body).ok()?;
         let time = simulation.time();
         let world = simulation.world();

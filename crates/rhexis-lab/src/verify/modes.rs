@@ -6,7 +6,7 @@ use glam::DVec3;
 use rhexis::components::{FreeAxes, SolverScratch};
 use rhexis::settings::LinearParams;
 use rhexis::systems::bending::BendingPasses;
-use rhexis::systems::solver::{self, Available, Factor, ProductMemory, Refresh};
+use rhexis::systems::solver::{self, Available, Factor, FactorUse, ProductMemory};
 use std::f64::consts::TAU;
 
 /// Krylov vectors: the lowest three of a spectrum like a membrane's are then exact to 1e-10.
@@ -37,7 +37,7 @@ pub(super) fn lowest_frequencies(body: &Snapshot, free: &FreeAxes, count: usize)
         let last = &basis[basis.len() - 1];
         let mut image = vec![DVec3::ZERO; last.len()];
         scratch.residual = last.iter().zip(mass).zip(free).map(|((x, m), f)| *x * *m * *f).collect();
-        let mut available = Available { factor: Some((&mut factor, Refresh::Now)), mixed: None };
+        let mut available = Available { factor: Some((&mut factor, FactorUse::First)), mixed: None };
         let mut memory = ProductMemory { corner: &mut corner, passes: &mut passes };
         solver::solve(&operator, &params, &mut available, &mut memory, &mut image, &mut scratch)?;
         diagonal.push(dot(last, &image));

@@ -123,7 +123,7 @@ pub enum AccuracySpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PreconditionerSpec {
-    /// A Cholesky factor, multigrid or an incomplete factor, by the body's size and motion.
+    /// An incomplete factor, multigrid or a Cholesky factor, by the kind of solve and the body's size.
     #[default]
     Auto,
     /// The inverse of each vertex' own block.

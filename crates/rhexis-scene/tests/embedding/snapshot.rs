@@ -66,7 +66,7 @@ fn settings(preconditioner: Preconditioner) -> Settings {
 
 #[test]
 fn two_hundred_steps_from_the_middle_of_a_tear() {
-    // Factors are made aside, come into use, serve across the edits and grow stale.
+    // Levels of multigrid follow the edits.
     let run = goes_on_alike("fig2-tear", scene("fig2-tear", &[]), &[0, 1, 30, 100, 130], 330, |s| _ = s.step(2.0));
     assert!(advances(&run) > 10, "{} advances: it is to tear", advances(&run));
 }

@@ -268,13 +268,13 @@ fn both_precisions_have_one_answer() {
 
 #[test]
 #[cfg(feature = "direct")]
-fn a_rescue_ends_however_often_the_factor_is_made_anew() {
+fn a_factor_on_the_spot_is_needed_for_sixteen_solves_however_often_it_is_renewed() {
     let torn = Torn::new();
     let (operator, mut factor) = (torn.operator(), solver::Factor::default());
-    assert!(!factor.is_factored_now());
-    factor.factor_now(&operator, &torn.free, 500).unwrap();
+    assert!(!factor.is_needed());
+    factor.renew_for_next(&operator, &torn.free).unwrap();
     let mut solves = 0;
-    while factor.is_factored_now() {
+    while factor.is_needed() {
         solves += 1;
         // Sixteen, in which solves without it may have become easy again.
         assert!(solves <= 16);
